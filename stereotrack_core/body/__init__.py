@@ -1,0 +1,1 @@
+"""The articulated body: skeleton, proportions, cones, kinematics, sampling, visibility."""

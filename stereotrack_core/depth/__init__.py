@@ -1,0 +1,1 @@
+"""From images to a cloud: rectify, match, validate, background, points, outliers."""

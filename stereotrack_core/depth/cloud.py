@@ -1,0 +1,90 @@
+"""The fused point cloud and the depth images it came from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, IntArray
+from stereotrack_core.geometry.transform import RigidTransform
+
+
+@dataclass(frozen=True, eq=False)
+class DepthGeometry:
+    """The undistorted, rectified pinhole of a view's depth image.
+
+    A point (x, y, z) in this camera appears at u = focal x / z + c_x, v = focal y / z + c_y.
+    For stereo views its disparity is d = focal baseline / z + disparity_offset, where the
+    offset is c_x,left - c_x,right (2.1); a depth view has baseline 0.
+
+    Attributes
+    ----------
+    focal : float, pixels
+    c_x, c_y : float, pixels
+    baseline : float, metres
+    disparity_offset : float, pixels
+    width, height : int
+    world_from_depth : RigidTransform
+        Place of the rectified camera in the world.
+    """
+
+    focal: float
+    c_x: float
+    c_y: float
+    baseline: float
+    disparity_offset: float
+    width: int
+    height: int
+    world_from_depth: RigidTransform
+
+
+@dataclass(frozen=True, eq=False)
+class ViewDepth:
+    """Depth of one view at one instant.
+
+    Attributes
+    ----------
+    geometry : DepthGeometry
+    disparity : (H, W) float32, pixels, or None
+        NaN where invalid; None for depth views.
+    range_z : (H, W) float32, metres
+        Along the rectified camera's z, NaN where not known.
+    foreground : (H, W) bool
+        Valid and in front of the background model.
+    """
+
+    geometry: DepthGeometry
+    disparity: Float32Array | None
+    range_z: Float32Array
+    foreground: BoolArray
+
+
+@dataclass(frozen=True, eq=False)
+class Cloud:
+    """Measured points of all views in the world at one instant.
+
+    Attributes
+    ----------
+    frame : int
+    points : (N, 3) float64, world, metres
+        Inside the working volume, outliers removed.
+    view : (N,) int64
+        Index into `view_names`.
+    pixels : (N, 2) int64
+        Column and row in the view's rectified depth image.
+    view_names : tuple of str
+    depths : mapping from view name to ViewDepth
+        Views without a measurement at this instant are absent.
+    problems : mapping from view name to str
+        Why a view is absent or suspicious, as a sentence.
+    seconds : mapping from stage name to seconds
+    """
+
+    frame: int
+    points: FloatArray
+    view: IntArray
+    pixels: IntArray
+    view_names: tuple[str, ...]
+    depths: Mapping[str, ViewDepth]
+    problems: Mapping[str, str] = field(default_factory=dict)
+    seconds: Mapping[str, float] = field(default_factory=dict)

@@ -1,0 +1,1 @@
+"""Angular errors against a reference, tables and segments."""

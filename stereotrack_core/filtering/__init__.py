@@ -1,0 +1,1 @@
+"""Unscented transform, correction, iteration, smoothing: no body in here."""

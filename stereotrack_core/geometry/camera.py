@@ -1,0 +1,93 @@
+"""One lens: intrinsics with distortion, and its place in the world."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.geometry.transform import RigidTransform
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """A calibrated camera; OpenCV axes (x right, y down, z forward).
+
+    The centre of the top-left pixel is (0, 0); pixels are those of the raw image.
+
+    Attributes
+    ----------
+    name : str
+    width, height : int
+        Image size in pixels.
+    matrix : (3, 3) float64
+        Intrinsics in pixels.
+    distortions : (k,) float64
+        OpenCV order: 4, 5, 8, 12 or 14 coefficients; 4 for a fisheye lens.
+    fisheye : bool
+        Whether `distortions` belong to OpenCV's fisheye model.
+    camera_from_world : RigidTransform
+    """
+
+    name: str
+    width: int
+    height: int
+    matrix: FloatArray
+    distortions: FloatArray
+    fisheye: bool
+    camera_from_world: RigidTransform
+
+    @property
+    def world_from_camera(self) -> RigidTransform:
+        """Place of the camera in the world."""
+        return self.camera_from_world.inverse()
+
+    @property
+    def position_world(self) -> FloatArray:
+        """Optical centre (3,), world, metres."""
+        return self.world_from_camera.translation
+
+    def project(self, points_world: FloatArray) -> FloatArray:
+        """Raw pixels (..., 2) of world points (..., 3); NaN for points behind the camera."""
+        points = np.asarray(points_world, dtype=np.float64)
+        in_camera = self.camera_from_world.apply(points).reshape(-1, 3)
+        in_front = in_camera[:, 2] > 1e-6
+        pixels = np.full((len(in_camera), 2), np.nan)
+        if in_front.any():
+            pixels[in_front] = self._project_in_front(in_camera[in_front])
+        return pixels.reshape(*points.shape[:-1], 2)
+
+    def _project_in_front(self, in_camera: FloatArray) -> FloatArray:
+        zero = np.zeros(3)
+        if self.fisheye:
+            pixels, _ = cv2.fisheye.projectPoints(
+                in_camera[:, None], zero, zero, self.matrix, self.distortions
+            )
+        else:
+            pixels, _ = cv2.projectPoints(in_camera, zero, zero, self.matrix, self.distortions)
+        result: FloatArray = np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
+        return result
+
+    def normalised(self, pixels: FloatArray) -> FloatArray:
+        """Undistorted image coordinates (..., 2) at z = 1 of raw pixels (..., 2)."""
+        points = np.asarray(pixels, dtype=np.float64)
+        flat = points.reshape(-1, 1, 2)
+        if self.fisheye:
+            undistorted = cv2.fisheye.undistortPoints(flat, self.matrix, self.distortions)
+        else:
+            criteria = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 50, 1e-12)
+            undistorted = cv2.undistortPoints(
+                flat, self.matrix, self.distortions, criteria=criteria
+            )
+        result: FloatArray = np.asarray(undistorted, dtype=np.float64).reshape(points.shape)
+        return result
+
+    def rays_world(self, pixels: FloatArray) -> FloatArray:
+        """Unit directions (..., 3), world, of the rays through raw pixels (..., 2)."""
+        flat = self.normalised(pixels)
+        directions = np.concatenate([flat, np.ones_like(flat[..., :1])], axis=-1)
+        directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
+        result: FloatArray = directions @ self.camera_from_world.rotation
+        return result

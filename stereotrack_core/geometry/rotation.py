@@ -1,0 +1,62 @@
+"""Rotation vectors and matrices, for single rotations and for stacks of them."""
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from stereotrack_core.arrays import FloatArray
+
+
+def rotation_from_vector(vector: FloatArray) -> FloatArray:
+    """Rotation matrix of a rotation vector (Rodrigues), right-handed and active.
+
+    Parameters
+    ----------
+    vector : (..., 3) float64
+        Axis times angle in radians.
+
+    Returns
+    -------
+    (..., 3, 3) float64
+    """
+    v = np.asarray(vector, dtype=np.float64)
+    squared = np.einsum("...i,...i->...", v, v)
+    angle = np.sqrt(squared)
+    small = squared < 1e-8
+    safe = np.where(small, 1.0, angle)
+    a = np.where(small, 1.0 - squared / 6.0, np.sin(safe) / safe)
+    b = np.where(small, 0.5 - squared / 24.0, (1.0 - np.cos(safe)) / (safe * safe))
+    k = skew(v)
+    identity: FloatArray = np.eye(3)
+    result: FloatArray = identity + a[..., None, None] * k + b[..., None, None] * (k @ k)
+    return result
+
+
+def vector_from_rotation(rotation: FloatArray) -> FloatArray:
+    """Rotation vector (..., 3) in radians of rotation matrices (..., 3, 3); angle in [0, pi]."""
+    matrices = np.asarray(rotation, dtype=np.float64)
+    flat = matrices.reshape(-1, 3, 3)
+    vectors: FloatArray = Rotation.from_matrix(flat).as_rotvec()
+    return vectors.reshape(*matrices.shape[:-2], 3)
+
+
+def skew(vector: FloatArray) -> FloatArray:
+    """Matrix (..., 3, 3) whose product with w is the cross product of `vector` (..., 3) and w."""
+    v = np.asarray(vector, dtype=np.float64)
+    result: FloatArray = np.zeros((*v.shape[:-1], 3, 3))
+    result[..., 0, 1], result[..., 0, 2] = -v[..., 2], v[..., 1]
+    result[..., 1, 0], result[..., 1, 2] = v[..., 2], -v[..., 0]
+    result[..., 2, 0], result[..., 2, 1] = -v[..., 1], v[..., 0]
+    return result
+
+
+def angle_between(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Angle in radians between vectors (..., 3); NaN where one of them has no length or is NaN.
+
+    Uses atan2 of cross and dot product, which is exact for small angles too.
+    """
+    u, v = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
+    sine = np.linalg.norm(np.cross(u, v), axis=-1)
+    cosine = np.einsum("...i,...i->...", u, v)
+    angle: FloatArray = np.arctan2(sine, cosine)
+    lengthless = (np.einsum("...i,...i->...", u, u) == 0) | (np.einsum("...i,...i->...", v, v) == 0)
+    return np.where(lengthless, np.nan, angle)

@@ -1,0 +1,220 @@
+"""Parameters that are declared once.
+
+A parameter is a field of a frozen dataclass made by :func:`parameter`. Validation, the
+command line's ``--set``, the tuning panel and the documentation are generated from that row.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, TypeVar, get_type_hints
+
+from stereotrack_core.errors import InputError
+
+Value = bool | int | float | str
+ParametersT = TypeVar("ParametersT", bound="ParameterGroup")
+
+_ROW = "parameter"
+
+
+@dataclass(frozen=True)
+class ParameterRow:
+    """What is declared about one parameter.
+
+    Attributes
+    ----------
+    name : str
+        Name for ``--set`` and the tuning panel; unique over all groups.
+    type : type
+        ``bool``, ``int``, ``float`` or ``str``.
+    default : Value
+        Value where nothing else is said.
+    unit : str
+        Unit of the value as a person types it; empty for pure numbers.
+    minimum, maximum : float or None
+        Closed range that is accepted.
+    choices : tuple of str
+        For ``str``: the accepted words.
+    group : str
+        Heading in the panel and the documentation.
+    help : str
+        One sentence that says what it does.
+    thesis : Value or None
+        The thesis's value (section 4.2.1), where it gives one.
+    """
+
+    name: str
+    type: type
+    default: Value
+    unit: str
+    minimum: float | None
+    maximum: float | None
+    choices: tuple[str, ...]
+    group: str
+    help: str
+    thesis: Value | None
+
+    def checked(self, value: Value) -> Value:
+        """Return `value` in the row's type, or raise :class:`InputError`."""
+        converted = self._converted(value)
+        if isinstance(converted, str):
+            if self.choices and converted not in self.choices:
+                raise self._refusal(value, f"one of {', '.join(self.choices)}")
+        elif not isinstance(converted, bool):
+            low, high = self.minimum, self.maximum
+            outside = (low is not None and converted < low) or (
+                high is not None and converted > high
+            )
+            if converted != converted or outside:
+                raise self._refusal(value, f"a value {self.range_text()}")
+        return converted
+
+    def range_text(self) -> str:
+        """Range in words, for messages and documentation."""
+        unit = f" {self.unit}" if self.unit else ""
+        match self.minimum, self.maximum:
+            case None, None:
+                return "of any size"
+            case low, None:
+                return f"from {low:g}{unit}"
+            case None, high:
+                return f"up to {high:g}{unit}"
+            case low, high:
+                return f"from {low:g} to {high:g}{unit}"
+        raise AssertionError  # unreachable: the cases above are complete
+
+    def _converted(self, value: Value) -> Value:
+        try:
+            if self.type is bool:
+                return _as_bool(value)
+            if self.type is int:
+                if isinstance(value, float) and value != int(value):
+                    raise ValueError
+                return int(value)
+            if self.type is float:
+                return float(value)
+        except (ValueError, OverflowError):
+            raise self._refusal(value, f"a {_TYPE_WORDS[self.type]}") from None
+        return str(value)
+
+    def _refusal(self, value: Value, right: str) -> InputError:
+        return InputError(
+            f"{value!r} is not a valid value", where=self.name, remedy=f"Give {right}."
+        )
+
+
+_TYPE_WORDS = {bool: "yes or no", int: "whole number", float: "number", str: "word"}
+
+
+def _as_bool(value: Value) -> bool:
+    word = str(value).strip().lower()
+    if word in {"true", "yes", "on", "1"}:
+        return True
+    if word in {"false", "no", "off", "0"}:
+        return False
+    raise ValueError
+
+
+def parameter(
+    default: Value,
+    help: str,  # noqa: A002 - the row's own word
+    *,
+    group: str,
+    unit: str = "",
+    minimum: float | None = None,
+    maximum: float | None = None,
+    choices: tuple[str, ...] = (),
+    thesis: Value | None = None,
+) -> Any:
+    """Declare one parameter as a dataclass field; see :class:`ParameterRow`."""
+    row = {
+        "unit": unit,
+        "minimum": minimum,
+        "maximum": maximum,
+        "choices": choices,
+        "group": group,
+        "help": help,
+        "thesis": thesis,
+    }
+    return dataclasses.field(default=default, metadata={_ROW: row})
+
+
+@dataclass(frozen=True)
+class ParameterGroup:
+    """Base of dataclasses whose fields are parameters, or further groups."""
+
+    @classmethod
+    def rows(cls) -> tuple[ParameterRow, ...]:
+        """All rows of this group and of the groups inside it, in order of declaration."""
+        return tuple(cls._rows())
+
+    @classmethod
+    def _rows(cls) -> Iterator[ParameterRow]:
+        hints = get_type_hints(cls)
+        for field in dataclasses.fields(cls):
+            kind = hints[field.name]
+            if isinstance(kind, type) and issubclass(kind, ParameterGroup):
+                yield from kind._rows()
+            else:
+                yield ParameterRow(field.name, kind, default=field.default, **field.metadata[_ROW])
+
+    def __post_init__(self) -> None:
+        for row in type(self)._own_rows():
+            object.__setattr__(self, row.name, row.checked(getattr(self, row.name)))
+
+    @classmethod
+    def _own_rows(cls) -> Iterator[ParameterRow]:
+        own = {field.name for field in dataclasses.fields(cls)}
+        return (row for row in cls._rows() if row.name in own)
+
+    def values(self) -> dict[str, Value]:
+        """Every value by its flat name."""
+        result: dict[str, Value] = {}
+        for field in dataclasses.fields(self):
+            value = getattr(self, field.name)
+            if isinstance(value, ParameterGroup):
+                result |= value.values()
+            else:
+                result[field.name] = value
+        return result
+
+    def replaced(self: ParametersT, **values: Value) -> ParametersT:
+        """Return a copy with some values changed, named flatly.
+
+        Raises
+        ------
+        InputError
+            For an unknown name or a value outside its range.
+        """
+        known = {row.name for row in self.rows()}
+        for name in values:
+            if name not in known:
+                raise InputError(
+                    f"there is no parameter {name!r}",
+                    where="--set",
+                    remedy=f"Known are: {', '.join(sorted(known))}.",
+                )
+        return self._replaced(values)
+
+    def _replaced(self: ParametersT, values: dict[str, Value]) -> ParametersT:
+        changed: dict[str, Any] = {}
+        for field in dataclasses.fields(self):
+            old = getattr(self, field.name)
+            if isinstance(old, ParameterGroup):
+                changed[field.name] = old._replaced(values)
+            elif field.name in values:
+                changed[field.name] = values[field.name]
+        return dataclasses.replace(self, **changed)
+
+
+def parsed_settings(texts: list[str]) -> dict[str, Value]:
+    """Read ``NAME=VALUE`` as given to ``--set``."""
+    result: dict[str, Value] = {}
+    for text in texts:
+        name, sign, value = text.partition("=")
+        if not sign or not name.strip():
+            raise InputError(f"{text!r} cannot be read", where="--set", remedy="Write NAME=VALUE.")
+        result[name.strip()] = value.strip()
+    return result

@@ -1,0 +1,1 @@
+"""People, motion and rendered stereo recordings with truth."""

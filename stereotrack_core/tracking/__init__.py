@@ -1,0 +1,1 @@
+"""Correspondences, residuals, the tracker's step, presets, and the pipeline around them."""

@@ -1,0 +1,62 @@
+"""A tracked trajectory with everything needed to judge and to repeat it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """What tracking gave, frame by frame; F frames, n states, S stages.
+
+    Attributes
+    ----------
+    frame : (F,) int64
+        Frame numbers of the recording.
+    landmarks : (F, 9, 3) float64, world, metres
+        NaN where not tracked; in the order of ``LANDMARKS``.
+    x : (F, n) float64
+        State; NaN where not tracked. Metres and radians, see `state_names`.
+    P : (F, n, n) float64
+        Covariance of the error state.
+    state_names : tuple of str
+    tracked : (F,) bool
+    coverage : (F,) float64
+        Share of the cloud that the model does not explain, 0 is best (method.md 4F).
+    residual : (F,) float64, metres
+        Weighted root mean square of the residuals after the last correction.
+    innovation : (F,) float64
+        Root mean square of the innovation over its predicted standard deviation.
+    limb_sigma_deg : (F, 6) float64
+        Standard deviation of each limb's direction, in the order of ``LIMBS``.
+    seconds : (F, S) float64
+        Wall time of each stage.
+    stage_names : tuple of str
+    meta : mapping
+        Program version, preset, parameters, seed, recording and its fingerprint, subject;
+        JSON-serialisable.
+    """
+
+    frame: IntArray
+    landmarks: FloatArray
+    x: FloatArray
+    P: FloatArray
+    state_names: tuple[str, ...]
+    tracked: BoolArray
+    coverage: FloatArray
+    residual: FloatArray
+    innovation: FloatArray
+    limb_sigma_deg: FloatArray
+    seconds: FloatArray
+    stage_names: tuple[str, ...]
+    meta: Mapping[str, Any]
+    landmark_names: tuple[str, ...] = LANDMARKS
+
+    def trajectory(self) -> LandmarkTrajectory:
+        """The landmarks alone."""
+        return LandmarkTrajectory(self.frame, self.landmarks)

@@ -1,0 +1,23 @@
+"""Fixtures that every room uses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+SHARED_RECORDINGS = Path(__file__).resolve().parents[2] / "shared" / "data" / "recordings"
+
+
+def shared_recording_folder(name: str) -> Path:
+    """Folder of a recording that this project did not make; skips where it is absent."""
+    folder = SHARED_RECORDINGS / name
+    if not folder.is_dir():
+        pytest.skip(f"the recording {name} is not beside this checkout")
+    return folder
+
+
+@pytest.fixture
+def shared_recording():
+    """Function from a recording's name to its folder."""
+    return shared_recording_folder
