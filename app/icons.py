@@ -1,0 +1,66 @@
+"""Line icons from the resources, tinted by the palette."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QByteArray, QObject, QRectF, Qt
+from PySide6.QtGui import QAction, QColor, QGuiApplication, QIcon, QPainter, QPalette, QPixmap
+from PySide6.QtSvg import QSvgRenderer
+from PySide6.QtWidgets import QAbstractButton, QApplication
+
+from app.resource_files import resource_folder, resource_path
+
+_SIZES = (16, 20, 24, 32, 40, 48, 64)
+_NAME = "icon_name"
+
+
+def icon_names() -> tuple[str, ...]:
+    """Names that :func:`icon` knows."""
+    return tuple(sorted(path.stem for path in (resource_folder() / "icons").glob("*.svg")))
+
+
+def icon(name: str) -> QIcon:
+    """Icon in the palette's colours, sharp from 16 to 64 pixels.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such icon.
+    """
+    drawing = resource_path("icons", f"{name}.svg").read_text(encoding="utf-8")
+    colours = QGuiApplication.palette()
+    result = QIcon()
+    for mode, group in (
+        (QIcon.Mode.Normal, QPalette.ColorGroup.Active),
+        (QIcon.Mode.Disabled, QPalette.ColorGroup.Disabled),
+    ):
+        colour = colours.color(group, QPalette.ColorRole.ButtonText)
+        for size in _SIZES:
+            result.addPixmap(_drawn(drawing, colour, size), mode)
+    return result
+
+
+def set_icon(target: QAction | QAbstractButton, name: str) -> None:
+    """Give an action or button an icon that changes with the theme."""
+    target.setProperty(_NAME, name)
+    target.setIcon(icon(name))
+
+
+def refresh_icons(app: QApplication) -> None:
+    """Tint every icon given by :func:`set_icon` again, after the palette has changed."""
+    for window in app.topLevelWidgets():
+        found: list[QObject] = [window, *window.findChildren(QObject)]
+        for target in found:
+            name = target.property(_NAME)
+            if name and isinstance(target, QAction | QAbstractButton):
+                target.setIcon(icon(name))
+
+
+def _drawn(drawing: str, colour: QColor, size: int) -> QPixmap:
+    tinted = drawing.replace("currentColor", colour.name())
+    renderer = QSvgRenderer(QByteArray(tinted.encode()))
+    pixmap = QPixmap(size, size)
+    pixmap.fill(Qt.GlobalColor.transparent)
+    painter = QPainter(pixmap)
+    renderer.render(painter, QRectF(0, 0, size, size))
+    painter.end()
+    return pixmap

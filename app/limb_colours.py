@@ -1,0 +1,53 @@
+"""One colour per limb, the same in views, scene, plots, lanes and tables.
+
+The hues are those of Okabe and Ito, which eyes with a colour deficiency tell apart: the
+person's left in blues, right in oranges, torso grey, head green.
+"""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+
+LIMB_COLOURS: MappingProxyType[str, str] = MappingProxyType(
+    {
+        "torso": "#8c8c8c",
+        "head": "#009E73",
+        "left_upper_arm": "#0072B2",
+        "left_forearm": "#56B4E9",
+        "right_upper_arm": "#D55E00",
+        "right_forearm": "#E69F00",
+    }
+)
+"""Colour of each limb as #rrggbb."""
+
+LANDMARK_LIMBS: MappingProxyType[str, str] = MappingProxyType(
+    {
+        "left_shoulder": "left_upper_arm",
+        "right_shoulder": "right_upper_arm",
+        "left_elbow": "left_upper_arm",
+        "right_elbow": "right_upper_arm",
+        "left_hand": "left_forearm",
+        "right_hand": "right_forearm",
+        "head": "head",
+        "left_hip": "torso",
+        "right_hip": "torso",
+    }
+)
+"""The limb whose colour a landmark is drawn in."""
+
+
+def limb_rgb(limb: str) -> tuple[int, int, int]:
+    """Red, green and blue of a limb, 0 to 255.
+
+    Raises
+    ------
+    KeyError
+        For a name that is no limb.
+    """
+    text = LIMB_COLOURS[limb]
+    return int(text[1:3], 16), int(text[3:5], 16), int(text[5:7], 16)
+
+
+def limb_words(limb: str) -> str:
+    """Return the limb's name as a person reads it, such as ``left upper arm``."""
+    return limb.replace("_", " ")

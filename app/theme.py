@@ -1,0 +1,200 @@
+"""The workbench's look: tokens of the dark and the light theme, and how Qt is told of them."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import asdict, dataclass
+from functools import cache
+from string import Template
+from typing import Literal, TypeAlias
+
+import pyqtgraph
+from PySide6.QtCore import QObject, Qt, Slot
+from PySide6.QtGui import QColor, QPalette
+from PySide6.QtWidgets import QApplication
+
+from app.icons import refresh_icons
+from app.resource_files import resource_path
+
+ThemeName: TypeAlias = Literal["dark", "light", "system"]
+THEME_NAMES: tuple[ThemeName, ...] = ("dark", "light", "system")
+
+_SHOWN = "stereotrack_theme"
+_CHOSEN = "stereotrack_theme_choice"
+
+
+@dataclass(frozen=True)
+class Theme:
+    """Design tokens: colours as #rrggbb, lengths in device-independent pixels.
+
+    Attributes
+    ----------
+    name : str
+        ``dark`` or ``light``.
+    window, base, raised, hover, border : str
+        Surfaces, from the window over fields to what lies above it.
+    text, muted, disabled : str
+        Writing in falling importance.
+    accent, accent_text, selection : str
+        What is chosen; violet, because the other hues are limbs.
+    playhead : str
+        The instant that is shown, in plots and lanes.
+    error, warning, good : str
+        Verdicts.
+    plot_background, plot_grid : str
+    scene_top, scene_bottom, scene_grid : str
+        Gradient and floor of the 3-D scene.
+    reference : str
+        Lines of the reference, which differ by style from what was tracked.
+    gap_small, gap, gap_large, radius : int
+        Distances between and inside widgets.
+    """
+
+    name: str
+    window: str
+    base: str
+    raised: str
+    hover: str
+    border: str
+    text: str
+    muted: str
+    disabled: str
+    accent: str
+    accent_text: str
+    selection: str
+    playhead: str
+    error: str
+    warning: str
+    good: str
+    plot_background: str
+    plot_grid: str
+    scene_top: str
+    scene_bottom: str
+    scene_grid: str
+    reference: str
+    gap_small: int = 4
+    gap: int = 8
+    gap_large: int = 16
+    radius: int = 4
+
+    @property
+    def is_dark(self) -> bool:
+        """Whether writing is brighter than what it stands on."""
+        return self.name == "dark"
+
+
+@cache
+def load_theme(name: str) -> Theme:
+    """Tokens of ``dark`` or ``light`` from the resources.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no theme of that name.
+    """
+    text = resource_path("themes", f"{name}.toml").read_text(encoding="utf-8")
+    return Theme(name=name, **tomllib.loads(text))
+
+
+def current_theme() -> Theme:
+    """Tokens of the theme that is shown; dark where none was applied."""
+    app = QApplication.instance()
+    name = app.property(_SHOWN) if app is not None else None
+    return load_theme(name or "dark")
+
+
+def chosen_theme() -> ThemeName:
+    """Tell what was asked for: ``dark``, ``light`` or ``system``."""
+    app = QApplication.instance()
+    name: ThemeName = (app.property(_CHOSEN) if app is not None else None) or "system"
+    return name
+
+
+def apply_theme(app: QApplication, name: ThemeName) -> None:
+    """Give the whole application the theme `name`, now and for windows yet to come.
+
+    Widgets that paint by themselves hear of it as ``QEvent.Type.PaletteChange`` and read
+    :func:`current_theme` again.
+
+    Raises
+    ------
+    ValueError
+        For a name that is none of :data:`THEME_NAMES`.
+    """
+    if name not in THEME_NAMES:
+        raise ValueError(f"{name!r} is no theme; there are {', '.join(THEME_NAMES)}")
+    app.setProperty(_CHOSEN, name)
+    if app.findChild(_SystemFollower) is None:
+        _SystemFollower(app)
+    _show(app, load_theme(_system_scheme(app) if name == "system" else name))
+
+
+def _show(app: QApplication, theme: Theme) -> None:
+    app.setProperty(_SHOWN, theme.name)
+    if app.style().name().lower() != "fusion":
+        app.setStyle("Fusion")
+    pyqtgraph.setConfigOptions(
+        background=theme.plot_background, foreground=theme.muted, antialias=True
+    )
+    app.setStyleSheet(_style_sheet(theme))
+    app.setPalette(palette(theme))
+    refresh_icons(app)
+
+
+def _style_sheet(theme: Theme) -> str:
+    text = resource_path("themes", "workbench.qss").read_text(encoding="utf-8")
+    return Template(text).substitute(asdict(theme))
+
+
+def palette(theme: Theme) -> QPalette:
+    """Palette of the Fusion style in the theme's colours."""
+    role = QPalette.ColorRole
+    colours = {
+        role.Window: theme.window,
+        role.WindowText: theme.text,
+        role.Base: theme.base,
+        role.AlternateBase: theme.window,
+        role.Text: theme.text,
+        role.PlaceholderText: theme.muted,
+        role.Button: theme.raised,
+        role.ButtonText: theme.text,
+        role.BrightText: theme.error,
+        role.ToolTipBase: theme.raised,
+        role.ToolTipText: theme.text,
+        role.Highlight: theme.accent,
+        role.HighlightedText: theme.accent_text,
+        role.Link: theme.accent,
+        role.LinkVisited: theme.accent,
+        role.Accent: theme.accent,
+        role.Light: theme.hover,
+        role.Midlight: theme.raised,
+        role.Mid: theme.border,
+        role.Dark: theme.border,
+        role.Shadow: theme.base if theme.is_dark else theme.border,
+    }
+    result = QPalette()
+    for key, colour in colours.items():
+        result.setColor(key, QColor(colour))
+    for key in (role.WindowText, role.Text, role.ButtonText, role.HighlightedText):
+        result.setColor(QPalette.ColorGroup.Disabled, key, QColor(theme.disabled))
+    result.setColor(QPalette.ColorGroup.Disabled, role.Highlight, QColor(theme.border))
+    return result
+
+
+def _system_scheme(app: QApplication) -> str:
+    dark = app.styleHints().colorScheme() == Qt.ColorScheme.Dark
+    return "dark" if dark else "light"
+
+
+class _SystemFollower(QObject):
+    """Repeats the system's change of scheme while the system's theme is chosen."""
+
+    def __init__(self, app: QApplication) -> None:
+        super().__init__(app)
+        self._app = app
+        app.styleHints().colorSchemeChanged.connect(self._on_scheme_changed)
+
+    @Slot()
+    def _on_scheme_changed(self) -> None:
+        if chosen_theme() == "system":
+            _show(self._app, load_theme(_system_scheme(self._app)))
