@@ -1,0 +1,55 @@
+# make demo and make test do everything that is needed, on a fresh machine too.
+.POSIX:
+.PHONY: help demo test test-slow lint ready docs pictures lock clean
+
+# Number of processes that run tests.
+WORKERS = 2
+PY = .venv/bin/python
+PYTEST = QT_QPA_PLATFORM=offscreen $(PY) -m pytest --timeout 600
+
+help:
+	@echo 'make demo       track the demo recording, print its errors, show it in the workbench'
+	@echo 'make test       lint, types, import contract and all tests but the slow ones'
+	@echo 'make test-slow  the slow tests: accuracy, endurance, thousands of cases'
+	@echo 'make lint       lint, types and import contract alone'
+	@echo 'make docs       docs/parameters.md from the declared parameters'
+	@echo 'make pictures   the pictures of the README, made by the program'
+	@echo 'make lock       requirements.lock from pyproject.toml (make lock UPGRADE=--upgrade: newest)'
+	@echo 'make clean      remove the environment, caches and the demo recording'
+
+ready:
+	@python=$$(tools/find_python) && "$$python" tools/bootstrap.py
+
+demo: ready
+	@if $(PY) tools/screen.py; then $(PY) -m app demo demo; \
+	else QT_QPA_PLATFORM=offscreen $(PY) -m app demo demo --headless --screenshot demo/window.png; fi
+
+test: lint
+	$(PYTEST) -n $(WORKERS) -m 'not slow'
+
+test-slow: ready
+	$(PYTEST) -n $(WORKERS) -m slow --timeout 7200 --durations 0
+
+lint: ready
+	$(PY) -m ruff check .
+	$(PY) -m ruff format --check .
+	$(PY) -m mypy
+	.venv/bin/lint-imports
+
+docs: ready
+	$(PY) tools/write_parameters.py docs/parameters.md
+
+pictures: ready
+	@mkdir -p docs
+	QT_QPA_PLATFORM=offscreen $(PY) -m app demo demo --headless --screenshot docs/workbench.png
+
+lock: ready
+	$(PY) -m venv --clear build/uv
+	build/uv/bin/python -m pip install --quiet uv
+	build/uv/bin/uv pip compile pyproject.toml --extra dev --universal --python-version 3.11 \
+	    --no-header --no-emit-index-url --annotation-style line --quiet $(UPGRADE) -o requirements.lock
+	rm -rf build/uv
+
+clean:
+	rm -rf .venv build dist demo .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
