@@ -1,0 +1,169 @@
+"""Errors of a trajectory against a reference, frame by frame, on the thesis's axes.
+
+Torso position is the hip midpoint, the long axis runs from hip midpoint to shoulder midpoint,
+the cross axis from left to right shoulder, an upper arm from shoulder to elbow and a forearm
+from elbow to hand (thesis, chapter 4).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+from stereotrack_core.geometry.rotation import angle_between
+from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+
+NOT_TRACKED_ANGLE = np.pi / 2
+"""What an axis counts that the run does not know, radians."""
+
+NOT_TRACKED_POSITION = 0.5
+"""What a torso position counts that the run does not know, metres."""
+
+_AXES = ("torso_long", "torso_cross", "upper_arm", "forearm")
+
+
+@dataclass(frozen=True, eq=False)
+class LimbErrors:
+    """Errors per frame of the reference; NaN where the reference does not know.
+
+    Attributes
+    ----------
+    frame : (F,) int64
+        Frames in which the reference knows at least one landmark.
+    torso_position : (F,) float64, metres
+    torso_long, torso_cross : (F,) float64, radians
+    upper_arm, forearm : (F, 2) float64, radians
+        The person's own left, then right.
+    tracked : (F,) bool
+        Whether the trajectory knows at least one landmark of the frame.
+    """
+
+    frame: IntArray
+    torso_position: FloatArray
+    torso_long: FloatArray
+    torso_cross: FloatArray
+    upper_arm: FloatArray
+    forearm: FloatArray
+    tracked: BoolArray
+
+    def between(self, first: int, end: int) -> LimbErrors:
+        """Return the frames of a half-open stretch."""
+        inside = (self.frame >= first) & (self.frame < end)
+        return LimbErrors(
+            self.frame[inside],
+            self.torso_position[inside],
+            self.torso_long[inside],
+            self.torso_cross[inside],
+            self.upper_arm[inside],
+            self.forearm[inside],
+            self.tracked[inside],
+        )
+
+    def of_limb(self, limb: str) -> FloatArray:
+        """Angular error (F,) in radians of one limb; the torso's is its long axis.
+
+        The head enters no measure, so its row is NaN throughout.
+
+        Raises
+        ------
+        KeyError
+            For a name that is not a limb.
+        """
+        nothing: FloatArray = np.full(len(self.frame), np.nan)
+        return {
+            "torso": self.torso_long,
+            "head": nothing,
+            "left_upper_arm": self.upper_arm[:, 0],
+            "right_upper_arm": self.upper_arm[:, 1],
+            "left_forearm": self.forearm[:, 0],
+            "right_forearm": self.forearm[:, 1],
+        }[limb]
+
+
+def errors_against(trajectory: LandmarkTrajectory, reference: LandmarkTrajectory) -> LimbErrors:
+    """Errors of `trajectory` in every frame of `reference`.
+
+    A frame or landmark that the trajectory lacks counts 90 degrees and 500 mm. What the
+    reference does not know is not scored (NaN), nor is an axis of it that has no length.
+
+    Parameters
+    ----------
+    trajectory : LandmarkTrajectory
+        What was tracked; may have other frames than the reference.
+    reference : LandmarkTrajectory
+        Taken as truth.
+    """
+    known = np.isfinite(reference.points).all(axis=-1).any(axis=-1)
+    frame = reference.frame[known]
+    truth = _whole_landmarks(reference.points[known])
+    found = _whole_landmarks(_points_at(trajectory, frame))
+    angles = {name: _angles(found, truth, name) for name in _AXES}
+    return LimbErrors(
+        frame=frame,
+        torso_position=_distances(_hips(found), _hips(truth)),
+        torso_long=angles["torso_long"],
+        torso_cross=angles["torso_cross"],
+        upper_arm=angles["upper_arm"],
+        forearm=angles["forearm"],
+        tracked=np.asarray(np.isfinite(found).any(axis=(1, 2))),
+    )
+
+
+def _whole_landmarks(points: FloatArray) -> FloatArray:
+    """Blank landmarks of which only some coordinates are known."""
+    return np.where(np.isfinite(points).all(axis=-1, keepdims=True), points, np.nan)
+
+
+def _points_at(trajectory: LandmarkTrajectory, frame: IntArray) -> FloatArray:
+    """Landmarks (F, 9, 3) of the frames asked for; NaN in frames that it does not have."""
+    points: FloatArray = np.full((len(frame), len(LANDMARKS), 3), np.nan)
+    _, asked, own = np.intersect1d(frame, trajectory.frame, return_indices=True)
+    points[asked] = trajectory.points[own]
+    return points
+
+
+def _landmark(points: FloatArray, name: str) -> FloatArray:
+    result: FloatArray = points[:, LANDMARKS.index(name)]
+    return result
+
+
+def _hips(points: FloatArray) -> FloatArray:
+    middle: FloatArray = (_landmark(points, "left_hip") + _landmark(points, "right_hip")) / 2.0
+    return middle
+
+
+def _axis(points: FloatArray, name: str) -> FloatArray:
+    """Axis (F, 3), or (F, 2, 3) with left and right, in metres."""
+
+    def both(landmark: str) -> FloatArray:
+        sides = [_landmark(points, f"{side}_{landmark}") for side in ("left", "right")]
+        return np.stack(sides, axis=1)
+
+    match name:
+        case "torso_long":
+            long: FloatArray = both("shoulder").mean(axis=1) - _hips(points)
+            return long
+        case "torso_cross":
+            return _landmark(points, "right_shoulder") - _landmark(points, "left_shoulder")
+        case "upper_arm":
+            return both("elbow") - both("shoulder")
+        case _:
+            return both("hand") - both("elbow")
+
+
+def _angles(found: FloatArray, truth: FloatArray, name: str) -> FloatArray:
+    true_axis = _axis(truth, name)
+    angle = angle_between(_axis(found, name), true_axis)
+    scored = (true_axis != 0).any(axis=-1) & np.isfinite(true_axis).all(axis=-1)
+    missed = np.where(np.isnan(angle), NOT_TRACKED_ANGLE, angle)
+    result: FloatArray = np.where(scored, missed, np.nan)
+    return result
+
+
+def _distances(found: FloatArray, truth: FloatArray) -> FloatArray:
+    distance = np.linalg.norm(found - truth, axis=-1)
+    missed = np.where(np.isnan(distance), NOT_TRACKED_POSITION, distance)
+    result: FloatArray = np.where(np.isnan(truth).any(axis=-1), np.nan, missed)
+    return result

@@ -1,0 +1,123 @@
+"""Errors pooled over frames: mean, median, 95th percentile, share of lost arm segments."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.evaluation.errors import LimbErrors
+from stereotrack_core.recording.description import Segment
+
+LOST_ANGLE = np.deg2rad(45.0)
+"""An arm segment farther off than this is lost."""
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """Mean, median and 95th percentile of one measure; NaN where nothing was scored."""
+
+    mean: float
+    median: float
+    p95: float
+    count: int
+
+
+@dataclass(frozen=True)
+class Measure:
+    """One row of the error table.
+
+    Attributes
+    ----------
+    name : str
+        Key, for example ``"left_forearm"``.
+    label : str
+        Name for people.
+    unit : str
+        ``"mm"`` or ``"deg"``: tables are what a person reads.
+    statistics : Statistics
+        In `unit`.
+    """
+
+    name: str
+    label: str
+    unit: str
+    statistics: Statistics
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Errors of one stretch of frames.
+
+    Attributes
+    ----------
+    name : str
+        The segment, or ``"all"``.
+    frames : int
+        Frames that the reference knows.
+    not_tracked : int
+        Frames among them in which the run has no landmark.
+    measures : tuple of Measure
+        Torso position, long axis, cross axis, upper arms, forearms, then each arm alone.
+    lost : float
+        Share (0 to 1) of arm segments more than 45 degrees off; NaN where none was scored.
+    """
+
+    name: str
+    frames: int
+    not_tracked: int
+    measures: tuple[Measure, ...]
+    lost: float
+
+    def measure(self, name: str) -> Measure:
+        """Return the measure of that name; KeyError where there is none."""
+        for measure in self.measures:
+            if measure.name == name:
+                return measure
+        raise KeyError(name)
+
+
+def summarise(errors: LimbErrors, name: str = "all") -> Summary:
+    """Pool the errors over all frames, both arms together and each alone."""
+    upper, fore = np.rad2deg(errors.upper_arm), np.rad2deg(errors.forearm)
+    rows = (
+        ("torso_position", "torso position", "mm", 1000.0 * errors.torso_position),
+        ("torso_long", "torso long axis", "deg", np.rad2deg(errors.torso_long)),
+        ("torso_cross", "torso cross axis", "deg", np.rad2deg(errors.torso_cross)),
+        ("upper_arms", "upper arms", "deg", upper),
+        ("forearms", "forearms", "deg", fore),
+        ("left_upper_arm", "left upper arm", "deg", upper[:, 0]),
+        ("right_upper_arm", "right upper arm", "deg", upper[:, 1]),
+        ("left_forearm", "left forearm", "deg", fore[:, 0]),
+        ("right_forearm", "right forearm", "deg", fore[:, 1]),
+    )
+    return Summary(
+        name=name,
+        frames=len(errors.frame),
+        not_tracked=int(np.count_nonzero(~errors.tracked)),
+        measures=tuple(Measure(key, label, unit, statistics(v)) for key, label, unit, v in rows),
+        lost=lost_share(errors),
+    )
+
+
+def summarise_segments(errors: LimbErrors, segments: Sequence[Segment]) -> tuple[Summary, ...]:
+    """One summary for each named stretch, in their order."""
+    return tuple(summarise(errors.between(s.first, s.end), s.name) for s in segments)
+
+
+def statistics(values: FloatArray) -> Statistics:
+    """Statistics of the values that are not NaN."""
+    known = values[~np.isnan(values)]
+    if not known.size:
+        return Statistics(np.nan, np.nan, np.nan, 0)
+    median, p95 = np.percentile(known, [50, 95])
+    return Statistics(float(known.mean()), float(median), float(p95), int(known.size))
+
+
+def lost_share(errors: LimbErrors) -> float:
+    """Share (0 to 1) of scored upper arms and forearms more than 45 degrees off."""
+    angles = np.concatenate([errors.upper_arm.ravel(), errors.forearm.ravel()])
+    known = angles[~np.isnan(angles)]
+    return float((known > LOST_ANGLE).mean()) if known.size else float("nan")

@@ -1,0 +1,110 @@
+"""Errors per frame: geometry that can be checked by hand, and what is missing."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.evaluation.errors import errors_against
+from stereotrack_core.geometry.rotation import rotation_from_vector
+from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+
+T_POSE = np.array(
+    [
+        [-0.2, 0.0, 1.4],
+        [0.2, 0.0, 1.4],
+        [-0.5, 0.0, 1.4],
+        [0.5, 0.0, 1.4],
+        [-0.8, 0.0, 1.4],
+        [0.8, 0.0, 1.4],
+        [0.0, 0.0, 1.6],
+        [-0.1, 0.0, 0.9],
+        [0.1, 0.0, 0.9],
+    ]
+)
+
+
+def trajectory(points, first=0):
+    points = np.atleast_3d(points).reshape(-1, 9, 3)
+    return LandmarkTrajectory(np.arange(first, first + len(points)), points)
+
+
+def with_landmark(name, position):
+    points = T_POSE.copy()
+    points[LANDMARKS.index(name)] = position
+    return points
+
+
+def test_perfect_trajectory_has_no_error():
+    errors = errors_against(trajectory(T_POSE), trajectory(T_POSE))
+    for name in ("torso_position", "torso_long", "torso_cross", "upper_arm", "forearm"):
+        np.testing.assert_allclose(getattr(errors, name), 0.0, atol=1e-12)
+    assert errors.tracked.all()
+
+
+def test_lifted_left_hand_is_the_left_forearm_alone():
+    lifted = with_landmark("left_hand", [-0.5, 0.0, 1.7])
+    errors = errors_against(trajectory(lifted), trajectory(T_POSE))
+    np.testing.assert_allclose(errors.forearm, [[np.pi / 2, 0.0]], atol=1e-12)
+    np.testing.assert_allclose(errors.upper_arm, 0.0, atol=1e-12)
+
+
+@given(st.tuples(*[st.floats(-1, 1)] * 3), st.floats(0.0, 3.0))
+def test_shift_moves_the_torso_and_no_axis(shift, angle):
+    moved = T_POSE + np.array(shift)
+    errors = errors_against(trajectory(moved), trajectory(T_POSE))
+    np.testing.assert_allclose(errors.torso_position, np.linalg.norm(shift), atol=1e-12)
+    np.testing.assert_allclose(errors.forearm, 0.0, atol=1e-9)
+
+    turned = T_POSE @ rotation_from_vector(np.array([0.0, 0.0, angle])).T
+    errors = errors_against(trajectory(turned), trajectory(T_POSE))
+    np.testing.assert_allclose(errors.torso_cross, angle, atol=1e-9)
+    np.testing.assert_allclose(errors.upper_arm, angle, atol=1e-9)
+    np.testing.assert_allclose(errors.torso_long, 0.0, atol=1e-9)
+
+
+def test_missing_frame_counts_90_degrees_and_500_mm():
+    errors = errors_against(trajectory(T_POSE, first=7), trajectory(T_POSE))
+    assert not errors.tracked.any()
+    np.testing.assert_allclose(errors.torso_position, 0.5)
+    np.testing.assert_allclose(errors.torso_long, np.pi / 2)
+    np.testing.assert_allclose(errors.forearm, np.pi / 2)
+
+
+def test_landmark_with_one_missing_coordinate_is_missing():
+    half = with_landmark("right_elbow", [0.5, np.nan, 1.4])
+    errors = errors_against(trajectory(half), trajectory(T_POSE))
+    np.testing.assert_allclose(errors.upper_arm, [[0.0, np.pi / 2]], atol=1e-12)
+    assert errors.tracked.all()
+
+
+def test_what_the_reference_does_not_know_is_not_scored():
+    reference = with_landmark("left_hip", [np.nan] * 3)
+    errors = errors_against(trajectory(T_POSE), trajectory(reference))
+    assert np.isnan(errors.torso_position).all()
+    assert np.isnan(errors.torso_long).all()
+    assert not np.isnan(errors.torso_cross).any()
+    nothing = errors_against(trajectory(T_POSE), trajectory(np.full((9, 3), np.nan)))
+    assert len(nothing.frame) == 0
+
+
+def test_axis_without_length():
+    collapsed = with_landmark("left_hand", T_POSE[LANDMARKS.index("left_elbow")])
+    found = errors_against(trajectory(collapsed), trajectory(T_POSE))
+    assert found.forearm[0, 0] == pytest.approx(np.pi / 2)
+    reference = errors_against(trajectory(T_POSE), trajectory(collapsed))
+    assert np.isnan(reference.forearm[0, 0])
+
+
+def test_stretch_is_half_open_and_limbs_have_names():
+    errors = errors_against(trajectory(np.stack([T_POSE] * 5)), trajectory(np.stack([T_POSE] * 5)))
+    part = errors.between(1, 3)
+    assert part.frame.tolist() == [1, 2]
+    for field in dataclasses.fields(part):
+        assert len(getattr(part, field.name)) == 2
+    assert all(len(errors.of_limb(limb)) == 5 for limb in LIMBS)
+    with pytest.raises(KeyError):
+        errors.of_limb("tail")
