@@ -21,7 +21,7 @@ ENVIRONMENT = ROOT / ".venv"
 PYTHON = ENVIRONMENT / "bin" / "python"
 STAMP = ENVIRONMENT / "stereotrack-installed.json"
 LOCK = ROOT / "requirements.lock"
-PIP = (str(PYTHON), "-m", "pip", "--disable-pip-version-check", "--quiet", "--no-input")
+PIP = (str(PYTHON), "-m", "pip", "--disable-pip-version-check", "-qq", "--no-input")
 
 
 _VERSION = "import sys; print('{}.{}'.format(*sys.version_info))"
