@@ -1,0 +1,154 @@
+"""The bootstrapping tools: which packages they would install, and that they install once."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+TOOLS = ROOT / "tools"
+
+
+def tool(name: str, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """One of the scripts in tools/, which import one another by plain name."""
+    monkeypatch.syspath_prepend(str(TOOLS))
+    for other in ("debian", name):
+        monkeypatch.delitem(sys.modules, other, raising=False)
+    spec = importlib.util.spec_from_file_location(name, TOOLS / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.parametrize(
+    ("library", "package"),
+    [
+        ("libxcb-icccm.so.4", "libxcb-icccm4"),
+        ("libxcb-keysyms.so.1", "libxcb-keysyms1"),
+        ("libxcb-cursor.so.0", "libxcb-cursor0"),
+        ("libxkbcommon-x11.so.0", "libxkbcommon-x11-0"),
+        ("libX11-xcb.so.1", "libx11-xcb1"),
+        ("libX11.so.6", "libx11-6"),
+        ("libdbus-1.so.3", "libdbus-1-3"),
+        ("libfontconfig.so.1", "libfontconfig1"),
+        ("libEGL.so.1", "libegl1"),
+        ("libGL.so.1", "libgl1"),
+        ("libgssapi_krb5.so.2", "libgssapi-krb5-2"),
+        ("libglib-2.0.so.0", "libglib2.0-0"),
+        ("libz.so.1", "zlib1g"),
+    ],
+)
+def test_package_of_a_library(library, package, monkeypatch):
+    assert tool("system_libraries", monkeypatch).package_of(library) == package
+
+
+def test_missing_libraries_are_read_from_ldd(monkeypatch):
+    output = (
+        "/env/libqxcb.so:\n"
+        "\tlinux-vdso.so.1 (0x00007ffc)\n"
+        "\tlibxcb-icccm.so.4 => not found\n"
+        "\tlibxcb.so.1 => /lib/x86_64-linux-gnu/libxcb.so.1 (0x00007f)\n"
+        "\tlibxcb-keysyms.so.1 => not found\n"
+    )
+    missing = tool("system_libraries", monkeypatch).missing_in(output)
+    assert missing == {"libxcb-icccm.so.4", "libxcb-keysyms.so.1"}
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="these files are Linux's")
+def test_the_files_that_are_examined_exist(monkeypatch):
+    """A renamed library in a new version of Qt or VTK would end the check without a sign."""
+    module = tool("system_libraries", monkeypatch)
+    for pattern in (*module.ALWAYS, *module.FOR_A_WINDOW):
+        assert module._files(pattern), pattern
+
+
+def test_without_the_right_to_install_the_one_command_is_printed(monkeypatch, capsys):
+    module = tool("system_libraries", monkeypatch)
+    monkeypatch.setattr(module.debian, "install", lambda packages: False)
+    monkeypatch.setattr(module, "missing_now", lambda: (set(), {"libxcb-icccm.so.4"}))
+    monkeypatch.setattr(module.sys, "platform", "linux")
+    assert module.main([]) == 0, "without a screen the program still runs"
+    assert "sudo apt-get install libxcb-icccm4" in capsys.readouterr().err
+    assert module.main(["--window"]) == 1
+
+
+def test_what_is_needed_even_without_a_screen_stops_the_installation(monkeypatch, capsys):
+    module = tool("system_libraries", monkeypatch)
+    monkeypatch.setattr(module.debian, "install", lambda packages: False)
+    monkeypatch.setattr(module, "missing_now", lambda: ({"libEGL.so.1"}, set()))
+    monkeypatch.setattr(module.sys, "platform", "linux")
+    assert module.main([]) == 1
+    assert "sudo apt-get install libegl1" in capsys.readouterr().err
+
+
+@pytest.fixture
+def fake_pythons(tmp_path: Path):
+    """A folder for PATH with commands that behave as given."""
+
+    def make(**scripts: str) -> dict[str, str]:
+        for name, script in scripts.items():
+            command = tmp_path / name.replace("_", ".")
+            command.write_text(f"#!/bin/sh\n{script}\n", encoding="utf-8")
+            command.chmod(0o755)
+        return {"PATH": f"{tmp_path}:/usr/bin:/bin", "HOME": str(tmp_path)}
+
+    return make
+
+
+def found_python(environment: dict[str, str]) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        ["sh", str(TOOLS / "find_python")],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a shell script")
+def test_a_python_that_refuses_to_run_is_passed_over(fake_pythons):
+    """As the shims of pyenv do for versions that are there and not chosen."""
+    refuses = "echo 'pyenv: command not found' >&2; exit 127"
+    environment = fake_pythons(python3_13=refuses, python3_12=f'exec "{sys.executable}" "$@"')
+    assert found_python(environment).stdout.strip() == "python3.12"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a shell script")
+def test_a_python_that_was_asked_for_is_the_only_one_tried(fake_pythons):
+    environment = {**fake_pythons(old="exit 1"), "PYTHON": "old"}
+    found = found_python(environment)
+    assert found.returncode == 1
+    assert "none was found as old" in found.stderr
+
+
+def test_an_environment_that_is_up_to_date_is_left_alone(tmp_path, monkeypatch):
+    module = tool("bootstrap", monkeypatch)
+    monkeypatch.setattr(module, "STAMP", tmp_path / "stamp.json")
+    monkeypatch.setattr(module, "PYTHON", Path(sys.executable))
+    monkeypatch.delenv("PYTHON", raising=False)
+    done: list[str] = []
+    monkeypatch.setattr(module, "make_environment", lambda: done.append("environment"))
+    monkeypatch.setattr(module, "install_project", lambda: done.append("project"))
+    checked = subprocess.CompletedProcess[bytes]([], 0)
+    version = "{}.{}".format(*sys.version_info)
+    monkeypatch.setattr(module.subprocess, "check_output", lambda *_, **__: version)
+    monkeypatch.setattr(module.subprocess, "run", lambda *_, **__: checked)
+
+    assert module.main() == 0
+    assert done == ["environment", "project"]
+    assert module.main() == 0
+    assert done == ["environment", "project"]
+
+    monkeypatch.setattr(module, "wanted", lambda: {**module.installed(), "project": "edited"})
+    assert module.main() == 0
+    assert done == ["environment", "project", "project"]
+
+    monkeypatch.setattr(module, "wanted", lambda: {**module.installed(), "lock": "edited"})
+    assert module.main() == 0
+    assert done[3:] == ["environment", "project"]
