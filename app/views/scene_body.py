@@ -1,0 +1,165 @@
+"""The measured points, the body model and what is known about its limbs."""
+
+from __future__ import annotations
+
+import numpy as np
+from vtkmodules.vtkCommonMath import vtkMatrix4x4
+from vtkmodules.vtkFiltersSources import vtkSphereSource
+from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
+
+from app.limb_colours import LIMB_COLOURS
+from app.theme import Theme
+from app.views.scene_content import Ellipsoid, LimbMesh, SceneContent
+from app.views.scene_geometry import Shape
+from app.views.scene_window import unit_rgb
+from stereotrack_core.arrays import FloatArray, IntArray
+
+_POINT_SIZE = 2.5
+_SIGMAS = 2.0
+
+
+class CloudLayer:
+    """Measured points as dots."""
+
+    def __init__(self, renderer: vtkRenderer) -> None:
+        self._shape = Shape(renderer)
+        self._shown: tuple[object, object] = (None, None)
+
+    def show(self, content: SceneContent, visible: bool, scale: float) -> None:
+        """Take over the points where they are not the ones shown already."""
+        self._shape.set_visible(visible and len(content.cloud_points) > 0)
+        self._shape.actor.GetProperty().SetPointSize(_POINT_SIZE * scale)
+        arrays = (content.cloud_points, content.cloud_colours)
+        if visible and (arrays[0] is not self._shown[0] or arrays[1] is not self._shown[1]):
+            self._shape.set_dots(content.cloud_points)
+            self._shape.set_point_colours(content.cloud_colours)
+            self._shown = arrays
+
+
+class ModelLayer:
+    """One surface for each part of the body, in its limb's colour."""
+
+    def __init__(self, renderer: vtkRenderer) -> None:
+        self._renderer = renderer
+        self._shapes: list[Shape] = []
+
+    def show(self, content: SceneContent, visible: bool, theme: Theme) -> None:
+        """Move the surfaces to where the body is now."""
+        while len(self._shapes) < len(content.meshes):
+            self._shapes.append(self._new_shape())
+        for index, shape in enumerate(self._shapes):
+            shown = visible and index < len(content.meshes)
+            shape.set_visible(shown)
+            if shown:
+                mesh = content.meshes[index]
+                shape.set_triangles(mesh.vertices, mesh.triangles)
+                self._colour(shape, mesh, content.highlighted, theme)
+
+    def _new_shape(self) -> Shape:
+        shape = Shape(self._renderer, lit=True)
+        properties = shape.actor.GetProperty()
+        properties.SetInterpolationToFlat()
+        properties.SetSpecular(0.15)
+        properties.SetSpecularPower(20.0)
+        return shape
+
+    def _colour(self, shape: Shape, mesh: LimbMesh, highlighted: str, theme: Theme) -> None:
+        shape.set_colour(LIMB_COLOURS[mesh.limb])
+        chosen = mesh.limb == highlighted
+        properties = shape.actor.GetProperty()
+        properties.SetAmbient(0.55 if chosen else 0.3)
+        properties.SetDiffuse(0.7)
+        properties.SetEdgeVisibility(chosen)
+        properties.SetEdgeColor(*unit_rgb(theme.accent))
+        properties.SetLineWidth(1.5)
+
+
+class EllipsoidLayer:
+    """Two standard deviations around what the tracker found."""
+
+    def __init__(self, renderer: vtkRenderer) -> None:
+        self._renderer = renderer
+        source = vtkSphereSource()
+        source.SetThetaResolution(16)
+        source.SetPhiResolution(11)
+        source.LatLongTessellationOn()
+        source.SetRadius(1.0)
+        self._mapper = vtkPolyDataMapper()
+        self._mapper.SetInputConnection(source.GetOutputPort())
+        self._actors: list[vtkActor] = []
+
+    def show(self, content: SceneContent, visible: bool) -> None:
+        """Place one ellipsoid for each that can be drawn."""
+        drawn = [
+            (ellipsoid, matrix)
+            for ellipsoid in content.ellipsoids
+            if visible and (matrix := _world_from_sphere(ellipsoid)) is not None
+        ]
+        while len(self._actors) < len(drawn):
+            actor = vtkActor()
+            actor.SetMapper(self._mapper)
+            actor.PickableOff()
+            # a wire is seen through without the cost of a translucent pass
+            actor.GetProperty().SetRepresentationToWireframe()
+            actor.GetProperty().SetLighting(False)
+            self._renderer.AddActor(actor)
+            self._actors.append(actor)
+        for index, actor in enumerate(self._actors):
+            actor.SetVisibility(index < len(drawn))
+            if index < len(drawn):
+                ellipsoid, matrix = drawn[index]
+                actor.GetProperty().SetColor(*unit_rgb(LIMB_COLOURS[ellipsoid.limb]))
+                actor.SetUserMatrix(matrix)
+
+
+def _world_from_sphere(ellipsoid: Ellipsoid) -> vtkMatrix4x4 | None:
+    covariance = ellipsoid.covariance
+    if not (np.isfinite(covariance).all() and np.isfinite(ellipsoid.centre).all()):
+        return None
+    variances, axes = np.linalg.eigh((covariance + covariance.T) / 2)
+    matrix = np.eye(4)
+    matrix[:3, :3] = axes * (_SIGMAS * np.sqrt(np.maximum(variances, 1e-8)))
+    matrix[:3, 3] = ellipsoid.centre
+    result = vtkMatrix4x4()
+    result.DeepCopy(matrix.ravel().tolist())
+    return result
+
+
+def limb_at(meshes: tuple[LimbMesh, ...], eye: FloatArray, direction: FloatArray) -> str:
+    """Name the limb whose surface a ray meets first; empty where it meets none.
+
+    Parameters
+    ----------
+    meshes : tuple of LimbMesh
+    eye, direction : (3,) float64, world
+        The ray; its direction need not be normalised.
+    """
+    best, found = np.inf, ""
+    for mesh in meshes:
+        distance = ray_distance(mesh.vertices, mesh.triangles, eye, direction)
+        if distance < best:
+            best, found = distance, mesh.limb
+    return found
+
+
+def ray_distance(
+    vertices: FloatArray, triangles: IntArray, eye: FloatArray, direction: FloatArray
+) -> float:
+    """Distance along a ray to a surface, in lengths of `direction`; inf where it misses.
+
+    The test of Moeller and Trumbore (doi:10.1080/10867651.1997.10487468), from both sides.
+    """
+    corner = vertices[triangles[:, 0]]
+    first = vertices[triangles[:, 1]] - corner
+    second = vertices[triangles[:, 2]] - corner
+    across = np.cross(direction, second)
+    determinant = np.einsum("ij,ij->i", first, across)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        inverse = 1.0 / determinant
+        offset = eye - corner
+        u = np.einsum("ij,ij->i", offset, across) * inverse
+        turned = np.cross(offset, first)
+        v = turned @ direction * inverse
+        distance = np.einsum("ij,ij->i", second, turned) * inverse
+    hit = (u >= 0) & (v >= 0) & (u + v <= 1) & (distance > 0) & np.isfinite(distance)
+    return float(distance[hit].min()) if hit.any() else np.inf

@@ -1,0 +1,105 @@
+"""What the 3-D scene shows at one instant."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
+from stereotrack_core.geometry.camera import Camera
+
+LAYERS: tuple[str, ...] = ("cloud", "model", "reference", "cameras", "ellipsoids", "floor")
+"""Parts of the scene that can be switched one by one."""
+
+
+class LimbMesh(Protocol):
+    """A surface that belongs to a limb, such as a cone of the body model."""
+
+    @property
+    def limb(self) -> str:
+        """One of LIMBS."""
+
+    @property
+    def vertices(self) -> FloatArray:
+        """(V, 3) world, metres."""
+
+    @property
+    def triangles(self) -> IntArray:
+        """(T, 3) indices into `vertices`."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ellipsoid:
+    """Where a limb's end is to be found, by the tracker's own covariance.
+
+    Attributes
+    ----------
+    limb : str
+    centre : (3,) float64, world, metres
+    covariance : (3, 3) float64, world, square metres
+        Drawn at two standard deviations.
+    """
+
+    limb: str
+    centre: FloatArray
+    covariance: FloatArray
+
+
+def _no_points() -> FloatArray:
+    return np.empty((0, 3))
+
+
+def _no_colours() -> ImageArray:
+    return np.empty((0, 3), dtype=np.uint8)
+
+
+@dataclass(frozen=True, eq=False)
+class SceneContent:
+    """Everything that the scene draws; arrays are not changed after they were handed on.
+
+    Attributes
+    ----------
+    cloud_points : (N, 3) float64, world, metres
+    cloud_colours : (N, 3) uint8
+        By view, limb or residual, as the caller chose.
+    meshes : tuple of LimbMesh
+        Parts of the body model.
+    reference : (9, 3) float64, world, metres, or None
+        Landmarks of the reference; NaN where not known.
+    cameras : tuple of Camera
+        Drawn as frusta.
+    camera_images : mapping from camera name to (H, W, 3) uint8 RGB
+        Shown on the frusta.
+    highlighted : str
+        The limb that is selected; empty for none.
+    ellipsoids : tuple of Ellipsoid
+    floor_z : float, metres
+        Height of the floor in the world.
+    """
+
+    cloud_points: FloatArray = field(default_factory=_no_points)
+    cloud_colours: ImageArray = field(default_factory=_no_colours)
+    meshes: tuple[LimbMesh, ...] = ()
+    reference: FloatArray | None = None
+    cameras: tuple[Camera, ...] = ()
+    camera_images: Mapping[str, ImageArray] = field(default_factory=dict)
+    highlighted: str = ""
+    ellipsoids: tuple[Ellipsoid, ...] = ()
+    floor_z: float = 0.0
+
+    def body_points(self) -> FloatArray:
+        """Points (K, 3) that a view of the scene has to hold; cameras only if nothing else."""
+        parts = [mesh.vertices for mesh in self.meshes]
+        if self.reference is not None:
+            parts.append(self.reference)
+        if not parts and len(self.cloud_points):
+            low, high = np.percentile(self.cloud_points, (2.0, 98.0), axis=0)
+            parts.append(np.stack([low, high]))
+        if not parts:
+            parts = [camera.position_world[None] for camera in self.cameras]
+        points = np.concatenate(parts) if parts else _no_points()
+        finite: FloatArray = points[np.isfinite(points).all(axis=1)]
+        return finite

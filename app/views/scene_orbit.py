@@ -1,0 +1,133 @@
+"""The eye that circles around a point of the scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+
+FIELD_OF_VIEW = np.radians(32.0)
+_CLOSEST, _FARTHEST = 0.15, 60.0
+_STEEPEST = np.pi / 2
+
+
+@dataclass(frozen=True, eq=False)
+class Orbit:
+    """Where the eye is; z is up in the world.
+
+    Attributes
+    ----------
+    focus : (3,) float64, world, metres
+        The point that is looked at.
+    azimuth, elevation : float, radians
+        Direction from the focus to the eye; azimuth 0 is east, a quarter turn is north.
+    distance : float, metres
+    """
+
+    focus: FloatArray
+    azimuth: float
+    elevation: float
+    distance: float
+
+    @property
+    def toward_eye(self) -> FloatArray:
+        """Unit vector (3,) from the focus to the eye."""
+        flat = np.cos(self.elevation)
+        return np.array(
+            [
+                flat * np.cos(self.azimuth),
+                flat * np.sin(self.azimuth),
+                np.sin(self.elevation),
+            ]
+        )
+
+    @property
+    def eye(self) -> FloatArray:
+        """Place of the eye (3,), world, metres."""
+        return self.focus + self.distance * self.toward_eye
+
+    @property
+    def up(self) -> FloatArray:
+        """Unit vector (3,) that points up in the picture; defined from above as well."""
+        steep = np.sin(self.elevation)
+        return np.array(
+            [
+                -steep * np.cos(self.azimuth),
+                -steep * np.sin(self.azimuth),
+                np.cos(self.elevation),
+            ]
+        )
+
+    @property
+    def right(self) -> FloatArray:
+        """Unit vector (3,) that points right in the picture."""
+        return np.array([-np.sin(self.azimuth), np.cos(self.azimuth), 0.0])
+
+    def turned(self, right: float, up: float) -> Orbit:
+        """Return the eye after circling by angles in radians; it stops above and below."""
+        elevation = float(np.clip(self.elevation + up, -_STEEPEST, _STEEPEST))
+        return replace(self, azimuth=self.azimuth + right, elevation=elevation)
+
+    def moved(self, right: float, up: float) -> Orbit:
+        """Return the eye after moving sideways by shares of the picture's height."""
+        metres = 2.0 * self.distance * np.tan(FIELD_OF_VIEW / 2)
+        return replace(self, focus=self.focus + metres * (right * self.right + up * self.up))
+
+    def zoomed(self, factor: float) -> Orbit:
+        """Return the eye `factor` times as near, within sensible limits."""
+        distance = float(np.clip(self.distance / factor, _CLOSEST, _FARTHEST))
+        return replace(self, distance=distance)
+
+    def project(self, points: FloatArray, width: float, height: float) -> FloatArray:
+        """Picture positions (K, 2) of world points (K, 3); NaN behind the eye."""
+        relative = np.asarray(points, dtype=np.float64).reshape(-1, 3) - self.eye
+        depth = -relative @ self.toward_eye
+        scale = height / 2 / np.tan(FIELD_OF_VIEW / 2)
+        depth = np.where(depth > 1e-3, depth, np.nan)
+        return np.stack(
+            [
+                width / 2 + scale * (relative @ self.right) / depth,
+                height / 2 - scale * (relative @ self.up) / depth,
+            ],
+            axis=1,
+        )
+
+    def ray(self, x: float, y: float, width: float, height: float) -> FloatArray:
+        """Direction (3,), not normalised, from the eye through a position in the picture."""
+        slope = np.tan(FIELD_OF_VIEW / 2) / (height / 2)
+        sideways = (x - width / 2) * slope * self.right
+        upwards = (height / 2 - y) * slope * self.up
+        result: FloatArray = sideways + upwards - self.toward_eye
+        return result
+
+
+STANDARD_VIEWS: dict[str, tuple[float, float]] = {
+    "home": (np.radians(60.0), np.radians(14.0)),
+    "front": (np.pi / 2, 0.0),
+    "side": (0.0, 0.0),
+    "top": (-np.pi / 2, np.pi / 2),
+}
+"""Azimuth and elevation; a person in the initial pose faces north, so front is from there."""
+
+
+def orbit_around(points: FloatArray, view: str, aspect: float = 1.0) -> Orbit:
+    """Return the standard `view` from which all `points` (K, 3) are seen.
+
+    Parameters
+    ----------
+    points : (K, 3) float64, world, metres
+        May be empty: then a person's place at the origin is looked at.
+    view : str
+        A key of :data:`STANDARD_VIEWS`.
+    aspect : float
+        Width of the picture over its height.
+    """
+    azimuth, elevation = STANDARD_VIEWS[view]
+    if not len(points):
+        points = np.array([[-0.9, -0.9, 0.0], [0.9, 0.9, 1.9]])
+    low, high = points.min(axis=0), points.max(axis=0)
+    radius = max(0.5 * float(np.linalg.norm(high - low)), 0.3)
+    half = FIELD_OF_VIEW / 2 * min(1.0, max(aspect, 0.3))
+    return Orbit((low + high) / 2, azimuth, elevation, 1.05 * radius / float(np.sin(half)))

@@ -1,0 +1,89 @@
+"""The scene as pictures: layers that follow the content, and names over them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QImage, QPainter
+
+from app.theme import Theme
+from app.views.scene_body import CloudLayer, EllipsoidLayer, ModelLayer
+from app.views.scene_content import SceneContent
+from app.views.scene_orbit import Orbit
+from app.views.scene_surroundings import CameraLayer, FloorLayer, ReferenceLayer
+from app.views.scene_window import SceneWindow
+
+
+class SceneRenderer:
+    """Draws contents one after another with the same objects of VTK.
+
+    Raises
+    ------
+    SceneUnavailable
+        If no OpenGL is to be had.
+    """
+
+    def __init__(self) -> None:
+        self._window = SceneWindow()
+        scene = self._window.scene
+        self._floor = FloorLayer(scene)
+        self._cameras = CameraLayer(scene)
+        self._cloud = CloudLayer(scene)
+        self._model = ModelLayer(scene)
+        self._ellipsoids = EllipsoidLayer(self._window.above)
+        self._reference = ReferenceLayer(self._window.above)
+
+    def set_content(
+        self, content: SceneContent, layers: Mapping[str, bool], theme: Theme, scale: float
+    ) -> None:
+        """Take over what is to be shown.
+
+        Parameters
+        ----------
+        content : SceneContent
+        layers : mapping from a name in LAYERS to whether it is drawn
+        theme : Theme
+        scale : float
+            Pixels of the picture for a device-independent one.
+        """
+        self._window.set_background(theme.scene_top, theme.scene_bottom)
+        self._floor.show(content, layers["floor"], theme, scale)
+        self._cameras.show(content, layers["cameras"], theme, scale)
+        self._cloud.show(content, layers["cloud"], scale)
+        self._model.show(content, layers["model"], theme)
+        self._ellipsoids.show(content, layers["ellipsoids"])
+        self._reference.show(content, layers["reference"], theme, scale)
+
+    def picture(self, width: int, height: int, orbit: Orbit, *, fine: bool = False) -> QImage:
+        """Render the content at `width` by `height` pixels."""
+        return self._window.picture(width, height, orbit, fine=fine)
+
+    def close(self) -> None:
+        """Give the OpenGL context back."""
+        self._window.close()
+
+
+def paint_names(
+    painter: QPainter,
+    content: SceneContent,
+    layers: Mapping[str, bool],
+    orbit: Orbit,
+    area: QRectF,
+    theme: Theme,
+) -> None:
+    """Write the cameras' names and the N of north where they stand in the picture."""
+    labels = CameraLayer.labels(content) if layers["cameras"] else []
+    if layers["floor"]:
+        labels.append(FloorLayer.label(content))
+    if not labels:
+        return
+    places = orbit.project(np.stack([place for _, place in labels]), area.width(), area.height())
+    for (name, _), (x, y) in zip(labels, places, strict=True):
+        if np.isfinite(x) and np.isfinite(y) and area.contains(QPointF(x, y)):
+            box = QRectF(x - 60.0, y - 10.0, 120.0, 20.0)
+            painter.setPen(QColor(theme.scene_bottom))
+            painter.drawText(box.translated(1.0, 1.0), Qt.AlignmentFlag.AlignCenter, name)
+            painter.setPen(QColor(theme.text))
+            painter.drawText(box, Qt.AlignmentFlag.AlignCenter, name)
