@@ -1,0 +1,195 @@
+"""The whole chain: a frame set becomes a cloud (3.1)."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stereotrack_core.depth.background import BackgroundModel
+from stereotrack_core.depth.cloud import Cloud, DepthGeometry
+from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.depth.points import inliers
+from stereotrack_core.depth.rectify import depth_rectification, stereo_rectification
+from stereotrack_core.depth.sources import DepthSource, StereoSource
+from stereotrack_core.depth.stopwatch import Stopwatch, summed
+from stereotrack_core.depth.view_chain import ViewChain, ViewResult
+from stereotrack_core.errors import InputError
+from stereotrack_core.recording.description import Recording, View
+from stereotrack_core.recording.frames import FrameSet, ViewImages
+
+if TYPE_CHECKING:
+    from stereotrack_core.recording.reader import FrameReader
+
+
+class DepthChain:
+    """Rectify, match, subtract the background, fuse the views and drop outliers.
+
+    Views are processed in parallel. The cloud depends on the images alone, except in
+    background mode ``average`` without images of the empty scene: there the model goes on
+    learning, and frames have to come in order. Not to be used by two threads at once.
+
+    Parameters
+    ----------
+    recording : Recording
+    parameters : DepthParameters
+    views : sequence of str, optional
+        Names of the views to use; all stereo and depth views where it is not given.
+
+    Raises
+    ------
+    InputError
+        For unknown views, views without depth, and stereo cameras that cannot be rectified.
+    """
+
+    def __init__(
+        self,
+        recording: Recording,
+        parameters: DepthParameters,
+        *,
+        views: Sequence[str] | None = None,
+    ) -> None:
+        self.parameters = parameters
+        self._recording = recording
+        self._chains = tuple(
+            ViewChain(view.name, _source(recording, view, parameters), parameters)
+            for view in _chosen_views(recording, views)
+        )
+        workers = max(1, min(len(self._chains), os.cpu_count() or 1))
+        self._pool = ThreadPoolExecutor(workers, thread_name_prefix="depth")
+
+    @property
+    def view_names(self) -> tuple[str, ...]:
+        """Names of the views in use, in the recording's order."""
+        return tuple(chain.name for chain in self._chains)
+
+    @property
+    def geometry(self) -> Mapping[str, DepthGeometry]:
+        """Geometry of each view's depth image."""
+        return {chain.name: chain.source.geometry for chain in self._chains}
+
+    @property
+    def background(self) -> Mapping[str, BackgroundModel]:
+        """Background models of the views that have one."""
+        return {c.name: c.background for c in self._chains if c.background is not None}
+
+    def close(self) -> None:
+        """End the threads."""
+        self._pool.shutdown()
+
+    def learn_background(self, reader: FrameReader, frames: range) -> None:
+        """Learn what every view shows when nobody is there.
+
+        Images of the empty scene give it at once; else it comes from frames spread evenly
+        over `frames`, as the parameters say. Depth views with a mask of the person need none.
+        """
+        waiting = []
+        for chain in self._chains:
+            view = self._recording.view(chain.name)
+            if view.kind == "stereo" and self.parameters.background_empty_scene:
+                left_and_image = reader.background(chain.name)
+                if left_and_image is not None:
+                    left, image = left_and_image
+                    if chain.learn_empty_scene(ViewImages(image=image, left=left)):
+                        continue
+            if view.mask is None and self.parameters.background_mode != "none":
+                waiting.append(chain)
+        if waiting:
+            self._learn_from_frames(waiting, reader, frames)
+
+    def _learn_from_frames(
+        self, chains: Sequence[ViewChain], reader: FrameReader, frames: range
+    ) -> None:
+        count = min(self.parameters.background_samples, len(frames))
+        sampled = [frames[i] for i in np.unique(np.linspace(0, len(frames) - 1, count).astype(int))]
+        sets = [reader.frame_set(k) for k in sampled]
+        for chain in chains:
+            seen = [s.views[chain.name] for s in sets if chain.name in s.views]
+            chain.learn_frames(seen)
+
+    def process(self, frame_set: FrameSet) -> Cloud:
+        """The cloud of one frame set; views that give nothing are named in `problems`."""
+        watch = Stopwatch()
+        problems = {n: t for n, t in frame_set.problems.items() if n in self.view_names}
+        present = [chain for chain in self._chains if chain.name in frame_set.views]
+        for chain in self._chains:
+            if chain not in present and chain.name not in problems:
+                problems[chain.name] = f"View {chain.name} gives no depth: it has no images."
+        images = [frame_set.views[chain.name] for chain in present]
+        measured = self._pool.map(ViewChain.process, present, images)
+        results = {chain.name: r for chain, r in zip(present, measured, strict=True)}
+        problems |= {name: result.problem for name, result in results.items() if result.problem}
+        watch.lap("views")
+        return self._fused(frame_set.index, results, problems, watch)
+
+    def _fused(
+        self,
+        frame: int,
+        results: Mapping[str, ViewResult],
+        problems: Mapping[str, str],
+        watch: Stopwatch,
+    ) -> Cloud:
+        p = self.parameters
+        names = self.view_names
+        empty = np.zeros((0, 3)), np.zeros(0, dtype=np.int64), np.zeros((0, 2), dtype=np.int64)
+        parts = [
+            (result.points, np.full(len(result.points), names.index(name)), result.pixels)
+            for name, result in results.items()
+        ]
+        points, view, pixels = (np.concatenate(part) for part in zip(empty, *parts, strict=True))
+        kept = inliers(
+            points, p.outlier_neighbours, p.outlier_distance / 1000.0, repeat=p.outlier_repeat
+        )
+        watch.lap("outliers")
+        return Cloud(
+            frame=frame,
+            points=points[kept],
+            view=view[kept],
+            pixels=pixels[kept],
+            view_names=names,
+            depths={n: r.depth for n, r in results.items() if r.depth is not None},
+            problems=problems,
+            seconds=summed([r.seconds for r in results.values()]) | watch.seconds,
+        )
+
+
+def _chosen_views(recording: Recording, names: Sequence[str] | None) -> list[View]:
+    known = [view.name for view in recording.views]
+    for name in names or ():
+        if name not in known:
+            raise InputError(
+                f"there is no view {name!r}",
+                where=recording.name,
+                remedy=f"Known are: {', '.join(known)}.",
+            )
+        if recording.view(name).kind == "mono":
+            raise InputError(
+                f"view {name} has a single camera and gives no depth",
+                where=recording.name,
+                remedy="Choose stereo and depth views.",
+            )
+    chosen = [
+        view
+        for view in recording.views
+        if view.kind != "mono" and (names is None or view.name in names)
+    ]
+    if not chosen:
+        raise InputError(
+            "no view gives depth",
+            where=recording.name,
+            remedy="Tracking needs at least one view of kind stereo or depth.",
+        )
+    return chosen
+
+
+def _source(
+    recording: Recording, view: View, parameters: DepthParameters
+) -> StereoSource | DepthSource:
+    camera = recording.reference_camera(view)
+    if view.kind == "depth" or view.left is None:
+        return DepthSource(depth_rectification(camera))
+    left = recording.cameras[view.left.camera]
+    return StereoSource(stereo_rectification(left, camera, where=f"view {view.name}"), parameters)

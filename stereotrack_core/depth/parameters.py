@@ -1,0 +1,199 @@
+"""What can be tuned on the way from images to the cloud."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stereotrack_core.parameters import ParameterGroup, parameter
+
+_MATCH = "Stereo matching"
+_BACKGROUND = "Background"
+_VOLUME = "Working volume"
+_CLOUD = "Cloud"
+
+
+@dataclass(frozen=True)
+class DepthParameters(ParameterGroup):
+    """Rectified matching, background, working volume and outliers (2.1, 3.1).
+
+    Disparities in pixels are parallaxes f b / z: those of a pair with equal principal points.
+    The thesis gives no values for this part of the chain beyond the kind of each stage.
+    """
+
+    matcher: str = parameter(
+        "bm",
+        "Block matching, or semi-global matching for clothes with little texture.",
+        group=_MATCH,
+        choices=("bm", "sgbm"),
+        thesis="bm",
+    )
+    disparity_minimum: int = parameter(
+        1, "Smallest disparity that is looked for.", group=_MATCH, unit="px", minimum=0, maximum=512
+    )
+    disparity_count: int = parameter(
+        64,
+        "Number of disparities that are looked for, rounded up to a multiple of 16.",
+        group=_MATCH,
+        unit="px",
+        minimum=16,
+        maximum=512,
+    )
+    disparity_from_volume: bool = parameter(
+        True,
+        "Leave out disparities that are nearer to the camera than the working volume.",
+        group=_MATCH,
+        thesis=False,
+    )
+    match_window: int = parameter(
+        11, "Side of the correlation window (odd).", group=_MATCH, unit="px", minimum=5, maximum=51
+    )
+    low_pass: float = parameter(
+        0.0,
+        "Standard deviation of the low-pass filter before rectification; 0 leaves it out.",
+        group=_MATCH,
+        unit="px",
+        minimum=0.0,
+        maximum=5.0,
+        thesis=0.8,
+    )
+    edge_images: bool = parameter(
+        True,
+        "Match horizontal derivatives, which differences in gain do not change.",
+        group=_MATCH,
+    )
+    match_texture: int = parameter(
+        10,
+        "Least texture in the window, as a sum over its prefiltered pixels; 0 accepts all.",
+        group=_MATCH,
+        minimum=0,
+        maximum=100000,
+    )
+    match_uniqueness: int = parameter(
+        10,
+        "Percent by which the best match must beat the best one that is not its neighbour.",
+        group=_MATCH,
+        unit="%",
+        minimum=0,
+        maximum=100,
+    )
+    match_left_right: int = parameter(
+        1,
+        "Largest difference between matching right to left and left to right; -1 is no check.",
+        group=_MATCH,
+        unit="px",
+        minimum=-1,
+        maximum=64,
+        thesis=-1,
+    )
+    speckle_size: int = parameter(
+        60,
+        "Foreground patches of at most so many pixels are dropped; 0 keeps all.",
+        group=_MATCH,
+        unit="px",
+        minimum=0,
+        maximum=100000,
+        thesis=0,
+    )
+    speckle_range: float = parameter(
+        1.0,
+        "Neighbours whose disparities differ by more belong to different patches.",
+        group=_MATCH,
+        unit="px",
+        minimum=0.0625,
+        maximum=64.0,
+    )
+    background_mode: str = parameter(
+        "percentile",
+        "How the background is learned where the recording has no images of the empty scene:"
+        " running average as in the thesis, low percentile over the recording, or not at all.",
+        group=_BACKGROUND,
+        choices=("average", "percentile", "none"),
+        thesis="average",
+    )
+    background_empty_scene: bool = parameter(
+        True, "Use images of the empty scene where there are some.", group=_BACKGROUND
+    )
+    background_threshold: float = parameter(
+        1.0,
+        "Foreground is nearer than the background by more than s (3.3).",
+        group=_BACKGROUND,
+        unit="px",
+        minimum=0.0,
+        maximum=64.0,
+    )
+    background_rate: float = parameter(
+        0.05,
+        "Learning rate alpha_d of the average disparity.",
+        group=_BACKGROUND,
+        minimum=0.0,
+        maximum=1.0,
+    )
+    background_validity_rate: float = parameter(
+        0.05,
+        "Learning rate alpha_g of the frequency of valid disparities.",
+        group=_BACKGROUND,
+        minimum=0.0,
+        maximum=1.0,
+    )
+    background_valid_above: float = parameter(
+        0.5,
+        "The background is known where its disparity was valid more often than this.",
+        group=_BACKGROUND,
+        minimum=0.0,
+        maximum=1.0,
+    )
+    background_percentile: float = parameter(
+        20.0,
+        "Percentile of a pixel's disparities that is taken for the background.",
+        group=_BACKGROUND,
+        unit="%",
+        minimum=0.0,
+        maximum=100.0,
+    )
+    background_samples: int = parameter(
+        40,
+        "Frames from which the background is learned beforehand, spread over the recording.",
+        group=_BACKGROUND,
+        minimum=1,
+        maximum=1000,
+    )
+    volume_centre_x: float = parameter(0.0, "Centre of the volume, east.", group=_VOLUME, unit="m")
+    volume_centre_y: float = parameter(0.0, "Centre of the volume, north.", group=_VOLUME, unit="m")
+    volume_bottom: float = parameter(0.0, "Lower end of the volume.", group=_VOLUME, unit="m")
+    volume_x: float = parameter(
+        3.6, "Extent of the volume, west to east.", group=_VOLUME, unit="m", minimum=0.1
+    )
+    volume_y: float = parameter(
+        3.6, "Extent of the volume, south to north.", group=_VOLUME, unit="m", minimum=0.1
+    )
+    volume_z: float = parameter(2.4, "Height of the volume.", group=_VOLUME, unit="m", minimum=0.1)
+    pixel_step: int = parameter(
+        2,
+        "Every how many rows and columns a pixel becomes a point.",
+        group=_CLOUD,
+        unit="px",
+        minimum=1,
+        maximum=16,
+        thesis=1,
+    )
+    outlier_neighbours: int = parameter(
+        8,
+        "Number k of nearest neighbours that must be close; 0 keeps all points.",
+        group=_CLOUD,
+        minimum=0,
+        maximum=200,
+    )
+    outlier_distance: float = parameter(
+        60.0,
+        "A point goes when any of its k nearest neighbours is farther away.",
+        group=_CLOUD,
+        unit="mm",
+        minimum=0.1,
+        maximum=10000.0,
+    )
+    outlier_repeat: bool = parameter(
+        False,
+        "Repeat the removal of outliers until nothing changes.",
+        group=_CLOUD,
+        thesis=True,
+    )

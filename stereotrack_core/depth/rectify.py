@@ -1,0 +1,258 @@
+"""Rectification: a raw stereo pair becomes one with parallel axes and common rows (2.1.3)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray
+from stereotrack_core.depth.cloud import DepthGeometry
+from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.transform import RigidTransform
+
+_IDENTITY_TOLERANCE = 0.02  # px; a block matcher's own noise is about three times this
+_SMALLEST_BASELINE = 1e-3  # metres
+_LARGEST_CONVERGENCE = np.deg2rad(60.0)
+
+
+@dataclass(frozen=True, eq=False)
+class PixelMap:
+    """From where in the raw image each pixel of the rectified one is taken.
+
+    Attributes
+    ----------
+    positions : (H, W, 2) int16
+    fractions : (H, W) uint16
+        Fixed-point form of ``cv2.convertMaps``: resolves 1/32 px and remaps quickest.
+    nearest : (H, W, 2) int16
+        The nearest raw pixel.
+    outside : (H, W) bool
+        Where the raw image shows nothing.
+    """
+
+    positions: NDArray[np.int16]
+    fractions: NDArray[np.uint16]
+    nearest: NDArray[np.int16]
+    outside: BoolArray
+
+    def apply(self, image: ImageArray) -> ImageArray:
+        """Resample a raw image bilinearly; black where the raw image ends."""
+        resampled = cv2.remap(image, self.positions, self.fractions, cv2.INTER_LINEAR)
+        return resampled.astype(np.uint8, copy=False)
+
+    def apply_nearest(self, values: Float32Array) -> Float32Array:
+        """Resample values that must not be mixed; NaN where the raw image ends."""
+        empty = np.zeros(0, dtype=np.uint16)
+        resampled = cv2.remap(
+            values, self.nearest, empty, cv2.INTER_NEAREST, borderValue=float("nan")
+        )
+        return resampled.astype(np.float32, copy=False)
+
+
+@dataclass(frozen=True, eq=False)
+class Rectification:
+    """How a view's images become rectified ones; a map is None where nothing changes.
+
+    Attributes
+    ----------
+    geometry : DepthGeometry
+        Of the rectified right image.
+    left_map, image_map : PixelMap or None
+    """
+
+    geometry: DepthGeometry
+    left_map: PixelMap | None
+    image_map: PixelMap | None
+
+    @property
+    def is_identity(self) -> bool:
+        """Whether the images were rectified already."""
+        return self.left_map is None and self.image_map is None
+
+
+def stereo_rectification(left: Camera, right: Camera, *, where: str = "") -> Rectification:
+    """Rectify a stereo camera from its calibration, with the right image as reference.
+
+    The rectified x axis is the base line, the z axis lies as near as it can to both optical
+    axes. Each image keeps its own principal point, chosen so that the image's centre stays
+    where it is; the difference of the two becomes ``disparity_offset``.
+
+    Parameters
+    ----------
+    left, right : Camera
+    where : str
+        Name of the view for messages.
+
+    Raises
+    ------
+    InputError
+        For left and right exchanged, one above the other, without a base line, axes that
+        diverge, or images of different size.
+    """
+    _check_pair(left, right, where)
+    rectified_from_world = _common_rotation(left, right)
+    baseline = float(np.linalg.norm(left.position_world - right.position_world))
+    for matrices in (
+        _matrices_as_they_are(left, right),
+        _matrices(left, right, rectified_from_world),
+    ):
+        maps = [
+            _raw_pixels(camera, matrix, rectified_from_world, _grid(camera, 17))
+            for camera, matrix in zip((left, right), matrices, strict=True)
+        ]
+        unchanged = all(np.abs(raw - _grid(right, 17)).max() < _IDENTITY_TOLERANCE for raw in maps)
+        if unchanged:
+            break
+    geometry = _geometry(matrices, baseline, rectified_from_world, right)
+    if unchanged:
+        return Rectification(geometry, None, None)
+    left_map, image_map = (
+        _pixel_map(camera, matrix, rectified_from_world)
+        for camera, matrix in zip((left, right), matrices, strict=True)
+    )
+    return Rectification(geometry, left_map, image_map)
+
+
+def depth_rectification(camera: Camera) -> Rectification:
+    """Geometry of a depth image: undistorted and with square pixels, else as it is."""
+    rotation = camera.camera_from_world.rotation
+    plain, square = _matrices_as_they_are(camera, camera)[1], _matrices(camera, camera, rotation)[1]
+    raw = _raw_pixels(camera, plain, rotation, _grid(camera, 17))
+    if np.abs(raw - _grid(camera, 17)).max() < _IDENTITY_TOLERANCE:
+        return Rectification(_geometry((plain, plain), 0.0, rotation, camera), None, None)
+    geometry = _geometry((square, square), 0.0, rotation, camera)
+    return Rectification(geometry, None, _pixel_map(camera, square, rotation))
+
+
+def _check_pair(left: Camera, right: Camera, where: str) -> None:
+    if (left.width, left.height) != (right.width, right.height):
+        raise InputError(
+            f"left and right image differ in size ({left.width} x {left.height} and"
+            f" {right.width} x {right.height})",
+            where=where,
+            remedy="A stereo view needs two images of one size.",
+        )
+    to_left = right.camera_from_world.apply(left.position_world)
+    length = float(np.linalg.norm(to_left))
+    if not length > _SMALLEST_BASELINE:
+        raise InputError(
+            f"{left.name} and {right.name} stand at the same place",
+            where=where,
+            remedy="Give each camera of the stereo view its own translation.",
+        )
+    across, along_y, along_z = np.abs(to_left) / length
+    if along_y > across:
+        raise InputError(
+            f"{left.name} and {right.name} stand one above the other",
+            where=where,
+            remedy="Stereo cameras must stand side by side, along the rows of their images.",
+        )
+    if along_z > across:
+        raise InputError(
+            f"{left.name} and {right.name} stand one behind the other",
+            where=where,
+            remedy="Check rotation and translation of both cameras.",
+        )
+    if to_left[0] > 0:
+        raise InputError(
+            f"{left.name} stands on the right of {right.name}",
+            where=where,
+            remedy="Exchange left and right of this view.",
+        )
+    axes = [camera.camera_from_world.rotation[2] for camera in (left, right)]
+    if np.arccos(np.clip(axes[0] @ axes[1], -1.0, 1.0)) > _LARGEST_CONVERGENCE:
+        raise InputError(
+            f"{left.name} and {right.name} look in different directions",
+            where=where,
+            remedy="Check the rotation of both cameras.",
+        )
+
+
+def _common_rotation(left: Camera, right: Camera) -> FloatArray:
+    """Rotation (3, 3) of the rectified cameras from the world; rows are their axes."""
+    x = right.position_world - left.position_world
+    x = x / np.linalg.norm(x)
+    z = left.camera_from_world.rotation[2] + right.camera_from_world.rotation[2]
+    y = np.cross(z, x)
+    y /= np.linalg.norm(y)
+    rotation: FloatArray = np.stack([x, y, np.cross(x, y)])
+    return rotation
+
+
+def _matrices_as_they_are(left: Camera, right: Camera) -> tuple[FloatArray, FloatArray]:
+    """Rectified intrinsics under the assumption that nothing needs to change."""
+    focal, c_y = right.matrix[0, 0], right.matrix[1, 2]
+    return _matrix(focal, left.matrix[0, 2], c_y), _matrix(focal, right.matrix[0, 2], c_y)
+
+
+def _matrices(
+    left: Camera, right: Camera, rectified_from_world: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Rectified intrinsics that keep the scale and the centre of both images."""
+    focal = float(np.mean([camera.matrix[i, i] for camera in (left, right) for i in (0, 1)]))
+    centre = np.array([(right.width - 1) / 2, (right.height - 1) / 2])
+    principal = []
+    for camera in (left, right):
+        direction = rectified_from_world @ camera.rays_world(centre)
+        principal.append(centre - focal * direction[:2] / direction[2])
+    c_y = (principal[0][1] + principal[1][1]) / 2
+    return _matrix(focal, principal[0][0], c_y), _matrix(focal, principal[1][0], c_y)
+
+
+def _matrix(focal: float, c_x: float, c_y: float) -> FloatArray:
+    matrix: FloatArray = np.array([[focal, 0.0, c_x], [0.0, focal, c_y], [0.0, 0.0, 1.0]])
+    return matrix
+
+
+def _geometry(
+    matrices: tuple[FloatArray, FloatArray], baseline: float, rotation: FloatArray, right: Camera
+) -> DepthGeometry:
+    left_matrix, right_matrix = matrices
+    return DepthGeometry(
+        focal=float(right_matrix[0, 0]),
+        c_x=float(right_matrix[0, 2]),
+        c_y=float(right_matrix[1, 2]),
+        baseline=baseline,
+        disparity_offset=float(left_matrix[0, 2] - right_matrix[0, 2]),
+        width=right.width,
+        height=right.height,
+        world_from_depth=RigidTransform(rotation.T, right.position_world),
+    )
+
+
+def _grid(camera: Camera, count: int) -> FloatArray:
+    columns = np.linspace(0, camera.width - 1, count)
+    rows = np.linspace(0, camera.height - 1, count)
+    grid: FloatArray = np.stack(np.meshgrid(columns, rows), axis=-1)
+    return grid
+
+
+def _raw_pixels(
+    camera: Camera, matrix: FloatArray, rectified_from_world: FloatArray, pixels: FloatArray
+) -> FloatArray:
+    """Raw pixels (..., 2) that show what rectified pixels (..., 2) are to show."""
+    x = (pixels[..., 0] - matrix[0, 2]) / matrix[0, 0]
+    y = (pixels[..., 1] - matrix[1, 2]) / matrix[1, 1]
+    directions = np.stack([x, y, np.ones_like(x)], axis=-1) @ rectified_from_world
+    raw: FloatArray = camera.project(camera.position_world + directions)
+    return raw
+
+
+def _pixel_map(camera: Camera, matrix: FloatArray, rectified_from_world: FloatArray) -> PixelMap:
+    columns, rows = np.arange(camera.width), np.arange(camera.height)
+    pixels = np.stack(np.meshgrid(columns, rows), axis=-1).astype(np.float64)
+    raw = _raw_pixels(camera, matrix, rectified_from_world, pixels)
+    raw = np.nan_to_num(raw, nan=-1e4).clip(-1e4, 1e4).astype(np.float32)
+    columns_raw, rows_raw = np.ascontiguousarray(raw[..., 0]), np.ascontiguousarray(raw[..., 1])
+    positions, fractions = cv2.convertMaps(columns_raw, rows_raw, cv2.CV_16SC2)
+    last = np.array([camera.width - 1, camera.height - 1])
+    return PixelMap(
+        positions=np.asarray(positions, dtype=np.int16),
+        fractions=np.asarray(fractions, dtype=np.uint16),
+        nearest=np.rint(raw).astype(np.int16),
+        outside=np.any((raw < 0) | (raw > last), axis=-1),
+    )

@@ -1,0 +1,167 @@
+"""Where a view's disparities come from: a stereo pair, or a measured depth image."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import cv2
+import numpy as np
+
+from stereotrack_core.arrays import BoolArray, Float32Array, ImageArray
+from stereotrack_core.depth.cloud import DepthGeometry
+from stereotrack_core.depth.match import STEPS, DisparityRange, Matcher
+from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.depth.points import Volume, range_of_disparity
+from stereotrack_core.depth.rectify import Rectification
+from stereotrack_core.depth.stopwatch import Stopwatch
+from stereotrack_core.recording.frames import ViewImages
+
+_DARK_BELOW = 16  # of 255
+_NEAREST_RANGE = 0.3  # metres; nothing nearer is looked for even where the volume allows it
+_NOMINAL_BASELINE = 0.12  # metres; makes inverse depth comparable with a stereo disparity
+
+
+class NoDepth(Exception):
+    """A view gives no depth at this instant; the message is a clause that says why."""
+
+
+class DisparitySource(Protocol):
+    """Turns a view's images into disparities, with NaN where there is none."""
+
+    geometry: DepthGeometry
+
+    def disparities(self, images: ViewImages, watch: Stopwatch) -> Float32Array:
+        """Disparity (H, W), pixels, or what stands for it in a depth view."""
+
+    def ranges(self, disparity: Float32Array) -> Float32Array:
+        """Range z (H, W), metres, of such disparities."""
+
+
+class StereoSource:
+    """Rectifies and matches a stereo pair.
+
+    Parameters
+    ----------
+    rectification : Rectification
+    parameters : DepthParameters
+    """
+
+    def __init__(self, rectification: Rectification, parameters: DepthParameters) -> None:
+        self.geometry = rectification.geometry
+        self._rectification = rectification
+        self._low_pass = parameters.low_pass
+        self.disparity_range = disparity_range(self.geometry, parameters)
+        self._matcher = Matcher(parameters, self.disparity_range)
+
+    def disparities(self, images: ViewImages, watch: Stopwatch) -> Float32Array:
+        """Match left and right image; see :class:`DisparitySource`.
+
+        Raises
+        ------
+        NoDepth
+            For a dark or missing image.
+        """
+        if images.left is None:
+            raise NoDepth("its left image is missing")
+        left, right = grey(images.left), grey(images.image)
+        refuse_dark(left, "left image")
+        refuse_dark(right, "right image")
+        left, right = self._prepared(left, right)
+        watch.lap("rectify")
+        steps = self._matcher(left, right)
+        watch.lap("match")
+        disparity = steps.astype(np.float32)
+        disparity *= np.float32(1 / STEPS)
+        disparity[steps <= self.disparity_range.invalid] = np.nan
+        if (image_map := self._rectification.image_map) is not None:
+            disparity[image_map.outside] = np.nan
+        return disparity
+
+    def _prepared(self, left: ImageArray, right: ImageArray) -> tuple[ImageArray, ImageArray]:
+        if self._low_pass > 0:
+            left, right = low_pass(left, self._low_pass), low_pass(right, self._low_pass)
+        if (left_map := self._rectification.left_map) is not None:
+            left = left_map.apply(left)
+        if (image_map := self._rectification.image_map) is not None:
+            right = image_map.apply(right)
+        return left, right
+
+    def ranges(self, disparity: Float32Array) -> Float32Array:
+        """Range z = f b / (d - offset), metres."""
+        return range_of_disparity(self.geometry, disparity)
+
+
+class DepthSource:
+    """Takes a measured depth image for inverse depth in pixels of a nominal base line."""
+
+    def __init__(self, rectification: Rectification) -> None:
+        self.geometry = rectification.geometry
+        self._map = rectification.image_map
+        self._scale = np.float32(self.geometry.focal * _NOMINAL_BASELINE)
+
+    def disparities(self, images: ViewImages, watch: Stopwatch) -> Float32Array:
+        """Inverse depth; see :class:`DisparitySource`."""
+        if images.depth is None:
+            raise NoDepth("its depth image is missing")
+        depth = images.depth if self._map is None else self._map.apply_nearest(images.depth)
+        with np.errstate(divide="ignore"):
+            inverse = self._scale / depth
+        inverse[~(depth > 0)] = np.nan
+        watch.lap("rectify")
+        result: Float32Array = inverse
+        return result
+
+    def ranges(self, disparity: Float32Array) -> Float32Array:
+        """Range z, metres."""
+        result: Float32Array = self._scale / disparity
+        return result
+
+    def person_mask(self, images: ViewImages) -> BoolArray | None:
+        """Rectified mask (H, W) of the person, or None."""
+        if images.mask is None or self._map is None:
+            return images.mask
+        return self._map.apply_nearest(images.mask.astype(np.float32)) > 0.5
+
+
+def disparity_range(geometry: DepthGeometry, p: DepthParameters) -> DisparityRange:
+    """Disparities to look for, in pixels of the rectified pair.
+
+    The parameters speak of parallaxes; a pair with different principal points shows them
+    shifted by ``disparity_offset``. The far end is never cut by the volume: a wall whose own
+    disparity is left out would be matched with a wrong, nearer one.
+    """
+    lowest = float(p.disparity_minimum)
+    highest = lowest + p.disparity_count - 1
+    if p.disparity_from_volume:
+        corners = geometry.world_from_depth.inverse().apply(Volume.of(p).corners())
+        nearest = max(float(corners[:, 2].min()), _NEAREST_RANGE)
+        highest = min(highest, geometry.focal * geometry.baseline / nearest + 1.0)
+    minimum = int(np.floor(lowest + geometry.disparity_offset))
+    maximum = int(np.ceil(highest + geometry.disparity_offset))
+    count = max(maximum - minimum + 1, 1)
+    count = min(-(-count // 16) * 16, _largest_count(geometry.width, minimum))
+    return DisparityRange(minimum, count)
+
+
+def _largest_count(width: int, minimum: int) -> int:
+    return max((width - abs(minimum) - 1) // 16 * 16 - 16, 16)
+
+
+def grey(image: ImageArray) -> ImageArray:
+    """Grey image (H, W) of a grey or BGR one."""
+    if image.ndim == 2:
+        return image
+    result: ImageArray = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY).astype(np.uint8, copy=False)
+    return result
+
+
+def low_pass(image: ImageArray, sigma: float) -> ImageArray:
+    """Gaussian low-pass (2.1.3)."""
+    result: ImageArray = cv2.GaussianBlur(image, (0, 0), sigma).astype(np.uint8, copy=False)
+    return result
+
+
+def refuse_dark(image: ImageArray, name: str) -> None:
+    """Raise :class:`NoDepth` for an image in which nothing can be seen."""
+    if np.percentile(image[4::8, 4::8], 99) < _DARK_BELOW:
+        raise NoDepth(f"the {name} is dark")
