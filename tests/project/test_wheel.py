@@ -1,0 +1,122 @@
+"""The wheel, installed in an environment of its own, works as the checkout does."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import sysconfig
+import venv
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+# One process builds and installs the wheel for all tests of this file.
+pytestmark = pytest.mark.xdist_group("wheel")
+
+
+@dataclass(frozen=True)
+class Installed:
+    """An environment into which the wheel was installed."""
+
+    wheel: Path
+    environment: Path
+    site_packages: Path
+
+    def run(self, program: str, *arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
+        """Run a program of this environment, away from the checkout and without a screen."""
+        variables = {
+            name: value
+            for name, value in os.environ.items()
+            if name not in {"PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV", "DISPLAY", "WAYLAND_DISPLAY"}
+        }
+        variables |= {"QT_QPA_PLATFORM": "offscreen", "XDG_CONFIG_HOME": str(folder / "config")}
+        done = subprocess.run(
+            [str(self.environment / "bin" / program), *arguments],
+            cwd=folder,
+            env=variables,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            timeout=500,
+        )
+        assert done.returncode == 0, done.stderr
+        return done
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory) -> Installed:
+    folder = tmp_path_factory.mktemp("wheel")
+    build = (sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(folder))
+    subprocess.run([*build, str(ROOT)], check=True, capture_output=True)
+    (wheel,) = folder.glob("*.whl")
+
+    environment = folder / "environment"
+    venv.create(environment, symlinks=True)
+    python = environment / "bin" / "python"
+    site_packages = Path(
+        subprocess.check_output(
+            [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"], text=True
+        ).strip()
+    )
+    pip = (sys.executable, "-m", "pip", "--python", str(python), "install", "--no-index")
+    subprocess.run([*pip, "--no-deps", "--quiet", str(wheel)], check=True, capture_output=True)
+    # The dependencies come from the environment that runs the tests, behind the wheel's own
+    # folder. Its .pth files are not read on this way, so that the checkout stays out of sight.
+    (site_packages / "dependencies.pth").write_text(sysconfig.get_path("purelib") + "\n")
+    return Installed(wheel, environment, site_packages)
+
+
+def test_the_wheel_carries_the_two_packages_and_nothing_else(installed):
+    with zipfile.ZipFile(installed.wheel) as archive:
+        names = archive.namelist()
+    assert {name.split("/")[0].split("-")[0] for name in names} == {
+        "app",
+        "stereotrack_core",
+        "stereotrack",
+    }
+    packed = {name for name in names if name.startswith("app/resources/")}
+    present = {
+        "app/" + path.relative_to(ROOT).as_posix()
+        for path in (ROOT / "resources").rglob("*")
+        if path.is_file()
+    }
+    assert packed == present != set()
+
+
+def test_site_packages_gets_no_folder_of_a_common_name(installed):
+    top_level = {path.name for path in installed.site_packages.iterdir()}
+    assert not top_level & {"resources", "tests", "tools", "docs"}
+
+
+WHERE_THINGS_ARE = """
+import app, stereotrack_core
+from PySide6.QtWidgets import QApplication
+from app.icons import icon, icon_names
+from app.resource_files import resource_folder
+
+application = QApplication([])
+print(app.__file__, stereotrack_core.__file__, resource_folder(), sep="\\n")
+print(len(icon_names()), any(icon(name).isNull() for name in icon_names()))
+"""
+
+
+def test_code_and_resources_come_from_the_wheel(installed, tmp_path):
+    done = installed.run("python", "-c", WHERE_THINGS_ARE, folder=tmp_path)
+    *places, icons = done.stdout.splitlines()
+    assert len(places) == 3
+    for place in places:
+        assert Path(place).is_relative_to(installed.site_packages), place
+    drawings = list((ROOT / "resources" / "icons").glob("*.svg"))
+    assert icons == f"{len(drawings)} False"
+
+
+def test_the_demo_runs_without_a_screen(installed, tmp_path):
+    done = installed.run("stereotrack", "demo", "demo", "--headless", folder=tmp_path)
+    for measure in ("torso", "upper arm", "forearm"):
+        assert measure in done.stdout
+    assert (tmp_path / "demo").is_dir()
