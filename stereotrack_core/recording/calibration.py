@@ -1,0 +1,201 @@
+"""Read and write ``calibration.toml``: the cameras and their places in the world."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomli_w
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.rotation import rotation_from_vector, vector_from_rotation
+from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.recording.toml_table import Table, load_toml
+
+DISTORTION_COUNTS = (4, 5, 8, 12, 14)
+METRES_PER_UNIT = {"m": 1.0, "mm": 0.001}
+
+
+def read_calibration(path: Path) -> dict[str, Camera]:
+    """Cameras by name, lengths in metres.
+
+    Raises
+    ------
+    InputError
+        At the first thing that is wrong: no file, no units, no or unusable cameras.
+    """
+    complaints: list[InputError] = []
+    cameras = parse_calibration(path, complaints)
+    if complaints:
+        raise complaints[0]
+    return cameras
+
+
+def parse_calibration(path: Path, complaints: list[InputError]) -> dict[str, Camera]:
+    """The cameras that can be used; everything wrong is appended to `complaints`."""
+    try:
+        content = load_toml(path)
+    except InputError as error:
+        complaints.append(error)
+        return {}
+    metres = _metres_per_unit(content, path, complaints)
+    cameras: dict[str, Camera] = {}
+    for section, values in content.items():
+        if section == "metadata" or not isinstance(values, Mapping):
+            continue
+        table = Table(values, f"{path}, [{section}]", complaints)
+        camera = _camera(table, metres)
+        if camera is None:
+            continue
+        if camera.name in cameras:
+            table.complain(
+                "name", f"there are two cameras named {camera.name!r}", "Rename one of them."
+            )
+            continue
+        cameras[camera.name] = camera
+    if not cameras and not complaints:
+        complaints.append(
+            InputError(
+                "there is no camera in it",
+                where=str(path),
+                remedy="Add a section with name, size, matrix, distortions, rotation, translation.",
+            )
+        )
+    return cameras
+
+
+def _metres_per_unit(content: Mapping[str, Any], path: Path, complaints: list[InputError]) -> float:
+    metadata = content.get("metadata")
+    units = metadata.get("units") if isinstance(metadata, Mapping) else None
+    if isinstance(units, str) and units in METRES_PER_UNIT:
+        return METRES_PER_UNIT[units]
+    what = (
+        "it does not say in which unit the translations are"
+        if units is None
+        else f"the unit {units!r} is not known"
+    )
+    complaints.append(
+        InputError(
+            what,
+            where=f"{path}, [metadata] units",
+            remedy='Add a section [metadata] with units = "m" or units = "mm".',
+        )
+    )
+    return 1.0
+
+
+def _camera(table: Table, metres: float) -> Camera | None:
+    before = len(table.complaints)
+    name = table.text("name", required=True)
+    size = _size(table)
+    matrix = _matrix(table)
+    fisheye = table.values.get("fisheye", False)
+    if not isinstance(fisheye, bool):
+        table.complain("fisheye", f"{fisheye!r} is not true or false", "Write fisheye = true.")
+    distortions = _distortions(table, fisheye is True)
+    rotation = _numbers(table, "rotation", (3,), "a rotation vector of three numbers in radians")
+    translation = _numbers(table, "translation", (3,), "three numbers")
+    if len(table.complaints) > before or name is None or size is None or matrix is None:
+        return None
+    assert rotation is not None  # noqa: S101 - without a complaint everything was read
+    assert translation is not None  # noqa: S101
+    assert distortions is not None  # noqa: S101
+    placed = RigidTransform(rotation_from_vector(rotation), translation * metres)
+    return Camera(name, size[0], size[1], matrix, distortions, fisheye, placed)
+
+
+def _numbers(
+    table: Table, key: str, shape: tuple[int, ...] | None, expected: str
+) -> FloatArray | None:
+    value = table.values.get(key)
+    if value is None:
+        table.complain(key, "the key is missing", f"Add {key} = {expected}.")
+        return None
+    try:
+        array = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        array = np.empty(0)
+    if (shape is not None and array.shape != shape) or array.ndim != len(shape or (0,)):
+        table.complain(key, f"this is not {expected}", f"Write {key} = {expected}.")
+        return None
+    if not np.isfinite(array).all():
+        table.complain(key, "it holds a value that is not finite", "Calibrate this camera again.")
+        return None
+    return array
+
+
+def _size(table: Table) -> tuple[int, int] | None:
+    size = _numbers(table, "size", (2,), "[width, height] in pixels")
+    if size is None:
+        return None
+    if (size < 1).any() or (size != np.round(size)).any():
+        table.complain("size", f"{size.tolist()} is no image size", "Write [width, height].")
+        return None
+    return int(size[0]), int(size[1])
+
+
+def _matrix(table: Table) -> FloatArray | None:
+    matrix = _numbers(table, "matrix", (3, 3), "three rows of three numbers in pixels")
+    if matrix is None:
+        return None
+    upright = np.allclose(matrix[2], (0, 0, 1)) and matrix[1, 0] == 0
+    if not upright and np.allclose(matrix[:, 2], (0, 0, 1)) and matrix[0, 1] == 0:
+        table.complain(
+            "matrix",
+            "the matrix is transposed: the principal point stands in its last row",
+            "Write [[fx, 0, cx], [0, fy, cy], [0, 0, 1]].",
+        )
+        return None
+    if not upright:
+        table.complain(
+            "matrix",
+            "the last row is not 0, 0, 1 or there is a number below fx",
+            "Write [[fx, 0, cx], [0, fy, cy], [0, 0, 1]].",
+        )
+        return None
+    if matrix[0, 0] < 1 or matrix[1, 1] < 1:
+        table.complain(
+            "matrix",
+            f"the focal lengths {matrix[0, 0]:g} and {matrix[1, 1]:g} px make no image: the"
+            " matrix is singular or mirrors",
+            "Focal lengths are in pixels and positive; calibrate this camera again.",
+        )
+        return None
+    return matrix
+
+
+def _distortions(table: Table, fisheye: bool) -> FloatArray | None:
+    allowed = (4,) if fisheye else DISTORTION_COUNTS
+    text = "4 coefficients" if fisheye else "4, 5, 8, 12 or 14 coefficients in OpenCV's order"
+    coefficients = _numbers(table, "distortions", None, text)
+    if coefficients is not None and coefficients.size not in allowed:
+        table.complain(
+            "distortions",
+            f"it has {coefficients.size} coefficients",
+            f"Write {text}; zeros where there is no distortion.",
+        )
+        return None
+    return coefficients
+
+
+def write_calibration(path: Path, cameras: Mapping[str, Camera]) -> None:
+    """Write cameras so that :func:`read_calibration` gives them again; lengths in metres."""
+    content: dict[str, Any] = {}
+    for i, camera in enumerate(cameras.values()):
+        section: dict[str, Any] = {
+            "name": camera.name,
+            "size": [camera.width, camera.height],
+            "matrix": camera.matrix.tolist(),
+            "distortions": camera.distortions.tolist(),
+            "rotation": vector_from_rotation(camera.camera_from_world.rotation).tolist(),
+            "translation": camera.camera_from_world.translation.tolist(),
+        }
+        if camera.fisheye:
+            section["fisheye"] = True
+        content[f"cam_{i}"] = section
+    content["metadata"] = {"units": "m"}
+    path.write_text(tomli_w.dumps(content), encoding="utf-8")

@@ -1,0 +1,69 @@
+"""Read a small CSV file with a header, with sentences about what is wrong in it."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from pathlib import Path
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.recording.toml_table import reason
+
+
+def read_rows(path: Path, columns: Sequence[str]) -> list[tuple[int, dict[str, str]]]:
+    """Line number and cells by column of every row that is not empty.
+
+    Columns may stand in any order; further columns are ignored.
+
+    Raises
+    ------
+    InputError
+        When the file is missing or unreadable, a column is missing, or a row is too short.
+    """
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            lines = list(csv.reader(file))
+    except FileNotFoundError:
+        raise InputError(
+            "the file does not exist", where=str(path), remedy="Add it or correct its path."
+        ) from None
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise InputError(
+            f"the file cannot be read ({reason(error)})",
+            where=str(path),
+            remedy="It has to be a UTF-8 text file with commas.",
+        ) from None
+    header = [name.strip() for name in lines[0]] if lines else []
+    missing = [name for name in columns if name not in header]
+    if missing:
+        raise InputError(
+            f"the column {missing[0]!r} is missing in the first line",
+            where=str(path),
+            remedy=f"Write the first line as {','.join(columns)}.",
+        )
+    place = {name: header.index(name) for name in columns}
+    rows = []
+    for number, line in enumerate(lines[1:], start=2):
+        if not any(cell.strip() for cell in line):
+            continue
+        if len(line) <= max(place.values()):
+            raise InputError(
+                f"line {number} has {len(line)} values instead of {len(header)}",
+                where=str(path),
+                remedy="Add what is missing or delete the line.",
+            )
+        rows.append((number, {name: line[i].strip() for name, i in place.items()}))
+    return rows
+
+
+def whole_number(text: str, path: Path, line: int, column: str) -> int:
+    """Whole number in a cell (``3`` or ``3.0``); InputError where it is none."""
+    try:
+        value = float(text)
+        if value == int(value):
+            return int(value)
+    except (ValueError, OverflowError):
+        pass
+    raise InputError(
+        f"line {line} has {text!r} as {column}", where=str(path), remedy="Write a whole number."
+    )

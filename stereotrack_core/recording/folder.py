@@ -1,0 +1,177 @@
+"""Open a recording folder: everything it says about itself, checked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording.calibration import parse_calibration
+from stereotrack_core.recording.description import Recording, View
+from stereotrack_core.recording.landmark_csv import read_landmarks
+from stereotrack_core.recording.segments_file import read_segments
+from stereotrack_core.recording.stream_files import inside, picture_size
+from stereotrack_core.recording.subject_file import read_subject
+from stereotrack_core.recording.toml_table import Table, load_toml
+from stereotrack_core.recording.view_table import parse_view
+
+FORMAT = 1
+DESCRIPTION = "recording.toml"
+
+T = TypeVar("T")
+
+
+def open_recording(folder: Path) -> Recording:
+    """Read the description of a recording folder; no picture is decoded.
+
+    Raises
+    ------
+    InputError
+        At the first thing that is wrong; :func:`findings.examine` tells all of them.
+    """
+    complaints: list[InputError] = []
+    recording = describe(folder, complaints)
+    if complaints:
+        raise complaints[0]
+    assert recording is not None  # noqa: S101 - without a complaint it was read
+    return recording
+
+
+def describe(folder: Path, complaints: list[InputError]) -> Recording | None:
+    """The recording as far as it is usable; everything wrong is appended to `complaints`."""
+    folder = Path(folder)
+    if not folder.is_dir():
+        complaints.append(_no_folder(folder))
+        return None
+    path = folder / DESCRIPTION
+    try:
+        table = Table(load_toml(path), str(path), complaints)
+    except InputError as error:
+        complaints.append(error)
+        return None
+    _check_format(table)
+    name = table.text("name") or folder.resolve().name
+    fps = table.number("fps")
+    if "fps" not in table.values:
+        table.complain("fps", "the key is missing", "Add fps = frame sets per second.")
+    elif fps is not None and fps <= 0:
+        table.complain("fps", f"{fps:g} frame sets per second is impossible", "Write fps > 0.")
+    cameras = _cameras(folder, table)
+    views = _views(table)
+    for view in views:
+        _check_streams(folder, table, view, cameras)
+    return Recording(
+        folder=folder,
+        name=name,
+        fps=fps if fps is not None and fps > 0 else 1.0,
+        views=views,
+        cameras=cameras,
+        subject=_optional(folder, table, "subject", read_subject),
+        reference=_optional(folder, table, "reference", read_landmarks),
+        segments=_optional(folder, table, "segments", read_segments) or (),
+    )
+
+
+def _no_folder(folder: Path) -> InputError:
+    if folder.is_file():
+        return InputError(
+            "this is a file", where=str(folder), remedy="Give the folder that holds recording.toml."
+        )
+    return InputError("there is no such folder", where=str(folder), remedy="Correct the path.")
+
+
+def _check_format(table: Table) -> None:
+    version = table.values.get("format")
+    if version is None:
+        table.complain("format", "the key is missing", f"Add format = {FORMAT}.")
+    elif version != FORMAT or isinstance(version, bool):
+        table.complain(
+            "format",
+            f"the format {version!r} is not known",
+            f"This program reads format = {FORMAT}; use a newer one for later formats.",
+        )
+
+
+def _cameras(folder: Path, table: Table) -> Mapping[str, Camera]:
+    relative = table.text("calibration", required=True)
+    if relative is None:
+        return {}
+    try:
+        path = inside(folder, relative, f"{table.where}, calibration")
+    except InputError as error:
+        table.complaints.append(error)
+        return {}
+    return parse_calibration(path, table.complaints)
+
+
+def _optional(folder: Path, table: Table, key: str, read: Callable[[Path], T]) -> T | None:
+    relative = table.text(key)
+    if relative is None:
+        return None
+    try:
+        return read(inside(folder, relative, f"{table.where}, {key}"))
+    except InputError as error:
+        table.complaints.append(error)
+        return None
+
+
+def _views(table: Table) -> tuple[View, ...]:
+    entries: Any = table.values.get("views")
+    if not isinstance(entries, list) or not entries:
+        table.complain("views", "there are no views", "Add at least one section [[views]].")
+        return ()
+    views: list[View] = []
+    for i, entry in enumerate(entries):
+        place = f"{table.where}, views[{i}]"
+        if not isinstance(entry, Mapping):
+            table.complain(f"views[{i}]", "this is not a section", "Write it as [[views]].")
+            continue
+        if entry.get("name"):
+            place = f"{table.where}, view {entry['name']}"
+        view = parse_view(Table(entry, place, table.complaints))
+        if view is None:
+            continue
+        if any(other.name == view.name for other in views):
+            table.complain(
+                "views", f"there are two views named {view.name!r}", "Rename one of them."
+            )
+            continue
+        views.append(view)
+    return tuple(views)
+
+
+def _check_streams(folder: Path, table: Table, view: View, cameras: Mapping[str, Camera]) -> None:
+    """Files are there, cameras are known, and the sizes agree."""
+    for key, stream in view.streams().items():
+        where = f"{table.where}, view {view.name}, {key}"
+        if stream.camera and stream.camera not in cameras:
+            known = ", ".join(cameras) or "none"
+            table.complaints.append(
+                InputError(
+                    f"the camera {stream.camera!r} is not in the calibration",
+                    where=f"{where}.camera",
+                    remedy=f"Its cameras are: {known}.",
+                )
+            )
+        camera = cameras.get(stream.camera or view.image.camera)
+        for file_key, file in (("frames", stream.frames), ("background", stream.background)):
+            if file is None:
+                continue
+            try:
+                size = picture_size(folder, file, f"{where}.{file_key}")
+            except InputError as error:
+                table.complaints.append(error)
+                continue
+            if camera is not None and size != (camera.width, camera.height):
+                table.complaints.append(_wrong_size(f"{where}.{file_key}", file, size, camera))
+
+
+def _wrong_size(where: str, file: str, size: tuple[int, int], camera: Camera) -> InputError:
+    return InputError(
+        f"the pictures of {file!r} are {size[0]} x {size[1]} pixels, but the calibration of"
+        f" {camera.name!r} is for {camera.width} x {camera.height}",
+        where=where,
+        remedy="Use the calibration made with pictures of this size, or the original pictures.",
+    )

@@ -1,0 +1,124 @@
+"""Frames of a set of numbered image files, such as ``N/%06d.png``."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from stereotrack_core.recording.pictures import PictureKind
+from stereotrack_core.recording.stream_source import DamagedFrame, Keep
+
+NUMBER = re.compile(r"%(0(\d+))?d")
+
+READ_FLAGS: dict[PictureKind, int] = {
+    # Turning a picture by its EXIF entry would part it from its calibration.
+    "grey": cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION,
+    "colour": cv2.IMREAD_ANYCOLOR | cv2.IMREAD_IGNORE_ORIENTATION,
+    "depth": cv2.IMREAD_UNCHANGED,
+}
+
+
+def is_pattern(frames: str) -> bool:
+    """Whether `frames` names numbered images rather than a video."""
+    return "%" in frames
+
+
+def numbered_files(folder: Path, pattern: str) -> dict[int, Path]:
+    """Files that fit a printf pattern in the last part of its path, by number.
+
+    Raises
+    ------
+    ValueError
+        When the pattern has not exactly one ``%d`` or ``%0Nd`` in its last part.
+    OSError
+        When the folder cannot be read.
+    """
+    path = folder / pattern
+    places = list(NUMBER.finditer(path.name))
+    if len(places) != 1 or "%" in NUMBER.sub("", path.name) or "%" in str(path.parent):
+        raise ValueError(pattern)
+    place = places[0]
+    width = int(place.group(2) or 1)
+    fitting = re.compile(
+        re.escape(path.name[: place.start()])
+        + rf"(\d{{{width},}})"
+        + re.escape(path.name[place.end() :])
+    )
+    found = {}
+    for file in path.parent.iterdir():
+        match = fitting.fullmatch(file.name)
+        if match and (len(match.group(1)) == width or match.group(1)[0] != "0"):
+            found[int(match.group(1))] = file
+    return found
+
+
+def read_image(path: Path, kind: PictureKind) -> NDArray[Any]:
+    """Pixels of an image file, read-only, not turned.
+
+    Returns
+    -------
+    (H, W) uint8 for grey; (H, W, 3) uint8 BGR or (H, W) for colour; (H, W) uint16 (or the
+    file's own type) for depth.
+
+    Raises
+    ------
+    DamagedFrame
+        When the file is missing or no image.
+    """
+    try:
+        content = np.fromfile(path, dtype=np.uint8)
+    except OSError:
+        raise DamagedFrame(f"the file {path.name} is missing or cannot be read") from None
+    try:
+        picture = cv2.imdecode(content, READ_FLAGS[kind]) if content.size else None
+    except cv2.error:
+        picture = None
+    if picture is None:
+        raise DamagedFrame(f"the file {path.name} is damaged or not an image")
+    if kind == "depth" and (picture.ndim != 2 or picture.dtype not in (np.uint16, np.uint8)):
+        raise DamagedFrame(f"the file {path.name} is not a depth map with one 16 bit channel")
+    picture.flags.writeable = False
+    return picture
+
+
+class NumberedImages:
+    """Image files by number, counted from the lowest one; a gap is a damaged frame.
+
+    Raises
+    ------
+    ValueError, OSError
+        As :func:`numbered_files`; ValueError also where no file fits.
+    """
+
+    def __init__(self, folder: Path, pattern: str, kind: PictureKind) -> None:
+        self._files = numbered_files(folder, pattern)
+        if not self._files:
+            raise ValueError(pattern)
+        self._lowest = min(self._files)
+        self._count = max(self._files) - self._lowest + 1
+        self._pattern = pattern
+        self._kind: PictureKind = kind
+
+    def count(self) -> int:
+        """Number of frames, gaps included."""
+        return self._count
+
+    def count_so_far(self) -> tuple[int, bool]:
+        """Number of frames; final."""
+        return self._count, True
+
+    def read(self, k: int, keep: Keep) -> NDArray[Any]:  # noqa: ARG002 - nothing is on the way
+        """Picture of frame k."""
+        file = self._files.get(self._lowest + k)
+        if file is None:
+            missing = NUMBER.sub(lambda _: "%d", self._pattern) % (self._lowest + k)
+            raise DamagedFrame(f"there is no file number {self._lowest + k} ({missing})")
+        return read_image(file, self._kind)
+
+    def close(self) -> None:
+        """Nothing is held open."""

@@ -1,0 +1,288 @@
+"""Frame sets of a recording: decoded in parallel, ahead of need, within a limit of memory."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, field
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stereotrack_core.arrays import Float32Array, ImageArray
+from stereotrack_core.errors import InputError
+from stereotrack_core.recording.background import background_picture
+from stereotrack_core.recording.cache import PictureCache
+from stereotrack_core.recording.description import Recording, Stream, View
+from stereotrack_core.recording.frames import FrameSet, ViewImages
+from stereotrack_core.recording.pictures import PictureKind
+from stereotrack_core.recording.stream_files import open_stream
+from stereotrack_core.recording.stream_source import DamagedFrame, StreamSource
+
+MASK_THRESHOLD = 127
+READ_AHEAD_THREADS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class OpenStream:
+    """A stream with the lock that keeps it to one thread at a time."""
+
+    name: str
+    stream: Stream
+    source: StreamSource
+    shift: int
+    lock: threading.Lock = field(default_factory=threading.Lock)
+
+
+class FrameReader:
+    """Frame sets by number, the same pictures in whatever order they are asked for.
+
+    May be used from several threads. Pictures are shared with the cache and read-only.
+
+    Parameters
+    ----------
+    recording : Recording
+    views : sequence of str, optional
+        Names of the views to read; all where not given.
+    colour : bool
+        Whether colour streams give (H, W, 3) BGR; else everything is (H, W).
+    cache_bytes : int
+        Bytes of pictures kept at most.
+    read_ahead : int
+        Number of frame sets decoded in the background after the one that was asked for.
+
+    Raises
+    ------
+    InputError
+        When a view is not known or a stream cannot be opened.
+    """
+
+    def __init__(
+        self,
+        recording: Recording,
+        *,
+        views: Sequence[str] | None = None,
+        colour: bool = True,
+        cache_bytes: int = 512 * 1024 * 1024,
+        read_ahead: int = 4,
+    ) -> None:
+        self.recording = recording
+        self.views = tuple(_chosen(recording, views))
+        self._image_kind: PictureKind = "colour" if colour else "grey"
+        self._cache = PictureCache(cache_bytes)
+        self._read_ahead = read_ahead
+        self._latest = -1
+        self._closed = False
+        self._streams: dict[tuple[str, str], OpenStream] = {}
+        try:
+            for view in self.views:
+                self._open_view(view)
+        except InputError:
+            self._close_streams()
+            raise
+        self._readers = ThreadPoolExecutor(len(self._streams), "read")
+        self._ahead = ThreadPoolExecutor(min(READ_AHEAD_THREADS, len(self._streams)), "read ahead")
+        self._backgrounds: dict[str, tuple[ImageArray | None, ImageArray] | None] = {}
+        self._background_lock = threading.Lock()
+
+    def __enter__(self) -> FrameReader:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Stop the threads, close the files, give up the cache."""
+        if self._closed:
+            return
+        self._closed = True
+        self._ahead.shutdown(wait=True, cancel_futures=True)
+        self._readers.shutdown(wait=True, cancel_futures=True)
+        self._close_streams()
+        self._cache.clear()
+
+    def _close_streams(self) -> None:
+        for opened in self._streams.values():
+            opened.source.close()
+
+    def _open_view(self, view: View) -> None:
+        for key, stream in view.streams().items():
+            kind = self._kind(key)
+            where = f"{self.recording.folder / 'recording.toml'}, view {view.name}, {key}.frames"
+            source = open_stream(self.recording.folder, stream.frames, kind, where)
+            shift = stream.first_frame + round(stream.time_offset * self.recording.fps)
+            name = f"{view.name} {key}"
+            self._streams[view.name, key] = OpenStream(name, stream, source, shift)
+
+    def _kind(self, key: str) -> PictureKind:
+        kinds: dict[str, PictureKind] = {"depth": "depth", "mask": "grey"}
+        return kinds.get(key, self._image_kind)
+
+    @property
+    def frame_count(self) -> int:
+        """Number of frame sets that all streams have.
+
+        Exact; waits until the videos of containers without a full index have been read once.
+        """
+        return max(0, min(s.source.count() - s.shift for s in self._streams.values()))
+
+    def frame_count_so_far(self) -> tuple[int, bool]:
+        """Number of frame sets as far as it is known, and whether it is final; never waits."""
+        counts = [(s.source.count_so_far(), s.shift) for s in self._streams.values()]
+        count = min(known - shift for (known, _), shift in counts)
+        return max(0, count), all(final for (_, final), _ in counts)
+
+    def stream_counts(self) -> Mapping[tuple[str, str], int]:
+        """Number of frames of each stream, by view name and key in ``recording.toml``."""
+        return {key: s.source.count() for key, s in self._streams.items()}
+
+    @property
+    def cached_bytes(self) -> int:
+        """Bytes of pictures that the cache holds now."""
+        return self._cache.bytes_used
+
+    def frame_set(self, k: int) -> FrameSet:
+        """All images of frame k.
+
+        A view of which a picture cannot be decoded is absent, with a sentence in `problems`.
+
+        Raises
+        ------
+        InputError
+            When k is not a frame of the recording.
+        """
+        self._check_number(k)
+        forward = k >= self._latest
+        self._latest = k
+        futures = {
+            place: self._readers.submit(self._picture, opened, k)
+            for place, opened in self._streams.items()
+            if (opened.name, k) not in self._cache
+        }
+        views: dict[str, ViewImages] = {}
+        problems: dict[str, str] = {}
+        for view in self.views:
+            try:
+                pictures = {
+                    key: self._finished(futures.get((view.name, key)), (view.name, key), k)
+                    for key in view.streams()
+                }
+                views[view.name] = _view_images(view, pictures)
+            except DamagedFrame as problem:
+                problems[view.name] = f"View {view.name}, frame {k}: {problem}."
+        self._start_reading_ahead(k, 1 if forward else -1)
+        return FrameSet(k, views, problems)
+
+    def _check_number(self, k: int) -> None:
+        known, final = self.frame_count_so_far()
+        if k < 0 or (k >= known and (final or k >= self.frame_count)):
+            raise InputError(
+                f"there is no frame {k}",
+                where=self.recording.name,
+                remedy=f"Its frames go from 0 to {self.frame_count - 1}.",
+            )
+
+    def _finished(
+        self, future: Future[NDArray[Any]] | None, place: tuple[str, str], k: int
+    ) -> NDArray[Any]:
+        return self._picture(self._streams[place], k) if future is None else future.result()
+
+    def _picture(self, opened: OpenStream, k: int) -> NDArray[Any]:
+        """Picture of the recording's frame k, from the cache or decoded."""
+        cached = self._cache.get((opened.name, k))
+        if cached is not None:
+            return cached
+        own = k + opened.shift
+        if own < 0:
+            raise DamagedFrame(f"{opened.name} begins {-own} frames later")
+
+        def keep(number: int, picture: NDArray[Any]) -> None:
+            self._cache.put((opened.name, number - opened.shift), picture)
+
+        with opened.lock:
+            cached = self._cache.get((opened.name, k))
+            if cached is not None:
+                return cached
+            try:
+                picture = opened.source.read(own, keep)
+            except DamagedFrame as problem:
+                raise DamagedFrame(f"{opened.stream.frames}: {problem}") from None
+            self._cache.put((opened.name, k), picture)
+        return picture
+
+    def _start_reading_ahead(self, k: int, step: int) -> None:
+        if self._closed or self._read_ahead < 1:
+            return
+        known, _ = self.frame_count_so_far()
+        wanted = [n for i in range(1, self._read_ahead + 1) if 0 <= (n := k + i * step) < known]
+        for opened in self._streams.values():
+            missing = [n for n in wanted if (opened.name, n) not in self._cache]
+            if missing:
+                self._ahead.submit(self._read_several, opened, missing, k)
+
+    def _read_several(self, opened: OpenStream, numbers: Sequence[int], asked: int) -> None:
+        for n in numbers:
+            if self._closed or abs(self._latest - asked) > self._read_ahead:
+                return
+            try:
+                self._picture(opened, n)
+            except DamagedFrame:
+                return  # it is told when the frame itself is asked for
+
+    def background(self, view: str) -> tuple[ImageArray | None, ImageArray] | None:
+        """The empty scene as (left or None, image), or None where the view states none.
+
+        Raises
+        ------
+        InputError
+            When it cannot be read.
+        """
+        chosen = self.recording.view(view)
+        with self._background_lock:
+            if view not in self._backgrounds:
+                self._backgrounds[view] = background_picture(
+                    self.recording.folder, chosen, self._image_kind
+                )
+            return self._backgrounds[view]
+
+
+def _chosen(recording: Recording, views: Sequence[str] | None) -> Sequence[View]:
+    if views is None:
+        return recording.views
+    known = {view.name: view for view in recording.views}
+    for name in views:
+        if name not in known:
+            raise InputError(
+                f"there is no view {name!r}",
+                where=recording.name,
+                remedy=f"Its views are {', '.join(known)}.",
+            )
+    if not views:
+        raise InputError("no view is chosen", where=recording.name, remedy="Choose one at least.")
+    return [known[name] for name in dict.fromkeys(views)]
+
+
+def _view_images(view: View, pictures: Mapping[str, NDArray[Any]]) -> ViewImages:
+    depth = pictures.get("depth")
+    mask = pictures.get("mask")
+    return ViewImages(
+        image=pictures["right" if view.kind == "stereo" else "image"],
+        left=pictures.get("left"),
+        depth=None if depth is None else metres_of(depth, view.depth_unit),
+        mask=None if mask is None else mask > MASK_THRESHOLD,
+    )
+
+
+def metres_of(counts: NDArray[Any], unit: float) -> Float32Array:
+    """Depth in metres (H, W) of counts; NaN where a count is 0."""
+    metres: Float32Array = counts.astype(np.float32) * np.float32(unit)
+    metres[counts == 0] = np.nan
+    return metres

@@ -1,0 +1,137 @@
+"""The files behind a stream: where they are, how large their pictures are, and opening them."""
+
+from __future__ import annotations
+
+from pathlib import Path, PureWindowsPath
+
+import av
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.recording.numbered import (
+    NumberedImages,
+    is_pattern,
+    numbered_files,
+    read_image,
+)
+from stereotrack_core.recording.pictures import PictureKind
+from stereotrack_core.recording.stream_source import DamagedFrame, StreamSource
+from stereotrack_core.recording.timestamps import open_container
+from stereotrack_core.recording.toml_table import reason
+from stereotrack_core.recording.video import VideoStream
+
+IMAGE_SUFFIXES = frozenset(
+    {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".ppm", ".webp"}
+)
+
+
+def inside(folder: Path, relative: str, where: str) -> Path:
+    """Path of a file in the recording.
+
+    Raises
+    ------
+    InputError
+        When the path leaves the folder or does not exist (the last part of a pattern may not).
+    """
+    path = Path(relative)
+    leaves = path.is_absolute() or PureWindowsPath(relative).drive != "" or "\0" in relative
+    root = folder.resolve()
+    full = root if leaves else (root / path).resolve()
+    if leaves or not full.is_relative_to(root):
+        raise InputError(
+            f"the path {relative!r} leaves the folder of the recording",
+            where=where,
+            remedy="Write a path relative to the folder and keep the files in it.",
+        )
+    shown = full.parent if is_pattern(relative) else full
+    if not shown.exists():
+        raise InputError(
+            f"there is no {'folder' if is_pattern(relative) else 'file'} {shown.name!r}",
+            where=where,
+            remedy="Add it or correct the path.",
+        )
+    return folder / path
+
+
+def picture_size(folder: Path, frames: str, where: str) -> tuple[int, int]:
+    """Width and height of a stream's pictures, from the first one.
+
+    Raises
+    ------
+    InputError
+        When nothing is there or it is no video or image.
+    """
+    path = inside(folder, frames, where)
+    if is_pattern(frames):
+        files = _files(folder, frames, where)
+        return image_size(files[min(files)], where)
+    if path.suffix.lower() in IMAGE_SUFFIXES:
+        return image_size(path, where)
+    try:
+        with open_container(path) as container:
+            context = container.streams.video[0].codec_context
+            width, height = int(context.width), int(context.height)
+    except (av.FFmpegError, OSError, IndexError) as error:
+        raise _no_video(frames, where, error) from None
+    if width < 1 or height < 1:
+        raise _no_video(frames, where, ValueError())
+    return width, height
+
+
+def image_size(path: Path, where: str) -> tuple[int, int]:
+    """Width and height of an image file; InputError where it is none."""
+    try:
+        height, width = read_image(path, "colour").shape[:2]
+    except DamagedFrame as problem:
+        raise InputError(
+            str(problem), where=where, remedy="Replace the file by a readable image."
+        ) from None
+    return width, height
+
+
+def open_stream(folder: Path, frames: str, kind: PictureKind, where: str) -> StreamSource:
+    """Open a video or numbered images.
+
+    Raises
+    ------
+    InputError
+        When nothing is there or it cannot be opened.
+    """
+    path = inside(folder, frames, where)
+    if is_pattern(frames):
+        _files(folder, frames, where)
+        return NumberedImages(folder, frames, kind)
+    try:
+        return VideoStream(path, kind)
+    except (av.FFmpegError, OSError, IndexError) as error:
+        raise _no_video(frames, where, error) from None
+
+
+def _files(folder: Path, frames: str, where: str) -> dict[int, Path]:
+    try:
+        files = numbered_files(folder, frames)
+    except ValueError:
+        raise InputError(
+            f"the pattern {frames!r} does not have exactly one number in the file's name",
+            where=where,
+            remedy="Write it like N/%06d.png.",
+        ) from None
+    except OSError as error:
+        raise InputError(
+            f"the folder cannot be read ({reason(error)})", where=where, remedy="Correct the path."
+        ) from None
+    if not files:
+        raise InputError(
+            f"no file fits the pattern {frames!r}",
+            where=where,
+            remedy="Add the images or correct the pattern.",
+        )
+    return files
+
+
+def _no_video(frames: str, where: str, error: Exception) -> InputError:
+    cause = "it holds no picture" if isinstance(error, IndexError | ValueError) else reason(error)
+    return InputError(
+        f"{frames!r} cannot be opened as a video ({cause})",
+        where=where,
+        remedy="Copy it again from the source or convert it to a common format such as MP4.",
+    )

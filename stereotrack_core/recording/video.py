@@ -1,0 +1,227 @@
+"""Frames of one video by number, exactly, in any order."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import av
+from numpy.typing import NDArray
+
+from stereotrack_core.recording.pictures import PictureKind, picture_of
+from stereotrack_core.recording.stream_source import DamagedFrame, Keep
+from stereotrack_core.recording.timestamps import FrameTimes, open_container
+from stereotrack_core.recording.toml_table import reason
+
+KEPT_ON_THE_WAY = 24
+"""Pictures before the wanted one that are handed on too, which makes going backwards fast."""
+
+NEVER = 2**62
+"""A time stamp after all others."""
+
+
+class VideoStream:
+    """Frames of one video by number; a frame is recognised by its time stamp, never by guess.
+
+    To get a frame, decoding goes on from where it stands, or from the last key frame that is
+    shown not later than it. If the container leads to a wrong place, an earlier key frame is
+    tried, at last the beginning. Used by one thread at a time.
+
+    Raises
+    ------
+    av.FFmpegError, OSError, IndexError
+        When the file cannot be opened or holds no video.
+    """
+
+    def __init__(self, path: Path, kind: PictureKind) -> None:
+        self._path = path
+        self._kind: PictureKind = kind
+        self._spoilt: dict[int, int] = {}  # stretches of time from damage to the next key frame
+        self._complaint = ""
+        self._open()
+        self._estimate = _estimated_count(self._container, self._stream)
+        self._times = FrameTimes(path)
+
+    def _open(self) -> None:
+        self._container = open_container(self._path)
+        self._stream = self._container.streams.video[0]
+        self._stream.codec_context.thread_count = 1  # streams are decoded in parallel instead
+        self._stream.codec_context.options = {"err_detect": "explode"}
+        self._frames = self._decode()
+        self._at: int | None = None  # time stamp of the picture that was decoded last
+        self._counted: int | None = None  # its number, where pictures are counted
+
+    def close(self) -> None:
+        """Close the file and stop its background thread."""
+        self._times.close()
+        self._container.close()
+
+    def count(self) -> int:
+        """Number of frames; may wait until the video has been read to its end."""
+        return self._times.count()
+
+    def count_so_far(self) -> tuple[int, bool]:
+        """Number of frames known or estimated now, and whether it is final."""
+        if self._times.complete:
+            return self._times.count(), True
+        return max(self._estimate, self._times.count_so_far()), False
+
+    @property
+    def times(self) -> FrameTimes:
+        """Time stamps of the frames."""
+        return self._times
+
+    def read(self, k: int, keep: Keep) -> NDArray[Any]:
+        """Picture of frame k; pictures decoded on the way are given to `keep`."""
+        time = self._times.time_of(k)
+        if not self._times.ordered:
+            return self._read_by_counting(k)
+        if time is None:
+            raise DamagedFrame(self._times.damage or f"the video ends before frame {k}")
+        if self._goes_on_to(time):
+            frame = self._forward_to(time, keep)
+            if frame is not None:
+                return self._checked(frame, time)
+        for key in reversed(self._times.key_times(time)):
+            self._seek(key)
+            frame = self._forward_to(time, keep)
+            if frame is not None:
+                return self._checked(frame, time)
+            if self._is_spoilt(time):
+                break
+        else:
+            self._reopen()
+            frame = self._forward_to(time, keep)
+            if frame is not None:
+                return self._checked(frame, time)
+        raise DamagedFrame(self._complaint or "its packet gives no picture")
+
+    def _checked(self, frame: Any, time: int) -> NDArray[Any]:
+        if frame.is_corrupt or self._is_spoilt(time):
+            raise DamagedFrame(self._complaint or "the decoder marks the picture as damaged")
+        return picture_of(frame, self._kind)
+
+    def _is_spoilt(self, time: int) -> bool:
+        return any(first <= time < end for first, end in self._spoilt.items())
+
+    def _goes_on_to(self, time: int) -> bool:
+        """Whether decoding on is at most as long as starting at the last key frame."""
+        if self._at is None or self._at >= time:
+            return False
+        keys = self._times.key_times(time)
+        return not keys or keys[-1] <= self._at or self._is_next(time)
+
+    def _is_next(self, time: int) -> bool:
+        here, there = self._times.frame_at(self._at or 0), self._times.frame_at(time)
+        return here is not None and there == here + 1
+
+    def _seek(self, key: int) -> None:
+        self._container.seek(key, stream=self._stream, backward=True)
+        self._frames = self._decode()
+        self._at = self._counted = None
+
+    def _forward_to(self, time: int, keep: Keep) -> Any | None:
+        """Decode up to the frame shown at `time`; None where it does not come."""
+        passed: deque[Any] = deque(maxlen=KEPT_ON_THE_WAY)
+        wanted = None
+        first = self._at is None
+        for frame in self._frames:
+            if frame.pts is None:
+                continue
+            if first and frame.pts > time:
+                return None
+            first = False
+            self._at = frame.pts
+            if frame.pts >= time:
+                wanted = frame if frame.pts == time else None
+                break
+            passed.append(frame)
+        else:
+            self._at = None
+        for frame in passed:
+            self._keep(frame, keep)
+        return wanted
+
+    def _keep(self, frame: Any, keep: Keep) -> None:
+        number = self._times.frame_at(frame.pts)
+        if number is not None and not frame.is_corrupt and not self._is_spoilt(frame.pts):
+            keep(number, picture_of(frame, self._kind))
+
+    def _decode(self) -> Iterator[Any]:
+        """Pictures from here on; a damaged packet spoils what follows up to the next key frame.
+
+        Begins at the first key frame, and leaves out what is decoded after it but shown before:
+        such pictures need others from before the key frame.
+        """
+        context = self._stream.codec_context
+        packets = self._container.demux(self._stream)
+        start: int | None = None
+        while True:
+            try:
+                packet = next(packets)
+            except StopIteration:
+                return
+            except (av.FFmpegError, OSError) as error:
+                self._spoil(None, reason(error))
+                return
+            if packet.is_keyframe and packet.size:
+                key = -NEVER if packet.pts is None else packet.pts
+                start = key if start is None else start
+                self._mend(key)
+            if start is None and packet.size:
+                continue
+            try:
+                for frame in context.decode(packet if packet.size else None):
+                    if frame.pts is None or start is None or frame.pts >= start:
+                        yield frame
+            except av.EOFError:
+                return
+            except av.FFmpegError as error:
+                if packet.pts is None or start is None or packet.pts >= start:
+                    self._spoil(packet.pts, reason(error))
+
+    def _spoil(self, time: int | None, complaint: str) -> None:
+        if time is None:
+            time = NEVER if self._at is None else self._at + 1
+        self._complaint = f"the video is damaged here ({complaint})"
+        if not self._is_spoilt(time):
+            self._spoilt[time] = NEVER
+
+    def _mend(self, key: int) -> None:
+        for first, end in self._spoilt.items():
+            if first < key < end:
+                self._spoilt[first] = key
+
+    def _reopen(self) -> None:
+        self._container.close()
+        self._open()
+
+    def _read_by_counting(self, k: int) -> NDArray[Any]:
+        """Frame k of a stream whose time stamps are missing or repeat: count from its beginning."""
+        if self._counted is None or self._counted >= k:
+            self._spoilt.clear()
+            self._complaint = ""
+            self._reopen()
+            self._counted = -1
+        for frame in self._frames:
+            self._counted += 1
+            if self._counted == k:
+                if self._complaint or frame.is_corrupt:
+                    raise DamagedFrame(self._complaint or "the picture is damaged")
+                return picture_of(frame, self._kind)
+        self._counted = None
+        raise DamagedFrame(self._complaint or f"the video ends before frame {k}")
+
+
+def _estimated_count(container: Any, stream: Any) -> int:
+    """Number of frames as far as the header tells."""
+    if stream.average_rate is None:
+        return int(stream.frames)
+    if stream.duration is not None and stream.time_base is not None:
+        return round(float(stream.duration * stream.time_base * stream.average_rate))
+    if container.duration is not None:
+        seconds = container.duration / av.time_base
+        return round(float(seconds * stream.average_rate))
+    return int(stream.frames)
