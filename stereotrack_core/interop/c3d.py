@@ -1,0 +1,153 @@
+"""C3D, the binary landmark file of motion laboratories.
+
+Positions are in millimetres, z up (``POINT:X_SCREEN`` +X, ``POINT:Y_SCREEN`` +Z). An unknown
+landmark is NaN with residual -1, which other readers take as missing. The format stores
+single precision and counts frames with 16 bits; frame numbers are the recording's.
+"""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.atomic import replacing
+from stereotrack_core.interop.gaps import checked_fps, contiguous
+from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+
+_LAST_FRAME = 0xFFFF - 1
+_BIG_ENDIAN = bytes([86])
+"""Processor type of the parameter section that means big endian (MIPS)."""
+
+_METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+
+
+def write_c3d(
+    path: Path, trajectory: LandmarkTrajectory, fps: float, residual: FloatArray | None = None
+) -> None:
+    """Write landmarks, and the tracker's residual as the residual of every point.
+
+    Parameters
+    ----------
+    path : Path
+    trajectory : LandmarkTrajectory
+        Frames between its frames are written as missing.
+    fps : float
+        Frames per second.
+    residual : (F,) float64, metres, optional
+        The format keeps whole millimetres of it.
+
+    Raises
+    ------
+    InputError
+        For a frame number that the format cannot count.
+    """
+    first, points = contiguous(trajectory)
+    if first < 0 or first + len(points) - 1 > _LAST_FRAME:
+        raise InputError(
+            f"C3D counts frames up to {_LAST_FRAME}",
+            where=str(path),
+            remedy="Write a part of the run, or another format.",
+        )
+    per_frame = np.zeros(len(points))
+    if residual is not None:
+        per_frame[trajectory.frame - first] = np.nan_to_num(1000.0 * residual)
+    file = _new_file(checked_fps(fps), first)
+    file["data"]["points"] = np.ones((4, len(LANDMARKS), len(points)))
+    file["data"]["points"][:3] = 1000.0 * points.transpose(2, 1, 0)
+    missing = np.isnan(points).any(axis=-1).T
+    file["data"]["meta_points"]["residuals"] = np.where(missing, -1.0, per_frame)[None]
+    file["data"]["meta_points"]["camera_masks"] = np.zeros((7, *missing.shape), dtype=np.bool_)
+    with replacing(path) as temporary:
+        file.write(str(temporary))
+
+
+def _new_file(fps: float, first: int) -> Any:
+    import ezc3d
+
+    file = ezc3d.c3d()
+    point = file["parameters"]["POINT"]
+    point["RATE"]["value"] = [fps]
+    point["UNITS"]["value"] = ["mm"]
+    point["LABELS"]["value"] = list(LANDMARKS)
+    file.add_parameter("POINT", "X_SCREEN", "+X")
+    file.add_parameter("POINT", "Y_SCREEN", "+Z")
+    file["header"]["points"]["first_frame"] = first
+    return file
+
+
+def read_c3d(path: Path) -> tuple[LandmarkTrajectory, float]:
+    """Landmarks and frame rate of a C3D file whose points have this program's names.
+
+    The axes are taken as this program writes them (z up); landmarks that the file lacks are
+    NaN, points with other names are left out.
+
+    Raises
+    ------
+    InputError
+        For a damaged file, other axes, an unknown unit, or a file without any of the nine
+        landmarks.
+    """
+    import ezc3d
+
+    if not path.is_file():
+        raise InputError("there is no such file", where=str(path), remedy="Check the path.")
+    try:
+        file = ezc3d.c3d(str(path))
+    except (OSError, ValueError, RuntimeError, IndexError, MemoryError) as error:
+        raise InputError("the file is damaged or is not a C3D file", where=str(path)) from error
+    stored = np.asarray(file["data"]["points"], dtype=np.float64)
+    header, point = file["header"]["points"], file["parameters"]["POINT"]
+    if stored.shape[2] < _stated_frames(path):
+        raise InputError("the file ends before its last frame", where=str(path))
+    metres = _metres(path, point)
+    labels = [str(label).strip() for label in point["LABELS"]["value"]]
+    known = [name for name in LANDMARKS if name in labels]
+    if not known:
+        raise InputError(
+            "none of the nine landmarks is in the file",
+            where=f"{path}, POINT:LABELS",
+            remedy=f"The points are named {', '.join(LANDMARKS)}.",
+        )
+    frame = np.arange(header["first_frame"], header["last_frame"] + 1, dtype=np.int64)
+    points = np.full((len(frame), len(LANDMARKS), 3), np.nan)
+    for name in known:
+        points[:, LANDMARKS.index(name)] = metres * stored[:3, labels.index(name)].T
+    return LandmarkTrajectory(frame, points), float(point["RATE"]["value"][0])
+
+
+def _stated_frames(path: Path) -> int:
+    """Frames that the file's header states; ezc3d shortens it to what is there."""
+    with path.open("rb") as file:
+        header = file.read(10)
+        file.seek(512 * (header[0] - 1) + 3)
+        big_endian = file.read(1) == _BIG_ENDIAN
+    first, last = struct.unpack_from(">HH" if big_endian else "<HH", header, 6)
+    return int(last) - int(first) + 1
+
+
+def _metres(path: Path, point: Any) -> float:
+    """Metres per unit; refuses units and axes that would be taken wrongly."""
+
+    def text(name: str) -> str:
+        values = point[name]["value"] if name in point else []
+        return str(values[0]).strip() if len(values) else ""
+
+    metres = _METRES.get(text("UNITS"))
+    if metres is None:
+        raise InputError(
+            f"the unit {text('UNITS')!r} is not known",
+            where=f"{path}, POINT:UNITS",
+            remedy="Write m or mm.",
+        )
+    if text("Y_SCREEN") not in ("", "+Z"):
+        raise InputError(
+            f"the vertical axis is {text('Y_SCREEN')}",
+            where=f"{path}, POINT:Y_SCREEN",
+            remedy="Turn the data so that z is up and write +Z.",
+        )
+    return metres

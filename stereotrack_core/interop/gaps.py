@@ -1,0 +1,41 @@
+"""Trajectories for formats that know no gaps between frames."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.errors import InputError
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+
+
+def contiguous(trajectory: LandmarkTrajectory) -> tuple[int, FloatArray]:
+    """First frame, and landmarks (F, 9, 3) of every frame from there on; NaN in the gaps.
+
+    Raises
+    ------
+    InputError
+        For a trajectory without frames.
+    """
+    frame = trajectory.frame
+    if not len(frame):
+        raise InputError("there are no frames to write", remedy="Track at least one frame.")
+    first, last = int(frame[0]), int(frame[-1])
+    points: FloatArray = np.full((last - first + 1, *trajectory.points.shape[1:]), np.nan)
+    points[frame - first] = trajectory.points
+    return first, points
+
+
+def checked_fps(fps: float) -> float:
+    """Frame rate in Hz.
+
+    Raises
+    ------
+    InputError
+        Unless it is a positive number.
+    """
+    if not np.isfinite(fps) or fps <= 0:
+        raise InputError(
+            f"{fps!r} is not a frame rate", where="fps", remedy="Give frames per second."
+        )
+    return float(fps)

@@ -1,0 +1,70 @@
+"""PLY, for clouds: binary, with the view of every point as a number and as a colour."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
+from stereotrack_core.interop.atomic import replacing
+
+VIEW_COLOURS: ImageArray = np.array(
+    [
+        [0, 114, 178],
+        [230, 159, 0],
+        [0, 158, 115],
+        [204, 121, 167],
+        [86, 180, 233],
+        [213, 94, 0],
+        [240, 228, 66],
+        [140, 140, 140],
+    ],
+    dtype=np.uint8,
+)
+"""RGB of the views in their order (Okabe-Ito, safe for colour-blind eyes); repeats after 8."""
+
+_VERTEX = np.dtype(
+    [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("red", "u1"), ("green", "u1"), ("blue", "u1")]
+    + [("view", "u1")]
+)
+_PLY_TYPES = {"<f4": "float", "|u1": "uchar"}
+
+
+def write_cloud(
+    path: Path, points: FloatArray, view: IntArray, view_names: Sequence[str], frame: int
+) -> None:
+    """Write a cloud.
+
+    Parameters
+    ----------
+    path : Path
+    points : (N, 3) float64, world, metres
+    view : (N,) int64
+        Index into `view_names`.
+    view_names : sequence of str
+        Kept in a comment.
+    frame : int
+        Kept in a comment.
+    """
+    vertices = np.empty(len(points), dtype=_VERTEX)
+    for k, name in enumerate(("x", "y", "z")):
+        vertices[name] = points[:, k]
+    colours = VIEW_COLOURS[view % len(VIEW_COLOURS)]
+    for k, name in enumerate(("red", "green", "blue")):
+        vertices[name] = colours[:, k]
+    vertices["view"] = view
+    header = [
+        "ply",
+        "format binary_little_endian 1.0",
+        "comment unit: metre, world frame, z up, y north",
+        f"comment frame: {frame}",
+        *(f"comment view {k}: {name}" for k, name in enumerate(view_names)),
+        f"element vertex {len(vertices)}",
+    ]
+    fields = _VERTEX.names or ()
+    header += [f"property {_PLY_TYPES[_VERTEX[name].str]} {name}" for name in fields]
+    header.append("end_header")
+    with replacing(path) as temporary:
+        temporary.write_bytes(("\n".join(header) + "\n").encode() + vertices.tobytes())

@@ -1,0 +1,137 @@
+"""Runs and trajectories in files, by the suffix of their name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.run_npz import read_npz, write_npz
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.tracking.run import Run
+
+RUN_SUFFIXES: tuple[str, ...] = (".npz", ".csv", ".trc", ".c3d", ".bvh")
+"""What a run can be written as; only ``.npz`` keeps all of it."""
+
+TRAJECTORY_SUFFIXES: tuple[str, ...] = (".npz", ".csv", ".trc", ".c3d")
+"""What landmarks can be read from."""
+
+
+def run_suffix(path: Path) -> str:
+    """The suffix that says how a run is written.
+
+    Raises
+    ------
+    InputError
+        For a suffix that is not in :data:`RUN_SUFFIXES`.
+    """
+    return _suffix(path, RUN_SUFFIXES)
+
+
+def write_run(path: Path, run: Run) -> None:
+    """Write a run completely (.npz) or its landmarks (.csv, .trc, .c3d, .bvh).
+
+    Raises
+    ------
+    InputError
+        For an unknown suffix, a place that cannot be written to, or where the format needs
+        a frame rate that the run's ``meta["fps"]`` does not state.
+    """
+    path = Path(path)
+    match run_suffix(path):
+        case ".npz":
+            write_npz(path, run)
+        case ".csv":
+            _write_csv(path, run.trajectory())
+        case ".trc":
+            from stereotrack_core.interop.trc import write_trc
+
+            write_trc(path, run.trajectory(), fps_of_run(run))
+        case ".c3d":
+            from stereotrack_core.interop.c3d import write_c3d
+
+            write_c3d(path, run.trajectory(), fps_of_run(run), run.residual)
+        case ".bvh":
+            from stereotrack_core.interop.bvh import write_bvh
+
+            write_bvh(path, run.trajectory(), fps_of_run(run))
+
+
+def read_run(path: Path) -> Run:
+    """Read a complete run.
+
+    Raises
+    ------
+    InputError
+        For a file that is not a complete run.
+    """
+    path = Path(path)
+    if path.suffix.lower() != ".npz":
+        raise InputError(
+            "this file does not hold a complete run",
+            where=str(path),
+            remedy="Give the .npz file that `stereotrack track` wrote.",
+        )
+    return read_npz(path)
+
+
+def read_trajectory(path: Path) -> LandmarkTrajectory:
+    """Landmarks of a run or landmarks file (.npz, .csv, .trc, .c3d).
+
+    Raises
+    ------
+    InputError
+        For an unknown suffix or a damaged file.
+    """
+    path = Path(path)
+    match _suffix(path, TRAJECTORY_SUFFIXES):
+        case ".npz":
+            return read_npz(path).trajectory()
+        case ".csv":
+            from stereotrack_core.recording.landmark_csv import read_landmarks
+
+            return read_landmarks(path)
+        case ".trc":
+            from stereotrack_core.interop.trc import read_trc
+
+            return read_trc(path)[0]
+        case _:
+            from stereotrack_core.interop.c3d import read_c3d
+
+            return read_c3d(path)[0]
+
+
+def fps_of_run(run: Run) -> float:
+    """Frames per second that the run's meta states.
+
+    Raises
+    ------
+    InputError
+        Where it states none.
+    """
+    fps = run.meta.get("fps")
+    if not isinstance(fps, int | float) or not fps > 0:
+        raise InputError(
+            "the run does not state its frame rate",
+            where="meta, fps",
+            remedy="Export as .csv, which needs none, or track the recording again.",
+        )
+    return float(fps)
+
+
+def _suffix(path: Path, known: tuple[str, ...]) -> str:
+    suffix = path.suffix.lower()
+    if suffix not in known:
+        raise InputError(
+            f"the suffix {path.suffix!r} is not known" if suffix else "the name has no suffix",
+            where=str(path),
+            remedy=f"Name a file that ends in {', '.join(known[:-1])} or {known[-1]}.",
+        )
+    return suffix
+
+
+def _write_csv(path: Path, trajectory: LandmarkTrajectory) -> None:
+    from stereotrack_core.interop.atomic import replacing
+    from stereotrack_core.recording.landmark_csv import write_landmarks
+
+    with replacing(path) as temporary:
+        write_landmarks(temporary, trajectory)

@@ -1,0 +1,105 @@
+"""TRC, the landmark table of OpenSim and Pose2Sim.
+
+The file is y-up, with x to the north and z to the east: (X, Y, Z) = (y, z, x) of this
+program's world, as Pose2Sim writes it. Frame numbers are the recording's, time is frame over
+frame rate, an unknown landmark is empty (OpenSim reads blanks as NaN).
+"""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.atomic import replacing
+from stereotrack_core.interop.gaps import checked_fps
+from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+
+_TRC_FROM_WORLD = [1, 2, 0]
+_WORLD_FROM_TRC = [2, 0, 1]
+_METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+
+
+def write_trc(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
+    """Write landmarks in metres; `fps` in frames per second."""
+    fps = checked_fps(fps)
+    rate, count = f"{fps:.10g}", len(trajectory.frame)
+    first = int(trajectory.frame[0]) if count else 0
+    fields = ["DataRate", "CameraRate", "NumFrames", "NumMarkers", "Units"]
+    fields += ["OrigDataRate", "OrigDataStartFrame", "OrigNumFrames"]
+    facts = [rate, rate, str(count), str(len(LANDMARKS)), "m", rate, str(first), str(count)]
+    names = [cell for name in LANDMARKS for cell in (name, "", "")]
+    axes = [f"{axis}{k}" for k in range(1, len(LANDMARKS) + 1) for axis in "XYZ"]
+    rows = [
+        ["PathFileType", "4", "(X/Y/Z)", path.name],
+        fields,
+        facts,
+        ["Frame#", "Time", *names],
+        ["", "", *axes],
+    ]
+    points = trajectory.points[..., _TRC_FROM_WORLD].reshape(count, -1)
+    for frame, values in zip(trajectory.frame.tolist(), points.tolist(), strict=True):
+        rows.append([str(frame), f"{frame / fps:.10g}", *(_cell(value) for value in values)])
+    with replacing(path) as temporary:
+        text = "".join("\t".join(row) + "\n" for row in rows)
+        temporary.write_text(text, encoding="utf-8", newline="")
+
+
+def _cell(value: float) -> str:
+    return repr(value) if np.isfinite(value) else ""
+
+
+def read_trc(path: Path) -> tuple[LandmarkTrajectory, float]:
+    """Landmarks and frame rate of a TRC file whose columns have this program's names.
+
+    Landmarks that the file lacks are NaN; columns with other names are left out.
+
+    Raises
+    ------
+    InputError
+        For a damaged file, an unknown unit, or a file without any of the nine landmarks.
+    """
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            lines = list(csv.reader(file, delimiter="\t", quoting=csv.QUOTE_NONE))
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"the file cannot be read ({error})", where=str(path)) from error
+    if len(lines) < 5 or lines[0][:1] != ["PathFileType"]:
+        raise InputError("this is not a TRC file", where=str(path))
+    facts = dict(zip(lines[1], lines[2], strict=False))
+    metres = _METRES.get(facts.get("Units", "").strip())
+    if metres is None:
+        raise InputError(
+            f"the unit {facts.get('Units', '')!r} is not known",
+            where=f"{path}, Units",
+            remedy="Write m or mm.",
+        )
+    columns = {name.strip(): k for k, name in enumerate(lines[3]) if name.strip() in LANDMARKS}
+    if not columns:
+        raise InputError(
+            "none of the nine landmarks is in the file",
+            where=f"{path}, line 4",
+            remedy=f"The columns are named {', '.join(LANDMARKS)}.",
+        )
+    try:
+        fps = checked_fps(float(facts["DataRate"]))
+        rows = [line for line in lines[5:] if any(cell.strip() for cell in line)]
+        frame = np.array([int(float(line[0])) for line in rows], dtype=np.int64)
+        points = np.full((len(rows), len(LANDMARKS), 3), np.nan)
+        for k, line in enumerate(rows):
+            points[k] = _row(line, columns)
+    except (KeyError, ValueError, IndexError) as error:
+        raise InputError(f"a number cannot be read ({error})", where=str(path)) from error
+    return LandmarkTrajectory(frame, metres * points[..., _WORLD_FROM_TRC]), fps
+
+
+def _row(line: list[str], columns: dict[str, int]) -> FloatArray:
+    points: FloatArray = np.full((len(LANDMARKS), 3), np.nan)
+    for name, first in columns.items():
+        cells = [cell.strip() for cell in line[first : first + 3]]
+        if len(cells) == 3 and all(cells):
+            points[LANDMARKS.index(name)] = [float(cell) for cell in cells]
+    return points

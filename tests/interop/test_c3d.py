@@ -1,0 +1,79 @@
+"""C3D files, also as ezc3d sees them."""
+
+import ezc3d
+import numpy as np
+import pytest
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.c3d import read_c3d, write_c3d
+from stereotrack_core.interop.run_file import write_run
+from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+
+
+def test_what_other_tools_see(tmp_path, random, make_run):
+    run = make_run(random, range(17, 21))
+    write_run(tmp_path / "a.c3d", run)
+    file = ezc3d.c3d(str(tmp_path / "a.c3d"))
+    point = file["parameters"]["POINT"]
+    assert point["LABELS"]["value"] == list(LANDMARKS)
+    assert point["UNITS"]["value"] == ["mm"]
+    assert point["RATE"]["value"][0] == 10.0
+    assert (point["X_SCREEN"]["value"], point["Y_SCREEN"]["value"]) == (["+X"], ["+Z"])
+    assert file["header"]["points"]["first_frame"] == 17
+    residuals = file["data"]["meta_points"]["residuals"][0]
+    assert (residuals[:, 1] == -1).all()
+    np.testing.assert_allclose(residuals[0, [0, 2, 3]], 1000 * run.residual[[0, 2, 3]], atol=1.0)
+    hand = 1000 * run.landmarks[0, LANDMARKS.index("left_hand")]
+    np.testing.assert_allclose(file["data"]["points"][:3, 4, 0], hand, atol=1e-3)
+
+
+def test_gaps_are_missing(tmp_path, random, body_trajectory):
+    sparse = body_trajectory(random, [2, 3, 7])
+    write_c3d(tmp_path / "a.c3d", sparse, 25.0)
+    found, fps = read_c3d(tmp_path / "a.c3d")
+    assert fps == 25.0
+    assert found.frame.tolist() == [2, 3, 4, 5, 6, 7]
+    assert np.isnan(found.points[2:5]).all()
+    np.testing.assert_allclose(found.points[[0, 1, 5]], sparse.points, atol=2e-7)
+
+
+@pytest.mark.parametrize("frame", [[-1], [0, 65535]])
+def test_frames_that_the_format_cannot_count(tmp_path, frame):
+    trajectory = LandmarkTrajectory(np.array(frame), np.zeros((len(frame), 9, 3)))
+    with pytest.raises(InputError, match="65534"):
+        write_c3d(tmp_path / "a.c3d", trajectory, 10.0)
+    with pytest.raises(InputError, match="no frames"):
+        write_c3d(tmp_path / "a.c3d", LandmarkTrajectory(np.zeros(0, int), np.zeros((0, 9, 3))), 10)
+
+
+@pytest.mark.parametrize("size", [0, 300, 600, 1100, -900, -400])
+def test_damaged_file(tmp_path, random, body_trajectory, size):
+    path = tmp_path / "a.c3d"
+    write_c3d(path, body_trajectory(random, range(20)), 10.0)
+    path.write_bytes(path.read_bytes()[:size])
+    with pytest.raises(InputError, match=r"damaged|ends before"):
+        read_c3d(path)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        ("UNITS", ["feet"], "feet"),
+        ("Y_SCREEN", ["+Y"], "vertical"),
+        ("LABELS", list("abcdefghi"), "nine"),
+    ],
+)
+def test_files_that_would_be_taken_wrongly(tmp_path, random, body_trajectory, key, value, words):
+    path = tmp_path / "a.c3d"
+    write_c3d(path, body_trajectory(random, range(2)), 10.0)
+    file = ezc3d.c3d(str(path))
+    file["parameters"]["POINT"][key]["value"] = value
+    del file["data"]["meta_points"]
+    file.write(str(path))
+    with pytest.raises(InputError, match=words):
+        read_c3d(path)
+
+
+def test_missing_file(tmp_path):
+    with pytest.raises(InputError, match="no such file"):
+        read_c3d(tmp_path / "none.c3d")

@@ -1,0 +1,177 @@
+"""Runs in files: what is read is what was written, and damaged files get a sentence."""
+
+import dataclasses
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.run_file import (
+    RUN_SUFFIXES,
+    fps_of_run,
+    read_run,
+    read_trajectory,
+    run_suffix,
+    write_run,
+)
+
+
+def assert_same_run(a, b):
+    for field in dataclasses.fields(a):
+        left, right = getattr(a, field.name), getattr(b, field.name)
+        if isinstance(left, np.ndarray):
+            assert left.dtype == right.dtype, field.name
+            np.testing.assert_array_equal(left, right, err_msg=field.name)
+        else:
+            assert left == right, field.name
+
+
+@pytest.mark.parametrize("frame", [range(3, 12), [0, 4, 5, 9], range(0)])
+def test_npz_round_trip(tmp_path, random, make_run, frame):
+    run = make_run(random, frame)
+    write_run(tmp_path / "run.npz", run)
+    assert_same_run(read_run(tmp_path / "run.npz"), run)
+
+
+def test_npz_holds_what_the_format_says(tmp_path, random, make_run):
+    write_run(tmp_path / "run.npz", make_run(random))
+    with np.load(tmp_path / "run.npz", allow_pickle=False) as stored:
+        assert set(stored.files) == {
+            *("frame", "landmarks", "landmark_names", "x", "P", "state_names", "tracked"),
+            *("coverage", "residual", "innovation", "limb_sigma_deg", "seconds"),
+            *("stage_names", "meta"),
+        }
+        assert stored["landmark_names"][0] == "left_shoulder"
+        assert json.loads(str(stored["meta"]))["preset"] == "accurate"
+
+
+@pytest.mark.parametrize("suffix", RUN_SUFFIXES)
+def test_failed_write_keeps_the_old_file(tmp_path, random, make_run, suffix, monkeypatch):
+    path = tmp_path / f"run{suffix}"
+    write_run(path, make_run(random))
+    before, names = path.read_bytes(), sorted(p.name for p in tmp_path.iterdir())
+    monkeypatch.setattr("os.fsync", lambda _: (_ for _ in ()).throw(OSError("disk full")))
+    with pytest.raises(InputError, match="disk full"):
+        write_run(path, make_run(random, range(40)))
+    assert path.read_bytes() == before
+    assert sorted(p.name for p in tmp_path.iterdir()) == names
+
+
+def test_recording_folder_moves_with_the_run(tmp_path, random, make_run):
+    here = tmp_path / "here"
+    (here / "recording").mkdir(parents=True)
+    run = make_run(random, recording_folder=str(here / "recording"))
+    write_run(here / "run.npz", run)
+    assert_same_run(read_run(here / "run.npz"), run)
+    shutil.copytree(here, tmp_path / "there")
+    moved = read_run(tmp_path / "there" / "run.npz")
+    assert moved.meta["recording_folder"] == str(tmp_path / "there" / "recording")
+    shutil.move(here / "run.npz", tmp_path / "run.npz")
+    alone = read_run(tmp_path / "run.npz")
+    assert alone.meta["recording_folder"] == str(here / "recording")
+
+
+def damaged(path):
+    data = bytearray(path.read_bytes())
+    data[len(data) // 3 : 2 * len(data) // 3] = bytes(len(data) // 3)
+    path.write_bytes(data)
+
+
+def truncated(path):
+    path.write_bytes(path.read_bytes()[:-200])
+
+
+def one_array(path):
+    with path.open("wb") as file:
+        np.save(file, np.arange(3))
+
+
+def pickled(path):
+    arrays = dict(np.load(path))
+    arrays["x"] = np.array([{"a": 1}], dtype=object)
+    np.savez(path, **arrays)
+
+
+def rewritten(**changes):
+    def change(path):
+        arrays = dict(np.load(path))
+        for name, value in changes.items():
+            if value is None:
+                del arrays[name]
+            else:
+                arrays[name] = value(arrays[name])
+        np.savez(path, **arrays)
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("harm", "words"),
+    [
+        (damaged, "damaged"),
+        (truncated, "damaged"),
+        (lambda p: p.write_bytes(b""), "damaged"),
+        (lambda p: p.write_text("frame,landmark"), "damaged"),
+        (lambda p: p.unlink(), "no such file"),
+        (one_array, "single array"),
+        (pickled, "damaged"),
+        (rewritten(P=None, meta=None), "lacks P, meta"),
+        (rewritten(P=lambda P: P[:, :-1]), "P has the length"),
+        (rewritten(coverage=lambda c: c[:-1]), "coverage has the length"),
+        (rewritten(tracked=lambda t: t.astype(float)), "wrong kind"),
+        (rewritten(x=lambda x: x[0]), "dimensions"),
+        (rewritten(frame=lambda f: f[::-1].copy()), "ascend"),
+        (rewritten(landmark_names=lambda n: n[::-1].copy()), "nine"),
+        (rewritten(meta=lambda m: np.array("{")), "not JSON"),
+        (rewritten(meta=lambda m: np.array("[]")), "JSON object"),
+    ],
+)
+def test_damaged_and_foreign_files(tmp_path, random, make_run, harm, words):
+    path = tmp_path / "run.npz"
+    write_run(path, make_run(random))
+    harm(path)
+    with pytest.raises(InputError, match=words) as caught:
+        read_run(path)
+    assert caught.value.where == str(path)
+
+
+def test_suffixes(tmp_path, random, make_run):
+    run = make_run(random)
+    assert run_suffix(tmp_path / "a.NPZ") == ".npz"
+    for name in ("run.pkl", "run"):
+        with pytest.raises(InputError, match="suffix"):
+            write_run(tmp_path / name, run)
+    with pytest.raises(InputError, match="complete run"):
+        read_run(tmp_path / "run.csv")
+    with pytest.raises(InputError, match="suffix"):
+        read_trajectory(tmp_path / "run.bvh")
+    with pytest.raises(InputError, match="folder"):
+        write_run(tmp_path / "absent" / "run.npz", run)
+    (tmp_path / "folder.npz").mkdir()
+    with pytest.raises(InputError, match="folder"):
+        write_run(tmp_path / "folder.npz", run)
+
+
+@pytest.mark.parametrize("fps", [None, 0, -1, "10", float("nan")])
+def test_formats_with_time_need_the_frame_rate(tmp_path, random, make_run, fps):
+    run = make_run(random, fps=fps)
+    for suffix in (".trc", ".c3d", ".bvh"):
+        with pytest.raises(InputError, match="frame rate"):
+            write_run(tmp_path / f"run{suffix}", run)
+    assert not list(tmp_path.iterdir())
+    assert fps_of_run(make_run(random, fps=25)) == 25.0
+
+
+@pytest.mark.parametrize(
+    ("suffix", "tolerance"), [(".npz", 0.0), (".csv", 6e-7), (".trc", 1e-15), (".c3d", 2e-7)]
+)
+def test_landmarks_come_back_from_every_format(tmp_path, random, make_run, suffix, tolerance):
+    run = make_run(random)
+    path = tmp_path / f"run{suffix}"
+    write_run(path, run)
+    found = read_trajectory(path)
+    np.testing.assert_array_equal(found.frame, run.frame)
+    np.testing.assert_allclose(found.points, run.landmarks, rtol=0, atol=tolerance)
+    assert np.isnan(found.points[1]).all()

@@ -1,0 +1,73 @@
+"""TRC files, ours and others'."""
+
+import numpy as np
+import pytest
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.trc import read_trc, write_trc
+from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+
+
+def test_layout_and_axes(tmp_path):
+    points = np.full((2, 9, 3), np.nan)
+    points[0, LANDMARKS.index("right_hand")] = [0.8, 0.1, 1.4]  # east, north, up
+    write_trc(tmp_path / "a.trc", LandmarkTrajectory(np.array([5, 6]), points), 10.0)
+    lines = (tmp_path / "a.trc").read_text().split("\n")
+    assert lines[0].split("\t") == ["PathFileType", "4", "(X/Y/Z)", "a.trc"]
+    facts = dict(zip(lines[1].split("\t"), lines[2].split("\t"), strict=True))
+    assert facts["Units"] == "m"
+    assert facts["NumFrames"] == "2"
+    assert facts["OrigDataStartFrame"] == "5"
+    names, row = lines[3].split("\t"), lines[5].split("\t")
+    assert row[:2] == ["5", "0.5"]
+    column = names.index("right_hand")
+    assert [float(cell) for cell in row[column : column + 3]] == [0.1, 1.4, 0.8]
+    assert row.count("") == 3 * 8
+    assert len(row) == len(names) == len(lines[6].split("\t"))
+
+
+def test_millimetres_blank_line_and_foreign_columns(tmp_path, random, body_trajectory):
+    trajectory = body_trajectory(random, range(1, 4))
+    write_trc(tmp_path / "a.trc", trajectory, 30.0)
+    lines = (tmp_path / "a.trc").read_text().split("\n")
+    lines[2] = lines[2].replace("\tm\t", "\tmm\t")
+    lines[3] = lines[3].replace("head", "sacrum")
+    lines.insert(5, "")
+    (tmp_path / "b.trc").write_text("\n".join(lines))
+    found, fps = read_trc(tmp_path / "b.trc")
+    assert fps == 30.0
+    wanted = trajectory.points / 1000.0
+    wanted[:, LANDMARKS.index("head")] = np.nan
+    np.testing.assert_allclose(found.points, wanted)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("PathFileType", "frame", "not a TRC file"),
+        ("\tm\t", "\tfeet\t", "unit 'feet'"),
+        ("1.5", "one and a half", "cannot be read"),
+        ("left_", "links_", None),
+        ("_", "", "nine landmarks"),
+    ],
+)
+def test_bad_files(tmp_path, old, new, words):
+    points = np.full((1, 9, 3), 1.5)
+    points[:, LANDMARKS.index("head")] = np.nan
+    path = tmp_path / "a.trc"
+    write_trc(path, LandmarkTrajectory(np.array([0]), points), 10.0)
+    path.write_text(path.read_text().replace(old, new).replace("head", "skull"))
+    if words is None:
+        found, _ = read_trc(path)
+        assert np.isfinite(found.points).any(axis=-1).sum() == 4
+        return
+    with pytest.raises(InputError, match=words):
+        read_trc(path)
+
+
+def test_missing_and_binary_file(tmp_path):
+    with pytest.raises(InputError, match="cannot be read"):
+        read_trc(tmp_path / "none.trc")
+    (tmp_path / "b.trc").write_bytes(bytes(range(256)))
+    with pytest.raises(InputError, match="cannot be read"):
+        read_trc(tmp_path / "b.trc")
