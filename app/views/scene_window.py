@@ -29,14 +29,14 @@ def _candidates() -> Iterator[vtkRenderWindow]:
     if not sys.platform.startswith("linux"):
         yield vtkRenderWindow()
         return
-    if hasattr(vtkRenderingOpenGL2, "vtkEGLRenderWindow"):
-        yield vtkRenderingOpenGL2.vtkEGLRenderWindow()
-    if os.environ.get("DISPLAY") and hasattr(vtkRenderingOpenGL2, "vtkXOpenGLRenderWindow"):
-        yield vtkRenderingOpenGL2.vtkXOpenGLRenderWindow()
-    if ctypes.util.find_library("OSMesa") and hasattr(
-        vtkRenderingOpenGL2, "vtkOSOpenGLRenderWindow"
+    for name, possible in (
+        ("vtkEGLRenderWindow", True),
+        ("vtkXOpenGLRenderWindow", bool(os.environ.get("DISPLAY"))),
+        ("vtkOSOpenGLRenderWindow", ctypes.util.find_library("OSMesa") is not None),
     ):
-        yield vtkRenderingOpenGL2.vtkOSOpenGLRenderWindow()
+        kind = getattr(vtkRenderingOpenGL2, name, None)
+        if possible and kind is not None:
+            yield kind()
 
 
 def _usable_window() -> vtkRenderWindow:

@@ -1,0 +1,184 @@
+"""What a lane of the timeline holds, and its summary for any width in columns."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import cached_property
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stereotrack_core.arrays import FloatArray, IntArray
+
+LaneKind: TypeAlias = Literal["heat", "marks", "bars"]
+_FACTOR = 8
+
+
+class Mark(IntEnum):
+    """What a lane of marks says about a frame."""
+
+    NONE = 0
+    INTERPOLATED = 1
+    MISSING = 2
+    CLICKED = 3
+    FLAGGED = 4
+
+
+MARK_WORDS = {
+    Mark.NONE: "nothing",
+    Mark.INTERPOLATED: "interpolated",
+    Mark.MISSING: "missing",
+    Mark.CLICKED: "clicked",
+    Mark.FLAGGED: "flagged",
+}
+
+
+@dataclass(frozen=True)
+class Span:
+    """A stretch of frames, both ends included.
+
+    Attributes
+    ----------
+    first, last : int
+    label : str
+        Written into the bar where there is room, and in the tooltip.
+    """
+
+    first: int
+    last: int
+    label: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Lane:
+    """One row of the timeline; its values are not changed after it was handed on.
+
+    Attributes
+    ----------
+    name : str
+        Written at the left.
+    colour : str
+        #rrggbb.
+    kind : "heat", "marks" or "bars"
+    values : (F,) float64, (F,) of Mark, or sequence of Span
+        For heat a number per frame, NaN where there is none; for marks a :class:`Mark` per
+        frame; for bars the stretches.
+    full : float or None
+        Heat: the value shown in the full colour; None takes the largest.
+    unit : str
+        Heat: written after the value in the tooltip.
+    """
+
+    name: str
+    colour: str
+    kind: LaneKind
+    values: FloatArray | IntArray | Sequence[Span]
+    full: float | None = None
+    unit: str = ""
+
+    @cached_property
+    def spans(self) -> tuple[Span, ...]:
+        """The stretches of a lane of bars."""
+        return tuple(value for value in self.values if isinstance(value, Span))
+
+    @cached_property
+    def summary(self) -> Pyramid:
+        """Largest value, or all marks, over blocks of frames; made when first asked for."""
+        if self.kind == "marks":
+            marks = np.asarray(self.values, dtype=np.uint8)
+            bits = np.where(marks > 0, np.left_shift(1, marks), 0).astype(np.uint8)
+            return Pyramid(bits, np.bitwise_or)
+        return Pyramid(np.asarray(self.values, dtype=np.float64), np.fmax)
+
+    @cached_property
+    def full_value(self) -> float:
+        """The value that is shown in the full colour."""
+        if self.full is not None:
+            return self.full
+        top = self.summary.top()
+        return float(top) if np.isfinite(top) and top > 0 else 1.0
+
+    def value_text(self, frame: int) -> str:
+        """What the lane says about a frame, for a tooltip; empty where it says nothing."""
+        if self.kind == "bars":
+            labels = [s.label or self.name for s in self.spans if s.first <= frame <= s.last]
+            return ", ".join(labels)
+        if not 0 <= frame < len(self.values):
+            return ""
+        value = np.asarray(self.values)[frame]
+        if self.kind == "marks":
+            return MARK_WORDS[Mark(int(value))]
+        return f"{value:.1f} {self.unit}".rstrip() if np.isfinite(value) else "not known"
+
+
+class Pyramid:
+    """An array with its reductions over blocks of 8, 64, 512 frames and so on.
+
+    A summary over columns then reads a number of blocks that depends on the number of columns
+    only, not on the length of the array.
+
+    Parameters
+    ----------
+    values : (F,) array
+    reduce : ufunc
+        ``np.fmax`` or ``np.bitwise_or``; must not care for order and repetition.
+    """
+
+    def __init__(self, values: NDArray[np.generic], reduce: np.ufunc) -> None:
+        self._reduce = reduce
+        self.levels: list[NDArray[np.generic]] = [values]
+        while len(self.levels[-1]) > _FACTOR:
+            last = self.levels[-1]
+            self.levels.append(reduce.reduceat(last, np.arange(0, len(last), _FACTOR)))
+
+    def top(self) -> float:
+        """Reduction over everything; NaN for an empty array."""
+        return float(self._reduce.reduce(self.levels[-1])) if len(self.levels[0]) else np.nan
+
+    def columns(self, edges: FloatArray) -> NDArray[np.generic]:
+        """Reduce over columns.
+
+        Parameters
+        ----------
+        edges : (C + 1,) float64, ascending, from 0 to F
+            Column c covers the frames from edges[c] up to edges[c + 1]; a column narrower than
+            a frame shows the frame that it lies in.
+
+        Returns
+        -------
+        (C,) array
+            To a tenth of a column exact; no value is left out.
+        """
+        per_column = (edges[-1] - edges[0]) / max(len(edges) - 1, 1)
+        level = 0
+        while level + 1 < len(self.levels) and _FACTOR ** (level + 2) <= per_column:
+            level += 1
+        blocks = self.levels[level]
+        scaled = edges / _FACTOR**level
+        first = np.clip(np.floor(scaled[:-1]).astype(np.int64), 0, len(blocks) - 1)
+        last = np.clip(np.ceil(scaled[1:]).astype(np.int64), first + 1, len(blocks))
+        # reduceat over (first, last) pairs; an end behind the last block may not be named
+        pairs = np.stack([first, last], axis=1).ravel()
+        padded = np.append(blocks, blocks[-1:])
+        return np.asarray(self._reduce.reduceat(padded, pairs)[::2])
+
+
+def covered_columns(spans: Sequence[Span], edges: FloatArray) -> NDArray[np.bool_]:
+    """Tell which columns any of the `spans` touches; see :meth:`Pyramid.columns`."""
+    count = len(edges) - 1
+    if not spans:
+        return np.zeros(count, dtype=np.bool_)
+    ends = np.array([[span.first, span.last + 1] for span in spans], dtype=np.float64)
+    width = (edges[-1] - edges[0]) / count
+    inside = (ends[:, 1] > edges[0]) & (ends[:, 0] < edges[-1])
+    columns = (ends[inside] - edges[0]) / width
+    first = np.clip(np.floor(columns[:, 0]), 0, count - 1).astype(np.int64)
+    last = np.clip(np.ceil(columns[:, 1]), first + 1, count).astype(np.int64)
+    steps = np.zeros(count + 1, dtype=np.int64)
+    np.add.at(steps, first, 1)
+    np.add.at(steps, last, -1)
+    result: NDArray[np.bool_] = np.cumsum(steps[:-1]) > 0
+    return result
