@@ -65,8 +65,18 @@ class Matcher:
         if self._edges_first:
             left, right = edge_image(left), edge_image(right)
         mirrored = self._matcher.compute(cv2.flip(right, 1), cv2.flip(left, 1))
-        disparity: DisparityArray = cv2.flip(mirrored, 1).astype(np.int16, copy=False)
+        disparity = np.asarray(cv2.flip(mirrored, 1), dtype=np.int16)
+        self._drop_unseen(disparity)
         return disparity
+
+    def _drop_unseen(self, disparity: DisparityArray) -> None:
+        """Invalidate, in place, what would appear beyond the left image's border."""
+        width = disparity.shape[1]
+        reach = self.disparities.minimum + self.disparities.count
+        first = max(width - max(reach, 0), 0)
+        room = ((width - 1 - np.arange(first, width)) * STEPS).astype(np.int16)
+        border = disparity[:, first:]
+        border[border > room] = self.disparities.invalid
 
 
 def edge_image(image: ImageArray) -> ImageArray:

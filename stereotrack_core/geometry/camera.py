@@ -63,7 +63,7 @@ class Camera:
         zero = np.zeros(3)
         if self.fisheye:
             pixels, _ = cv2.fisheye.projectPoints(
-                in_camera[:, None], zero, zero, self.matrix, self.distortions
+                np.ascontiguousarray(in_camera[:, None]), zero, zero, self.matrix, self.distortions
             )
         else:
             pixels, _ = cv2.projectPoints(in_camera, zero, zero, self.matrix, self.distortions)
@@ -73,7 +73,8 @@ class Camera:
     def normalised(self, pixels: FloatArray) -> FloatArray:
         """Undistorted image coordinates (..., 2) at z = 1 of raw pixels (..., 2)."""
         points = np.asarray(pixels, dtype=np.float64)
-        flat = points.reshape(-1, 1, 2)
+        # OpenCV's fisheye functions misread arrays that are not contiguous.
+        flat = np.ascontiguousarray(points.reshape(-1, 1, 2))
         if self.fisheye:
             undistorted = cv2.fisheye.undistortPoints(flat, self.matrix, self.distortions)
         else:

@@ -1,0 +1,106 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from stereotrack_core.depth.cloud import DepthGeometry
+from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.depth.points import Volume, inliers, range_of_disparity, world_points
+from stereotrack_core.geometry.rotation import rotation_from_vector
+from stereotrack_core.geometry.transform import RigidTransform
+
+GEOMETRY = DepthGeometry(
+    focal=400.0,
+    c_x=150.3,
+    c_y=121.7,
+    baseline=0.12,
+    disparity_offset=-9.5,
+    width=320,
+    height=240,
+    world_from_depth=RigidTransform(
+        rotation_from_vector(np.array([0.3, -1.2, 0.5])), np.array([0.4, -2.0, 1.1])
+    ),
+)
+
+
+def brute_force(points, neighbours, distance, repeat):
+    kept = list(range(len(points)))
+    while True:
+        left = []
+        for i in kept:
+            others = sorted(float(np.linalg.norm(points[i] - points[j])) for j in kept if j != i)
+            if len(others) >= neighbours and others[neighbours - 1] <= distance:
+                left.append(i)
+        changed = len(left) != len(kept)
+        kept = left
+        if not repeat or not changed:
+            return kept
+
+
+@given(
+    arrays(np.float64, st.tuples(st.integers(0, 30), st.just(3)), elements=st.floats(0.0, 0.3)),
+    st.integers(1, 6),
+    st.floats(0.01, 0.2),
+    st.booleans(),
+)
+@settings(max_examples=80, deadline=None)
+def test_outliers_agree_with_brute_force(points, neighbours, distance, repeat):
+    got = np.flatnonzero(inliers(points, neighbours, distance, repeat=repeat))
+    assert got.tolist() == brute_force(points, neighbours, distance, repeat)
+
+
+def test_the_order_of_points_does_not_matter():
+    rng = np.random.default_rng(2)
+    points, order = rng.normal(size=(400, 3)), rng.permutation(400)
+    kept = inliers(points, 8, 0.9, repeat=True)
+    assert 0 < kept.sum() < 400
+    assert np.array_equal(inliers(points[order], 8, 0.9, repeat=True), kept[order])
+
+
+def test_without_neighbours_all_stay():
+    assert inliers(np.zeros((3, 3)), 0, 0.06, repeat=True).all()
+
+
+def test_points_come_back_from_their_disparities():
+    rng = np.random.default_rng(3)
+    chosen = rng.random((240, 320)) < 0.01
+    rows, columns = np.nonzero(chosen)
+    z = rng.uniform(1.0, 5.0, len(rows))
+    g = GEOMETRY
+    disparity = np.full((240, 320), np.nan, np.float32)
+    disparity[chosen] = g.focal * g.baseline / z + g.disparity_offset
+    points, pixels = world_points(g, range_of_disparity(g, disparity), chosen, 1)
+    x, y = (columns - g.c_x) / g.focal * z, (rows - g.c_y) / g.focal * z
+    expected = g.world_from_depth.apply(np.stack([x, y, z], axis=1))
+    assert np.array_equal(pixels, np.stack([columns, rows], axis=1))
+    assert np.linalg.norm(points - expected, axis=1).max() < 1e-4
+
+
+def test_nothing_lies_behind_the_camera_or_at_infinity():
+    disparity = np.array([[-9.5, -12.0, np.nan, -9.0]], np.float32)
+    z = range_of_disparity(GEOMETRY, disparity)
+    assert np.isnan(z[0, :3]).all()
+    assert z[0, 3] == pytest.approx(400 * 0.12 / 0.5, rel=1e-5)
+
+
+@pytest.mark.parametrize("step", [1, 2, 3, 5])
+def test_every_step_is_a_subset_of_all_pixels(step):
+    chosen = np.random.default_rng(4).random((240, 320)) < 0.5
+    z = np.full((240, 320), 2.0, np.float32)
+    points, pixels = world_points(GEOMETRY, z, chosen, step)
+    assert chosen[pixels[:, 1], pixels[:, 0]].all()
+    assert len(points) == pytest.approx(chosen.sum() / step**2, rel=0.1)
+    assert len(np.unique(pixels, axis=0)) == len(pixels)
+
+
+def test_the_volume_is_a_box_with_its_floor_at_the_bottom():
+    p = DepthParameters().replaced(
+        volume_centre_x=1.0, volume_centre_y=-1.0, volume_bottom=0.2, volume_x=2.0, volume_y=4.0
+    )
+    volume = Volume.of(p)
+    assert np.allclose(volume.low, [0.0, -3.0, 0.2])
+    assert np.allclose(volume.high, [2.0, 1.0, 2.6])
+    inside = volume.contains(np.array([[0.0, -3.0, 0.2], [2.01, 0.0, 1.0], [1.0, 0.0, 2.7]]))
+    assert inside.tolist() == [True, False, False]
+    assert len(np.unique(volume.corners(), axis=0)) == 8

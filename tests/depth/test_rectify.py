@@ -1,0 +1,199 @@
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stereotrack_core.depth.match import STEPS, DisparityRange, Matcher
+from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.depth.points import range_of_disparity, world_points
+from stereotrack_core.depth.rectify import depth_rectification, stereo_rectification
+from stereotrack_core.errors import InputError
+from tests.depth.scenes import camera, texture
+
+BARREL = (-0.25, 0.06, 0.001, -0.0007, 0.01)
+
+
+def rig(**kinds):
+    """A convergent, rolled pair with different lenses, principal points and focal lengths."""
+    left = camera(
+        "left", (-0.12, 0.01, 1.005), (0.01, -0.04, 0.012),
+        focal=(405, 403), principal=(170, 116), distortions=BARREL,
+    )  # fmt: skip
+    right = camera(
+        "right", (0.0, 0.0, 1.0), (-0.012, 0.05, -0.008),
+        focal=(398, 399), principal=(150, 124), distortions=(-0.22, 0.05, -0.001, 0.0005),
+    )  # fmt: skip
+    return left, right
+
+
+def rectified_pixels(rectification, cameras, raw):
+    """Where the rectified image shows what the raw image shows at `raw`, by inverting the map."""
+    geometry = rectification.geometry
+    rays = cameras.rays_world(raw) @ geometry.world_from_depth.rotation
+    offset = geometry.disparity_offset if cameras.name == "left" else 0.0
+    return np.stack(
+        [
+            geometry.focal * rays[:, 0] / rays[:, 2] + geometry.c_x + offset,
+            geometry.focal * rays[:, 1] / rays[:, 2] + geometry.c_y,
+        ],
+        axis=1,
+    )
+
+
+def seen_points(left, right, count=300, seed=1):
+    rng = np.random.default_rng(seed)
+    points = rng.uniform((-0.8, 1.5, 0.4), (0.7, 4.0, 1.6), (count, 3))
+    pixels = np.stack([left.project(points), right.project(points)])
+    inside = ((pixels > 2) & (pixels < (317, 237))).all(axis=(0, 2))
+    return points[inside], pixels[:, inside]
+
+
+def test_epipolar_error_and_triangulation_of_a_convergent_distorted_rig():
+    left, right = rig()
+    points, (in_left, in_right) = seen_points(left, right)
+    assert len(points) > 80
+    rectification = stereo_rectification(left, right)
+    in_l = rectified_pixels(rectification, left, in_left)
+    in_r = rectified_pixels(rectification, right, in_right)
+    assert np.abs(in_l[:, 1] - in_r[:, 1]).max() < 0.1
+    g = rectification.geometry
+    z = g.focal * g.baseline / (in_l[:, 0] - in_r[:, 0] - g.disparity_offset)
+    x, y = (in_r[:, 0] - g.c_x) / g.focal * z, (in_r[:, 1] - g.c_y) / g.focal * z
+    found = g.world_from_depth.apply(np.stack([x, y, z], axis=1))
+    assert np.linalg.norm(found - points, axis=1).max() < 1e-3
+
+
+def test_the_pixel_maps_do_what_the_geometry_says():
+    left, right = rig()
+    rectification = stereo_rectification(left, right)
+    for cam, pixel_map in ((left, rectification.left_map), (right, rectification.image_map)):
+        raw_of = pixel_map.positions + 0.0
+        fraction = pixel_map.fractions
+        raw_of[..., 0] += (fraction & 31) / 32
+        raw_of[..., 1] += (fraction >> 5) / 32
+        rows, columns = np.mgrid[20:220:20, 20:300:20].reshape(2, -1)
+        inside = ~pixel_map.outside[rows, columns]
+        rows, columns = rows[inside], columns[inside]
+        back = rectified_pixels(rectification, cam, raw_of[rows, columns])
+        assert np.abs(back - np.stack([columns, rows], axis=1)).max() < 0.1
+
+
+def test_images_of_a_convergent_rig_match_along_rows():
+    """Through real pixels: a textured wall, rendered raw by its rays, matched when rectified."""
+    left, right = rig()
+    wall = texture(900, 1200, seed=3)
+    images = [render_wall(cam, wall) for cam in (left, right)]
+    rectification = stereo_rectification(left, right)
+    in_l = rectification.left_map.apply(images[0])
+    in_r = rectification.image_map.apply(images[1])
+    g = rectification.geometry
+    minimum = int(np.floor(g.disparity_offset)) + 1
+    disparities = DisparityRange(minimum, 48)
+    steps = Matcher(DepthParameters(), disparities)(in_l, in_r)
+    d = np.where(steps > disparities.invalid, steps / STEPS, np.nan).astype(np.float32)
+    d[rectification.image_map.outside] = np.nan
+    z = range_of_disparity(g, d)
+    points, _ = world_points(g, z, np.isfinite(z), 3)
+    assert len(points) > 1500
+    assert abs(np.median(points[:, 1]) - WALL) < 0.01
+    assert np.percentile(np.abs(points[:, 1] - WALL), 90) < 0.05
+
+
+WALL = 2.0
+
+
+def render_wall(cam, wall):
+    """Image of a textured wall at y = WALL; 300 texture pixels per metre."""
+    pixels = np.stack(np.meshgrid(np.arange(cam.width), np.arange(cam.height)), axis=-1)
+    rays = cam.rays_world(pixels.astype(float))
+    hits = cam.position_world + rays * ((WALL - cam.position_world[1]) / rays[..., 1:2])
+    u = (hits[..., 0] * 150 + 600).astype(np.float32)
+    v = (450 - (hits[..., 2] - 1.0) * 150).astype(np.float32)
+    return cv2.remap(wall, u, v, cv2.INTER_CUBIC).clip(0, 255).astype(np.uint8)
+
+
+@given(st.floats(-60, 60), st.floats(-0.3, 0.3), st.floats(-3, 3), st.floats(0.05, 0.3))
+@settings(max_examples=30, deadline=None)
+def test_rectified_pairs_are_recognised(difference, tilt, yaw, baseline):
+    """Different principal points and any place in the world leave rectified images alone."""
+    right = camera("right", (1.0, 2.0, 1.4), (tilt, 0.0, 0.0))
+    rotation = right.camera_from_world.rotation
+    across = rotation[0]
+    left = camera(
+        "left", tuple(right.position_world - baseline * across), (tilt, 0.0, 0.0),
+        principal=(159.5 + difference, 119.5),
+    )  # fmt: skip
+    rectification = stereo_rectification(left, right)
+    assert rectification.is_identity
+    assert rectification.geometry.disparity_offset == pytest.approx(difference)
+    assert rectification.geometry.baseline == pytest.approx(baseline)
+    assert np.allclose(rectification.geometry.world_from_depth.rotation, rotation.T, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"turn": (0.0, 0.002, 0.0)},
+        {"focal": (402.0, 402.0)},
+        {"distortions": (0.01, 0.0, 0.0, 0.0)},
+        {"principal": (159.5, 119.6)},
+    ],
+)
+def test_small_deviations_are_not_taken_for_rectified(change):
+    left, right = camera("left", (-0.12, 0, 1), **change), camera("right", (0, 0, 1))
+    assert not stereo_rectification(left, right).is_identity
+
+
+def test_fisheye_pairs_are_rectified():
+    kinds = {"fisheye": True, "distortions": (0.05, -0.01, 0.002, 0.0), "focal": (190.0, 190.0)}
+    left = camera("left", (-0.12, 0, 1), (0.0, -0.02, 0.01), **kinds)
+    right = camera("right", (0, 0, 1), (0.01, 0.02, 0.0), **kinds)
+    _, (in_left, in_right) = seen_points(left, right)
+    rectification = stereo_rectification(left, right)
+    in_l = rectified_pixels(rectification, left, in_left)
+    in_r = rectified_pixels(rectification, right, in_right)
+    assert np.abs(in_l[:, 1] - in_r[:, 1]).max() < 0.1
+
+
+@pytest.mark.parametrize(
+    ("place", "words"),
+    [
+        ((0.12, 0.0, 1.0), "on the right"),
+        ((0.0, 0.0, 1.12), "one above the other"),
+        ((0.02, 0.2, 1.0), "one behind the other"),
+        ((0.0, 0.0, 1.0), "same place"),
+    ],
+)
+def test_pairs_that_cannot_be_rectified_say_why(place, words):
+    with pytest.raises(InputError, match=words) as caught:
+        stereo_rectification(camera("L", place), camera("R", (0.0, 0.0, 1.0)), where="view N")
+    assert caught.value.where == "view N"
+    assert caught.value.remedy
+
+
+def test_sizes_and_directions_must_agree():
+    right = camera("R", (0.0, 0.0, 1.0))
+    with pytest.raises(InputError, match="differ in size"):
+        stereo_rectification(camera("L", (-0.1, 0, 1), size=(160, 120)), right)
+    with pytest.raises(InputError, match="different directions"):
+        stereo_rectification(camera("L", (-0.1, 0, 1), (0.0, 1.3, 0.0)), right)
+
+
+def test_depth_views_without_distortion_are_left_alone():
+    rectification = depth_rectification(camera("K", (0, 0, 1), principal=(150.0, 130.0)))
+    assert rectification.is_identity
+    assert (rectification.geometry.c_x, rectification.geometry.c_y) == (150.0, 130.0)
+
+
+def test_distorted_depth_views_are_resampled_without_mixing_ranges():
+    cam = camera("K", (0, 0, 1), distortions=BARREL)
+    rectification = depth_rectification(cam)
+    depth = np.where(np.arange(320) < 160, 1.0, 3.0) * np.ones((240, 1))
+    resampled = rectification.image_map.apply_nearest(depth.astype(np.float32))
+    assert set(np.unique(resampled[np.isfinite(resampled)])) == {1.0, 3.0}
+    edge = np.isfinite(resampled[120]) & (resampled[120] == 1.0)
+    u = np.flatnonzero(edge)[-1] + 0.5
+    direction = cam.normalised(np.array([159.5, 120.0]))
+    g = rectification.geometry
+    assert abs(g.focal * direction[0] + g.c_x - u) < 1.0
