@@ -29,7 +29,7 @@ class ParameterRow:
         Name for ``--set`` and the tuning panel; unique over all groups.
     type : type
         ``bool``, ``int``, ``float`` or ``str``.
-    default : Value
+    default : bool, int, float or str
         Value where nothing else is said.
     unit : str
         Unit of the value as a person types it; empty for pure numbers.
@@ -47,7 +47,7 @@ class ParameterRow:
 
     name: str
     type: type
-    default: Value
+    default: Any
     unit: str
     minimum: float | None
     maximum: float | None

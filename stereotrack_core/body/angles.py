@@ -1,0 +1,142 @@
+"""The thesis's Euler chain, active and right-handed (section 2.5, method.md 2).
+
+As printed, R(alpha, beta, gamma) mixes active and passive factors: it equals
+Rz(-gamma) Ry(beta) Rx(-alpha). Everything here uses R = Rz(gamma) Ry(beta) Rx(alpha).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.pose import HANGING, Pose
+from stereotrack_core.body.skeleton import (
+    HEAD,
+    LEFT_FOREARM,
+    LEFT_PARTS,
+    LEFT_SHANK,
+    LEFT_THIGH,
+    LEFT_UPPER_ARM,
+    PARENTS,
+    PARTS,
+    RIGHT_FOREARM,
+    RIGHT_SHANK,
+    RIGHT_THIGH,
+    RIGHT_UPPER_ARM,
+    TORSO,
+)
+
+MIRROR = np.diag([-1.0, 1.0, 1.0])
+
+THESIS_JOINTS: tuple[int, ...] = (
+    LEFT_UPPER_ARM,
+    LEFT_FOREARM,
+    RIGHT_UPPER_ARM,
+    RIGHT_FOREARM,
+)
+"""Joints of the thesis's 14 states, in their order."""
+
+ALL_JOINTS: tuple[int, ...] = (
+    *THESIS_JOINTS,
+    HEAD,
+    LEFT_THIGH,
+    LEFT_SHANK,
+    RIGHT_THIGH,
+    RIGHT_SHANK,
+)
+"""Joints of a state that includes head and legs; begins with the thesis's."""
+
+
+def state_names(joints: tuple[int, ...]) -> tuple[str, ...]:
+    """Names of the numbers of a state vector with these joints."""
+    torso = [f"torso_{name}" for name in ("x", "y", "z", "alpha", "beta", "gamma")]
+    return (*torso, *(f"{PARTS[j]}_{name}" for j in joints for name in ("alpha", "beta")))
+
+
+def euler_rotation(alpha: FloatArray, beta: FloatArray, gamma: FloatArray) -> FloatArray:
+    """Rz(gamma) Ry(beta) Rx(alpha) (..., 3, 3) of angles (...) in radians."""
+    sa, ca, sb, cb = np.sin(alpha), np.cos(alpha), np.sin(beta), np.cos(beta)
+    sg, cg = np.sin(gamma), np.cos(gamma)
+    rows = [
+        [cg * cb, cg * sb * sa - sg * ca, cg * sb * ca + sg * sa],
+        [sg * cb, sg * sb * sa + cg * ca, sg * sb * ca - cg * sa],
+        [-sb + 0 * sg * sa, cb * sa + 0 * sg, cb * ca + 0 * sg],
+    ]
+    result: FloatArray = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    return result
+
+
+def angles_of_rotation(rotation: FloatArray) -> FloatArray:
+    """Angles (alpha, beta, gamma) (..., 3) of rotations (..., 3, 3); beta in [-pi/2, pi/2]."""
+    beta = np.arcsin(np.clip(-rotation[..., 2, 0], -1.0, 1.0))
+    alpha = np.arctan2(rotation[..., 2, 1], rotation[..., 2, 2])
+    gamma = np.arctan2(rotation[..., 1, 0], rotation[..., 0, 0])
+    return np.stack([alpha, beta, gamma], axis=-1)
+
+
+def printed_from_active(angles: FloatArray) -> FloatArray:
+    """Angles (..., 3) with which the thesis's printed chain gives the active rotation.
+
+    The conversion is its own inverse.
+    """
+    return angles * np.array([-1.0, 1.0, -1.0])
+
+
+def joint_rotation(part: int, alpha: FloatArray, beta: FloatArray) -> FloatArray:
+    """parent_from_part (..., 3, 3) of a limb; left limbs mirror right ones (M R M)."""
+    zero = np.zeros_like(alpha)
+    rotation = euler_rotation(alpha, beta, zero)
+    if _hangs(part):
+        rotation = HANGING @ rotation
+    return MIRROR @ rotation @ MIRROR if part in LEFT_PARTS else rotation
+
+
+def joint_angles(part: int, direction: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Angles (alpha, beta) that turn the limb's z axis to `direction` (..., 3), parent's frame."""
+    d = direction @ MIRROR if part in LEFT_PARTS else direction
+    if _hangs(part):
+        d = d @ HANGING
+    alpha = np.arcsin(np.clip(-d[..., 1], -1.0, 1.0))
+    beta = np.arctan2(d[..., 0], d[..., 2])
+    return alpha, beta
+
+
+def pose_of_state(x: FloatArray, joints: tuple[int, ...]) -> Pose:
+    """Pose of a state (..., 6 + 2 J): position, torso angles, then two angles for each joint.
+
+    Parts whose joints are not in the state keep zero angles.
+    """
+    x = np.asarray(x, dtype=np.float64)
+    rotations = np.empty((*x.shape[:-1], len(PARTS), 3, 3))
+    for part in range(1, len(PARTS)):
+        rotations[..., part, :, :] = HANGING if _hangs(part) else np.eye(3)
+    rotations[..., TORSO, :, :] = euler_rotation(x[..., 3], x[..., 4], x[..., 5])
+    for k, part in enumerate(joints):
+        at = 6 + 2 * k
+        rotations[..., part, :, :] = joint_rotation(part, x[..., at], x[..., at + 1])
+    return Pose(x[..., :3], rotations)
+
+
+def state_of_pose(pose: Pose, joints: tuple[int, ...]) -> FloatArray:
+    """State (..., 6 + 2 J) of a pose; the inverse of :func:`pose_of_state`.
+
+    The turn of an arm or leg about its own axis is not part of the state: the same directions
+    of the limbs come out, with the child's angles stated in the chain's own frame.
+    """
+    numbers: list[FloatArray] = [*np.moveaxis(pose.position, -1, 0)]
+    numbers += [*np.moveaxis(angles_of_rotation(pose.torso), -1, 0)]
+    chain: dict[int, tuple[FloatArray, FloatArray]] = {}
+    for part in joints:
+        parent = PARENTS[part]
+        direction = pose.rotations[..., part, :, 2]
+        if parent != TORSO:
+            given, own = chain[parent]
+            direction = np.einsum("...ji,...jk,...k->...i", own, given, direction)
+        alpha, beta = joint_angles(part, direction)
+        chain[part] = (pose.rotations[..., part, :, :], joint_rotation(part, alpha, beta))
+        numbers += [alpha, beta]
+    return np.stack(numbers, axis=-1)
+
+
+def _hangs(part: int) -> bool:
+    return PARENTS[part] == TORSO and part != HEAD

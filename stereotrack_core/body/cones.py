@@ -1,0 +1,139 @@
+"""The truncated cones that the body's surface is made of (section 3.2.2)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.body.proportions import Proportions
+from stereotrack_core.body.skeleton import (
+    FOREARMS,
+    HEAD,
+    LEFT_SHANK,
+    LEFT_THIGH,
+    RIGHT_SHANK,
+    RIGHT_THIGH,
+    TORSO,
+    UPPER_ARMS,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Cones:
+    """C truncated cones; each stands on its own origin with its axis along its own z.
+
+    Attributes
+    ----------
+    part : (C,) int64
+        Part that the cone belongs to.
+    rotations : (C, 3, 3) float64
+        part_from_cone.
+    origins : (C, 3) float64, metres
+        Centre of the base circle in the part's frame.
+    r1, r2, height : (C,) float64, metres
+        Radius at the base and at the far end, and the distance between them.
+    flatness : (C,) float64
+        Factor on y: 1 is round, the torso is flattened front to back.
+    round_base, round_end : (C,) bool
+        Ends with a half sphere that takes data; other ends lie inside the body.
+    """
+
+    part: IntArray
+    rotations: FloatArray
+    origins: FloatArray
+    r1: FloatArray
+    r2: FloatArray
+    height: FloatArray
+    flatness: FloatArray
+    round_base: BoolArray
+    round_end: BoolArray
+
+    def __len__(self) -> int:
+        return len(self.part)
+
+
+@dataclass(frozen=True)
+class _Cone:
+    part: int
+    r1: float
+    r2: float
+    height: float
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    flatness: float = 1.0
+    round_base: bool = False
+    round_end: bool = False
+
+
+_FRAMES = {
+    (0.0, 0.0, 1.0): np.eye(3),
+    (1.0, 0.0, 0.0): np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]),
+    (-1.0, 0.0, 0.0): np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]),
+}
+
+
+def body_cones(proportions: Proportions, parameters: BodyParameters) -> Cones:
+    """The 11 cones of the thesis, and four for the legs if the parameters ask for them."""
+    rows = [*_trunk(proportions, parameters), *_arms(proportions, parameters)]
+    if parameters.legs:
+        rows += _legs(proportions, parameters)
+    return Cones(
+        part=np.array([row.part for row in rows], dtype=np.int64),
+        rotations=np.stack([_FRAMES[row.axis] for row in rows]),
+        origins=np.array([row.origin for row in rows]),
+        r1=np.array([row.r1 for row in rows]),
+        r2=np.array([row.r2 for row in rows]),
+        height=np.array([row.height for row in rows]),
+        flatness=np.array([row.flatness for row in rows]),
+        round_base=np.array([row.round_base for row in rows]),
+        round_end=np.array([row.round_end for row in rows]),
+    )
+
+
+def _trunk(p: Proportions, b: BodyParameters) -> list[_Cone]:
+    k, top = p.scale, p.torso_length
+    shoulder = 0.5 * p.shoulder_width - 0.03
+    inner = (0.075 * k, 0.07 * k, shoulder)
+    below, head = 0.05, 0.135 * k
+    middle = top + p.shoulder_to_head + b.head_rise
+    return [
+        _Cone(
+            TORSO,
+            b.torso_radius_low * k,
+            b.torso_radius_high * k,
+            top + 0.05,
+            origin=(0.0, b.torso_forward, -below),
+            flatness=b.torso_flatness,
+        ),
+        _Cone(TORSO, *inner, origin=(-0.03, 0.0, top), axis=(-1.0, 0.0, 0.0)),
+        _Cone(TORSO, *inner, origin=(0.03, 0.0, top), axis=(1.0, 0.0, 0.0)),
+        _Cone(HEAD, 0.06 * k, 0.09 * k, head, origin=(0.0, b.head_forward, middle - top - head)),
+        _Cone(
+            HEAD,
+            0.09 * k,
+            0.055 * k,
+            head,
+            origin=(0.0, b.head_forward, middle - top),
+            round_end=True,
+        ),
+    ]
+
+
+def _arms(p: Proportions, b: BodyParameters) -> list[_Cone]:
+    k = p.scale * b.arm_radius_factor
+    rows = [_Cone(part, 0.058 * k, 0.045 * k, p.upper_arm_length) for part in UPPER_ARMS]
+    for part in FOREARMS:
+        wrist = (0.0, 0.0, p.forearm_length)
+        rows.append(_Cone(part, 0.045 * k, 0.032 * k, p.forearm_length))
+        rows.append(_Cone(part, 0.040 * k, 0.032 * k, p.hand_length, origin=wrist, round_end=True))
+    return rows
+
+
+def _legs(p: Proportions, b: BodyParameters) -> list[_Cone]:
+    k = p.scale * b.leg_radius_factor
+    thighs = [_Cone(t, 0.09 * k, 0.062 * k, p.thigh_length) for t in (LEFT_THIGH, RIGHT_THIGH)]
+    shanks = [_Cone(s, 0.06 * k, 0.05 * k, p.shank_length) for s in (LEFT_SHANK, RIGHT_SHANK)]
+    return [*thighs, *shanks]

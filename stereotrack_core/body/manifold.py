@@ -1,0 +1,68 @@
+"""The error state on the manifold of poses (method.md 4E).
+
+The torso is displaced by a translation and a left rotation vector, both in the world; a limb by
+two tangents, rotations about the x and y axes of its own frame. There is no place where a degree
+of freedom is lost.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.skeleton import PARTS, TORSO
+from stereotrack_core.geometry.rotation import rotation_from_vector, vector_from_rotation
+
+
+def error_names(joints: tuple[int, ...]) -> tuple[str, ...]:
+    """Names of the error state's numbers for these joints."""
+    torso = [f"torso_{name}" for name in ("x", "y", "z", "rx", "ry", "rz")]
+    return (*torso, *(f"{PARTS[j]}_{axis}" for j in joints for axis in ("tx", "ty")))
+
+
+def displaced(pose: Pose, delta: FloatArray, joints: tuple[int, ...]) -> Pose:
+    """Displace a pose by error states.
+
+    Parameters
+    ----------
+    pose : Pose
+        One pose.
+    delta : (..., 6 + 2 J) float64
+        Metres and radians.
+    joints : tuple of int
+        Parts whose joints are in the state.
+
+    Returns
+    -------
+    Pose
+        Stacked as `delta` is.
+    """
+    lead = delta.shape[:-1]
+    rotations = np.broadcast_to(pose.rotations, (*lead, *pose.rotations.shape)).copy()
+    rotations[..., TORSO, :, :] = rotation_from_vector(delta[..., 3:6]) @ pose.torso
+    tangents = np.zeros((*lead, len(joints), 3))
+    tangents[..., :2] = delta[..., 6:].reshape(*lead, len(joints), 2)
+    parts = list(joints)
+    rotations[..., parts, :, :] = pose.rotations[parts] @ rotation_from_vector(tangents)
+    return Pose(pose.position + delta[..., :3], rotations)
+
+
+def difference(to: Pose, origin: Pose, joints: tuple[int, ...]) -> FloatArray:
+    """Error state (6 + 2 J,) that displaces `origin` to `to`.
+
+    A turn of a limb about its own axis, which displacements never make alone, is left out.
+    """
+    torso = vector_from_rotation(to.torso @ np.swapaxes(origin.torso, -1, -2))
+    parts = list(joints)
+    turned = np.swapaxes(origin.rotations[parts], -1, -2) @ to.rotations[parts]
+    tangents = tangents_to_axis(turned[..., :, 2])
+    return np.concatenate([to.position - origin.position, torso, tangents.reshape(-1)])
+
+
+def tangents_to_axis(axis: FloatArray) -> FloatArray:
+    """Tangents (..., 2) whose rotation turns (0, 0, 1) to the unit vectors `axis` (..., 3)."""
+    sine = np.hypot(axis[..., 0], axis[..., 1])
+    angle = np.arctan2(sine, axis[..., 2])
+    factor = np.where(sine > 1e-12, angle / np.where(sine > 1e-12, sine, 1.0), 1.0)
+    return np.stack([-axis[..., 1] * factor, axis[..., 0] * factor], axis=-1)

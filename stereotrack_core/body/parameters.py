@@ -1,0 +1,67 @@
+"""Parameters of the body's shape; lengths come from the subject."""
+
+from dataclasses import dataclass
+
+from stereotrack_core.parameters import ParameterGroup, parameter
+
+_GROUP = "Body"
+
+
+@dataclass(frozen=True)
+class BodyParameters(ParameterGroup):
+    """Shape of the cones, for a person of average size; they grow with the proportions."""
+
+    proportions: str = parameter(
+        "individual",
+        "Lengths from the recording's subject file, or the average ones for everybody.",
+        group=_GROUP,
+        choices=("individual", "average"),
+        thesis="individual",
+    )
+    legs: bool = parameter(
+        True, "Cones for the legs, so that their data attract nothing else.", group=_GROUP
+    )
+    torso_radius_low: float = parameter(
+        0.165, "Radius of the torso at the hips.", group=_GROUP, unit="m", minimum=0.05, maximum=0.4
+    )
+    torso_radius_high: float = parameter(
+        0.175,
+        "Radius of the torso at the shoulders.",
+        group=_GROUP,
+        unit="m",
+        minimum=0.05,
+        maximum=0.4,
+    )
+    torso_flatness: float = parameter(
+        0.62, "Depth of the torso over its width.", group=_GROUP, minimum=0.3, maximum=1.0
+    )
+    torso_forward: float = parameter(
+        0.0,
+        "Shift of the torso's middle in front of the line from hips to shoulders.",
+        group=_GROUP,
+        unit="m",
+        minimum=-0.2,
+        maximum=0.2,
+    )
+    head_rise: float = parameter(
+        0.0,
+        "Height of the head's widest place above the head landmark.",
+        group=_GROUP,
+        unit="m",
+        minimum=-0.2,
+        maximum=0.2,
+    )
+    head_forward: float = parameter(
+        0.0,
+        "Shift of the head's middle in front of the neck.",
+        group=_GROUP,
+        unit="m",
+        minimum=-0.2,
+        maximum=0.2,
+    )
+    arm_radius_factor: float = parameter(
+        1.0, "Factor on the radii of arms and hands.", group=_GROUP, minimum=0.3, maximum=3.0
+    )
+    leg_radius_factor: float = parameter(
+        1.0, "Factor on the radii of the legs.", group=_GROUP, minimum=0.3, maximum=3.0
+    )

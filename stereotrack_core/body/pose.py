@@ -1,0 +1,138 @@
+"""A pose, or a stack of poses: where the torso is and how every part is turned."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.body.skeleton import (
+    HEAD,
+    LEFT_UPPER_ARM,
+    PARENTS,
+    PARTS,
+    RIGHT_UPPER_ARM,
+    TORSO,
+    Skeleton,
+)
+
+HANGING = np.diag([1.0, -1.0, -1.0])
+"""Rotation of an arm or leg at zero angles: its z axis is the torso's -z."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """Pose of the body; leading dimensions stack poses.
+
+    Attributes
+    ----------
+    position : (..., 3) float64, world, metres
+        Hip midpoint.
+    rotations : (..., P, 3, 3) float64
+        ``world_from_torso`` for the torso, ``parent_from_part`` for all other parts, in the
+        order of ``PARTS``.
+    """
+
+    position: FloatArray
+    rotations: FloatArray
+
+    @property
+    def torso(self) -> FloatArray:
+        """Rotation world_from_torso (..., 3, 3)."""
+        return self.rotations[..., TORSO, :, :]
+
+    def __getitem__(self, index: int | slice | IntArray) -> Pose:
+        """Pose, or poses, of a stack."""
+        return Pose(self.position[index], self.rotations[index])
+
+
+@dataclass(frozen=True, eq=False)
+class PartFrames:
+    """Where every part is: p_world = rotations p_part + origins.
+
+    Attributes
+    ----------
+    rotations : (..., P, 3, 3) float64
+    origins : (..., P, 3) float64, world, metres
+        The parts' joints.
+    """
+
+    rotations: FloatArray
+    origins: FloatArray
+
+    def apply(self, part: IntArray, points: FloatArray) -> FloatArray:
+        """World points (N, 3) of points (N, 3) in the frames of parts (N,); for one pose."""
+        result: FloatArray = (
+            np.einsum("nij,nj->ni", self.rotations[part], points) + self.origins[part]
+        )
+        return result
+
+
+def part_frames(skeleton: Skeleton, pose: Pose) -> PartFrames:
+    """Forward kinematics (section 2.5): chain the transforms from the torso outwards."""
+    rotations = np.empty_like(pose.rotations)
+    origins = np.empty(pose.rotations.shape[:-1])
+    rotations[..., TORSO, :, :] = pose.torso
+    origins[..., TORSO, :] = pose.position
+    for part in range(1, len(PARTS)):
+        parent = PARENTS[part]
+        world_from_parent = rotations[..., parent, :, :]
+        rotations[..., part, :, :] = world_from_parent @ pose.rotations[..., part, :, :]
+        origins[..., part, :] = origins[..., parent, :] + world_from_parent @ skeleton.joints[part]
+    return PartFrames(rotations, origins)
+
+
+def hanging_pose(position: FloatArray, torso: FloatArray | None = None) -> Pose:
+    """All joint angles zero: arms hang, elbows are straight, the head is upright.
+
+    Parameters
+    ----------
+    position : (3,) float64, world, metres
+        Hip midpoint.
+    torso : (3, 3) float64, optional
+        world_from_torso; facing north when not given (the torso's axes are then the world's).
+    """
+    rotations = np.tile(np.eye(3), (len(PARTS), 1, 1))
+    if torso is not None:
+        rotations[TORSO] = torso
+    for part, parent in enumerate(PARENTS):
+        if parent == TORSO and part != HEAD:
+            rotations[part] = HANGING
+    return Pose(np.asarray(position, dtype=np.float64), rotations)
+
+
+def t_pose(position: FloatArray, torso: FloatArray | None = None) -> Pose:
+    """Both arms stretched out sideways; facing north unless `torso` says otherwise."""
+    pose = hanging_pose(position, torso)
+    rotations = pose.rotations.copy()
+    rotations[RIGHT_UPPER_ARM] = rotation_towards(HANGING, np.array([1.0, 0.0, 0.0]))
+    rotations[LEFT_UPPER_ARM] = rotation_towards(HANGING, np.array([-1.0, 0.0, 0.0]))
+    return Pose(pose.position, rotations)
+
+
+def rotation_towards(rotation: FloatArray, direction: FloatArray) -> FloatArray:
+    """Turn `rotation` by the smallest angle so that its z axis points along `direction`.
+
+    Parameters
+    ----------
+    rotation : (..., 3, 3) float64
+    direction : (..., 3) float64
+        Unit vectors, in the frame that `rotation` leads to. Opposite to the present axis the
+        turn is made about the rotation's own x axis.
+
+    Returns
+    -------
+    (..., 3, 3) float64
+    """
+    local = np.einsum("...ji,...j->...i", rotation, direction)
+    x, y, z = local[..., 0], local[..., 1], np.clip(local[..., 2], -1.0, 1.0)
+    opposite = z < -1.0 + 1e-9
+    c = 1.0 / np.where(opposite, 1.0, 1.0 + z)
+    turn = np.empty((*np.broadcast_shapes(x.shape), 3, 3))
+    turn[..., 0, 0], turn[..., 0, 1], turn[..., 0, 2] = 1 - c * x * x, -c * x * y, x
+    turn[..., 1, 0], turn[..., 1, 1], turn[..., 1, 2] = -c * x * y, 1 - c * y * y, y
+    turn[..., 2, 0], turn[..., 2, 1], turn[..., 2, 2] = -x, -y, z
+    turn[opposite] = HANGING
+    result: FloatArray = rotation @ turn
+    return result

@@ -1,0 +1,75 @@
+"""Lengths of a person's body, complete: measured where measured, average elsewhere."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+from stereotrack_core.recording.description import Subject
+
+
+@dataclass(frozen=True)
+class Proportions:
+    """Lengths in metres between joint centres.
+
+    Attributes
+    ----------
+    shoulder_width, hip_width : float
+        Between the joint centres of both sides.
+    torso_length : float
+        Hip midpoint to shoulder midpoint.
+    upper_arm_length, forearm_length : float
+        Shoulder to elbow, elbow to wrist.
+    hand_length : float
+        Wrist to the tip of the middle finger.
+    shoulder_to_head : float
+        Shoulder midpoint to the head landmark.
+    """
+
+    shoulder_width: float = 0.363
+    hip_width: float = 0.228
+    torso_length: float = 0.461
+    upper_arm_length: float = 0.272
+    forearm_length: float = 0.252
+    hand_length: float = 0.194
+    shoulder_to_head: float = 0.205
+
+    @property
+    def elbow_to_hand(self) -> float:
+        """Elbow to the hand landmark, which lies half way along the hand."""
+        return self.forearm_length + 0.5 * self.hand_length
+
+    @property
+    def thigh_length(self) -> float:
+        """Hip to knee; not measured by a subject's file, taken from the torso's length."""
+        return 0.93 * self.torso_length
+
+    @property
+    def shank_length(self) -> float:
+        """Knee to sole; not measured by a subject's file, taken from the torso's length."""
+        return 1.05 * self.torso_length
+
+    @property
+    def scale(self) -> float:
+        """Size of this body against the average one, by its torso and arm lengths."""
+        average = AVERAGE
+        own = self.torso_length + self.upper_arm_length + self.forearm_length
+        return own / (average.torso_length + average.upper_arm_length + average.forearm_length)
+
+
+AVERAGE = Proportions()
+"""Average person of 1.75 m: the lengths' ratios to height of common anthropometric tables."""
+
+
+def proportions_of(subject: Subject | None) -> Proportions:
+    """Fill what the subject's file does not know from the average proportions.
+
+    A missing length is the average one scaled by the lengths that are known.
+    """
+    if subject is None:
+        return AVERAGE
+    names = [field.name for field in dataclasses.fields(Proportions)]
+    known = {name: getattr(subject, name) for name in names if getattr(subject, name) is not None}
+    average = dataclasses.asdict(AVERAGE)
+    scale = sum(known.values()) / sum(average[name] for name in known) if known else 1.0
+    return Proportions(**{name: known.get(name, scale * average[name]) for name in names})

@@ -1,0 +1,154 @@
+"""Points on the body's surface (section 3.2.2, figure 3.5)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+from stereotrack_core.body.cones import Cones
+from stereotrack_core.body.model import BodyModel, placed_cones
+from stereotrack_core.body.pose import PartFrames
+from stereotrack_core.body.visibility import inside_other_cone, visible
+
+_ROUNDS = 12
+"""Draws after which fewer points than wanted are accepted: hardly anything is visible then."""
+
+
+@dataclass(frozen=True, eq=False)
+class SurfacePoints:
+    """Points fixed to parts of the body.
+
+    Attributes
+    ----------
+    part : (N,) int64
+    cone : (N,) int64
+    points : (N, 3) float64, metres
+        In the frame of the part.
+    normals : (N, 3) float64
+        Outward unit normals in the frame of the part.
+    """
+
+    part: IntArray
+    cone: IntArray
+    points: FloatArray
+    normals: FloatArray
+
+    def __getitem__(self, index: BoolArray | IntArray | slice) -> SurfacePoints:
+        return SurfacePoints(
+            self.part[index], self.cone[index], self.points[index], self.normals[index]
+        )
+
+    def __len__(self) -> int:
+        return len(self.part)
+
+
+def points_on_cones(
+    cones: Cones, cone: IntArray, h: FloatArray, alpha: FloatArray
+) -> SurfacePoints:
+    """Points on the sides of cones, p(h, alpha) of section 3.2.2, in the parts' frames.
+
+    Parameters
+    ----------
+    cones : Cones
+    cone : (N,) int64
+        Index of each point's cone.
+    h : (N,) float64
+        Height over the base as a share of the cone's height, 0 to 1.
+    alpha : (N,) float64, radians
+    """
+    r1, r2, height, flat = (
+        values[cone] for values in (cones.r1, cones.r2, cones.height, cones.flatness)
+    )
+    radius = r1 + h * (r2 - r1)
+    cosine, sine = np.cos(alpha), np.sin(alpha)
+    local = np.stack([radius * cosine, flat * radius * sine, h * height], axis=1)
+    normal = np.stack([height * cosine, height * sine / flat, r1 - r2], axis=1)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    turn = cones.rotations[cone]
+    return SurfacePoints(
+        part=cones.part[cone],
+        cone=cone,
+        points=np.einsum("nij,nj->ni", turn, local) + cones.origins[cone],
+        normals=np.einsum("nij,nj->ni", turn, normal),
+    )
+
+
+def random_points(cones: Cones, count: int, rng: np.random.Generator) -> SurfacePoints:
+    """Draw points with an equal share for every cone, uniform over height and angle."""
+    cone = np.arange(count, dtype=np.int64) % len(cones)
+    rng.shuffle(cone)
+    return points_on_cones(cones, cone, rng.random(count), rng.random(count) * 2.0 * np.pi)
+
+
+def regular_points(cones: Cones, count: int) -> SurfacePoints:
+    """Spread points over every cone in a fixed pattern: golden-angle spirals."""
+    cone = np.arange(count, dtype=np.int64) % len(cones)
+    place = np.arange(count, dtype=np.int64) // len(cones)
+    share = (place + 0.5) / (place[-1] + 1.0)
+    golden = np.pi * (3.0 - np.sqrt(5.0))
+    return points_on_cones(cones, cone, share, golden * place)
+
+
+def visible_points(
+    body: BodyModel,
+    frames: PartFrames,
+    cameras: FloatArray,
+    count: int,
+    rng: np.random.Generator | None,
+) -> SurfacePoints:
+    """Sample the surface, without points inside another cone and points that no camera sees.
+
+    The operator G of (3.4).
+
+    Parameters
+    ----------
+    body : BodyModel
+    frames : PartFrames
+        Of one pose.
+    cameras : (V, 3) float64, world
+        Optical centres of the views.
+    count : int
+        Number of points that shall remain; fewer come back when hardly anything is visible.
+    rng : Generator or None
+        Draws at random; None takes the fixed pattern.
+    """
+    placed = placed_cones(body, frames)
+
+    def remaining(candidates: SurfacePoints) -> SurfacePoints:
+        points = frames.apply(candidates.part, candidates.points)
+        normals = np.einsum("nij,nj->ni", frames.rotations[candidates.part], candidates.normals)
+        keep = ~inside_other_cone(points, candidates.cone, placed)
+        keep[keep] = visible(points[keep], normals[keep], cameras, placed)
+        return candidates[keep]
+
+    if rng is None:
+        return _regular(body, remaining, count)
+    kept = remaining(random_points(body.cones, 2 * count, rng))
+    for _ in range(_ROUNDS):
+        if len(kept) >= count:
+            break
+        kept = _joined(kept, remaining(random_points(body.cones, 2 * count, rng)))
+    return kept[:count]
+
+
+def _regular(
+    body: BodyModel, remaining: Callable[[SurfacePoints], SurfacePoints], count: int
+) -> SurfacePoints:
+    drawn = count
+    kept = remaining(regular_points(body.cones, drawn))
+    while len(kept) < count and drawn < count << 4:
+        drawn = int(1.25 * drawn) + 1
+        kept = remaining(regular_points(body.cones, drawn))
+    return kept[np.linspace(0, len(kept) - 1, min(count, len(kept))).round().astype(np.int64)]
+
+
+def _joined(a: SurfacePoints, b: SurfacePoints) -> SurfacePoints:
+    return SurfacePoints(
+        np.concatenate([a.part, b.part]),
+        np.concatenate([a.cone, b.cone]),
+        np.concatenate([a.points, b.points]),
+        np.concatenate([a.normals, b.normals]),
+    )

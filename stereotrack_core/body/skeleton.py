@@ -1,0 +1,72 @@
+"""The tree of rigid parts and where their joints sit (section 2.5, figure 2.11)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.body.proportions import Proportions
+
+PARTS: tuple[str, ...] = (*LIMBS, "left_thigh", "right_thigh", "left_shank", "right_shank")
+"""Rigid parts: the limbs, in their order, and the legs that are only there to take their data."""
+
+TORSO, HEAD, LEFT_UPPER_ARM, RIGHT_UPPER_ARM, LEFT_FOREARM, RIGHT_FOREARM = range(6)
+LEFT_THIGH, RIGHT_THIGH, LEFT_SHANK, RIGHT_SHANK = range(6, 10)
+UPPER_ARMS = (LEFT_UPPER_ARM, RIGHT_UPPER_ARM)
+FOREARMS = (LEFT_FOREARM, RIGHT_FOREARM)
+PARENTS: tuple[int, ...] = (-1, 0, 0, 0, 2, 3, 0, 0, 6, 7)
+LEFT_PARTS = frozenset({LEFT_UPPER_ARM, LEFT_FOREARM, LEFT_THIGH, LEFT_SHANK})
+
+
+@dataclass(frozen=True, eq=False)
+class Skeleton:
+    """Places of the joints.
+
+    Frames: torso x to the person's right, y forward, z up, origin at the hip midpoint; a
+    limb's z runs along the limb, away from the torso.
+
+    Attributes
+    ----------
+    joints : (P, 3) float64, metres
+        Joint of each part in its parent's frame.
+    lengths : (P,) float64, metres
+        From a part's joint along its z axis to the next joint, or to the hand's or head's landmark.
+    proportions : Proportions
+    """
+
+    joints: FloatArray
+    lengths: FloatArray
+    proportions: Proportions
+
+    @property
+    def parents(self) -> IntArray:
+        """Parent of each part (P,), -1 for the torso."""
+        return np.array(PARENTS, dtype=np.int64)
+
+
+def skeleton(proportions: Proportions) -> Skeleton:
+    """Skeleton of a person with these proportions."""
+    p = proportions
+    half_shoulders, half_hips = 0.5 * p.shoulder_width, 0.5 * p.hip_width
+    joints = np.array(
+        [
+            [0.0, 0.0, 0.0],
+            [0.0, 0.0, p.torso_length],
+            [-half_shoulders, 0.0, p.torso_length],
+            [half_shoulders, 0.0, p.torso_length],
+            [0.0, 0.0, p.upper_arm_length],
+            [0.0, 0.0, p.upper_arm_length],
+            [-half_hips, 0.0, 0.0],
+            [half_hips, 0.0, 0.0],
+            [0.0, 0.0, p.thigh_length],
+            [0.0, 0.0, p.thigh_length],
+        ]
+    )
+    arms, legs = [p.upper_arm_length] * 2 + [p.elbow_to_hand] * 2, [p.thigh_length] * 2
+    lengths = np.array(
+        [p.torso_length, p.shoulder_to_head, *arms, *legs, p.shank_length, p.shank_length]
+    )
+    return Skeleton(joints, lengths, proportions)

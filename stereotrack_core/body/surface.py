@@ -1,0 +1,149 @@
+"""The nearest place on the body's surface for a datum (method.md 4A).
+
+The loops over data and cones are compiled: a frame asks for some thousand data against 15 cones
+several times, and the search over arm poses for many more.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numba
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.body.model import BodyModel, PlacedCones
+
+
+@dataclass(frozen=True, eq=False)
+class Feet:
+    """Nearest places on the surface for N data.
+
+    Attributes
+    ----------
+    cone : (N,) int64
+        Index of the nearest cone; -1 where none takes the datum.
+    distance : (N,) float64, metres
+        Signed: positive outside. Infinite where no cone takes the datum.
+    foot : (N, 3) float64, world
+    direction : (N, 3) float64, world
+        Unit vector along which the distance is measured: the side's normal, or from the foot to
+        the datum beyond an end.
+    """
+
+    cone: IntArray
+    distance: FloatArray
+    foot: FloatArray
+    direction: FloatArray
+
+
+def cone_table(placed: PlacedCones) -> FloatArray:
+    """One row (18,) for each cone with all that the compiled loops need."""
+    cones = placed.cones
+    ends = [cones.round_base.astype(np.float64), cones.round_end.astype(np.float64)]
+    shape = [cones.r1, cones.r2, cones.height, cones.flatness, *ends]
+    flat = placed.rotations.reshape(len(cones), 9)
+    return np.ascontiguousarray(np.column_stack([flat, placed.origins, *shape]))
+
+
+def nearest_on_surface(points: FloatArray, placed: PlacedCones, reach: float) -> Feet:
+    """Find the foot of every datum on the nearest cone.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, world
+    placed : PlacedCones
+    reach : float, metres
+        Data farther than this from every cone belong to none.
+    """
+    n = len(points)
+    cone = np.full(n, -1, dtype=np.int64)
+    distance = np.full(n, np.inf)
+    foot = np.full((n, 3), np.nan)
+    direction = np.full((n, 3), np.nan)
+    data = np.ascontiguousarray(points, dtype=np.float64)
+    _nearest(data, cone_table(placed), reach, cone, distance, foot, direction)
+    return Feet(cone, distance, foot, direction)
+
+
+def parts_of_cones(body: BodyModel, cone: IntArray) -> IntArray:
+    """Part (N,) of each datum's cone; -1 stays -1."""
+    return np.where(cone >= 0, body.cones.part[cone], -1)
+
+
+@numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
+def cone_foot(row: Any, px: float, py: float, pz: float) -> Any:
+    """Signed distance, foot (3) and direction (3) of a point, all in the cone's own frame.
+
+    A datum beyond an end that is not round gets an infinite distance: inner ends take no data.
+    """
+    r1, r2, height, s = row[12], row[13], row[14], row[15]
+    y = py / s
+    rho = math.sqrt(px * px + y * y)
+    if rho < 1e-9:
+        cx, cy = 1.0, 0.0
+    else:
+        cx, cy = px / rho, y / rho
+    dr = r2 - r1
+    u = ((rho - r1) * dr + pz * height) / (dr * dr + height * height)
+    if u > 1.0 and row[17] > 0.5:
+        return _ball(r2, height, s, px, py, pz)
+    if u < 0.0 and row[16] > 0.5:
+        return _ball(r1, 0.0, s, px, py, pz)
+    if u > 1.0 or u < 0.0:
+        u = min(1.0, max(0.0, u))
+        radius = r1 + u * dr
+        fx, fy, fz = radius * cx, s * radius * cy, u * height
+        dx, dy, dz = px - fx, py - fy, pz - fz
+        d = math.sqrt(dx * dx + dy * dy + dz * dz)
+        if rho < radius or d < 1e-9:
+            return math.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0
+        return d, fx, fy, fz, dx / d, dy / d, dz / d
+    radius = r1 + u * dr
+    fx, fy, fz = radius * cx, s * radius * cy, u * height
+    nx, ny, nz = height * cx, height * cy / s, -dr
+    norm = math.sqrt(nx * nx + ny * ny + nz * nz)
+    nx, ny, nz = nx / norm, ny / norm, nz / norm
+    d = (px - fx) * nx + (py - fy) * ny + (pz - fz) * nz
+    return d, fx, fy, fz, nx, ny, nz
+
+
+@numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
+def _ball(r: float, centre: float, s: float, px: float, py: float, pz: float) -> Any:
+    y, z = py / s, pz - centre
+    norm = math.sqrt(px * px + y * y + z * z)
+    if norm < 1e-9:
+        return math.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0
+    nx, ny, nz = px / norm, y / norm, z / norm
+    fx, fy, fz = r * nx, s * r * ny, centre + r * nz
+    dx, dy, dz = px - fx, py - fy, pz - fz
+    d = math.sqrt(dx * dx + dy * dy + dz * dz)
+    sign = 1.0 if norm >= r else -1.0
+    if d < 1e-9:
+        return 0.0, fx, fy, fz, nx, ny, nz
+    return sign * d, fx, fy, fz, sign * dx / d, sign * dy / d, sign * dz / d
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _nearest(
+    points: Any, table: Any, reach: float, cone: Any, distance: Any, foot: Any, direction: Any
+) -> None:
+    for i in range(points.shape[0]):
+        best = reach
+        for c in range(table.shape[0]):
+            row = table[c]
+            x, y, z = points[i, 0] - row[9], points[i, 1] - row[10], points[i, 2] - row[11]
+            px = row[0] * x + row[3] * y + row[6] * z
+            py = row[1] * x + row[4] * y + row[7] * z
+            pz = row[2] * x + row[5] * y + row[8] * z
+            d, fx, fy, fz, nx, ny, nz = cone_foot(row, px, py, pz)
+            if abs(d) < best:
+                best = abs(d)
+                cone[i] = c
+                distance[i] = d
+                for k in range(3):
+                    a, b, e = row[3 * k], row[3 * k + 1], row[3 * k + 2]
+                    foot[i, k] = a * fx + b * fy + e * fz + row[9 + k]
+                    direction[i, k] = a * nx + b * ny + e * nz

@@ -1,0 +1,61 @@
+"""Scaled sigma points (Julier and Uhlmann 2002, DOI 10.1109/ACC.2002.1025369)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class SigmaWeights:
+    """Spread and weights of the 2n + 1 sigma points of an n-dimensional state.
+
+    Attributes
+    ----------
+    spread : float
+        Factor on the columns of the covariance's square root: sqrt(n + lambda).
+    mean, covariance : (2n + 1,) float64
+        Weights for means and for covariances; the first is the middle point's and may be
+        negative.
+    """
+
+    spread: float
+    mean: FloatArray
+    covariance: FloatArray
+
+
+def scaled_weights(n: int, alpha: float, beta: float, kappa: float) -> SigmaWeights:
+    """Weights of the scaled unscented transform; see section 2.2.4.
+
+    Parameters
+    ----------
+    n : int
+        Dimension of the state.
+    alpha : float
+        Spread of the points: small keeps them close to the mean.
+    beta : float
+        Knowledge about the distribution; 2 for a normal one.
+    kappa : float
+        The original transform's scaling.
+    """
+    scale = alpha * alpha * (n + kappa)
+    mean = np.full(2 * n + 1, 0.5 / scale)
+    mean[0] = 1.0 - n / scale
+    covariance = mean.copy()
+    covariance[0] += 1.0 - alpha * alpha + beta
+    return SigmaWeights(float(np.sqrt(scale)), mean, covariance)
+
+
+def sigma_deviations(P: FloatArray, weights: SigmaWeights) -> FloatArray:
+    """Deviations (2n + 1, n) of the sigma points from their mean, (2.12) to (2.14).
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        Where P (n, n) is not positive definite.
+    """
+    root = weights.spread * np.linalg.cholesky(P).T
+    return np.concatenate([np.zeros((1, P.shape[0])), root, -root])

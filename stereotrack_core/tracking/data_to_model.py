@@ -1,0 +1,126 @@
+"""Measured points look for the model (method.md 4A and B)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.body.model import BodyModel, placed_cones
+from stereotrack_core.body.pose import PartFrames
+from stereotrack_core.body.skeleton import PARTS
+from stereotrack_core.body.surface import Feet, nearest_on_surface, parts_of_cones
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceResidual:
+    """Signed distances of data from the surface; the feet move rigidly with their parts.
+
+    Attributes
+    ----------
+    data : (m, 3) float64, world
+        Sorted by part.
+    part : (m,) int64
+    foot : (m, 3) float64, world
+    foot_in_part : (m, 3) float64
+        In the frame of the part.
+    direction : (m, 3) float64, world
+        Along which the distance is measured, held fixed.
+    distance : (m,) float64, metres
+    variance : (m,) float64, square metres
+    weight : (m,) float64
+    """
+
+    data: FloatArray
+    part: IntArray
+    foot: FloatArray
+    foot_in_part: FloatArray
+    direction: FloatArray
+    distance: FloatArray
+    variance: FloatArray
+    weight: FloatArray
+
+    @property
+    def measured(self) -> FloatArray:
+        """The data on their directions (m,): z = n . p."""
+        return np.einsum("mi,mi->m", self.direction, self.data)
+
+    def predicted(self, frames: PartFrames) -> FloatArray:
+        """The feet on the same directions (S, m) for stacked poses: z_hat = n . foot(x)."""
+        result = np.empty((len(frames.origins), len(self.part)))
+        for part in range(len(PARTS)):
+            first, end = np.searchsorted(self.part, [part, part + 1])
+            if first == end:
+                continue
+            n, foot = self.direction[first:end], self.foot_in_part[first:end]
+            turned = (n[:, :, None] * foot[:, None, :]).reshape(-1, 9)
+            rotations = frames.rotations[:, part].reshape(-1, 9)
+            result[:, first:end] = rotations @ turned.T + frames.origins[:, part] @ n.T
+        return result
+
+
+@dataclass(frozen=True)
+class Trust:
+    """How data are weighted.
+
+    Attributes
+    ----------
+    reach : float, metres
+        Data farther from the model belong to nothing.
+    scale : float, metres
+        Distance at which the weight has fallen to a quarter.
+    sigma : float, metres
+        Standard deviation of one independent measurement.
+    effective : float
+        Independent measurements in the data.
+    """
+
+    reach: float
+    scale: float
+    sigma: float
+    effective: float
+
+
+def surface_residual(
+    data: FloatArray, body: BodyModel, frames: PartFrames, trust: Trust
+) -> SurfaceResidual:
+    """Give every datum to the nearest cone and weigh it.
+
+    Weights are w = (g^2 / (g^2 + e^2))^2 and variances sigma^2 (m / N_eff) / w: neighbouring
+    pixels of a block matcher are one measurement, not many.
+
+    Parameters
+    ----------
+    data : (N, 3) float64, world
+    body : BodyModel
+    frames : PartFrames
+        Of one pose.
+    trust : Trust
+    """
+    feet = nearest_on_surface(data, placed_cones(body, frames), trust.reach)
+    return residual_of_feet(data, parts_of_cones(body, feet.cone), feet, frames, trust)
+
+
+def residual_of_feet(
+    data: FloatArray, part: IntArray, feet: Feet, frames: PartFrames, trust: Trust
+) -> SurfaceResidual:
+    """Residual of data whose feet are known; data with part -1 are left out."""
+    order = np.argsort(part, kind="stable")
+    order = order[part[order] >= 0]
+    part, e = part[order], feet.distance[order]
+    foot = feet.foot[order]
+    rotation = frames.rotations[part]
+    squared = trust.scale**2
+    weight = (squared / (squared + e**2)) ** 2
+    crowd = max(1.0, len(data) / trust.effective)
+    return SurfaceResidual(
+        data=data[order],
+        part=part,
+        foot=foot,
+        foot_in_part=np.einsum("mji,mj->mi", rotation, foot - frames.origins[part]),
+        direction=feet.direction[order],
+        distance=e,
+        variance=trust.sigma**2 * crowd / np.maximum(weight, 1e-6),
+        weight=weight,
+    )

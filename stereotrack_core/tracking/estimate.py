@@ -1,0 +1,111 @@
+"""What a tracker says about one frame."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.body.pose import PartFrames, Pose
+from stereotrack_core.depth.cloud import Cloud
+
+
+@dataclass(frozen=True, eq=False)
+class Correspondences:
+    """Pairs of measured and model points that the last correction used.
+
+    Attributes
+    ----------
+    data, model : (m, 3) float64, world, metres
+    limb : (m,) int64
+        Part of the body: index into ``PARTS``, whose first six are ``LIMBS``.
+    weight : (m,) float64
+        1 for full trust, 0 for none.
+    """
+
+    data: FloatArray
+    model: FloatArray
+    limb: IntArray
+    weight: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """Pose of one frame and how far it can be trusted.
+
+    Attributes
+    ----------
+    tracked : bool
+    reason : str
+        Why the frame is not tracked; empty when it is.
+    pose : Pose
+        Where not tracked: what the tracker would start from.
+    x : (n,) float64
+        State as named by the tracker's ``state_names``.
+    P : (n, n) float64
+    coverage : float
+        Mean of d^2 / (d^2 + 50 mm^2) over the data: 0 is best (method.md 4F).
+    residual : float, metres
+        Weighted root mean square distance after the last correction.
+    innovation : float
+        Root mean square of the innovation over its predicted standard deviation.
+    limb_sigma_deg : (6,) float64
+        Root mean square angle of each limb's direction, in the order of ``LIMBS``.
+    correspondences : Correspondences or None
+    seconds : mapping from stage name to seconds
+    """
+
+    tracked: bool
+    reason: str
+    pose: Pose
+    x: FloatArray
+    P: FloatArray
+    coverage: float = float("nan")
+    residual: float = float("nan")
+    innovation: float = float("nan")
+    limb_sigma_deg: FloatArray = field(default_factory=lambda: np.full(len(LIMBS), np.nan))
+    correspondences: Correspondences | None = None
+    seconds: Mapping[str, float] = field(default_factory=dict)
+
+
+class Tracker(Protocol):
+    """Follows a body from cloud to cloud."""
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the numbers of ``Estimate.x``."""
+        ...
+
+    def start(self, pose: Pose) -> None:
+        """Begin, or begin anew, from a pose."""
+        ...
+
+    def step(self, cloud: Cloud) -> Estimate:
+        """Follow to the next cloud."""
+        ...
+
+
+def limb_directions(frames: PartFrames) -> FloatArray:
+    """Unit vectors (..., 6, 3), world, of the limbs' z axes."""
+    return frames.rotations[..., : len(LIMBS), :, 2]
+
+
+def limb_sigma_deg(frames: PartFrames, weights: FloatArray) -> FloatArray:
+    """Root mean square angle (6,) of the limbs' directions in degrees.
+
+    Parameters
+    ----------
+    frames : PartFrames
+        Of the sigma points of a posterior, the middle one first.
+    weights : (2n + 1,) float64
+        Covariance weights of the sigma points.
+    """
+    directions = limb_directions(frames)
+    deviations = directions[1:] - directions[:1]
+    variance = np.einsum("s,slk,slk->l", weights[1:], deviations, deviations)
+    result: FloatArray = np.degrees(np.sqrt(np.maximum(variance, 0.0)))
+    return result

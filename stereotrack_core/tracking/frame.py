@@ -1,0 +1,183 @@
+"""One tracked frame, and a run made of many."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from stereotrack_core import __version__
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.landmarks import LANDMARKS
+from stereotrack_core.tracking.estimate import Correspondences, Estimate
+from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.settings import Settings
+
+
+@dataclass(frozen=True, eq=False)
+class TrackedFrame:
+    """What is known about one frame after tracking; see :class:`Estimate` and :class:`Run`.
+
+    Attributes
+    ----------
+    frame : int
+    estimate : Estimate
+    landmarks : (9, 3) float64, world, metres
+        NaN where not tracked.
+    cloud : Cloud
+    seconds : mapping from stage name to seconds
+    """
+
+    frame: int
+    estimate: Estimate
+    landmarks: FloatArray
+    cloud: Cloud
+    seconds: Mapping[str, float]
+
+    def without_cloud(self) -> TrackedFrame:
+        """The same frame without its cloud and correspondences, to be kept in numbers."""
+        nothing = Cloud(
+            self.frame, np.empty((0, 3)), np.empty(0, np.int64), np.empty((0, 2), np.int64), (), {}
+        )
+        return replace(self, cloud=nothing, estimate=replace(self.estimate, correspondences=None))
+
+    @property
+    def tracked(self) -> bool:
+        """Whether the frame has a pose."""
+        return self.estimate.tracked
+
+    @property
+    def reason(self) -> str:
+        """Why the frame is not tracked; empty when it is."""
+        return self.estimate.reason
+
+    @property
+    def pose(self) -> Pose | None:
+        """The pose, where tracked."""
+        return self.estimate.pose if self.estimate.tracked else None
+
+    @property
+    def x(self) -> FloatArray:
+        """State (n,); NaN where not tracked."""
+        x = self.estimate.x
+        return x if self.tracked else np.full_like(x, np.nan)
+
+    @property
+    def P(self) -> FloatArray:  # noqa: N802
+        """Covariance (n, n); NaN where not tracked."""
+        P = self.estimate.P
+        return P if self.tracked else np.full_like(P, np.nan)
+
+    @property
+    def coverage(self) -> float:
+        """Share of the cloud that the model does not explain."""
+        return self.estimate.coverage
+
+    @property
+    def residual(self) -> float:
+        """Weighted root mean square distance, metres."""
+        return self.estimate.residual
+
+    @property
+    def innovation(self) -> float:
+        """Innovation over its predicted standard deviation."""
+        return self.estimate.innovation
+
+    @property
+    def limb_sigma_deg(self) -> FloatArray:
+        """Root mean square angle (6,) of the limbs' directions, degrees."""
+        return self.estimate.limb_sigma_deg
+
+    @property
+    def correspondences(self) -> Correspondences | None:
+        """Pairs that the last correction used."""
+        return self.estimate.correspondences
+
+
+@dataclass(frozen=True, eq=False)
+class Origin:
+    """Where a run comes from: all that is needed to repeat it.
+
+    Attributes
+    ----------
+    recording : Recording
+    fingerprint : str
+        Of the recording's files.
+    settings : Settings
+    preset : str
+        Name of the preset that the settings were made from.
+    seed : int
+    views : tuple of str
+        Views that were used.
+    init : str
+        Where the first pose came from, in words.
+    state_names : tuple of str
+    """
+
+    recording: Recording
+    fingerprint: str
+    settings: Settings
+    preset: str
+    seed: int
+    views: tuple[str, ...]
+    init: str
+    state_names: tuple[str, ...]
+
+    def meta(self) -> dict[str, Any]:
+        """JSON-serialisable description."""
+        subject = self.recording.subject
+        meta = {
+            "program": "stereotrack",
+            "version": __version__,
+            "preset": self.preset,
+            "parameters": self.settings.values(),
+            "seed": self.seed,
+            "views": list(self.views),
+            "init": self.init,
+            "fps": self.recording.fps,
+            "recording": self.recording.name,
+            "recording_folder": str(self.recording.folder.resolve()),
+            "fingerprint": self.fingerprint,
+            "subject": None if subject is None else asdict(subject),
+        }
+        json.dumps(meta)
+        return meta
+
+
+def run_of(frames: Sequence[TrackedFrame], origin: Origin) -> Run:
+    """Put tracked frames together to a run; an empty sequence gives an empty run."""
+    n, names = len(origin.state_names), _stage_names(frames)
+    states = [frame.x for frame in frames]
+    seconds = [[frame.seconds.get(name, 0.0) for name in names] for frame in frames]
+    return Run(
+        frame=np.array([frame.frame for frame in frames], dtype=np.int64),
+        landmarks=_stacked([frame.landmarks for frame in frames], (len(LANDMARKS), 3)),
+        x=_stacked(states, (n,)),
+        P=_stacked([frame.P for frame in frames], (n, n)),
+        state_names=origin.state_names,
+        tracked=np.array([frame.tracked for frame in frames], dtype=bool),
+        coverage=np.array([frame.coverage for frame in frames]),
+        residual=np.array([frame.residual for frame in frames]),
+        innovation=np.array([frame.innovation for frame in frames]),
+        limb_sigma_deg=_stacked([frame.limb_sigma_deg for frame in frames], (6,)),
+        seconds=np.array(seconds).reshape(len(frames), len(names)),
+        stage_names=names,
+        meta=origin.meta(),
+    )
+
+
+def _stage_names(frames: Sequence[TrackedFrame]) -> tuple[str, ...]:
+    names: dict[str, None] = {}
+    for frame in frames:
+        names |= dict.fromkeys(frame.seconds)
+    return tuple(names)
+
+
+def _stacked(arrays: list[FloatArray], shape: tuple[int, ...]) -> FloatArray:
+    return np.stack(arrays) if arrays else np.empty((0, *shape))

@@ -1,0 +1,142 @@
+"""The tracker of preset ``accurate``: data look for the model, on the manifold of poses."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.angles import ALL_JOINTS, THESIS_JOINTS, state_names, state_of_pose
+from stereotrack_core.body.manifold import difference, displaced
+from stereotrack_core.body.model import BodyModel
+from stereotrack_core.body.pose import Pose, t_pose
+from stereotrack_core.body.skeleton import HEAD
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.filtering.linearisation import posterior
+from stereotrack_core.filtering.sigma_points import scaled_weights, sigma_deviations
+from stereotrack_core.tracking.confidence import coverage_of
+from stereotrack_core.tracking.data_to_model import SurfaceResidual, Trust, surface_residual
+from stereotrack_core.tracking.estimate import Correspondences, Estimate, limb_sigma_deg
+from stereotrack_core.tracking.limits import limit_residuals
+from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.process import process_noise
+from stereotrack_core.tracking.residuals import Residual, gathered
+
+_STEP_LIMIT = 0.5
+"""Radians and metres by which one iteration may move a number of the error state."""
+
+_WIDE_ITERATIONS = 2
+
+
+class ManifoldTracker:
+    """Predict, then iterate posterior linearisation of the distances to the surface.
+
+    Parameters are those of :class:`ThesisTracker`.
+    """
+
+    def __init__(
+        self,
+        body: BodyModel,
+        parameters: TrackingParameters,
+        cameras: FloatArray,
+        fps: float,
+        seed: int,
+    ) -> None:
+        self.body = body
+        self.parameters = parameters
+        self.cameras = cameras
+        has_legs = bool(np.any(body.cones.part > max(HEAD, *THESIS_JOINTS)))
+        self.joints = ALL_JOINTS if has_legs else (*THESIS_JOINTS, HEAD)
+        self.state_names = state_names(self.joints)
+        self.Q = process_noise(parameters, len(self.state_names), fps)
+        p = parameters
+        self._weights = scaled_weights(len(self.Q), p.ut_alpha, p.ut_beta, p.ut_kappa)
+        self._seed = seed
+        self.start(t_pose(np.zeros(3)))
+
+    def start(self, pose: Pose) -> None:
+        """Begin from a pose, as uncertain as one step of the process makes it."""
+        self.pose = pose
+        self.P = self.Q.copy()
+        self.movement = np.zeros(len(self.Q))
+
+    def step(self, cloud: Cloud) -> Estimate:
+        """Follow to the next cloud (method.md 4D)."""
+        begun = time.perf_counter()
+        before = self.pose
+        self.predict()
+        if len(cloud.points) < self.parameters.least_points:
+            return self.lost(before, f"the cloud has only {len(cloud.points)} points")
+        data = self.choose(cloud)
+        prior, P0 = self.pose, self.P
+        for i in range(self.parameters.iterations):
+            surface = self.correspond(data, i)
+            innovation = self.correct(prior, P0, surface)
+            if i == 0:
+                first = innovation
+        self.movement = difference(self.pose, before, self.joints)
+        return self.estimate(cloud, surface, first, time.perf_counter() - begun)
+
+    def predict(self) -> None:
+        """Predict a damped repetition of the last movement, with more uncertainty."""
+        self.pose = displaced(self.pose, self.parameters.velocity * self.movement, self.joints)
+        self.P = self.P + self.Q
+
+    def choose(self, cloud: Cloud) -> FloatArray:
+        """Draw the data (N, 3) evenly from the cloud; the same for the same frame."""
+        wanted, there = self.parameters.data_points, len(cloud.points)
+        if there <= wanted:
+            return cloud.points
+        rng = np.random.default_rng((self._seed, cloud.frame))
+        return cloud.points[np.sort(rng.choice(there, wanted, replace=False))]
+
+    def correspond(self, data: FloatArray, iteration: int) -> SurfaceResidual:
+        """Give the data to the cones that are nearest at the present pose."""
+        p = self.parameters
+        scale = p.robust_wide if iteration < _WIDE_ITERATIONS else p.robust_narrow
+        trust = Trust(p.reach, scale, p.sigma_measurement, p.effective_points)
+        return surface_residual(data, self.body, self.body.frames(self.pose), trust)
+
+    def correct(self, prior: Pose, P0: FloatArray, surface: SurfaceResidual) -> float:
+        """Linearise at the present posterior, correct the frame's prior; returns the innovation."""
+        residuals: tuple[Residual, ...] = (
+            surface,
+            *limit_residuals(self.body, self.pose, self.parameters, self.joints),
+        )
+        dX = sigma_deviations(self.P, self._weights)
+        found = gathered(residuals, self.body, self.pose, dX, self._weights, self.P, self.joints)
+        from_prior = difference(prior, self.pose, self.joints)
+        dx, self.P = posterior(np.linalg.inv(P0), from_prior, found)
+        self.pose = displaced(self.pose, np.clip(dx, -_STEP_LIMIT, _STEP_LIMIT), self.joints)
+        return float(np.sqrt(np.mean(surface.distance**2 / surface.variance)))
+
+    def lost(self, before: Pose, reason: str) -> Estimate:
+        """State a frame in which nothing could be measured; the body is expected to stay."""
+        self.pose, self.movement = before, np.zeros_like(self.movement)
+        x = state_of_pose(before, self.joints)
+        return Estimate(False, reason, before, x, self.P.copy())
+
+    def estimate(
+        self, cloud: Cloud, surface: SurfaceResidual, innovation: float, seconds: float
+    ) -> Estimate:
+        """State the pose with the signs by which it can be judged."""
+        frames = self.body.frames(self.pose)
+        spread = self.body.frames(
+            displaced(self.pose, sigma_deviations(self.P, self._weights), self.joints)
+        )
+        weight = surface.weight
+        squared = float(weight @ surface.distance**2) / max(float(weight.sum()), 1e-12)
+        return Estimate(
+            tracked=True,
+            reason="",
+            pose=self.pose,
+            x=state_of_pose(self.pose, self.joints),
+            P=self.P.copy(),
+            coverage=coverage_of(cloud.points, self.body, frames),
+            residual=float(np.sqrt(squared)),
+            innovation=innovation,
+            limb_sigma_deg=limb_sigma_deg(spread, self._weights.covariance),
+            correspondences=Correspondences(surface.data, surface.foot, surface.part, weight),
+            seconds={"track": seconds},
+        )

@@ -1,0 +1,160 @@
+"""Parameters of the tracker; the thesis's values are those of section 4.2.1."""
+
+from dataclasses import dataclass
+
+from stereotrack_core.parameters import ParameterGroup, parameter
+
+_METHOD, _NOISE, _DATA = "Method", "Noise", "Measurements"
+_SEARCH, _LIMITS = "Search for arms", "Limits and collisions"
+
+
+@dataclass(frozen=True)
+class TrackingParameters(ParameterGroup):
+    """How poses are estimated; the defaults are those of preset ``accurate``."""
+
+    matching: str = parameter(
+        "data_to_model",
+        "Which side looks for the other: measured points for the model, or sampled model points "
+        "for the nearest measured ones.",
+        group=_METHOD,
+        choices=("data_to_model", "model_to_data"),
+        thesis="model_to_data",
+    )
+    iterations: int = parameter(
+        6, "Corrections per frame set.", group=_METHOD, minimum=1, maximum=50, thesis=4
+    )
+    ut_alpha: float = parameter(
+        0.1,
+        "Spread of the sigma points; small keeps them close to the mean.",
+        group=_METHOD,
+        minimum=1e-4,
+        maximum=2.0,
+    )
+    ut_beta: float = parameter(
+        2.0, "Second parameter of the scaled unscented transform.", group=_METHOD, minimum=0.0
+    )
+    ut_kappa: float = parameter(
+        0.0, "Third parameter of the scaled unscented transform.", group=_METHOD, minimum=0.0
+    )
+    sigma_position: float = parameter(
+        0.1,
+        "Movement of the body expected between two frame sets at 10 Hz.",
+        group=_NOISE,
+        unit="m",
+        minimum=0.001,
+        maximum=2.0,
+        thesis=0.1,
+    )
+    sigma_rotation: float = parameter(
+        20.0,
+        "Rotation of the torso expected between two frame sets at 10 Hz.",
+        group=_NOISE,
+        unit="deg",
+        minimum=0.1,
+        maximum=180.0,
+        thesis=20.0,
+    )
+    sigma_joint: float = parameter(
+        40.0,
+        "Rotation of a joint expected between two frame sets at 10 Hz.",
+        group=_NOISE,
+        unit="deg",
+        minimum=0.1,
+        maximum=180.0,
+        thesis=40.0,
+    )
+    sigma_measurement: float = parameter(
+        0.02,
+        "Distance expected between corresponding points.",
+        group=_NOISE,
+        unit="m",
+        minimum=0.001,
+        maximum=1.0,
+        thesis=0.02,
+    )
+    velocity: float = parameter(
+        0.0,
+        "Share of the last frame's movement that is expected again.",
+        group=_NOISE,
+        minimum=0.0,
+        maximum=1.0,
+        thesis=0.0,
+    )
+    sampling: str = parameter(
+        "random",
+        "How model points are drawn from the cones.",
+        group=_DATA,
+        choices=("random", "regular"),
+        thesis="random",
+    )
+    model_points: int = parameter(
+        64,
+        "Model points m that look for measured ones.",
+        group=_DATA,
+        minimum=4,
+        maximum=20000,
+        thesis=64,
+    )
+    data_points: int = parameter(
+        900,
+        "Measured points that look for the model.",
+        group=_DATA,
+        minimum=50,
+        maximum=20000,
+    )
+    effective_points: float = parameter(
+        150.0,
+        "Independent measurements in the data: neighbouring pixels of a block matcher are one.",
+        group=_DATA,
+        minimum=1.0,
+        maximum=20000.0,
+    )
+    reach: float = parameter(
+        0.25,
+        "Data farther than this from the model belong to nothing.",
+        group=_DATA,
+        unit="m",
+        minimum=0.02,
+        maximum=2.0,
+    )
+    robust_wide: float = parameter(
+        0.12,
+        "Distance at which a datum loses three quarters of its weight, first two iterations.",
+        group=_DATA,
+        unit="m",
+        minimum=0.005,
+        maximum=2.0,
+    )
+    robust_narrow: float = parameter(
+        0.06,
+        "The same from the third iteration on.",
+        group=_DATA,
+        unit="m",
+        minimum=0.005,
+        maximum=2.0,
+    )
+    least_points: int = parameter(
+        150,
+        "A cloud with fewer points is not tracked.",
+        group=_DATA,
+        minimum=1,
+        maximum=100000,
+    )
+    clearance: float = parameter(
+        0.045,
+        "Least distance of elbow and hand from the torso's surface.",
+        group=_LIMITS,
+        unit="m",
+        minimum=0.0,
+        maximum=0.5,
+        thesis=0.15,
+    )
+    least_elbow_angle: float = parameter(
+        30.0,
+        "Least angle between upper arm and forearm.",
+        group=_LIMITS,
+        unit="deg",
+        minimum=0.0,
+        maximum=170.0,
+        thesis=30.0,
+    )

@@ -1,0 +1,222 @@
+"""From a recording to poses: read, make the cloud, follow; stages of successive frames overlap."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import TypeAlias
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.model import BodyModel, body_model, landmarks
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.proportions import proportions_of
+from stereotrack_core.depth.chain import DepthChain
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.errors import InputError
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.fingerprint import fingerprint
+from stereotrack_core.recording.landmarks import LANDMARKS
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.tracking.estimate import Estimate, Tracker
+from stereotrack_core.tracking.frame import Origin, TrackedFrame, run_of
+from stereotrack_core.tracking.initialise import t_pose_in_cloud
+from stereotrack_core.tracking.manifold_tracker import ManifoldTracker
+from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.settings import Settings
+from stereotrack_core.tracking.thesis import ThesisTracker
+
+FirstPose: TypeAlias = str | Pose
+"""``"tpose"``: the T pose facing north; or a pose."""
+
+_AHEAD = 2
+"""Clouds that are made while the tracker works on an earlier one."""
+
+
+def tracker_for(
+    body: BodyModel, settings: Settings, cameras: FloatArray, fps: float, seed: int
+) -> Tracker:
+    """Make the tracker that the settings ask for; `cameras` (V, 3) are optical centres, world."""
+    p = settings.tracking
+    if p.matching == "model_to_data":
+        return ThesisTracker(body, p, cameras, fps, seed)
+    return ManifoldTracker(body, p, cameras, fps, seed)
+
+
+class Pipeline:
+    """Everything between a recording and its tracked frames.
+
+    Parameters
+    ----------
+    recording : Recording
+    settings : Settings
+    views : sequence of str, optional
+        Views to use; all that give depth when not given.
+    seed : int
+    init : str or Pose
+        First pose.
+    reader : FrameReader, optional
+        Shared reader; it is then not closed by :meth:`close`.
+    preset : str
+        Name of the preset that the settings were made from, for the run's description.
+
+    Raises
+    ------
+    InputError
+        Where a view is unknown or no view gives depth.
+    """
+
+    def __init__(
+        self,
+        recording: Recording,
+        settings: Settings,
+        *,
+        views: Sequence[str] | None = None,
+        seed: int = 0,
+        init: FirstPose = "tpose",
+        reader: FrameReader | None = None,
+        preset: str = "",
+    ) -> None:
+        self.recording = recording
+        self.settings = settings
+        self.seed = seed
+        self.views = usable_views(recording, views)
+        self.body = body_model(proportions_of(recording.subject), settings.body)
+        self.chain = DepthChain(recording, settings.depth, views=self.views)
+        cameras = [recording.reference_camera(recording.view(name)) for name in self.views]
+        positions = np.array([camera.position_world for camera in cameras])
+        self.tracker = tracker_for(self.body, settings, positions, recording.fps, seed)
+        self._init = init
+        self._preset = preset
+        self._owns_reader = reader is None
+        self.reader = reader or FrameReader(recording, views=self.views, colour=False)
+        self._started = False
+        self._learned = False
+
+    def frames(self, frames: range) -> Iterator[TrackedFrame]:
+        """Track frames in their order; goes on from the last pose when called again."""
+        if not self._learned:
+            self.chain.learn_background(self.reader, frames)
+            self._learned = True
+        with ThreadPoolExecutor(1, thread_name_prefix="cloud") as ahead:
+            waiting: deque[Future[tuple[Cloud, float]]] = deque()
+            upcoming = iter(frames)
+            for frame in upcoming:
+                waiting.append(ahead.submit(self._cloud, frame))
+                if len(waiting) > _AHEAD:
+                    yield self._tracked(*waiting.popleft().result())
+            while waiting:
+                yield self._tracked(*waiting.popleft().result())
+
+    def origin(self) -> Origin:
+        """Describe where the frames come from."""
+        return Origin(
+            recording=self.recording,
+            fingerprint=fingerprint(self.recording),
+            settings=self.settings,
+            preset=self._preset,
+            seed=self.seed,
+            views=self.views,
+            init=self._init if isinstance(self._init, str) else "pose",
+            state_names=self.tracker.state_names,
+        )
+
+    def close(self) -> None:
+        """Close the reader, unless it is shared."""
+        self.chain.close()
+        if self._owns_reader:
+            self.reader.close()
+
+    def __enter__(self) -> Pipeline:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _cloud(self, frame: int) -> tuple[Cloud, float]:
+        begun = time.perf_counter()
+        frame_set = self.reader.frame_set(frame)
+        read = time.perf_counter() - begun
+        return self.chain.process(frame_set), read
+
+    def _tracked(self, cloud: Cloud, read: float) -> TrackedFrame:
+        estimate = self._estimate(cloud)
+        found = np.full((len(LANDMARKS), 3), np.nan)
+        if estimate.tracked:
+            found = landmarks(self.body, estimate.pose)
+        seconds = {"read": read, **cloud.seconds, **estimate.seconds}
+        return TrackedFrame(cloud.frame, estimate, found, cloud, seconds)
+
+    def _estimate(self, cloud: Cloud) -> Estimate:
+        if not self._started and len(cloud.points) >= self.settings.tracking.least_points:
+            self.tracker.start(self._first_pose(cloud))
+            self._started = True
+        return self.tracker.step(cloud)
+
+    def _first_pose(self, cloud: Cloud) -> Pose:
+        if isinstance(self._init, Pose):
+            return self._init
+        return t_pose_in_cloud(self.body, cloud.points)
+
+
+def usable_views(recording: Recording, views: Sequence[str] | None) -> tuple[str, ...]:
+    """Names of the views that give depth, checked against what was asked for."""
+    deep = tuple(view.name for view in recording.views if view.kind != "mono")
+    if not deep:
+        raise InputError(
+            "no view gives depth, so there is nothing to track",
+            where=str(recording.folder / "recording.toml"),
+            remedy="Tracking needs a view of kind stereo or depth; mono views can be annotated.",
+        )
+    if views is None:
+        return deep
+    unknown = [name for name in views if name not in deep]
+    if unknown or not views:
+        raise InputError(
+            f"there is no view with depth named {', '.join(unknown) or 'at all'}",
+            where="--views",
+            remedy=f"Known are: {', '.join(deep)}.",
+        )
+    return tuple(views)
+
+
+def track(
+    recording: Recording,
+    settings: Settings,
+    *,
+    frames: range | None = None,
+    views: Sequence[str] | None = None,
+    seed: int = 0,
+    init: FirstPose = "tpose",
+    preset: str = "",
+    on_frame: Callable[[TrackedFrame], None] | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> Run:
+    """Track a recording; a run that is cancelled keeps the frames it has.
+
+    Parameters
+    ----------
+    recording, settings, views, seed, init, preset
+        See :class:`Pipeline`.
+    frames : range, optional
+        Half-open; all frames when not given.
+    on_frame : callable, optional
+        Called after every frame.
+    cancelled : callable, optional
+        Asked after every frame whether to stop.
+    """
+    found: list[TrackedFrame] = []
+    with Pipeline(
+        recording, settings, views=views, seed=seed, init=init, preset=preset
+    ) as pipeline:
+        wanted = range(pipeline.reader.frame_count) if frames is None else frames
+        for tracked in pipeline.frames(wanted):
+            found.append(tracked.without_cloud())
+            if on_frame is not None:
+                on_frame(tracked)
+            if cancelled is not None and cancelled():
+                break
+        return run_of(found, pipeline.origin())

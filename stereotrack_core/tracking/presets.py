@@ -1,0 +1,52 @@
+"""Named settings: ``thesis``, ``accurate`` and ``fast``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.parameters import Value
+from stereotrack_core.tracking.settings import Settings
+
+_CHANGES: Mapping[str, Mapping[str, Value]] = MappingProxyType(
+    {
+        "accurate": MappingProxyType({}),
+        "thesis": MappingProxyType(
+            {
+                "matching": "model_to_data",
+                "iterations": 4,
+                "sigma_position": 0.1,
+                "sigma_rotation": 20.0,
+                "sigma_joint": 40.0,
+                "sigma_measurement": 0.02,
+                "velocity": 0.0,
+                "sampling": "random",
+                "model_points": 64,
+                "clearance": 0.15,
+                "legs": False,
+                "background_mode": "average",
+            }
+        ),
+        "fast": MappingProxyType({"data_points": 500, "iterations": 4}),
+    }
+)
+
+PRESETS: tuple[str, ...] = tuple(_CHANGES)
+
+
+def preset(name: str) -> Settings:
+    """Settings of a preset.
+
+    Raises
+    ------
+    InputError
+        Where there is no preset of that name.
+    """
+    if name not in _CHANGES:
+        raise InputError(
+            f"there is no preset {name!r}",
+            where="--preset",
+            remedy=f"Known are: {', '.join(PRESETS)}.",
+        )
+    return Settings().replaced(**_CHANGES[name])

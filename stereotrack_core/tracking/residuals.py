@@ -1,0 +1,57 @@
+"""What measurements and constraints have in common: a new one is one new file."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.manifold import displaced
+from stereotrack_core.body.model import BodyModel
+from stereotrack_core.body.pose import PartFrames, Pose
+from stereotrack_core.filtering.linearisation import Information, information, linearised
+from stereotrack_core.filtering.sigma_points import SigmaWeights
+
+
+class Residual(Protocol):
+    """A measurement of the pose, already paired with what it measures."""
+
+    @property
+    def measured(self) -> FloatArray:
+        """The vector z (m,)."""
+        ...
+
+    @property
+    def variance(self) -> FloatArray:
+        """Diagonal of R (m,)."""
+        ...
+
+    def predicted(self, frames: PartFrames) -> FloatArray:
+        """z_hat (S, m) for stacked poses."""
+        ...
+
+
+def gathered(
+    residuals: tuple[Residual, ...],
+    body: BodyModel,
+    pose: Pose,
+    dX: FloatArray,
+    weights: SigmaWeights,
+    P: FloatArray,
+    joints: tuple[int, ...],
+) -> Information:
+    """Linearise all residuals by the same sigma points and gather their information.
+
+    The linearisation's own error is added to the noise; without it P is too confident.
+    """
+    frames = body.frames(displaced(pose, dX, joints))
+    n = dX.shape[1]
+    total = Information(np.zeros((n, n)), np.zeros(n))
+    for residual in residuals:
+        if len(residual.variance):
+            line = linearised(dX, residual.predicted(frames), weights, P)
+            total += information(
+                line.H, residual.measured - line.mean, residual.variance + line.spread
+            )
+    return total

@@ -1,0 +1,48 @@
+"""The body and the poses of a stored run."""
+
+from __future__ import annotations
+
+from stereotrack_core.body.angles import ALL_JOINTS, pose_of_state, state_names
+from stereotrack_core.body.model import BodyModel, body_model
+from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.proportions import proportions_of
+from stereotrack_core.body.skeleton import PARTS
+from stereotrack_core.errors import InputError
+from stereotrack_core.recording.description import Subject
+from stereotrack_core.tracking.run import Run
+
+
+def pose_of_run(run: Run, i: int) -> Pose | None:
+    """Pose of a run's i-th frame, None where it is not tracked.
+
+    Raises
+    ------
+    InputError
+        Where the run's states are not those of a body.
+    """
+    if not run.tracked[i]:
+        return None
+    return pose_of_state(run.x[i], _joints_of(run.state_names))
+
+
+def body_of_run(run: Run) -> BodyModel:
+    """Body that a run was tracked with: its subject's proportions and its shape parameters."""
+    subject = run.meta.get("subject")
+    known = {row.name for row in BodyParameters.rows()}
+    stored = run.meta.get("parameters", {})
+    shape = BodyParameters().replaced(**{k: v for k, v in stored.items() if k in known})
+    return body_model(proportions_of(Subject(**subject) if subject else None), shape)
+
+
+def _joints_of(names: tuple[str, ...]) -> tuple[int, ...]:
+    parts = [name.removesuffix("_alpha") for name in names[6:] if name.endswith("_alpha")]
+    known = {PARTS[j] for j in ALL_JOINTS}
+    joints = tuple(PARTS.index(part) for part in parts if part in known)
+    if state_names(joints) != tuple(names):
+        raise InputError(
+            "the states are not those of a body",
+            where="state_names",
+            remedy="Track the recording again with this version.",
+        )
+    return joints

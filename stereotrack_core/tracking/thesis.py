@@ -1,0 +1,188 @@
+"""The tracker of the thesis (chapter 3): model points look for the nearest measured ones."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.angles import THESIS_JOINTS, pose_of_state, state_names, state_of_pose
+from stereotrack_core.body.model import BodyModel
+from stereotrack_core.body.pose import PartFrames, Pose
+from stereotrack_core.body.sampling import SurfacePoints, visible_points
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.filtering.correction import correct
+from stereotrack_core.filtering.sigma_points import scaled_weights, sigma_deviations
+from stereotrack_core.tracking.collisions import Clearance, collisions_avoided
+from stereotrack_core.tracking.confidence import coverage_of
+from stereotrack_core.tracking.estimate import Correspondences, Estimate, limb_sigma_deg
+from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.process import process_noise
+
+
+@dataclass(frozen=True, eq=False)
+class Projection:
+    """Pairs of points, each projected on the line that joins them, (3.5) to (3.8).
+
+    Attributes
+    ----------
+    sampled : SurfacePoints
+        Model points, fixed to their parts.
+    predicted : (m, 3) float64, world
+        The model points at x_hat: p_zhat.
+    measured : (m, 3) float64, world
+        Their nearest measured points: p_z.
+    e : (m, 3) float64
+        Unit vectors from p_zhat to p_z, evaluated once at x_hat. With directions recomputed for
+        every sigma point the tracker is destroyed.
+    """
+
+    sampled: SurfacePoints
+    predicted: FloatArray
+    measured: FloatArray
+    e: FloatArray
+
+    @property
+    def z(self) -> FloatArray:
+        """The measurement vector (m,): (3.6) and (3.8)."""
+        return np.einsum("mi,mi->m", self.e, self.measured)
+
+    def z_hat(self, frames: PartFrames) -> FloatArray:
+        """Predicted measurements (S, m) of stacked poses: (3.5), (3.7) and (3.11)."""
+        rotations = frames.rotations[:, self.sampled.part]
+        points = np.einsum("smij,mj->smi", rotations, self.sampled.points)
+        points += frames.origins[:, self.sampled.part]
+        return np.einsum("mi,smi->sm", self.e, points)
+
+
+class ThesisTracker:
+    """Predict, then correct i times by closest points, then avoid collisions.
+
+    Parameters
+    ----------
+    body : BodyModel
+    parameters : TrackingParameters
+    cameras : (V, 3) float64, world, metres
+        Optical centres of the views.
+    fps : float
+        Frame sets per second; the process noise is stated for 10 Hz.
+    seed : int
+        Of the random sampling.
+    """
+
+    state_names = state_names(THESIS_JOINTS)
+
+    def __init__(
+        self,
+        body: BodyModel,
+        parameters: TrackingParameters,
+        cameras: FloatArray,
+        fps: float,
+        seed: int,
+    ) -> None:
+        self.body = body
+        self.parameters = parameters
+        self.cameras = cameras
+        self.Q = process_noise(parameters, len(self.state_names), fps)
+        self._rng = np.random.default_rng(seed)
+        self._clearance = Clearance(parameters.clearance, np.radians(parameters.least_elbow_angle))
+        p = parameters
+        self._weights = scaled_weights(len(self.Q), p.ut_alpha, p.ut_beta, p.ut_kappa)
+        self.x = np.zeros(len(self.Q))
+        self.P = self.Q.copy()
+
+    def start(self, pose: Pose) -> None:
+        """Begin from a pose, as uncertain as one step of the process makes it."""
+        self.x = state_of_pose(pose, THESIS_JOINTS)
+        self.P = self.Q.copy()
+
+    def step(self, cloud: Cloud) -> Estimate:
+        """Follow to the next cloud (3.2.3 and 3.2.4)."""
+        begun = time.perf_counter()
+        self.predict()
+        if len(cloud.points) < self.parameters.least_points:
+            return self.lost(f"the cloud has only {len(cloud.points)} points")
+        tree = cKDTree(cloud.points, balanced_tree=False, compact_nodes=False)
+        innovations = []
+        for _ in range(self.parameters.iterations):
+            sampled = self.sample()
+            if not len(sampled):
+                return self.lost("no part of the body is in sight of any camera")
+            pairs = self.closest(sampled, tree)
+            innovations.append(self.correct(pairs))
+        self.avoid_collisions()
+        return self.estimate(cloud, pairs, innovations[0], time.perf_counter() - begun)
+
+    def predict(self) -> None:
+        """Predict that the body stays where it is, with more uncertainty (3.2.1)."""
+        self.P = self.P + self.Q
+
+    def sample(self) -> SurfacePoints:
+        """Draw the model points G(x_hat), (3.4)."""
+        frames = self.body.frames(pose_of_state(self.x, THESIS_JOINTS))
+        rng = self._rng if self.parameters.sampling == "random" else None
+        return visible_points(self.body, frames, self.cameras, self.parameters.model_points, rng)
+
+    def closest(self, sampled: SurfacePoints, tree: cKDTree) -> Projection:
+        """Pair every model point with the nearest measured one: the operator C (2.3)."""
+        frames = self.body.frames(pose_of_state(self.x, THESIS_JOINTS))
+        predicted = frames.apply(sampled.part, sampled.points)
+        distance, index = tree.query(predicted)
+        measured: FloatArray = np.asarray(tree.data)[index]
+        apart = distance > 1e-12
+        joined = np.where(apart[:, None], measured - predicted, 0.0)
+        e = joined / np.where(apart, distance, 1.0)[:, None]
+        return Projection(sampled[apart], predicted[apart], measured[apart], e[apart])
+
+    def correct(self, pairs: Projection) -> float:
+        """Correct state and covariance by the unscented transform; returns the innovation."""
+        dX = sigma_deviations(self.P, self._weights)
+        Y = pairs.z_hat(self.body.frames(pose_of_state(self.x + dX, THESIS_JOINTS)))
+        z_hat = self._weights.mean @ Y
+        nu = pairs.z - z_hat
+        R = np.full(len(nu), self.parameters.sigma_measurement**2)
+        P_zz = np.einsum("s,sm,sm->m", self._weights.covariance, Y - z_hat, Y - z_hat)
+        corrected = correct(self.P, dX, Y - z_hat, self._weights.covariance, nu, R)
+        self.x = self.x + corrected.dx
+        self.P = corrected.P
+        return float(np.sqrt(np.mean(nu**2 / (P_zz + R))))
+
+    def avoid_collisions(self) -> None:
+        """Set the arms to a pose that keeps the least distances (3.2.4)."""
+        pose = pose_of_state(self.x, THESIS_JOINTS)
+        free = collisions_avoided(self.body, pose, self._clearance)
+        self.x = np.append(self.x[:6], state_of_pose(free, THESIS_JOINTS)[6:])
+
+    def lost(self, reason: str) -> Estimate:
+        """State a frame in which nothing could be measured."""
+        pose = pose_of_state(self.x, THESIS_JOINTS)
+        return Estimate(False, reason, pose, self.x.copy(), self.P.copy())
+
+    def estimate(
+        self, cloud: Cloud, pairs: Projection, innovation: float, seconds: float
+    ) -> Estimate:
+        """State the pose with the signs by which it can be judged."""
+        pose = pose_of_state(self.x, THESIS_JOINTS)
+        frames = self.body.frames(pose)
+        model = frames.apply(pairs.sampled.part, pairs.sampled.points)
+        distance = np.einsum("mi,mi->m", pairs.e, pairs.measured - model)
+        dX = sigma_deviations(self.P, self._weights)
+        spread = self.body.frames(pose_of_state(self.x + dX, THESIS_JOINTS))
+        return Estimate(
+            tracked=True,
+            reason="",
+            pose=pose,
+            x=self.x.copy(),
+            P=self.P.copy(),
+            coverage=coverage_of(cloud.points, self.body, frames),
+            residual=float(np.sqrt(np.mean(distance**2))),
+            innovation=innovation,
+            limb_sigma_deg=limb_sigma_deg(spread, self._weights.covariance),
+            correspondences=Correspondences(
+                pairs.measured, model, pairs.sampled.part, np.ones(len(model))
+            ),
+            seconds={"track": seconds},
+        )
