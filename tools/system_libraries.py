@@ -35,7 +35,7 @@ FOR_A_WINDOW = (
     "PySide6/Qt/plugins/xcbglintegrations/*.so",
 )
 # VTK opens these by name while it runs, so that nothing lists them.
-OPENED_BY_NAME = ("libEGL.so.1", "libGL.so.1")
+OPENED_BY_NAME = ("libEGL.so.1", "libGL.so.1", "libXcursor.so.1")
 
 # Packages whose name does not follow from the library's (Debian Policy 8.1).
 IRREGULAR = {
