@@ -94,6 +94,13 @@ class FrameTimes:
         with self._grown:
             return self._keys[: bisect_right(self._keys, time)]
 
+    def next_key_time(self, time: int) -> int | None:
+        """Time stamp of the first key frame after `time`, None where there is none; waits."""
+        self._wait(lambda: self.complete or (bool(self._keys) and self._keys[-1] > time))
+        with self._grown:
+            i = bisect_right(self._keys, time)
+            return self._keys[i] if i < len(self._keys) else None
+
     def times(self) -> list[int]:
         """All time stamps; waits for the end of the video to be reached."""
         self._wait(lambda: self.complete)

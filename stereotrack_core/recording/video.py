@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,15 @@ NEVER = 2**62
 """A time stamp after all others."""
 
 
+@dataclass(frozen=True)
+class Stretch:
+    """A stretch of time, half-open, whose pictures are damaged."""
+
+    first: int
+    end: int
+    complaint: str
+
+
 class VideoStream:
     """Frames of one video by number; a frame is recognised by its time stamp, never by guess.
 
@@ -38,8 +48,7 @@ class VideoStream:
     def __init__(self, path: Path, kind: PictureKind) -> None:
         self._path = path
         self._kind: PictureKind = kind
-        self._spoilt: dict[int, int] = {}  # stretches of time from damage to the next key frame
-        self._complaint = ""
+        self._damaged: list[Stretch] = []
         self._open()
         self._estimate = _estimated_count(self._container, self._stream)
         self._times = FrameTimes(path)
@@ -50,6 +59,7 @@ class VideoStream:
         self._stream.codec_context.thread_count = 1  # streams are decoded in parallel instead
         self._stream.codec_context.options = {"err_detect": "explode"}
         self._frames = self._decode()
+        self._spoilt: list[Stretch] = []  # by what failed since decoding was started
         self._at: int | None = None  # time stamp of the picture that was decoded last
         self._counted: int | None = None  # its number, where pictures are counted
 
@@ -80,31 +90,40 @@ class VideoStream:
             return self._read_by_counting(k)
         if time is None:
             raise DamagedFrame(self._times.damage or f"the video ends before frame {k}")
+        known = _stretch_with(self._damaged, time)
+        if known is not None:
+            raise DamagedFrame(known.complaint)
         if self._goes_on_to(time):
             frame = self._forward_to(time, keep)
-            if frame is not None:
-                return self._checked(frame, time)
-        for key in reversed(self._times.key_times(time)):
-            self._seek(key)
+            if self._is_sound(frame, time):
+                return picture_of(frame, self._kind)
+        return self._read_from_a_key(time, keep)
+
+    def _read_from_a_key(self, time: int, keep: Keep) -> NDArray[Any]:
+        """Start at the last key frame, then at earlier ones, at last at the beginning.
+
+        What fails from two key frames is damaged; from one it may only lack a picture of before.
+        """
+        keys = self._times.key_times(time)
+        failures = 0
+        for key in [*reversed(keys), None]:
+            self._start_at(key)
             frame = self._forward_to(time, keep)
-            if frame is not None:
-                return self._checked(frame, time)
-            if self._is_spoilt(time):
+            if self._is_sound(frame, time):
+                return picture_of(frame, self._kind)
+            failures += self._at is not None  # else the container led to too late a place
+            if failures > 1:
                 break
-        else:
-            self._reopen()
-            frame = self._forward_to(time, keep)
-            if frame is not None:
-                return self._checked(frame, time)
-        raise DamagedFrame(self._complaint or "its packet gives no picture")
+        found = _stretch_with(self._spoilt, time)
+        if found is None:
+            raise DamagedFrame("the decoder gives no sound picture for it")
+        self._damaged.append(found)
+        raise DamagedFrame(found.complaint)
 
-    def _checked(self, frame: Any, time: int) -> NDArray[Any]:
-        if frame.is_corrupt or self._is_spoilt(time):
-            raise DamagedFrame(self._complaint or "the decoder marks the picture as damaged")
-        return picture_of(frame, self._kind)
-
-    def _is_spoilt(self, time: int) -> bool:
-        return any(first <= time < end for first, end in self._spoilt.items())
+    def _is_sound(self, frame: Any | None, time: int) -> bool:
+        if frame is None or frame.is_corrupt:
+            return False
+        return _stretch_with(self._spoilt, time) is None
 
     def _goes_on_to(self, time: int) -> bool:
         """Whether decoding on is at most as long as starting at the last key frame."""
@@ -117,36 +136,43 @@ class VideoStream:
         here, there = self._times.frame_at(self._at or 0), self._times.frame_at(time)
         return here is not None and there == here + 1
 
-    def _seek(self, key: int) -> None:
+    def _start_at(self, key: int | None) -> None:
+        """Stand at a key frame, or at the beginning of the file."""
+        if key is None:
+            self._container.close()
+            self._open()
+            return
         self._container.seek(key, stream=self._stream, backward=True)
         self._frames = self._decode()
+        self._spoilt = []
         self._at = self._counted = None
 
     def _forward_to(self, time: int, keep: Keep) -> Any | None:
-        """Decode up to the frame shown at `time`; None where it does not come."""
+        """Decode up to the frame shown at `time`; None where it does not come.
+
+        Where decoding starts too late for it, the position stays unknown.
+        """
         passed: deque[Any] = deque(maxlen=KEPT_ON_THE_WAY)
         wanted = None
-        first = self._at is None
         for frame in self._frames:
             if frame.pts is None:
                 continue
-            if first and frame.pts > time:
+            if self._at is None and frame.pts > time:
                 return None
-            first = False
             self._at = frame.pts
             if frame.pts >= time:
                 wanted = frame if frame.pts == time else None
                 break
             passed.append(frame)
         else:
-            self._at = None
+            self._at = None if self._at is None else NEVER
         for frame in passed:
             self._keep(frame, keep)
         return wanted
 
     def _keep(self, frame: Any, keep: Keep) -> None:
         number = self._times.frame_at(frame.pts)
-        if number is not None and not frame.is_corrupt and not self._is_spoilt(frame.pts):
+        if number is not None and self._is_sound(frame, frame.pts):
             keep(number, picture_of(frame, self._kind))
 
     def _decode(self) -> Iterator[Any]:
@@ -169,7 +195,6 @@ class VideoStream:
             if packet.is_keyframe and packet.size:
                 key = -NEVER if packet.pts is None else packet.pts
                 start = key if start is None else start
-                self._mend(key)
             if start is None and packet.size:
                 continue
             try:
@@ -182,37 +207,32 @@ class VideoStream:
                 if packet.pts is None or start is None or packet.pts >= start:
                     self._spoil(packet.pts, reason(error))
 
-    def _spoil(self, time: int | None, complaint: str) -> None:
+    def _spoil(self, time: int | None, cause: str) -> None:
+        """Pictures from `time` to the next key frame cannot be trusted."""
         if time is None:
             time = NEVER if self._at is None else self._at + 1
-        self._complaint = f"the video is damaged here ({complaint})"
-        if not self._is_spoilt(time):
-            self._spoilt[time] = NEVER
-
-    def _mend(self, key: int) -> None:
-        for first, end in self._spoilt.items():
-            if first < key < end:
-                self._spoilt[first] = key
-
-    def _reopen(self) -> None:
-        self._container.close()
-        self._open()
+        end = self._times.next_key_time(time) if self._times.ordered else None
+        complaint = f"the video is damaged here ({cause})"
+        self._spoilt.append(Stretch(time, NEVER if end is None else end, complaint))
 
     def _read_by_counting(self, k: int) -> NDArray[Any]:
         """Frame k of a stream whose time stamps are missing or repeat: count from its beginning."""
         if self._counted is None or self._counted >= k:
-            self._spoilt.clear()
-            self._complaint = ""
-            self._reopen()
+            self._start_at(None)
             self._counted = -1
         for frame in self._frames:
             self._counted += 1
             if self._counted == k:
-                if self._complaint or frame.is_corrupt:
-                    raise DamagedFrame(self._complaint or "the picture is damaged")
+                if self._spoilt or frame.is_corrupt:
+                    break
                 return picture_of(frame, self._kind)
         self._counted = None
-        raise DamagedFrame(self._complaint or f"the video ends before frame {k}")
+        spoilt = [stretch.complaint for stretch in self._spoilt]
+        raise DamagedFrame(spoilt[0] if spoilt else f"the video ends before frame {k}")
+
+
+def _stretch_with(stretches: list[Stretch], time: int) -> Stretch | None:
+    return next((s for s in stretches if s.first <= time < s.end), None)
 
 
 def _estimated_count(container: Any, stream: Any) -> int:

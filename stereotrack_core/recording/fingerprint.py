@@ -1,0 +1,55 @@
+"""Tell whether a recording is the one that a run or a project was made from."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from pathlib import Path
+
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.folder import DESCRIPTION
+from stereotrack_core.recording.numbered import is_pattern, numbered_files
+from stereotrack_core.recording.toml_table import load_toml
+
+FIRST_BYTES = 65536
+
+
+def fingerprint(recording: Recording) -> str:
+    """Hash (32 hexadecimal digits) of the description, and of sizes and beginnings of the streams.
+
+    It does not depend on where the folder is, nor on reference, subject or segments, which may
+    be mended without making it another recording. Files that have vanished count as empty.
+    """
+    digest = hashlib.blake2b(digest_size=16)
+    folder = recording.folder
+    calibration = load_toml(folder / DESCRIPTION).get("calibration", "")
+    for path in (folder / DESCRIPTION, folder / str(calibration)):
+        digest.update(path.read_bytes() if path.is_file() else b"")
+    for view in recording.views:
+        for key, stream in view.streams().items():
+            digest.update(f"{view.name}/{key}".encode())
+            for file in _files(folder, stream.frames):
+                digest.update(_beginning(file))
+    return digest.hexdigest()
+
+
+def _files(folder: Path, frames: str) -> Iterator[Path]:
+    """The video, or the first and the last image (whose names tell how many there are)."""
+    if not is_pattern(frames):
+        yield folder / frames
+        return
+    try:
+        files = numbered_files(folder, frames)
+    except (ValueError, OSError):
+        return
+    numbers = sorted(files)
+    for number in dict.fromkeys([*numbers[:1], *numbers[-1:]]):
+        yield files[number]
+
+
+def _beginning(path: Path) -> bytes:
+    try:
+        with path.open("rb") as file:
+            return f"{path.name} {path.stat().st_size} ".encode() + file.read(FIRST_BYTES)
+    except OSError:
+        return b"missing"

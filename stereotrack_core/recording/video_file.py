@@ -1,0 +1,138 @@
+"""Write videos that are read back frame by frame as they were written."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import av
+import cv2
+import numpy as np
+
+from stereotrack_core.arrays import ImageArray
+from stereotrack_core.errors import InputError
+
+KEY_FRAME_EVERY = 10
+"""Frames; keeps steps backwards and jumps fast."""
+
+FULL_RANGE_FORMAT = "yuvj420p"
+
+RATE_DENOMINATOR = 1001
+"""Enough to write 29.97 frames per second as 30000/1001."""
+
+
+class VideoWriter:
+    """Write grey or colour pictures as H.264 (MP4) at exact times k / fps.
+
+    Stored as yuv420p, which every player shows, so width and height must be even; grey in full
+    range, which is read back without stretching. Use as a context manager: the file is complete
+    when it is closed.
+
+    Parameters
+    ----------
+    path : Path
+        Ends in .mp4 (or .mkv).
+    fps : float
+    width, height : int
+    colour : bool
+    crf : int
+        Quality of x264; 0 is lossless (for grey exactly, for colour but for the colour
+        conversion), 18 is hardly to be told from the original.
+
+    Raises
+    ------
+    InputError
+        When the size, rate or file is not possible.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        *,
+        fps: float,
+        width: int,
+        height: int,
+        colour: bool = False,
+        crf: int = 12,
+    ) -> None:
+        if width % 2 or height % 2 or width < 2 or height < 2:
+            raise InputError(
+                f"a video of {width} x {height} pixels is not possible",
+                where=str(path),
+                remedy="Width and height have to be even; or write numbered PNG images.",
+            )
+        if not 0 < fps < 10000:
+            raise InputError(f"{fps:g} frames per second is not possible", where=str(path))
+        self._shape = (height, width, 3) if colour else (height, width)
+        self._path = path
+        self._count = 0
+        rate = Fraction(fps).limit_denominator(RATE_DENOMINATOR)
+        try:
+            self._container = av.open(str(path), "w")
+        except (av.FFmpegError, OSError, ValueError) as error:
+            raise InputError(
+                f"the video cannot be written ({error})", where=str(path), remedy="Choose another."
+            ) from None
+        stream: Any = self._container.add_stream("libx264", rate=rate)
+        stream.width, stream.height = width, height
+        stream.pix_fmt = "yuv420p" if colour else FULL_RANGE_FORMAT
+        stream.options = {"crf": str(crf), "preset": "fast", "bf": "0", "g": str(KEY_FRAME_EVERY)}
+        stream.codec_context.thread_count = 1
+        self._time_base = 1 / rate
+        stream.codec_context.time_base = self._time_base
+        self._stream = stream
+
+    def __enter__(self) -> VideoWriter:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def write(self, picture: ImageArray) -> None:
+        """Add a picture, (H, W) or (H, W, 3) BGR uint8 as declared."""
+        if picture.shape != self._shape or picture.dtype != np.uint8:
+            raise ValueError(f"expected uint8 {self._shape}, got {picture.dtype} {picture.shape}")
+        layout = "bgr24" if picture.ndim == 3 else "gray"
+        frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format=layout)
+        frame = frame.reformat(format=self._stream.pix_fmt)
+        frame.pts, frame.time_base = self._count, self._time_base
+        self._container.mux(self._stream.encode(frame))
+        self._count += 1
+
+    def close(self) -> None:
+        """Write what is still held back and complete the file."""
+        if self._container is None:
+            return
+        if self._count:
+            self._container.mux(self._stream.encode(None))
+        self._container.close()
+        self._container = None
+
+
+def write_png(path: Path, picture: Any) -> None:
+    """Write a picture (uint8), a mask (bool) or depth counts (uint16) as PNG.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be written.
+    """
+    pixels = picture.astype(np.uint8) * 255 if picture.dtype == np.bool_ else picture
+    done, content = cv2.imencode(".png", pixels)
+    if not done:
+        raise ValueError(f"no PNG of {picture.dtype} {picture.shape}")
+    try:
+        content.tofile(path)
+    except OSError as error:
+        raise InputError(
+            f"the image cannot be written ({error.strerror})",
+            where=str(path),
+            remedy="Choose a folder in which you may write.",
+        ) from None
