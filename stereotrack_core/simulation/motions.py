@@ -1,0 +1,257 @@
+"""Named motions, and chains of them as states of the joints."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.recording.description import Segment
+from stereotrack_core.simulation.people import Person
+from stereotrack_core.simulation.postures import STRETCHED, Arm, Posture, state_of
+from stereotrack_core.simulation.skeleton import JointState, between
+from stereotrack_core.simulation.walking import circle_path, walk
+
+T_POSE = Posture(STRETCHED, STRETCHED)
+_STANDING = Posture()
+_BLEND_SECONDS = 0.8
+
+
+@dataclass(frozen=True)
+class Key:
+    """A posture and the seconds that it takes to reach it from the one before."""
+
+    seconds: float
+    posture: Posture
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """A named motion at pace 1.
+
+    Attributes
+    ----------
+    seconds : float
+    states : callable
+        Person and number of frames to the states of those frames.
+    """
+
+    seconds: float
+    states: Callable[[Person, int], list[JointState]]
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """States of all frames, and the named stretches among them."""
+
+    states: tuple[JointState, ...]
+    segments: tuple[Segment, ...]
+
+
+def minimum_jerk(t: float) -> float:
+    """Share of the way at the share `t` of the time; Flash and Hogan 1985,
+    doi:10.1523/JNEUROSCI.05-07-01688.1985."""  # noqa: D209
+    return t * t * t * (t * (6 * t - 15) + 10)
+
+
+def _keyed(*keys: Key) -> Motion:
+    """A motion through keys; the first key's seconds are spent holding it."""
+    times = np.cumsum([key.seconds for key in keys])
+
+    def states(person: Person, frames: int) -> list[JointState]:
+        stations = [state_of(person, key.posture) for key in keys]
+        result = []
+        for frame in range(frames):
+            time = times[-1] * frame / max(frames - 1, 1)
+            k = min(int(np.searchsorted(times, time)), len(keys) - 1)
+            if k == 0:
+                result.append(stations[0])
+                continue
+            share = (time - times[k - 1]) / (times[k] - times[k - 1])
+            result.append(between(stations[k - 1], stations[k], minimum_jerk(float(share))))
+        return result
+
+    return Motion(float(times[-1]), states)
+
+
+def _t_pose() -> Motion:
+    lifted = Posture(Arm((0.995, 0.02, 0.03)), Arm((0.995, 0.01, -0.02)), nod=1.0)
+    return _keyed(Key(0.4, T_POSE), Key(0.4, lifted), Key(0.4, T_POSE))
+
+
+def _arms_at_sides() -> Motion:
+    swayed = Posture(sway=0.02, twist=4.0, look=12.0)
+    back = Posture(sway=-0.015, twist=-3.0, look=-10.0)
+    return _keyed(Key(0.3, _STANDING), Key(1.2, swayed), Key(1.4, back), Key(1.1, _STANDING))
+
+
+def _travolta() -> Motion:
+    low = Arm((-0.60, 0.62, -0.42), (0.5, -0.2, -1.0), bend=4.0)
+    front = Arm((0.10, 0.90, 0.12), (0.8, -0.2, -1.0))
+    high = Arm((0.60, 0.32, 0.70), (0.5, -0.8, -0.6), turn=6.0)
+    hip = Arm((0.30, 0.16, -0.70), (0.8, -1.0, 0.1), bend=8.0)
+    hip_low = Arm((0.27, 0.24, -0.78), (0.8, -1.0, 0.1), bend=8.0)
+    down = Posture(hip, low, (4.0, 4.0, 4.0), twist=8.0, sway=0.03, look=6.0, drop=0.03)
+    middle = Posture(hip_low, front, (2.0, 2.0, 2.0), drop=0.04)
+    up = Posture(hip_low, high, twist=-10.0, sway=-0.03, look=-14.0, drop=0.03)
+    return _keyed(Key(0.1, down), *_strokes(up, middle, down, times=4, seconds=0.48))
+
+
+def _strokes(
+    up: Posture, middle: Posture, down: Posture, *, times: int, seconds: float
+) -> list[Key]:
+    """Up and down again; the middle leads the hand round the body."""
+    stroke = [
+        Key(seconds / 2, middle), Key(seconds / 2, up),
+        Key(seconds / 2, middle), Key(seconds / 2, down),
+    ]  # fmt: skip
+    return stroke * times
+
+
+def _whip() -> Motion:
+    ready = Arm((0.45, 0.55, 0.10), (0.9, -0.3, -0.7))
+    wound = Arm((0.34, -0.20, 0.80), (0.9, 0.5, 0.0), bend=-10.0)
+    struck = Arm((0.02, 0.985, -0.02), (0.9, 0.0, -0.4), bend=10.0)
+    through = Arm((-0.42, 0.72, -0.50), (0.7, 0.0, -0.8), bend=8.0)
+    balance = Arm((0.42, 0.42, -0.60), (0.6, -1.0, -0.2))
+    keys = (
+        Key(0.2, Posture(balance, ready)),
+        Key(0.6, Posture(balance, wound, (-3.0, -4.0, -4.0), twist=-16.0, look=8.0)),
+        Key(0.35, Posture(balance, struck, (6.0, 5.0, 5.0), twist=12.0, drop=0.04)),
+        Key(0.3, Posture(balance, through, (8.0, 7.0, 7.0), twist=20.0, drop=0.05)),
+        Key(0.7, Posture(balance, ready)),
+    )
+    again = [key for key in keys[1:] for _ in (0,)]
+    return _keyed(*keys, *again)
+
+
+def _tie_shoes() -> Motion:
+    half = (26.0, 16.0, 12.0)
+    deep = (50.0, 26.0, 18.0)
+    reaching = Arm((0.05, 0.75, -0.60), (0.7, -0.6, 0.0))
+    knees = Posture(reaching, reaching, half, nod=12.0, drop=0.22, back=0.12)
+
+    def tying(left: Arm, right: Arm) -> Posture:
+        return Posture(left, right, deep, nod=14.0, drop=0.46, back=0.17)
+
+    def lace(across: float, ahead: float, up: float) -> Arm:
+        return Arm((across, ahead, up), (1.0, 0.1, 0.3), bend=14.0, at_foot=True)
+
+    near = tying(lace(-0.03, 0.24, 0.13), lace(-0.03, 0.24, 0.13))
+    pulled = tying(lace(0.05, 0.23, 0.20), lace(0.04, 0.25, 0.22))
+    crossed = tying(lace(-0.05, 0.27, 0.14), lace(-0.05, 0.22, 0.18))
+    return _keyed(
+        Key(0.1, _STANDING), Key(0.7, knees), Key(0.8, near), Key(0.5, pulled), Key(0.5, crossed),
+        Key(0.5, pulled), Key(0.4, near), Key(0.8, knees), Key(0.7, _STANDING),
+    )  # fmt: skip
+
+
+def _cross_arms() -> Motion:
+    out = (0.7, 0.1, -1.0)
+    front = Posture(
+        Arm((0.05, 0.66, -0.40), out, bend=4.0), Arm((0.05, 0.76, -0.36), out, bend=4.0)
+    )
+    inner = Arm((-0.50, 0.40, -0.34), (0.8, 0.2, -1.0), bend=16.0)
+    outer = Arm((-0.50, 0.60, -0.27), (0.8, 0.2, -1.0), bend=14.0)
+    crossed = Posture(inner, outer, nod=4.0)
+    lower = Posture(
+        Arm((-0.47, 0.42, -0.42), (0.8, 0.2, -1.0), bend=12.0),
+        Arm((-0.48, 0.61, -0.37), (0.8, 0.2, -1.0), bend=10.0),
+        twist=5.0,
+        look=10.0,
+    )
+    return _keyed(
+        Key(0.2, _STANDING), Key(0.9, front), Key(0.8, crossed), Key(0.8, lower),
+        Key(0.7, crossed), Key(0.5, lower), Key(0.8, front), Key(0.9, _STANDING),
+    )  # fmt: skip
+
+
+def _point() -> Motion:
+    def at(wrist: tuple[float, float, float], twist: float, look: float) -> Posture:
+        return Posture(right=Arm(wrist, (0.6, -0.5, -1.0)), twist=twist, look=look)
+
+    ahead = at((0.22, 0.94, 0.10), 4.0, 0.0)
+    aside = at((0.90, 0.36, 0.16), -10.0, -35.0)
+    upwards = at((0.45, 0.72, 0.48), -4.0, -15.0)
+    return _keyed(
+        Key(0.2, _STANDING), Key(0.8, ahead), Key(0.4, ahead), Key(0.7, aside), Key(0.4, aside),
+        Key(0.6, upwards), Key(0.9, _STANDING),
+    )  # fmt: skip
+
+
+def _walk() -> Motion:
+    path = circle_path(np.zeros(2), 0.0, 0.45)
+    return Motion(4.0, lambda person, frames: walk(person, path, frames))
+
+
+def _leave_and_return() -> Motion:
+    path = circle_path(np.zeros(2), 0.0, 1.7)
+    return Motion(8.5, lambda person, frames: walk(person, path, frames))
+
+
+MOTIONS: dict[str, Motion] = {
+    "t-pose": _t_pose(),
+    "whip": _whip(),
+    "travolta": _travolta(),
+    "tie-shoes": _tie_shoes(),
+    "cross-arms": _cross_arms(),
+    "arms-at-sides": _arms_at_sides(),
+    "walk": _walk(),
+    "point": _point(),
+    "leave-and-return": _leave_and_return(),
+}
+"""All motions by the name for ``--motion``."""
+
+
+def motion_names(motion: str) -> tuple[str, ...]:
+    """The names in a chain like ``t-pose+whip``; raises :class:`InputError` if unknown."""
+    names = tuple(name.strip() for name in motion.split("+"))
+    for name in names:
+        if name not in MOTIONS:
+            raise InputError(
+                f"there is no motion {name!r}",
+                where="--motion",
+                remedy=f"Give one of {', '.join(MOTIONS)}, or several joined by +.",
+            )
+    return names
+
+
+def chain(
+    person: Person,
+    names: Sequence[str],
+    frames: int,
+    *,
+    fps: float,
+    pace: float = 1.0,
+    t_pose_first: bool = True,
+) -> Chain:
+    """Join motions to a sequence of `frames` states.
+
+    The first motion is a T pose unless told otherwise; the chain is repeated until the
+    frames are filled. `pace` divides all durations: 0.5 is half as fast.
+    """
+    opening = ["t-pose"] if t_pose_first and names[0] != "t-pose" else []
+    states: list[JointState] = []
+    segments: list[Segment] = []
+    body = list(names)
+    queue = opening + body
+    while len(states) < frames:
+        for name in queue:
+            motion = MOTIONS[name]
+            count = max(2, math.ceil(motion.seconds * fps / pace))
+            stretch = motion.states(person, count)
+            if states:
+                states += _blend(states[-1], stretch[0], max(1, round(_BLEND_SECONDS * fps / pace)))
+            if len(states) >= frames:
+                break
+            segments.append(Segment(name, len(states), min(frames, len(states) + count)))
+            states += stretch
+        queue = body
+    return Chain(tuple(states[:frames]), tuple(segments))
+
+
+def _blend(a: JointState, b: JointState, count: int) -> list[JointState]:
+    return [between(a, b, minimum_jerk((k + 1) / (count + 1))) for k in range(count)]

@@ -1,0 +1,124 @@
+"""The people of the simulation: lengths and builds, different from the tracker's own body."""
+
+from __future__ import annotations
+
+import math
+import zlib
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.recording.description import Subject
+
+_SHARES = {
+    "shoulder_width": 0.210,
+    "hip_width": 0.118,
+    "torso_length": 0.282,
+    "upper_arm": 0.168,
+    "forearm": 0.150,
+    "hand": 0.108,
+    "shoulder_to_head": 0.116,
+    "thigh": 0.246,
+    "shank": 0.244,
+    "ankle_height": 0.042,
+}
+"""Lengths between joint centres as shares of the stature, near the middle of the tables in
+Winter, Biomechanics and Motor Control of Human Movement (2009), chapter 4."""
+
+_SPREAD = 0.03
+
+
+@dataclass(frozen=True)
+class Person:
+    """One person; lengths in metres between joint centres.
+
+    Attributes
+    ----------
+    name : str
+    stature : float
+    shoulder_width, hip_width, torso_length, upper_arm, forearm, hand : float
+        As `Subject` names them; `hand` is wrist to fingertip.
+    shoulder_to_head : float
+        Shoulder midpoint to the centre of the head.
+    thigh, shank, ankle_height : float
+    girth : float
+        Factor on the radii of the trunk.
+    muscle : float
+        Factor on the radii of the limbs.
+    hips : float
+        Factor on the width of the pelvis.
+    """
+
+    name: str
+    stature: float
+    shoulder_width: float
+    hip_width: float
+    torso_length: float
+    upper_arm: float
+    forearm: float
+    hand: float
+    shoulder_to_head: float
+    thigh: float
+    shank: float
+    ankle_height: float
+    girth: float
+    muscle: float
+    hips: float
+
+    @property
+    def arm(self) -> float:
+        """Shoulder to wrist, stretched."""
+        return self.upper_arm + self.forearm
+
+    @property
+    def leg(self) -> float:
+        """Hip to ankle, stretched."""
+        return self.thigh + self.shank
+
+    def subject(self) -> Subject:
+        """The lengths as a person would measure them for ``subject.toml``."""
+        return Subject(
+            name=self.name,
+            shoulder_width=self.shoulder_width,
+            hip_width=self.hip_width,
+            torso_length=self.torso_length,
+            upper_arm_length=self.upper_arm,
+            forearm_length=self.forearm,
+            hand_length=self.hand,
+            shoulder_to_head=self.shoulder_to_head,
+        )
+
+
+def _person(name: str, stature: float, girth: float, muscle: float, hips: float) -> Person:
+    rng = np.random.default_rng(zlib.crc32(name.encode()))
+    spread = {key: float(np.clip(rng.normal(), -2, 2)) * _SPREAD for key in _SHARES}
+    lengths = {key: share * stature * (1 + spread[key]) for key, share in _SHARES.items()}
+    return Person(name, stature, **lengths, girth=girth, muscle=muscle, hips=hips)
+
+
+PEOPLE: dict[str, Person] = {
+    person.name: person
+    for person in (
+        _person("P1", 1.89, girth=0.96, muscle=0.97, hips=0.95),
+        _person("P2", 1.75, girth=1.04, muscle=1.06, hips=1.00),
+        _person("P3", 1.99, girth=1.12, muscle=1.10, hips=0.98),
+        _person("P4", 1.68, girth=0.93, muscle=0.90, hips=1.10),
+    )
+}
+"""The four people by name."""
+
+
+def person_named(name: str) -> Person:
+    """The person of that name; raises :class:`InputError` for an unknown one."""
+    try:
+        return PEOPLE[name]
+    except KeyError:
+        raise InputError(
+            f"there is no person {name!r}", where="--person", remedy=f"Give {', '.join(PEOPLE)}."
+        ) from None
+
+
+def girth_scale(person: Person) -> float:
+    """Factor by which radii of the average body (1.75 m) grow with the stature."""
+    return math.sqrt(person.stature / 1.75)

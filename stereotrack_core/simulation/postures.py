@@ -1,0 +1,194 @@
+"""Postures told by where the hands are, turned into states of the joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.geometry.rotation import rotation_from_vector
+from stereotrack_core.simulation.limb_chain import two_links
+from stereotrack_core.simulation.people import Person
+from stereotrack_core.simulation.skeleton import (
+    BONE,
+    SIDES,
+    SIGN,
+    JointState,
+    clavicle_rotation,
+    posed_bones,
+    rest_joints,
+)
+
+Triple = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Arm:
+    """Where a wrist is, and what the hand does.
+
+    Attributes
+    ----------
+    wrist : out, forward, up
+        From the shoulder at rest in the chest's axes, in lengths of the stretched arm; "out"
+        is away from the body on both sides. With `at_foot`: from the ankle of the same
+        side in the world's axes, in metres.
+    elbow : out, forward, up
+        Direction to which the elbow points.
+    bend, turn : float
+        Degrees by which the hand tilts towards the palm, and towards the thumb.
+    at_foot : bool
+    """
+
+    wrist: Triple
+    elbow: Triple = (0.0, -1.0, 0.0)
+    bend: float = 0.0
+    turn: float = 0.0
+    at_foot: bool = False
+
+
+HANGING = Arm((0.20, 0.10, -0.955), (0.25, -1.0, 0.0), bend=6.0)
+STRETCHED = Arm((0.999, 0.0, 0.0))
+
+
+@dataclass(frozen=True)
+class Posture:
+    """One key of a motion; angles in degrees, lengths in shares of the leg.
+
+    Attributes
+    ----------
+    left, right : Arm
+    lean : (pelvis, waist, chest)
+        Forward tilt of each.
+    twist : float
+        Turn of the trunk to the left, shared by waist and chest.
+    side : float
+        Tilt of the trunk to the right.
+    nod, look : float
+        The head: down, and to the left.
+    drop, back : float
+        The hips: below standing height, and backwards.
+    sway : float
+        The hips to the right.
+    """
+
+    left: Arm = HANGING
+    right: Arm = HANGING
+    lean: Triple = (0.0, 0.0, 0.0)
+    twist: float = 0.0
+    side: float = 0.0
+    nod: float = 0.0
+    look: float = 0.0
+    drop: float = 0.02
+    back: float = 0.0
+    sway: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Stand:
+    """Where and in which direction somebody stands.
+
+    Attributes
+    ----------
+    place : (2,) world, metres
+    heading : float
+        Radians to the left of north.
+    ankles : (2, 3) world, metres, or None
+        Where the ankles are; None: beside each other.
+    """
+
+    place: FloatArray = field(default_factory=lambda: np.zeros(2))
+    heading: float = 0.0
+    ankles: FloatArray | None = None
+
+
+def turn_about(axis: Triple, degrees: float) -> FloatArray:
+    """Rotation matrix (3, 3) about a unit axis."""
+    return rotation_from_vector(np.radians(degrees) * np.asarray(axis))
+
+
+def state_of(person: Person, posture: Posture, stand: Stand | None = None) -> JointState:
+    """Joints of `person` in a posture; arms by inverse kinematics on the bent trunk."""
+    where = stand or Stand()
+    rest = rest_joints(person)
+    facing = rotation_from_vector(np.array([0.0, 0.0, where.heading]))
+    ankles = where.ankles if where.ankles is not None else _standing(rest, facing, where)
+    shift = np.array([posture.sway, -posture.back, -posture.drop]) * person.leg
+    position = np.array([*where.place, rest[0, 2]]) + facing @ shift
+    identity = np.tile(np.eye(3), (2, 1, 1))
+    bare = JointState(
+        position, _trunk(posture, facing), identity, np.zeros(2), identity, ankles,
+        np.tile(facing, (2, 1, 1)),
+    )  # fmt: skip
+    return with_arms(person, bare, posture.left, posture.right)
+
+
+def with_arms(person: Person, state: JointState, left: Arm, right: Arm) -> JointState:
+    """The state with its arms as told."""
+    bones = posed_bones(person, state)
+    chest = BONE["chest"]
+    rotations, flexions, hands = [], [], []
+    for side, arm in enumerate((left, right)):
+        mirror = np.array([SIGN[side], 1.0, 1.0])
+        if arm.at_foot:
+            foot = state.feet[side] @ (np.asarray(arm.wrist) * mirror)
+            world = bones.joint[BONE[f"foot_{SIDES[side]}"]] + foot
+            wrist = bones.rotation[chest].T @ (world - bones.joint[chest])
+        else:
+            rest = rest_joints(person)
+            shoulder = rest[BONE[f"upper_arm_{SIDES[side]}"]] - rest[chest]
+            wrist = shoulder + np.asarray(arm.wrist) * mirror * person.arm
+        rotation, flexion = _reach(person, side, wrist, np.asarray(arm.elbow) * mirror)
+        rotations.append(rotation)
+        flexions.append(flexion)
+        hands.append(_hand(side, arm))
+    return JointState(
+        state.position, state.trunk, np.array(rotations), np.array(flexions), np.array(hands),
+        state.ankles, state.feet,
+    )  # fmt: skip
+
+
+def _reach(
+    person: Person, side: int, wrist: FloatArray, elbow: FloatArray
+) -> tuple[FloatArray, float]:
+    """Rotation and flexion that bring the wrist to `wrist` (3,), from the chest's joint."""
+    rest = rest_joints(person)
+    clavicle = rest[BONE[f"clavicle_{SIDES[side]}"]] - rest[BONE["chest"]]
+    to_shoulder = rest[BONE[f"upper_arm_{SIDES[side]}"]] - rest[BONE["chest"]] - clavicle
+    axis = np.array([SIGN[side], 0.0, 0.0])
+    at_rest = np.stack([axis, [0, 0, SIGN[side]], np.cross(axis, [0, 0, SIGN[side]])], axis=1)
+    girdle = np.eye(3)
+    for _ in range(4):
+        shoulder = clavicle + girdle @ to_shoulder
+        links = two_links(wrist - shoulder, person.upper_arm, person.forearm, elbow)
+        girdle = clavicle_rotation(side, links.first)
+    return links.first_frame @ at_rest.T, links.flexion
+
+
+def _hand(side: int, arm: Arm) -> FloatArray:
+    s = SIGN[side]
+    return turn_about((0.0, s, 0.0), arm.bend) @ turn_about((0.0, 0.0, s), arm.turn)
+
+
+def _trunk(posture: Posture, facing: FloatArray) -> FloatArray:
+    pelvis, waist, chest = posture.lean
+    forward = (-1.0, 0.0, 0.0)
+    up, ahead = (0.0, 0.0, 1.0), (0.0, 1.0, 0.0)
+    half_turn = turn_about(up, posture.twist / 2) @ turn_about(ahead, posture.side / 2)
+    gaze = turn_about(up, posture.look / 2) @ turn_about(forward, posture.nod / 2)
+    return np.array(
+        [
+            facing @ turn_about(forward, pelvis),
+            turn_about(forward, waist) @ half_turn,
+            turn_about(forward, chest) @ half_turn,
+            gaze,
+            gaze,
+        ]
+    )
+
+
+def _standing(rest: FloatArray, facing: FloatArray, where: Stand) -> FloatArray:
+    ankles = rest[[BONE["foot_left"], BONE["foot_right"]]]
+    place = np.array([*where.place, 0.0])
+    result: FloatArray = ankles @ facing.T + place
+    return result

@@ -1,0 +1,143 @@
+"""Pictures of a scene by one camera; what stands still is drawn once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import Float32Array, FloatArray, ImageArray, IntArray
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.simulation.actor import Actor
+from stereotrack_core.simulation.raster import SAMPLES, rasterise
+from stereotrack_core.simulation.room import ROOM_MATERIALS, Things
+from stereotrack_core.simulation.sensor import Sensor
+from stereotrack_core.simulation.shading import LIGHT, shade
+from stereotrack_core.simulation.textures import material_table
+
+_NEAR = 0.15
+_WIDEST = 2.2
+"""Points further out, as share of the image's half diagonal, are not projected: there a
+distortion model may fold back into the picture."""
+
+
+@dataclass(frozen=True, eq=False)
+class Posed:
+    """An actor in a pose: vertices and normals (V, 3), world."""
+
+    actor: Actor
+    vertices: FloatArray
+    normals: FloatArray
+
+
+class CameraRenderer:
+    """Draws what one camera sees.
+
+    Parameters
+    ----------
+    camera : Camera
+    sensor : Sensor
+    things : Things
+        What stands still.
+    lattice : (64, 64, 64) float32
+        Noise of the textures.
+    """
+
+    def __init__(
+        self, camera: Camera, sensor: Sensor, things: Things, lattice: Float32Array
+    ) -> None:
+        self._camera = camera
+        self._sensor = sensor
+        self._lattice = lattice
+        height, width = SAMPLES * camera.height, SAMPLES * camera.width
+        self._depth = np.zeros((height, width), np.float32)
+        self._light = np.zeros((height, width, len(sensor.response)), np.float32)
+        ids, weights = _empty_ids(self._depth)
+        pixels, nearness = self._projected(things.vertices)
+        rasterise(pixels, nearness, things.triangles, 0, 0, 0, self._depth, ids, weights)
+        shade(
+            ids, weights, 0, things.triangles, things.vertices, things.normals, things.stuff,
+            material_table(ROOM_MATERIALS), np.zeros(6), lattice, LIGHT, sensor.response,
+            self._light,
+        )  # fmt: skip
+        self._empty = _averaged(self._light)
+
+    def background(self) -> ImageArray:
+        """The empty scene."""
+        return self._sensor.exposed(self._empty, -1)
+
+    def picture(self, people: Sequence[Posed], frame: int) -> ImageArray:
+        """The scene with people in it."""
+        projected = [self._projected(posed.vertices) for posed in people]
+        light = self._empty
+        box = self._box([pixels for pixels, _ in projected])
+        if box is not None:
+            light = light.copy()
+            top, bottom, left, right = box
+            light[top:bottom, left:right] = self._drawn(people, projected, box)
+        return self._sensor.exposed(light, frame)
+
+    def _drawn(
+        self,
+        people: Sequence[Posed],
+        projected: Sequence[tuple[FloatArray, FloatArray]],
+        box: tuple[int, int, int, int],
+    ) -> Float32Array:
+        """Light (h, w, c) of the pixels of a box."""
+        top, bottom, left, right = box
+        samples = np.s_[SAMPLES * top : SAMPLES * bottom, SAMPLES * left : SAMPLES * right]
+        depth, light = self._depth[samples].copy(), self._light[samples].copy()
+        ids, weights = _empty_ids(depth)
+        first = 0
+        for posed, (pixels, nearness) in zip(people, projected, strict=True):
+            triangles = posed.actor.triangles
+            rasterise(pixels, nearness, triangles, first, left, top, depth, ids, weights)
+            first += len(triangles)
+        first = 0
+        for posed in people:
+            dressed = posed.actor
+            shade(
+                ids, weights, first, dressed.triangles, dressed.vertices, posed.normals,
+                dressed.stuff, dressed.materials, dressed.marks, self._lattice, LIGHT,
+                self._sensor.response, light,
+            )  # fmt: skip
+            first += len(dressed.triangles)
+        return _averaged(light)
+
+    def _projected(self, vertices: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Raw pixels (V, 2), NaN where not to be drawn, and 1 / z (V,)."""
+        camera = self._camera
+        in_camera = camera.camera_from_world.apply(vertices)
+        z = in_camera[:, 2]
+        safe = np.maximum(z, _NEAR)
+        reach = np.hypot(camera.width, camera.height) / 2 / camera.matrix[0, 0] * _WIDEST
+        outside = (z < _NEAR) | (np.hypot(in_camera[:, 0], in_camera[:, 1]) > reach * safe)
+        pixels = camera.project(vertices)
+        pixels[outside] = np.nan
+        return pixels, 1.0 / safe
+
+    def _box(self, pixels: Sequence[FloatArray]) -> tuple[int, int, int, int] | None:
+        """Rows and columns that people touch: top, bottom, left, right."""
+        size = np.array([self._camera.width, self._camera.height])
+        seen = [p[np.isfinite(p).all(axis=1)] for p in pixels]
+        points = np.concatenate([p for p in seen if len(p)] or [np.zeros((0, 2))])
+        points = points[(points > -1).all(axis=1) & (points < size).all(axis=1)]
+        if not len(points):
+            return None
+        low = np.maximum(np.floor(points.min(axis=0)).astype(int) - 1, 0)
+        high = np.minimum(np.ceil(points.max(axis=0)).astype(int) + 2, size)
+        return int(low[1]), int(high[1]), int(low[0]), int(high[0])
+
+
+def _empty_ids(depth: Float32Array) -> tuple[IntArray, Float32Array]:
+    ids = np.full(depth.shape, -1, np.int32)
+    return ids, np.zeros((*depth.shape, 2), np.float32)  # type: ignore[return-value]
+
+
+def _averaged(light: Float32Array) -> Float32Array:
+    """Means of the samples of each pixel."""
+    height, width, channels = light.shape
+    blocks = light.reshape(height // SAMPLES, SAMPLES, width // SAMPLES, SAMPLES, channels)
+    result: Float32Array = blocks.mean(axis=(1, 3), dtype=np.float32)
+    return result

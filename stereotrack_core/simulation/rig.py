@@ -1,0 +1,95 @@
+"""The stereo cameras around the room."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.rotation import rotation_from_vector
+from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.simulation.options import SceneOptions
+
+COMPASS: dict[str, tuple[float, float]] = {
+    "N": (0.0, 1.0),
+    "O": (1.0, 0.0),
+    "S": (0.0, -1.0),
+    "W": (-1.0, 0.0),
+}
+"""Where each view stands: east, north."""
+
+_LOOK_AT_HEIGHT = 1.02
+_DISTORTION = np.array([-0.12, 0.03, 0.0006, -0.0004, 0.0])
+
+
+def view_names(views: str) -> tuple[str, ...]:
+    """Names in ``NOSW``, ``NS`` or ``N+S``; raises :class:`InputError` for others."""
+    names = tuple(views.replace("+", ""))
+    if not names or len(set(names)) < len(names) or not set(names) <= set(COMPASS):
+        raise InputError(
+            f"the views {views!r} cannot be made",
+            where="--views",
+            remedy="Give some of N, O, S and W, each once, for example NS.",
+        )
+    return names
+
+
+def stereo_rig(views: tuple[str, ...], options: SceneOptions, seed: int) -> dict[str, Camera]:
+    """The cameras ``N_left``, ``N_right`` ... by name.
+
+    The right camera of a pair stands at the view's place and looks at the middle of the
+    room; the left one is beside it. Places vary by some centimetres with the seed, for each
+    view the same whichever others there are.
+    """
+    cameras = {}
+    for view in views:
+        rng = np.random.default_rng([seed, 1, ord(view)])
+        right = _placed(view, options, rng)
+        shift = np.array([options.baseline, 0.0, 0.0])
+        left = RigidTransform(right.rotation, right.translation + shift)
+        if options.askew:
+            turn = rotation_from_vector(np.radians(rng.normal(0, [0.5, 1.4, 0.7])))
+            left = RigidTransform(turn @ left.rotation, turn @ left.translation)
+        for side, pose in (("left", left), ("right", right)):
+            name = f"{view}_{side}"
+            cameras[name] = Camera(
+                name, options.width, options.height, _matrix(options, rng),
+                _distortions(options, rng), fisheye=False, camera_from_world=pose,
+            )  # fmt: skip
+    return cameras
+
+
+def _placed(view: str, options: SceneOptions, rng: np.random.Generator) -> RigidTransform:
+    east, north = COMPASS[view]
+    distance = options.camera_distance + rng.uniform(-0.12, 0.12)
+    aside = rng.uniform(-0.15, 0.15)
+    place = np.array(
+        [
+            east * distance + north * aside,
+            north * distance - east * aside,
+            options.camera_height + rng.uniform(-0.08, 0.08),
+        ]
+    )
+    target = np.array([*rng.uniform(-0.06, 0.06, 2), _LOOK_AT_HEIGHT])
+    forward = target - place
+    forward /= np.linalg.norm(forward)
+    right = np.cross(forward, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    rotation = np.stack([right, np.cross(forward, right), forward])
+    return RigidTransform(rotation, -rotation @ place)
+
+
+def _matrix(options: SceneOptions, rng: np.random.Generator) -> FloatArray:
+    middle = np.array([(options.width - 1) / 2, (options.height - 1) / 2])
+    focal = np.full(2, options.focal)
+    deviation = rng.normal(size=4)
+    if options.askew or options.distorted:
+        focal = focal * (1 + 0.006 * deviation[:2])
+        middle = middle + 0.008 * options.width * deviation[2:]
+    return np.array([[focal[0], 0, middle[0]], [0, focal[1], middle[1]], [0, 0, 1.0]])
+
+
+def _distortions(options: SceneOptions, rng: np.random.Generator) -> FloatArray:
+    spread = 1 + 0.1 * rng.normal(size=5)
+    return _DISTORTION * spread if options.distorted else np.zeros(5)

@@ -1,0 +1,194 @@
+"""A room with a floor, walls, pictures, a table, a shelf and a chair, as small triangles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.simulation.textures import PLAIN, STRONG, TILES, WOOD, Material
+
+HALF = 4.5
+"""Half the width of the room in metres; the room is square, and 3 m high."""
+HEIGHT = 3.0
+_TILE = 0.06
+
+_MATERIALS = {
+    "floor": Material(TILES, (0.46, 0.43, 0.40), (0.24, 0.23, 0.22), 0.45, 0.30),
+    "wall": Material(PLAIN, (0.66, 0.64, 0.58), (0.66, 0.64, 0.58), 1.0, 0.045),
+    "paper": Material(STRONG, (0.58, 0.60, 0.58), (0.36, 0.42, 0.44), 0.30, 0.08),
+    "ceiling": Material(PLAIN, (0.74, 0.74, 0.73), (0.74, 0.74, 0.73), 1.0, 0.02),
+    "wood": Material(WOOD, (0.42, 0.29, 0.18), (0.30, 0.20, 0.12), 0.09, 0.12),
+    "books": Material(STRONG, (0.62, 0.25, 0.18), (0.16, 0.26, 0.40), 0.10, 0.15),
+    "cushion": Material(STRONG, (0.22, 0.40, 0.30), (0.50, 0.56, 0.38), 0.12, 0.15),
+    "dark": Material(PLAIN, (0.15, 0.15, 0.17), (0.15, 0.15, 0.17), 1.0, 0.10),
+    "picture": Material(STRONG, (0.75, 0.60, 0.30), (0.18, 0.25, 0.38), 0.35, 0.10),
+}
+ROOM_MATERIALS: tuple[Material, ...] = tuple(_MATERIALS.values())
+_NUMBER = {name: number for number, name in enumerate(_MATERIALS)}
+
+
+@dataclass(frozen=True, eq=False)
+class Things:
+    """Triangles that stand still.
+
+    Attributes
+    ----------
+    vertices, normals : (V, 3) float64, world
+    triangles : (T, 3) int64
+    stuff : (T,) int64
+        Row of :data:`ROOM_MATERIALS`.
+    """
+
+    vertices: FloatArray
+    normals: FloatArray
+    triangles: IntArray
+    stuff: IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class _Sheet:
+    """A rectangle: corner, two edges (their cross product looks outwards), material."""
+
+    corner: FloatArray
+    edge_1: FloatArray
+    edge_2: FloatArray
+    material: str
+
+
+def room(*, furnished: bool) -> Things:
+    """The room, with or without furniture."""
+    sheets = _walls()
+    if furnished:
+        for box in _FURNITURE:
+            sheets += _box(*box)
+    return _joined(sheets)
+
+
+def _sheet(
+    corner: tuple[float, float, float],
+    edge_1: tuple[float, float, float],
+    edge_2: tuple[float, float, float],
+    material: str,
+) -> _Sheet:
+    return _Sheet(np.array(corner), np.array(edge_1), np.array(edge_2), material)
+
+
+def _walls() -> list[_Sheet]:
+    h, w = HALF, 2 * HALF
+    low = 1.15
+    sheets = [
+        _sheet((-h, -h, 0), (w, 0, 0), (0, w, 0), "floor"),
+        _sheet((-h, -h, HEIGHT), (0, w, 0), (w, 0, 0), "ceiling"),
+    ]
+    for name_low, name_high, base, top in (("paper", "wall", low, HEIGHT - low),):
+        for z, tall, name in ((0.0, base, name_low), (low, top, name_high)):
+            up = (0.0, 0.0, tall)
+            sheets += [
+                _sheet((h, h, z), (-w, 0, 0), up, name),
+                _sheet((-h, -h, z), (w, 0, 0), up, name),
+                _sheet((h, -h, z), (0, w, 0), up, name),
+                _sheet((-h, h, z), (0, -w, 0), up, name),
+            ]
+    for x, wide in ((-2.4, 1.0), (1.3, 0.8)):
+        sheets.append(_sheet((x, -h + 0.02, 1.45), (wide, 0, 0), (0, 0, 0.75), "picture"))
+        sheets.append(_sheet((-x, h - 0.02, 1.45), (-wide, 0, 0), (0, 0, 0.75), "picture"))
+        sheets.append(_sheet((h - 0.02, x, 1.45), (0, wide, 0), (0, 0, 0.75), "picture"))
+        sheets.append(_sheet((-h + 0.02, -x, 1.45), (0, -wide, 0), (0, 0, 0.75), "picture"))
+    return sheets
+
+
+_Box = tuple[tuple[float, float, float], tuple[float, float, float], str]
+
+
+def _table(x: float, y: float) -> list[_Box]:
+    legs: list[_Box] = [
+        ((x + dx, y + dy, 0.0), (0.06, 0.06, 0.70), "wood")
+        for dx in (0.02, 1.32)
+        for dy in (0.02, 0.72)
+    ]
+    return [*legs, ((x, y, 0.70), (1.40, 0.80, 0.04), "wood")]
+
+
+def _shelf(x: float, y: float) -> list[_Box]:
+    boxes: list[_Box] = [((x, y, z), (1.20, 0.34, 0.03), "wood") for z in (0.05, 0.5, 0.95, 1.4)]
+    boxes += [((x + dx, y, 0.0), (0.03, 0.34, 1.43), "wood") for dx in (0.0, 1.17)]
+    boxes += [((x + 0.08, y + 0.05, z + 0.03), (0.80, 0.22, 0.28), "books") for z in (0.05, 0.5)]
+    boxes.append(((x + 0.25, y + 0.05, 0.98), (0.86, 0.22, 0.24), "books"))
+    return boxes
+
+
+def _chair(x: float, y: float) -> list[_Box]:
+    legs: list[_Box] = [
+        ((x + dx, y + dy, 0.0), (0.04, 0.04, 0.44), "dark") for dx in (0, 0.40) for dy in (0, 0.40)
+    ]
+    return [
+        *legs,
+        ((x, y, 0.44), (0.44, 0.44, 0.05), "cushion"),
+        ((x, y, 0.49), (0.44, 0.04, 0.45), "wood"),
+    ]
+
+
+_FURNITURE: tuple[_Box, ...] = (
+    *_table(-3.9, -3.6),
+    ((-3.6, -3.4, 0.74), (0.36, 0.28, 0.22), "books"),
+    *_shelf(1.6, 4.1),
+    *_chair(2.55, -2.9),
+    *_table(-3.6, 2.9),
+    ((-3.0, 3.1, 0.74), (0.42, 0.30, 0.30), "dark"),
+    ((3.75, -4.1, 0.0), (0.50, 0.50, 1.20), "cushion"),
+    ((3.6, 2.2, 0.0), (0.70, 0.50, 0.85), "wood"),
+    ((-4.3, -0.9, 0.0), (0.60, 1.30, 0.45), "cushion"),
+)
+
+
+def _box(
+    corner: tuple[float, float, float], size: tuple[float, float, float], material: str
+) -> list[_Sheet]:
+    c = np.array(corner)
+    x, y, z = np.diag(size)
+    return [
+        _Sheet(c + z, x, y, material),
+        _Sheet(c, y, x, material),
+        _Sheet(c, x, z, material),
+        _Sheet(c + x, y, z, material),
+        _Sheet(c + x + y, -x, z, material),
+        _Sheet(c + y, -y, z, material),
+    ]
+
+
+def _joined(sheets: list[_Sheet]) -> Things:
+    vertices, normals, triangles, stuff = [], [], [], []
+    count = 0
+    for sheet in sheets:
+        points, corners = _split(sheet)
+        normal = np.cross(sheet.edge_1, sheet.edge_2)
+        vertices.append(points)
+        normals.append(np.tile(normal / np.linalg.norm(normal), (len(points), 1)))
+        triangles.append(corners + count)
+        stuff.append(np.full(len(corners), _NUMBER[sheet.material]))
+        count += len(points)
+    return Things(
+        np.concatenate(vertices),
+        np.concatenate(normals),
+        np.concatenate(triangles),
+        np.concatenate(stuff),
+    )
+
+
+def _split(sheet: _Sheet) -> tuple[FloatArray, IntArray]:
+    """Vertices and triangles of a sheet cut into small squares."""
+    m = max(1, int(np.ceil(np.linalg.norm(sheet.edge_1) / _TILE)))
+    n = max(1, int(np.ceil(np.linalg.norm(sheet.edge_2) / _TILE)))
+    u, v = np.meshgrid(np.arange(m + 1) / m, np.arange(n + 1) / n, indexing="ij")
+    points = sheet.corner + u.reshape(-1, 1) * sheet.edge_1 + v.reshape(-1, 1) * sheet.edge_2
+    i, j = np.meshgrid(np.arange(m), np.arange(n), indexing="ij")
+    first = (i * (n + 1) + j).ravel()
+    corners = np.concatenate(
+        [
+            np.stack([first, first + n + 1, first + 1], axis=1),
+            np.stack([first + n + 1, first + n + 2, first + 1], axis=1),
+        ]
+    )
+    return points, corners

@@ -1,0 +1,228 @@
+"""The skeleton under the surface: rest joints, the state of its joints, and where bones are.
+
+Rest is a T pose that faces north (+y) with the palms down; the person's right is +x.
+The origin lies on the floor under the hips' midpoint.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.geometry.rotation import rotation_from_vector, vector_from_rotation
+from stereotrack_core.simulation.limb_chain import bend_rotation, two_links
+from stereotrack_core.simulation.people import Person
+
+BONES: tuple[str, ...] = (
+    "pelvis",
+    "waist",
+    "chest",
+    "neck",
+    "head",
+    *(
+        f"{bone}_{side}"
+        for bone in ("clavicle", "swing", "upper_arm", "forearm", "hand", "thigh", "shank", "foot")
+        for side in ("left", "right")
+    ),
+)
+"""`swing` is the upper arm without its twist: it leads the surface round the shoulder."""
+
+BONE = {name: index for index, name in enumerate(BONES)}
+SIDES: tuple[str, str] = ("left", "right")
+SIGN = (-1.0, 1.0)
+"""Direction of x on the left and on the right side."""
+
+_LEG_REACH = 0.997
+
+
+@dataclass(frozen=True, eq=False)
+class JointState:
+    """All that moves, for one frame. Pairs are left, right.
+
+    Attributes
+    ----------
+    position : (3,) world, metres
+        Midpoint of the hips.
+    trunk : (5, 3, 3)
+        world_from_pelvis, then waist, chest, neck and head, each relative to the one before.
+    arms : (2, 3, 3)
+        chest_from_upper_arm; the identity is the T pose.
+    elbows : (2,) radians
+        Flexion.
+    hands : (2, 3, 3)
+        forearm_from_hand.
+    ankles : (2, 3) world, metres
+        Where the ankle joints are to be.
+    feet : (2, 3, 3)
+        world_from_foot.
+    """
+
+    position: FloatArray
+    trunk: FloatArray
+    arms: FloatArray
+    elbows: FloatArray
+    hands: FloatArray
+    ankles: FloatArray
+    feet: FloatArray
+
+
+def between(a: JointState, b: JointState, share: float) -> JointState:
+    """The state at `share` of the way from `a` to `b`; rotations on the shortest arc."""
+
+    def line(p: FloatArray, q: FloatArray) -> FloatArray:
+        return p + share * (q - p)
+
+    def arc(p: FloatArray, q: FloatArray) -> FloatArray:
+        step = vector_from_rotation(np.swapaxes(p, -1, -2) @ q)
+        result: FloatArray = p @ rotation_from_vector(share * step)
+        return result
+
+    return JointState(
+        line(a.position, b.position),
+        arc(a.trunk, b.trunk),
+        arc(a.arms, b.arms),
+        line(a.elbows, b.elbows),
+        arc(a.hands, b.hands),
+        line(a.ankles, b.ankles),
+        arc(a.feet, b.feet),
+    )
+
+
+def rest_joints(person: Person) -> FloatArray:
+    """Where each bone begins at rest: (len(BONES), 3) metres."""
+    hip_z = person.ankle_height + person.leg * 0.998
+    shoulder_z = hip_z + person.torso_length
+    joints = np.zeros((len(BONES), 3))
+    joints[BONE["pelvis"]] = 0, 0, hip_z
+    joints[BONE["waist"]] = 0, -0.005, hip_z + 0.30 * person.torso_length
+    joints[BONE["chest"]] = 0, -0.005, hip_z + 0.56 * person.torso_length
+    joints[BONE["neck"]] = 0, -0.015, hip_z + 1.06 * person.torso_length
+    joints[BONE["head"]] = 0, -0.005, shoulder_z + 0.64 * person.shoulder_to_head
+    for side, s in zip(SIDES, SIGN, strict=True):
+        shoulder = np.array([s * person.shoulder_width / 2, 0.0, shoulder_z])
+        hip = np.array([s * person.hip_width / 2, 0.0, hip_z])
+        ankle = np.array([s * (person.hip_width / 2 + 0.045), -0.01, person.ankle_height])
+        joints[BONE[f"clavicle_{side}"]] = s * 0.02, 0.01, shoulder_z - 0.01
+        joints[BONE[f"swing_{side}"]] = joints[BONE[f"upper_arm_{side}"]] = shoulder
+        joints[BONE[f"forearm_{side}"]] = shoulder + [s * person.upper_arm, 0, 0]
+        joints[BONE[f"hand_{side}"]] = shoulder + [s * person.arm, 0, 0]
+        joints[BONE[f"thigh_{side}"]] = hip
+        joints[BONE[f"shank_{side}"]] = hip + (ankle - hip) * (person.thigh / person.leg)
+        joints[BONE[f"foot_{side}"]] = ankle
+    return joints
+
+
+@dataclass(frozen=True, eq=False)
+class PosedBones:
+    """World placement of every bone.
+
+    Attributes
+    ----------
+    rotation : (B, 3, 3)
+        world_from_bone; bones have the world's axes at rest.
+    joint : (B, 3) world, metres
+    """
+
+    rotation: FloatArray
+    joint: FloatArray
+
+
+def clavicle_rotation(side: int, upper_arm_in_chest: FloatArray) -> FloatArray:
+    """How the shoulder girdle follows the arm: up to 10 degrees up and 9 forward, (3, 3)."""
+    s = SIGN[side]
+    raised = np.radians(10.0 if upper_arm_in_chest[2] > 0 else 6.0) * upper_arm_in_chest[2]
+    forward = np.radians(9.0) * upper_arm_in_chest[1]
+    return rotation_from_vector(np.array([0.0, -s * raised, s * forward]))
+
+
+def posed_bones(person: Person, state: JointState) -> PosedBones:
+    """Forward kinematics of trunk and arms; the legs reach for the ankles."""
+    rest = rest_joints(person)
+    rotation = np.tile(np.eye(3), (len(BONES), 1, 1))
+    joint = np.zeros((len(BONES), 3))
+    joint[0] = _reachable_hips(person, state, rest)
+    rotation[0] = state.trunk[0]
+    for bone in range(1, 5):
+        rotation[bone] = rotation[bone - 1] @ state.trunk[bone]
+        joint[bone] = joint[bone - 1] + rotation[bone - 1] @ (rest[bone] - rest[bone - 1])
+    for side in (0, 1):
+        _pose_arm(side, state, rest, rotation, joint)
+        _pose_leg(person, side, state, rest, rotation, joint)
+    return PosedBones(rotation, joint)
+
+
+def _reachable_hips(person: Person, state: JointState, rest: FloatArray) -> FloatArray:
+    """Lower the hips until both ankles are within reach, so that feet stay on the floor."""
+    hips: FloatArray = state.position.copy()
+    reach = _LEG_REACH * person.leg
+    for side, name in enumerate(SIDES):
+        offset = state.trunk[0] @ (rest[BONE[f"thigh_{name}"]] - rest[0])
+        away = state.position + offset - state.ankles[side]
+        height = np.sqrt(max(reach**2 - away[0] ** 2 - away[1] ** 2, 0.0))
+        hips[2] = min(hips[2], state.ankles[side, 2] + height - offset[2])
+    return hips
+
+
+def _pose_arm(
+    side: int, state: JointState, rest: FloatArray, rotation: FloatArray, joint: FloatArray
+) -> None:
+    name, s = SIDES[side], SIGN[side]
+    chest, clavicle, swing, upper, fore, hand = (
+        BONE["chest"],
+        *(BONE[f"{b}_{name}"] for b in ("clavicle", "swing", "upper_arm", "forearm", "hand")),
+    )
+    axis = np.array([s, 0.0, 0.0])
+    in_chest = state.arms[side]
+    rotation[clavicle] = rotation[chest] @ clavicle_rotation(side, in_chest @ axis)
+    rotation[swing] = rotation[chest] @ bend_rotation(axis, in_chest @ axis)
+    rotation[upper] = rotation[chest] @ in_chest
+    flexion = np.array([0.0, 0.0, s * state.elbows[side]])
+    rotation[fore] = rotation[upper] @ rotation_from_vector(flexion)
+    rotation[hand] = rotation[fore] @ state.hands[side]
+    joint[clavicle] = joint[chest] + rotation[chest] @ (rest[clavicle] - rest[chest])
+    joint[upper] = joint[clavicle] + rotation[clavicle] @ (rest[upper] - rest[clavicle])
+    joint[swing] = joint[upper]
+    joint[fore] = joint[upper] + rotation[upper] @ (rest[fore] - rest[upper])
+    joint[hand] = joint[fore] + rotation[fore] @ (rest[hand] - rest[fore])
+
+
+def _pose_leg(
+    person: Person,
+    side: int,
+    state: JointState,
+    rest: FloatArray,
+    rotation: FloatArray,
+    joint: FloatArray,
+) -> None:
+    thigh, shank, foot = (BONE[f"{b}_{SIDES[side]}"] for b in ("thigh", "shank", "foot"))
+    joint[thigh] = joint[0] + rotation[0] @ (rest[thigh] - rest[0])
+    forward = rotation[0] @ [0.0, 1.0, 0.0] + 2.0 * (state.feet[side] @ [0.0, 1.0, 0.0])
+    links = two_links(state.ankles[side] - joint[thigh], person.thigh, person.shank, forward)
+    at_rest = two_links(rest[foot] - rest[thigh], person.thigh, person.shank, np.array([0, 1.0, 0]))
+    rotation[thigh] = links.first_frame @ at_rest.first_frame.T
+    rotation[shank] = links.second_frame @ at_rest.second_frame.T
+    rotation[foot] = state.feet[side]
+    joint[shank] = joint[thigh] + rotation[thigh] @ (rest[shank] - rest[thigh])
+    joint[foot] = joint[shank] + rotation[shank] @ (rest[foot] - rest[shank])
+
+
+def landmarks(person: Person, bones: PosedBones) -> FloatArray:
+    """The nine landmarks of the recording format, (9, 3) metres, world."""
+    at = {name: bones.joint[index] for name, index in BONE.items()}
+    rest = rest_joints(person)
+    rows = [at[f"upper_arm_{side}"] for side in SIDES] + [at[f"forearm_{side}"] for side in SIDES]
+    for side, s in zip(SIDES, SIGN, strict=True):
+        to_middle = np.array([s * person.hand / 2, 0.0, 0.0])
+        rows.append(at[f"hand_{side}"] + bones.rotation[BONE[f"hand_{side}"]] @ to_middle)
+    head = BONE["head"]
+    rows.append(at["head"] + bones.rotation[head] @ (head_centre(person) - rest[head]))
+    rows += [at[f"thigh_{side}"] for side in SIDES]
+    return np.array(rows)
+
+
+def head_centre(person: Person) -> FloatArray:
+    """Centre of the head at rest, (3,) metres."""
+    shoulder_z = rest_joints(person)[BONE["upper_arm_left"], 2]
+    return np.array([0.0, 0.0, shoulder_z + person.shoulder_to_head])

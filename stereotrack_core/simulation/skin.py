@@ -1,0 +1,165 @@
+"""How the surface follows the bones: smooth weights and dual-quaternion blending.
+
+Kavan et al., "Skinning with dual quaternions", I3D 2007, doi:10.1145/1230100.1230107.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.simulation.people import Person
+from stereotrack_core.simulation.skeleton import BONE, BONES, SIDES, SIGN, PosedBones, rest_joints
+
+
+def skin_weights(person: Person, vertices: FloatArray) -> FloatArray:
+    """Weights (V, B) of every bone on the vertices (V, 3) at rest; rows sum to one."""
+    joints = rest_joints(person)
+    weights = np.zeros((len(vertices), len(BONES)))
+    trunk = np.ones(len(vertices))
+    for side in (0, 1):
+        arm = _arm_share(joints, vertices, side)
+        leg = _leg_share(joints, vertices, side)
+        _share_arm(person, joints, vertices, side, arm, weights)
+        _share_leg(joints, vertices, side, leg, weights)
+        trunk -= arm + leg
+    _share_trunk(joints, vertices, np.maximum(trunk, 0.0), weights)
+    result: FloatArray = weights / weights.sum(axis=1, keepdims=True)
+    return result
+
+
+def _step(x: FloatArray, middle: float, half_width: float) -> FloatArray:
+    """0 to 1 over `middle` +- `half_width`, smoothly."""
+    t = np.clip((x - middle) / (2 * half_width) + 0.5, 0.0, 1.0)
+    result: FloatArray = t * t * (3 - 2 * t)
+    return result
+
+
+def _arm_share(joints: FloatArray, p: FloatArray, side: int) -> FloatArray:
+    """Share of the arm; the border leans, so that the flank below the armpit stays trunk."""
+    shoulder = joints[BONE[f"upper_arm_{SIDES[side]}"]]
+    below = np.minimum(0.0, p[:, 2] - (shoulder[2] - 0.05))
+    out = SIGN[side] * p[:, 0] + 0.6 * below
+    return _step(out, abs(shoulder[0]) - 0.004, 0.062)
+
+
+def _share_arm(
+    person: Person,
+    joints: FloatArray,
+    p: FloatArray,
+    side: int,
+    arm: FloatArray,
+    weights: FloatArray,
+) -> None:
+    name = SIDES[side]
+    out = SIGN[side] * p[:, 0]
+    shoulder, elbow, wrist = (
+        abs(joints[BONE[f"{bone}_{name}"], 0]) for bone in ("upper_arm", "forearm", "hand")
+    )
+    twisted = np.clip((out - shoulder) / (0.75 * person.upper_arm), 0.0, 1.0)
+    past_elbow = _step(out, elbow, 0.042)
+    past_wrist = _step(out, wrist, 0.028)
+    weights[:, BONE[f"swing_{name}"]] = arm * (1 - past_elbow) * (1 - twisted)
+    weights[:, BONE[f"upper_arm_{name}"]] = arm * (1 - past_elbow) * twisted
+    weights[:, BONE[f"forearm_{name}"]] = arm * past_elbow * (1 - past_wrist)
+    weights[:, BONE[f"hand_{name}"]] = arm * past_elbow * past_wrist
+
+
+def _leg_share(joints: FloatArray, p: FloatArray, side: int) -> FloatArray:
+    hip = joints[BONE[f"thigh_{SIDES[side]}"]]
+    below = 1 - _step(p[:, 2], hip[2] - 0.045, 0.075)
+    return below * _step(SIGN[side] * p[:, 0], 0.0, 0.012)
+
+
+def _share_leg(
+    joints: FloatArray, p: FloatArray, side: int, leg: FloatArray, weights: FloatArray
+) -> None:
+    name = SIDES[side]
+    knee, ankle = joints[BONE[f"shank_{name}"]], joints[BONE[f"foot_{name}"]]
+    past_knee = 1 - _step(p[:, 2], knee[2], 0.055)
+    past_ankle = 1 - _step(p[:, 2] + 0.15 * (p[:, 1] - ankle[1]), ankle[2], 0.032)
+    weights[:, BONE[f"thigh_{name}"]] = leg * (1 - past_knee)
+    weights[:, BONE[f"shank_{name}"]] = leg * past_knee * (1 - past_ankle)
+    weights[:, BONE[f"foot_{name}"]] = leg * past_knee * past_ankle
+
+
+def _share_trunk(joints: FloatArray, p: FloatArray, trunk: FloatArray, weights: FloatArray) -> None:
+    z = p[:, 2]
+    spine = np.abs(joints[BONE["chest"], 2] - joints[BONE["waist"], 2])
+    passed = [
+        _step(z, joints[BONE["waist"], 2], 0.75 * spine),
+        _step(z, joints[BONE["chest"], 2], 0.75 * spine),
+        _step(z, joints[BONE["neck"], 2], 0.035),
+        _step(z, joints[BONE["head"], 2] - 0.01, 0.04),
+    ]
+    rest = trunk
+    for bone, share in zip(("pelvis", "waist", "chest", "neck"), passed, strict=True):
+        weights[:, BONE[bone]] = rest * (1 - share)
+        rest = rest * share
+    weights[:, BONE["head"]] = rest
+    chest = weights[:, BONE["chest"]].copy()
+    shoulder = joints[BONE["upper_arm_right"]]
+    for side, name in enumerate(SIDES):
+        girdle = _step(SIGN[side] * p[:, 0], 0.5 * shoulder[0], 0.4 * shoulder[0])
+        girdle *= _step(z, shoulder[2] - 0.08, 0.09)
+        weights[:, BONE[f"clavicle_{name}"]] = chest * girdle
+        weights[:, BONE["chest"]] -= chest * girdle
+
+
+def dual_quaternions(rest: FloatArray, bones: PosedBones) -> FloatArray:
+    """Unit dual quaternions (B, 8) (w x y z, then the dual part) of all bones.
+
+    Signs follow the bone before, so that blending takes the short way.
+    """
+    real = np.roll(Rotation.from_matrix(bones.rotation).as_quat(), 1, axis=1)
+    real *= np.where(real[:, :1] < 0, -1.0, 1.0)
+    chest = real[BONE["chest"]]
+    against = real @ chest < 0
+    real[against] *= -1
+    shift = bones.joint - np.einsum("bij,bj->bi", bones.rotation, rest)
+    dual = 0.5 * _product(np.concatenate([np.zeros((len(shift), 1)), shift], axis=1), real)
+    return np.concatenate([real, dual], axis=1)
+
+
+def _product(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Hamilton product (..., 4) of quaternions w x y z."""
+    w, x, y, z = np.moveaxis(a, -1, 0)
+    q, r, s, t = np.moveaxis(b, -1, 0)
+    return np.stack(
+        [
+            w * q - x * r - y * s - z * t,
+            w * r + x * q + y * t - z * s,
+            w * s - x * t + y * q + z * r,
+            w * t + x * s - y * r + z * q,
+        ],
+        axis=-1,
+    )
+
+
+def skinned(
+    vertices: FloatArray, normals: FloatArray, weights: FloatArray, quaternions: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Vertices and normals (V, 3), world, of a surface at rest under posed bones."""
+    blended = weights @ quaternions
+    blended /= np.linalg.norm(blended[:, :4], axis=1, keepdims=True)
+    w, v = blended[:, :1], blended[:, 1:4]
+    dual_w, dual_v = blended[:, 4:5], blended[:, 5:8]
+
+    def turned(p: FloatArray) -> FloatArray:
+        result: FloatArray = p + 2 * np.cross(v, np.cross(v, p) + w * p)
+        return result
+
+    shift = 2 * (w * dual_v - dual_w * v + np.cross(v, dual_v))
+    return turned(vertices) + shift, turned(normals)
+
+
+def vertex_normals(vertices: FloatArray, triangles: np.ndarray) -> FloatArray:
+    """Outward unit normals (V, 3), the mean of the triangles' weighted by area."""
+    corners = vertices[triangles]
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    total = np.zeros_like(vertices)
+    for k in range(3):
+        np.add.at(total, triangles[:, k], across)
+    result: FloatArray = total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-12)
+    return result
