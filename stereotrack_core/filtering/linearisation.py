@@ -18,45 +18,36 @@ from stereotrack_core.filtering.sigma_points import SigmaWeights
 
 @dataclass(frozen=True, eq=False)
 class Linearisation:
-    """An affine stand-in of the measurement function: z = mean + H dx + e.
+    """An affine stand-in of the measurement function: z = mean + D' w + e.
+
+    w is the whitened error state: dx = L w with P = L L'. The Jacobian is H = D' L^-1.
 
     Attributes
     ----------
     mean : (m,) float64
         Mean of the predicted measurement over the sigma points.
-    H : (m, n) float64
-        Statistical Jacobian.
+    D : (n, m) float64
+        Whitened statistical Jacobian.
     spread : (m,) float64
-        Variance of e, the linearisation's own error.
+        Variance of e, the linearisation's own error: diag(P_zz - H P H').
     """
 
     mean: FloatArray
-    H: FloatArray
+    D: FloatArray
     spread: FloatArray
 
 
-def linearised(
-    dX: FloatArray, Y: FloatArray, weights: SigmaWeights, P: FloatArray
-) -> Linearisation:
-    """Linearise by sigma points.
+def linearised(Y: FloatArray, weights: SigmaWeights) -> Linearisation:
+    """Linearise by the images Y (2n + 1, m) of sigma points, in their order.
 
-    Parameters
-    ----------
-    dX : (2n + 1, n) float64
-        Deviations of the sigma points.
-    Y : (2n + 1, m) float64
-        Predicted measurements.
-    weights : SigmaWeights
-    P : (n, n) float64
-        Covariance that the sigma points represent.
+    The sigma points are the mean and the columns of +- c L, so that
+    H = (P^-1 P_xz)' = (L^-T D)' with D the differences of opposite images over 2 c.
     """
+    n = len(Y) // 2
     mean = weights.mean @ Y
-    dY = Y - mean
-    P_xz = (dX.T * weights.covariance) @ dY
-    H = scipy.linalg.cho_solve(scipy.linalg.cho_factor(P), P_xz).T
-    P_zz = np.einsum("s,sm,sm->m", weights.covariance, dY, dY)
-    explained = np.einsum("mn,mn->m", H @ P, H)
-    return Linearisation(mean, H, np.maximum(P_zz - explained, 0.0))
+    D = (Y[1 : n + 1] - Y[n + 1 :]) / (2.0 * weights.spread)
+    P_zz = weights.covariance @ (Y - mean) ** 2
+    return Linearisation(mean, D, np.maximum(P_zz - (D * D).sum(axis=0), 0.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,10 +69,18 @@ class Information:
         return Information(self.A + other.A, self.b + other.b)
 
 
-def information(H: FloatArray, nu: FloatArray, R: FloatArray) -> Information:
-    """Gather m measurements: Jacobian H (m, n), innovation nu (m,), variances R (m,)."""
-    weighted = H.T / R
-    return Information(weighted @ H, weighted @ nu)
+def information(D: FloatArray, nu: FloatArray, R: FloatArray) -> Information:
+    """Gather m measurements: Jacobian' D (n, m), innovation nu (m,), variances R (m,)."""
+    weighted = D / R
+    return Information(weighted @ D.T, weighted @ nu)
+
+
+def unwhitened(gathered: Information, L: FloatArray) -> Information:
+    """Information about dx = L w from information about w; L (n, n) lower triangular."""
+    left = scipy.linalg.solve_triangular(L, gathered.A, lower=True, trans="T")
+    A = scipy.linalg.solve_triangular(L, left.T, lower=True, trans="T")
+    b = scipy.linalg.solve_triangular(L, gathered.b, lower=True, trans="T")
+    return Information(0.5 * (A + A.T), b)
 
 
 def posterior(

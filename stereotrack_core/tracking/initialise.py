@@ -9,8 +9,11 @@ from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import Pose, t_pose
 from stereotrack_core.body.skeleton import HEAD
 
-_CROWN = 99.7
-"""Percentile of the cloud's height that is taken for the top of the head."""
+_CROWN = 98.5
+"""Percentile of the height over the middle that is taken for the top of the head."""
+
+_AROUND = 0.3
+"""Metres around the middle in which the head is looked for; strays lie elsewhere."""
 
 
 def t_pose_in_cloud(body: BodyModel, points: FloatArray) -> Pose:
@@ -23,7 +26,8 @@ def t_pose_in_cloud(body: BodyModel, points: FloatArray) -> Pose:
         Cloud with at least one point.
     """
     middle = np.median(points[:, :2], axis=0)
-    top = float(np.percentile(points[:, 2], _CROWN))
+    around = np.linalg.norm(points[:, :2] - middle, axis=1) < _AROUND
+    top = float(np.percentile(points[around, 2], _CROWN))
     return t_pose(np.append(middle, top - crown_over_hips(body)))
 
 

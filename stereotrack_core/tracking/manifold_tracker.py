@@ -104,8 +104,7 @@ class ManifoldTracker:
             surface,
             *limit_residuals(self.body, self.pose, self.parameters, self.joints),
         )
-        dX = sigma_deviations(self.P, self._weights)
-        found = gathered(residuals, self.body, self.pose, dX, self._weights, self.P, self.joints)
+        found = gathered(residuals, self.body, self.pose, self.P, self._weights, self.joints)
         from_prior = difference(prior, self.pose, self.joints)
         dx, self.P = posterior(np.linalg.inv(P0), from_prior, found)
         self.pose = displaced(self.pose, np.clip(dx, -_STEP_LIMIT, _STEP_LIMIT), self.joints)

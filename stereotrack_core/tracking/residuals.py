@@ -10,7 +10,12 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose
-from stereotrack_core.filtering.linearisation import Information, information, linearised
+from stereotrack_core.filtering.linearisation import (
+    Information,
+    information,
+    linearised,
+    unwhitened,
+)
 from stereotrack_core.filtering.sigma_points import SigmaWeights
 
 
@@ -36,22 +41,22 @@ def gathered(
     residuals: tuple[Residual, ...],
     body: BodyModel,
     pose: Pose,
-    dX: FloatArray,
-    weights: SigmaWeights,
     P: FloatArray,
+    weights: SigmaWeights,
     joints: tuple[int, ...],
 ) -> Information:
     """Linearise all residuals by the same sigma points and gather their information.
 
     The linearisation's own error is added to the noise; without it P is too confident.
     """
+    L = np.linalg.cholesky(P)
+    root = weights.spread * L.T
+    dX = np.concatenate([np.zeros((1, len(P))), root, -root])
     frames = body.frames(displaced(pose, dX, joints))
-    n = dX.shape[1]
-    total = Information(np.zeros((n, n)), np.zeros(n))
+    total = Information(np.zeros_like(P), np.zeros(len(P)))
     for residual in residuals:
         if len(residual.variance):
-            line = linearised(dX, residual.predicted(frames), weights, P)
-            total += information(
-                line.H, residual.measured - line.mean, residual.variance + line.spread
-            )
-    return total
+            line = linearised(residual.predicted(frames), weights)
+            nu, R = residual.measured - line.mean, residual.variance + line.spread
+            total += information(line.D, nu, R)
+    return unwhitened(total, L)
