@@ -25,10 +25,10 @@ demo: ready
 	else QT_QPA_PLATFORM=offscreen $(PY) -m app demo demo --headless --screenshot demo/window.png; fi
 
 test: lint
-	$(PYTEST) -n $(WORKERS) --dist loadgroup -m 'not slow'
+	$(PYTEST) -n $(WORKERS) --dist loadfile -m 'not slow'
 
 test-slow: ready
-	$(PYTEST) -n $(WORKERS) --dist loadgroup -m slow --timeout 7200 --durations 0
+	$(PYTEST) -n $(WORKERS) --dist loadfile -m slow --timeout 7200 --durations 0
 
 lint: ready
 	$(PY) -m ruff check .
