@@ -71,7 +71,8 @@ def bend_rotation(a: FloatArray, b: FloatArray) -> FloatArray:
         result: FloatArray = 2 * np.outer(axis, axis) - np.eye(3)
         return result
     k = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
-    return np.eye(3) + k + k @ k / (1 + c)
+    bent: FloatArray = np.eye(3) + k + k @ k / (1 + c)
+    return bent
 
 
 def _frame(link: FloatArray, hinge: FloatArray) -> FloatArray:

@@ -5,60 +5,28 @@ from __future__ import annotations
 import shutil
 import tempfile
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray, ImageArray
+from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.simulation.actor import Actor, actor
-from stereotrack_core.simulation.extras import Passer, passer_by
-from stereotrack_core.simulation.motions import Chain, chain, motion_names
+from stereotrack_core.simulation.motions import motion_names
 from stereotrack_core.simulation.options import SceneOptions
 from stereotrack_core.simulation.people import person_named
-from stereotrack_core.simulation.render import CameraRenderer, Posed
-from stereotrack_core.simulation.rig import stereo_rig, view_names
-from stereotrack_core.simulation.room import room
-from stereotrack_core.simulation.sensor import sensor
-from stereotrack_core.simulation.skeleton import landmarks, posed_bones
+from stereotrack_core.simulation.rig import view_names
+from stereotrack_core.simulation.scene import Scene, build_scene
 from stereotrack_core.simulation.store import RecordingStore
-from stereotrack_core.simulation.textures import noise_lattice
 
 Progress = Callable[[int, int], None]
 _WORKERS = 2
 
 DEMO_MOTION = "t-pose+cross-arms+point"
 DEMO_FRAMES = 100
-
-
-@dataclass(frozen=True, eq=False)
-class Scene:
-    """Who does what in front of which cameras.
-
-    Attributes
-    ----------
-    actor : Actor
-    chain : Chain
-    passer : Passer or None
-        Somebody in the background.
-    renderers : mapping from camera name to CameraRenderer
-    """
-
-    actor: Actor
-    chain: Chain
-    passer: Passer | None
-    renderers: dict[str, CameraRenderer]
-
-    def people(self, frame: int) -> tuple[list[Posed], FloatArray]:
-        """Everybody in a frame, posed, and the landmarks (9, 3) of the one who matters."""
-        bones = posed_bones(self.actor.person, self.chain.states[frame])
-        people = [Posed(self.actor, *self.actor.posed(bones))]
-        if self.passer is not None and (state := self.passer.state(frame)) is not None:
-            other = self.passer.actor
-            people.append(Posed(other, *other.posed(posed_bones(other.person, state))))
-        return people, landmarks(self.actor.person, bones)
+DEMO_PERSON = "P2"
+DEMO_SEED = 7
 
 
 def simulate(
@@ -105,43 +73,20 @@ def simulate(
     folder = Path(folder)
     _check(folder, frames, seed)
     who, names, where = person_named(person), motion_names(motion), view_names(views)
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    workplace = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
-    try:
-        moves = chain(
-            who, names, frames,
-            fps=chosen.fps, pace=chosen.pace, t_pose_first=chosen.t_pose_first,
-        )  # fmt: skip
-        cameras = stereo_rig(where, chosen, seed)
-        with ThreadPoolExecutor(_WORKERS) as workers:
-            things, lattice = room(furnished=chosen.furnished), noise_lattice(seed)
-            drawn = workers.map(
-                lambda name: CameraRenderer(
-                    cameras[name], sensor(chosen, seed, name), things, lattice
-                ),
-                cameras,
-            )
-            renderers = dict(zip(cameras, drawn, strict=True))
-            other = passer_by(who, chosen, frames) if chosen.second_person else None
-            scene = Scene(actor(who, chosen.clothes), moves, other, renderers)
-            with RecordingStore(workplace, folder.name, chosen, cameras) as store:
-                if chosen.background_images:
-                    store.add_backgrounds({n: r.background() for n, r in renderers.items()})
-                truth = []
-                for k, (pictures, points) in enumerate(_pictures(scene, frames, workers)):
-                    if cancelled is not None and cancelled():
-                        raise Cancelled
-                    store.add(pictures)
-                    truth.append(points)
-                    if on_progress is not None:
-                        on_progress(k + 1, frames)
-                store.finish(who.subject(), np.array(truth), moves.segments)
-        if folder.exists():
-            folder.rmdir()
-        workplace.chmod(0o755)
-        workplace.rename(folder)
-    finally:
-        shutil.rmtree(workplace, ignore_errors=True)
+    with _appears_when_finished(folder) as workplace, ThreadPoolExecutor(_WORKERS) as workers:
+        scene = build_scene(who, names, frames, where, seed, chosen, workers)
+        with RecordingStore(workplace, chosen, scene.cameras) as store:
+            if chosen.background_images:
+                for camera, renderer in scene.renderers.items():
+                    store.add_background(camera, renderer.background())
+            truth = []
+            for frame in range(frames):
+                if cancelled is not None and cancelled():
+                    raise Cancelled
+                truth.append(_make_frame(scene, frame, store, workers))
+                if on_progress is not None:
+                    on_progress(frame + 1, frames)
+        store.finish(folder.name, who.subject(), np.array(truth), scene.chain.segments)
 
 
 def demo_recording(
@@ -150,11 +95,27 @@ def demo_recording(
     on_progress: Progress | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> None:
-    """Make the recording of ``stereotrack demo``: four views, about 8 s, arms that cross."""
+    """Make the recording of ``stereotrack demo``: four views, T pose, crossed arms, pointing."""
     simulate(
-        folder, person="P2", motion=DEMO_MOTION, frames=DEMO_FRAMES, seed=7,
-        options=SceneOptions(), on_progress=on_progress, cancelled=cancelled,
-    )  # fmt: skip
+        folder,
+        person=DEMO_PERSON,
+        motion=DEMO_MOTION,
+        frames=DEMO_FRAMES,
+        seed=DEMO_SEED,
+        on_progress=on_progress,
+        cancelled=cancelled,
+    )
+
+
+def _make_frame(scene: Scene, frame: int, store: RecordingStore, workers: Executor) -> FloatArray:
+    """Draw and store all pictures of a frame; return its landmarks (9, 3)."""
+    people, points = scene.people(frame)
+
+    def draw(camera: str) -> None:
+        store.add(camera, scene.picture(camera, people, frame))
+
+    list(workers.map(draw, scene.cameras))
+    return points
 
 
 def _check(folder: Path, frames: int, seed: int) -> None:
@@ -170,14 +131,24 @@ def _check(folder: Path, frames: int, seed: int) -> None:
         )
 
 
-def _pictures(
-    scene: Scene, frames: int, workers: ThreadPoolExecutor
-) -> Iterator[tuple[dict[str, ImageArray], FloatArray]]:
-    """Pictures of all cameras by name, and landmarks (9, 3), frame by frame."""
-    for frame in range(frames):
-        people, points = scene.people(frame)
-        drawn = workers.map(
-            lambda renderer, seen=people, k=frame: renderer.picture(seen, k),
-            scene.renderers.values(),
-        )
-        yield dict(zip(scene.renderers, drawn, strict=True)), points
+@contextmanager
+def _appears_when_finished(folder: Path) -> Iterator[Path]:
+    """A hidden folder beside `folder` that gets its name when the work has succeeded."""
+    target = folder.resolve()
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        workplace = Path(tempfile.mkdtemp(prefix=f".{target.name}-", dir=target.parent))
+    except OSError as error:
+        raise InputError(
+            f"nothing can be written there ({error.strerror})",
+            where=str(folder),
+            remedy="Choose a folder in which you may write.",
+        ) from None
+    try:
+        yield workplace
+        workplace.chmod(0o755)
+        if target.exists():
+            target.rmdir()
+        workplace.rename(target)
+    finally:
+        shutil.rmtree(workplace, ignore_errors=True)

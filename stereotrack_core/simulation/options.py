@@ -72,3 +72,6 @@ class SceneOptions(ParameterGroup):
         2.5, "Noise of the sensor, standard deviation in grey levels.", group=_SENSOR,
         minimum=0.0, maximum=50.0,
     )  # fmt: skip
+    lossless: bool = parameter(
+        False, "Videos without any loss; several times larger.", group=_SENSOR
+    )

@@ -1,0 +1,81 @@
+"""Who does what in front of which cameras."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+from stereotrack_core.arrays import FloatArray, ImageArray
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.simulation.actor import Actor, actor
+from stereotrack_core.simulation.extras import Passer, passer_by
+from stereotrack_core.simulation.motions import Chain, chain
+from stereotrack_core.simulation.options import SceneOptions
+from stereotrack_core.simulation.people import Person
+from stereotrack_core.simulation.render import CameraRenderer, Posed
+from stereotrack_core.simulation.rig import stereo_rig
+from stereotrack_core.simulation.room import room
+from stereotrack_core.simulation.sensor import sensor
+from stereotrack_core.simulation.skeleton import landmarks, posed_bones
+from stereotrack_core.simulation.textures import noise_lattice
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """A person in a room, ready to be drawn.
+
+    Attributes
+    ----------
+    actor : Actor
+    chain : Chain
+    passer : Passer or None
+        Somebody in the background.
+    cameras : mapping from camera name to Camera
+    renderers : mapping from camera name to CameraRenderer
+    """
+
+    actor: Actor
+    chain: Chain
+    passer: Passer | None
+    cameras: Mapping[str, Camera]
+    renderers: Mapping[str, CameraRenderer]
+
+    def people(self, frame: int) -> tuple[list[Posed], FloatArray]:
+        """Everybody in a frame, posed, and the landmarks (9, 3) of the one who matters."""
+        bones = posed_bones(self.actor.person, self.chain.states[frame])
+        people = [Posed(self.actor, *self.actor.posed(bones))]
+        if self.passer is not None and (state := self.passer.state(frame)) is not None:
+            other = self.passer.actor
+            people.append(Posed(other, *other.posed(posed_bones(other.person, state))))
+        return people, landmarks(self.actor.person, bones)
+
+    def picture(self, camera: str, people: Sequence[Posed], frame: int) -> ImageArray:
+        """What a camera sees in a frame, (H, W) or (H, W, 3) uint8."""
+        return self.renderers[camera].picture(people, frame)
+
+
+def build_scene(
+    person: Person,
+    motions: Sequence[str],
+    frames: int,
+    views: tuple[str, ...],
+    seed: int,
+    options: SceneOptions,
+    workers: Executor,
+) -> Scene:
+    """Dress the person, plan the motion, set up the cameras and draw the empty room."""
+    cameras = stereo_rig(views, options, seed)
+    things, lattice = room(furnished=options.furnished), noise_lattice(seed)
+
+    def renderer(name: str) -> CameraRenderer:
+        return CameraRenderer(cameras[name], sensor(options, seed, name), things, lattice)
+
+    drawn = workers.map(renderer, cameras)
+    moves = chain(
+        person, motions, frames,
+        fps=options.fps, pace=options.pace, t_pose_first=options.t_pose_first,
+    )  # fmt: skip
+    passer = passer_by(person, options, frames) if options.second_person else None
+    dressed = actor(person, options.clothes)
+    return Scene(dressed, moves, passer, cameras, dict(zip(cameras, drawn, strict=True)))
