@@ -11,8 +11,8 @@ import numpy as np
 
 from stereotrack_core.depth.background import BackgroundModel
 from stereotrack_core.depth.cloud import Cloud, DepthGeometry
+from stereotrack_core.depth.outliers import inliers
 from stereotrack_core.depth.parameters import DepthParameters
-from stereotrack_core.depth.points import inliers
 from stereotrack_core.depth.rectify import depth_rectification, stereo_rectification
 from stereotrack_core.depth.sources import DepthSource, StereoSource
 from stereotrack_core.depth.stopwatch import Stopwatch, summed
@@ -74,7 +74,7 @@ class DepthChain:
     @property
     def background(self) -> Mapping[str, BackgroundModel]:
         """Background models of the views that have one."""
-        return {c.name: c.background for c in self._chains if c.background is not None}
+        return {c.name: c.background.model for c in self._chains if c.background.model is not None}
 
     def close(self) -> None:
         """End the threads."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from stereotrack_core.arrays import ImageArray
 from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.depth.region import Region
 
 DisparityArray: TypeAlias = NDArray[np.int16]
 
@@ -44,11 +45,14 @@ class Matcher:
 
     def __init__(self, parameters: DepthParameters, disparities: DisparityRange) -> None:
         self.disparities = disparities
+        self._half_window = _odd(parameters.match_window) // 2
         self._edges_first = parameters.edge_images and parameters.matcher == "sgbm"
         make = _block_matcher if parameters.matcher == "bm" else _semi_global_matcher
         self._matcher = make(parameters, disparities)
 
-    def __call__(self, left: ImageArray, right: ImageArray) -> DisparityArray:
+    def __call__(
+        self, left: ImageArray, right: ImageArray, region: Region | None = None
+    ) -> DisparityArray:
         """Disparities of the right image's pixels.
 
         The left image shows at column u + d what the right one shows at u. OpenCV refers to
@@ -57,26 +61,61 @@ class Matcher:
         Parameters
         ----------
         left, right : (H, W) uint8, rectified
+        region : Region, optional
+            Part of the right image that is wanted; all of it where it is not given.
 
         Returns
         -------
-        (H, W) int16, sixteenths of a pixel; ``disparities.invalid`` where there is none
+        (h, w) int16, sixteenths of a pixel
+            Of the region; ``disparities.invalid`` where there is none.
         """
+        height, width = right.shape
+        region = region or Region.whole(width, height)
+        crop = self._needed(region, width, height)
+        left, right = _cut(left, crop), _cut(right, crop)
         if self._edges_first:
             left, right = edge_image(left), edge_image(right)
         mirrored = self._matcher.compute(cv2.flip(right, 1), cv2.flip(left, 1))
-        disparity = np.asarray(cv2.flip(mirrored, 1), dtype=np.int16)
-        self._drop_unseen(disparity)
+        first, top = region.left - crop.left, region.top - crop.top
+        columns = slice(first, first + region.right - region.left)
+        rows = slice(top, top + region.bottom - region.top)
+        wanted = np.asarray(cv2.flip(mirrored, 1), dtype=np.int16)[rows, columns]
+        disparity = np.ascontiguousarray(wanted)
+        self._drop_unseen(disparity, region, width)
         return disparity
 
-    def _drop_unseen(self, disparity: DisparityArray) -> None:
-        """Invalidate, in place, what would appear beyond the left image's border."""
-        width = disparity.shape[1]
+    def _needed(self, region: Region, width: int, height: int) -> Region:
+        """What the matcher has to see of both images; beyond the right border if need be.
+
+        OpenCV leaves out the pixels from which the largest disparity would lead out of the
+        image, so that these columns have to be there even where they show nothing.
+        """
         reach = self.disparities.minimum + self.disparities.count
-        first = max(width - max(reach, 0), 0)
-        room = ((width - 1 - np.arange(first, width)) * STEPS).astype(np.int16)
-        border = disparity[:, first:]
-        border[border > room] = self.disparities.invalid
+        grown = region.grown(self._half_window + 1)
+        wide = Region(
+            min(grown.left, grown.left + self.disparities.minimum),
+            grown.top,
+            grown.right + max(reach, 0),
+            grown.bottom,
+        )
+        return wide & Region(0, 0, width + self._half_window + 1 + max(reach, 0), height)
+
+    def _drop_unseen(self, disparity: DisparityArray, region: Region, width: int) -> None:
+        """Invalidate, in place, windows that would reach beyond the left image's border."""
+        reach = self.disparities.minimum + self.disparities.count + self._half_window
+        first = min(max(width - max(reach, 0), region.left), region.right)
+        room = (width - 1 - self._half_window - np.arange(first, region.right)) * STEPS
+        border = disparity[:, first - region.left :]
+        border[border > room.astype(np.int16)] = self.disparities.invalid
+
+
+def _cut(image: ImageArray, crop: Region) -> ImageArray:
+    beyond = crop.right - image.shape[1]
+    part = image[crop.slices]
+    if beyond <= 0:
+        return part
+    padded = cv2.copyMakeBorder(part, 0, 0, 0, beyond, cv2.BORDER_REPLICATE)
+    return padded.astype(np.uint8, copy=False)
 
 
 def edge_image(image: ImageArray) -> ImageArray:

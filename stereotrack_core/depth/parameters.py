@@ -85,6 +85,14 @@ class DepthParameters(ParameterGroup):
         maximum=64,
         thesis=-1,
     )
+    match_region: str = parameter(
+        "whole",
+        "Match the whole image, or only around what differs from the empty scene's picture"
+        " (quicker; elsewhere the empty scene's disparity stands).",
+        group=_MATCH,
+        choices=("whole", "changed"),
+        thesis="whole",
+    )
     speckle_size: int = parameter(
         60,
         "Foreground patches of at most so many pixels are dropped; 0 keeps all.",
@@ -156,6 +164,21 @@ class DepthParameters(ParameterGroup):
         group=_BACKGROUND,
         minimum=1,
         maximum=1000,
+    )
+    halo_trim: str = parameter(
+        "none",
+        "Cut the border that block matching adds around the person: not at all, or where the"
+        " picture looks as it does in the empty scene.",
+        group=_BACKGROUND,
+        choices=("none", "picture"),
+        thesis="none",
+    )
+    halo_contrast: int = parameter(
+        6,
+        "Difference in grey from which the picture differs from the empty scene.",
+        group=_BACKGROUND,
+        minimum=1,
+        maximum=255,
     )
     volume_centre_x: float = parameter(0.0, "Centre of the volume, east.", group=_VOLUME, unit="m")
     volume_centre_y: float = parameter(0.0, "Centre of the volume, north.", group=_VOLUME, unit="m")

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from stereotrack_core.depth.cloud import DepthGeometry
@@ -55,9 +54,22 @@ def range_of_disparity(geometry: DepthGeometry, disparity: Float32Array) -> Floa
 
 
 def world_points(
-    geometry: DepthGeometry, range_z: Float32Array, chosen: BoolArray, step: int
+    geometry: DepthGeometry,
+    range_z: Float32Array,
+    chosen: BoolArray,
+    step: int,
+    origin: tuple[int, int] = (0, 0),
 ) -> tuple[FloatArray, IntArray]:
     """Points of the chosen pixels on every `step`-th row and column, (2.2) and (2.3).
+
+    Parameters
+    ----------
+    geometry : DepthGeometry
+    range_z : (h, w) float32, metres
+    chosen : (h, w) bool
+    step : int
+    origin : (int, int)
+        Column and row of the arrays' first pixel in the view's depth image.
 
     Returns
     -------
@@ -65,48 +77,13 @@ def world_points(
     pixels : (N, 2) int64
         Column and row.
     """
-    first = step // 2
-    rows, columns = np.nonzero(chosen[first::step, first::step])
-    rows, columns = rows * step + first, columns * step + first
+    # The same rows and columns of the image whatever the region is.
+    left, top = ((step // 2 - start) % step for start in origin)
+    rows, columns = np.nonzero(chosen[top::step, left::step])
+    rows, columns = rows * step + top, columns * step + left
     z = range_z[rows, columns].astype(np.float64)
+    columns, rows = columns + origin[0], rows + origin[1]
     x = (columns - geometry.c_x) / geometry.focal * z
     y = (rows - geometry.c_y) / geometry.focal * z
     points = geometry.world_from_depth.apply(np.stack([x, y, z], axis=1))
     return points, np.stack([columns, rows], axis=1)
-
-
-def inliers(points: FloatArray, neighbours: int, distance: float, *, repeat: bool) -> BoolArray:
-    """Which points keep all their k nearest neighbours within a distance (3.1.2).
-
-    All points are judged at once, against all points, so that their order does not matter;
-    a point is not its own neighbour. With `repeat` what is left is judged again until nothing
-    changes.
-
-    Parameters
-    ----------
-    points : (N, 3) float64
-    neighbours : int
-        k; with 0 all points stay.
-    distance : float
-        Metres.
-    """
-    kept = np.ones(len(points), dtype=bool)
-    while neighbours > 0:
-        index = np.flatnonzero(kept)
-        stays = _have_neighbours(points[index], neighbours, distance)
-        kept[index[~stays]] = False
-        if not repeat or stays.all():
-            break
-    return kept
-
-
-def _have_neighbours(points: FloatArray, neighbours: int, distance: float) -> BoolArray:
-    if len(points) <= neighbours:
-        return np.zeros(len(points), dtype=bool)
-    tree = KDTree(points, balanced_tree=False, compact_nodes=False)
-    # The k-th neighbour besides the point itself, which is its own first one. The bound is
-    # exclusive in scipy.
-    bound = np.nextafter(distance, np.inf)
-    farthest, _ = tree.query(points, k=[neighbours + 1], distance_upper_bound=bound)
-    result: BoolArray = np.isfinite(farthest[:, 0])
-    return result

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Protocol
 
 import cv2
@@ -13,7 +14,7 @@ from stereotrack_core.depth.match import STEPS, DisparityRange, Matcher
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume, range_of_disparity
 from stereotrack_core.depth.rectify import Rectification
-from stereotrack_core.depth.stopwatch import Stopwatch
+from stereotrack_core.depth.region import Region
 from stereotrack_core.recording.frames import ViewImages
 
 _DARK_BELOW = 16  # of 255
@@ -25,16 +26,47 @@ class NoDepth(Exception):
     """A view gives no depth at this instant; the message is a clause that says why."""
 
 
-class DisparitySource(Protocol):
-    """Turns a view's images into disparities, with NaN where there is none."""
+class OpenedFrame(Protocol):
+    """One view at one instant, ready to be measured."""
 
-    geometry: DepthGeometry
+    @property
+    def picture(self) -> ImageArray | None:
+        """Rectified reference image, None for a depth view."""
 
-    def disparities(self, images: ViewImages, watch: Stopwatch) -> Float32Array:
-        """Disparity (H, W), pixels, or what stands for it in a depth view."""
+    def disparity(self, region: Region) -> Float32Array:
+        """Disparity (h, w) of a region, pixels, NaN where there is none."""
 
-    def ranges(self, disparity: Float32Array) -> Float32Array:
-        """Range z (H, W), metres, of such disparities."""
+
+@dataclass(frozen=True, eq=False)
+class StereoFrame:
+    """A rectified pair; `picture` is its right image."""
+
+    left: ImageArray
+    picture: ImageArray
+    outside: BoolArray | None
+    matcher: Matcher
+
+    def disparity(self, region: Region) -> Float32Array:
+        """Match the region; see :class:`OpenedFrame`."""
+        steps = self.matcher(self.left, self.picture, region)
+        disparity = steps.astype(np.float32)
+        disparity *= np.float32(1 / STEPS)
+        disparity[steps <= self.matcher.disparities.invalid] = np.nan
+        if self.outside is not None:
+            disparity[self.outside[region.slices]] = np.nan
+        return disparity
+
+
+@dataclass(frozen=True, eq=False)
+class DepthFrame:
+    """A measured depth image as inverse depth, in pixels of a nominal base line."""
+
+    inverse: Float32Array
+    picture: ImageArray | None = None
+
+    def disparity(self, region: Region) -> Float32Array:
+        """The region; see :class:`OpenedFrame`."""
+        return self.inverse[region.slices].copy()
 
 
 class StereoSource:
@@ -53,8 +85,8 @@ class StereoSource:
         self.disparity_range = disparity_range(self.geometry, parameters)
         self._matcher = Matcher(parameters, self.disparity_range)
 
-    def disparities(self, images: ViewImages, watch: Stopwatch) -> Float32Array:
-        """Match left and right image; see :class:`DisparitySource`.
+    def open(self, images: ViewImages) -> StereoFrame:
+        """Low-pass and rectify.
 
         Raises
         ------
@@ -66,25 +98,14 @@ class StereoSource:
         left, right = grey(images.left), grey(images.image)
         refuse_dark(left, "left image")
         refuse_dark(right, "right image")
-        left, right = self._prepared(left, right)
-        watch.lap("rectify")
-        steps = self._matcher(left, right)
-        watch.lap("match")
-        disparity = steps.astype(np.float32)
-        disparity *= np.float32(1 / STEPS)
-        disparity[steps <= self.disparity_range.invalid] = np.nan
-        if (image_map := self._rectification.image_map) is not None:
-            disparity[image_map.outside] = np.nan
-        return disparity
-
-    def _prepared(self, left: ImageArray, right: ImageArray) -> tuple[ImageArray, ImageArray]:
         if self._low_pass > 0:
             left, right = low_pass(left, self._low_pass), low_pass(right, self._low_pass)
         if (left_map := self._rectification.left_map) is not None:
             left = left_map.apply(left)
+        outside = None
         if (image_map := self._rectification.image_map) is not None:
-            right = image_map.apply(right)
-        return left, right
+            right, outside = image_map.apply(right), image_map.outside
+        return StereoFrame(left, right, outside, self._matcher)
 
     def ranges(self, disparity: Float32Array) -> Float32Array:
         """Range z = f b / (d - offset), metres."""
@@ -92,27 +113,31 @@ class StereoSource:
 
 
 class DepthSource:
-    """Takes a measured depth image for inverse depth in pixels of a nominal base line."""
+    """Takes a measured depth image; stands in the chain where matching does for a pair."""
 
     def __init__(self, rectification: Rectification) -> None:
         self.geometry = rectification.geometry
         self._map = rectification.image_map
         self._scale = np.float32(self.geometry.focal * _NOMINAL_BASELINE)
 
-    def disparities(self, images: ViewImages, watch: Stopwatch) -> Float32Array:
-        """Inverse depth; see :class:`DisparitySource`."""
+    def open(self, images: ViewImages) -> DepthFrame:
+        """Resample if the lens distorts, and invert.
+
+        Raises
+        ------
+        NoDepth
+            For a missing image.
+        """
         if images.depth is None:
             raise NoDepth("its depth image is missing")
         depth = images.depth if self._map is None else self._map.apply_nearest(images.depth)
         with np.errstate(divide="ignore"):
             inverse = self._scale / depth
         inverse[~(depth > 0)] = np.nan
-        watch.lap("rectify")
-        result: Float32Array = inverse
-        return result
+        return DepthFrame(inverse)
 
     def ranges(self, disparity: Float32Array) -> Float32Array:
-        """Range z, metres."""
+        """Range z, metres, of inverse depth."""
         result: Float32Array = self._scale / disparity
         return result
 

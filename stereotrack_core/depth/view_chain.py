@@ -9,19 +9,14 @@ import cv2
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, IntArray
-from stereotrack_core.depth.background import (
-    BackgroundModel,
-    averaged,
-    empty_scene_model,
-    foreground,
-    percentile_model,
-)
 from stereotrack_core.depth.cloud import ViewDepth
 from stereotrack_core.depth.match import STEPS
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume, world_points
-from stereotrack_core.depth.sources import DepthSource, NoDepth, StereoSource
+from stereotrack_core.depth.region import Region, region_of_points
+from stereotrack_core.depth.sources import DepthSource, NoDepth, OpenedFrame, StereoSource
 from stereotrack_core.depth.stopwatch import Stopwatch
+from stereotrack_core.depth.view_background import ViewBackground
 from stereotrack_core.recording.frames import ViewImages
 
 _NO_STEPS = int(np.iinfo(np.int16).min)
@@ -63,16 +58,10 @@ class ViewChain:
     ) -> None:
         self.name = name
         self.source = source
+        self.background = ViewBackground(source, parameters)
         self._p = parameters
         self._volume = Volume.of(parameters)
-        self._model: BackgroundModel | None = None
-        self._limit: Float32Array | None = None
-        self._learns = parameters.background_mode == "average"
-
-    @property
-    def background(self) -> BackgroundModel | None:
-        """The model as it stands."""
-        return self._model
+        self._volume_region = region_of_points(source.geometry, self._volume.corners())
 
     def learn_empty_scene(self, images: ViewImages) -> bool:
         """Take the model from the empty scene; nothing is learned afterwards.
@@ -83,65 +72,88 @@ class ViewChain:
             False where the images show nothing that can be matched.
         """
         try:
-            disparity = self.source.disparities(images, Stopwatch())
+            frame = self.source.open(images)
         except NoDepth:
             return False
-        self._set_model(empty_scene_model(disparity))
-        self._learns = False
+        self.background.take_empty_scene(frame.picture, self._whole(frame))
         return True
 
     def learn_frames(self, frames: Sequence[ViewImages]) -> None:
         """Take the model from a recording in which somebody moves, as the parameters say."""
-        disparities = []
+        disparities, pictures = [], []
         for images in frames:
             try:
-                disparities.append(self.source.disparities(images, Stopwatch()))
+                frame = self.source.open(images)
             except NoDepth:
                 continue
-        if self._p.background_mode == "none" or not disparities:
-            return
-        if self._p.background_mode == "percentile":
-            self._set_model(percentile_model(disparities, self._p.background_percentile))
-            return
-        for disparity in disparities:
-            self._learn(disparity)
+            disparities.append(self._whole(frame))
+            if frame.picture is not None:
+                pictures.append(frame.picture)
+        if disparities:
+            self.background.take_frames(pictures, disparities)
+
+    def _whole(self, frame: OpenedFrame) -> Float32Array:
+        """Disparity of all that the working volume can project to, NaN around it."""
+        geometry = self.source.geometry
+        disparity = np.full((geometry.height, geometry.width), np.nan, dtype=np.float32)
+        if not self._volume_region.is_empty:
+            part = frame.disparity(self._volume_region)
+            disparity[self._volume_region.slices] = part
+        return disparity
 
     def process(self, images: ViewImages) -> ViewResult:
         """Measure one instant."""
         watch = Stopwatch()
         try:
-            disparity = self.source.disparities(images, watch)
+            frame = self.source.open(images)
         except NoDepth as reason:
             return self._without_depth(str(reason), watch)
+        region = self.background.changed_region(frame.picture) & self._volume_region
+        watch.lap("rectify")
+        if region.is_empty:
+            return self._without_depth("it does not see the working volume", watch)
+        disparity = frame.disparity(region)
+        watch.lap("match")
         if not np.isfinite(disparity).any():
             return self._without_depth("no pixel has a valid disparity", watch)
-        chosen = self._foreground(images, disparity)
+        chosen = self._foreground(images, frame, disparity, region)
         watch.lap("background")
         self._drop_patches(disparity, chosen)
         watch.lap("patches")
-        return self._result(disparity, chosen, watch)
+        return self._result(disparity, chosen, region, watch)
 
-    def _result(self, disparity: Float32Array, chosen: BoolArray, watch: Stopwatch) -> ViewResult:
+    def _result(
+        self, disparity: Float32Array, chosen: BoolArray, region: Region, watch: Stopwatch
+    ) -> ViewResult:
         geometry = self.source.geometry
         ranges = self.source.ranges(disparity)
-        points, pixels = world_points(geometry, ranges, chosen, self._p.pixel_step)
+        points, pixels = world_points(
+            geometry, ranges, chosen, self._p.pixel_step, (region.left, region.top)
+        )
         inside = self._volume.contains(points)
+        known_disparity, known_range = self.background.outside()
+        known_disparity[region.slices] = disparity
+        known_range[region.slices] = ranges
+        in_front = np.zeros(known_range.shape, dtype=bool)
+        in_front[region.slices] = chosen
         stereo = isinstance(self.source, StereoSource)
-        depth = ViewDepth(geometry, disparity if stereo else None, ranges, chosen)
+        depth = ViewDepth(geometry, known_disparity if stereo else None, known_range, in_front)
         watch.lap("points")
         return ViewResult(depth, "", points[inside], pixels[inside], watch.seconds)
 
-    def _foreground(self, images: ViewImages, disparity: Float32Array) -> BoolArray:
+    def _foreground(
+        self, images: ViewImages, frame: OpenedFrame, disparity: Float32Array, region: Region
+    ) -> BoolArray:
         if isinstance(self.source, DepthSource):
             mask = self.source.person_mask(images)
             if mask is not None:
-                return mask & np.isfinite(disparity)
-        if self._learns:
-            self._learn(disparity)
-        if self._limit is None:
-            valid: BoolArray = np.isfinite(disparity)
-            return valid
-        return foreground(disparity, self._limit)
+                return mask[region.slices] & np.isfinite(disparity)
+        if self.background.learns:
+            self.background.learn(disparity, region)
+        chosen = self.background.foreground(disparity, region)
+        if self._p.halo_trim == "picture" and frame.picture is not None:
+            chosen &= self.background.changed(frame.picture, region)
+        return chosen
 
     def _drop_patches(self, disparity: Float32Array, chosen: BoolArray) -> None:
         """Drop small patches of the foreground, in place (2.1.4).
@@ -157,16 +169,6 @@ class ViewChain:
         dropped = chosen & (patches == _NO_STEPS)
         disparity[dropped] = np.nan
         chosen[dropped] = False
-
-    def _learn(self, disparity: Float32Array) -> None:
-        p = self._p
-        self._set_model(
-            averaged(self._model, disparity, p.background_rate, p.background_validity_rate)
-        )
-
-    def _set_model(self, model: BackgroundModel) -> None:
-        self._model = model
-        self._limit = model.limit(self._p.background_threshold, self._p.background_valid_above)
 
     def _without_depth(self, reason: str, watch: Stopwatch) -> ViewResult:
         return ViewResult(

@@ -1,12 +1,9 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
 
 from stereotrack_core.depth.cloud import DepthGeometry
 from stereotrack_core.depth.parameters import DepthParameters
-from stereotrack_core.depth.points import Volume, inliers, range_of_disparity, world_points
+from stereotrack_core.depth.points import Volume, range_of_disparity, world_points
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
 
@@ -22,44 +19,6 @@ GEOMETRY = DepthGeometry(
         rotation_from_vector(np.array([0.3, -1.2, 0.5])), np.array([0.4, -2.0, 1.1])
     ),
 )
-
-
-def brute_force(points, neighbours, distance, repeat):
-    kept = list(range(len(points)))
-    while True:
-        left = []
-        for i in kept:
-            others = sorted(float(np.linalg.norm(points[i] - points[j])) for j in kept if j != i)
-            if len(others) >= neighbours and others[neighbours - 1] <= distance:
-                left.append(i)
-        changed = len(left) != len(kept)
-        kept = left
-        if not repeat or not changed:
-            return kept
-
-
-@given(
-    arrays(np.float64, st.tuples(st.integers(0, 30), st.just(3)), elements=st.floats(0.0, 0.3)),
-    st.integers(1, 6),
-    st.floats(0.01, 0.2),
-    st.booleans(),
-)
-@settings(max_examples=80, deadline=None)
-def test_outliers_agree_with_brute_force(points, neighbours, distance, repeat):
-    got = np.flatnonzero(inliers(points, neighbours, distance, repeat=repeat))
-    assert got.tolist() == brute_force(points, neighbours, distance, repeat)
-
-
-def test_the_order_of_points_does_not_matter():
-    rng = np.random.default_rng(2)
-    points, order = rng.normal(size=(400, 3)), rng.permutation(400)
-    kept = inliers(points, 8, 0.9, repeat=True)
-    assert 0 < kept.sum() < 400
-    assert np.array_equal(inliers(points[order], 8, 0.9, repeat=True), kept[order])
-
-
-def test_without_neighbours_all_stay():
-    assert inliers(np.zeros((3, 3)), 0, 0.06, repeat=True).all()
 
 
 def test_points_come_back_from_their_disparities():
