@@ -150,11 +150,11 @@ class Pyramid:
         Returns
         -------
         (C,) array
-            To a tenth of a column exact; no value is left out.
+            To a quarter of a column exact; no value is left out.
         """
         per_column = (edges[-1] - edges[0]) / max(len(edges) - 1, 1)
         level = 0
-        while level + 1 < len(self.levels) and _FACTOR ** (level + 2) <= per_column:
+        while level + 1 < len(self.levels) and 4 * _FACTOR ** (level + 1) <= per_column:
             level += 1
         blocks = self.levels[level]
         scaled = edges / _FACTOR**level

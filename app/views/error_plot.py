@@ -1,0 +1,250 @@
+"""Error of each limb over the frames, several runs over each other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import QEvent, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QKeyEvent
+from PySide6.QtWidgets import QVBoxLayout, QWidget
+
+from app.limb_colours import limb_words
+from app.theme import current_theme
+from app.views.error_curves import Curve, next_crossing, thinned
+from app.views.limb_legend import LimbLegend
+
+_HELP = (
+    "Click to go to a frame, drag the threshold line, wheel to zoom, right drag to scale. "
+    "Keys: arrows step, A shows everything."
+)
+
+
+class ErrorPlot(QWidget):
+    """Curves per limb with a threshold that can be dragged and a playhead.
+
+    Signals
+    -------
+    frame_requested : int
+        The person clicked at this frame.
+    threshold_changed : float
+        The line was dragged to this value.
+    visible_range_changed : float, float
+        First and last frame that are visible.
+    """
+
+    frame_requested = Signal(int)
+    threshold_changed = Signal(float)
+    visible_range_changed = Signal(float, float)
+
+    def __init__(
+        self,
+        parent: QWidget | None = None,
+        *,
+        title: str = "angular error",
+        unit: str = "deg",
+    ) -> None:
+        super().__init__(parent)
+        self._unit = unit
+        self._curves: tuple[Curve, ...] = ()
+        self._items: list[pg.PlotCurveItem] = []
+        self._frame = 0
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setAccessibleName(f"Plot of the {title} over frames")
+        self.setAccessibleDescription(_HELP)
+        self._legend = LimbLegend(self)
+        self._legend.toggled.connect(self._on_toggled)
+        self._plot = pg.PlotWidget(self)
+        self._plot.setFocusProxy(self)
+        self._plot.setMenuEnabled(False)
+        self._plot.setLabel("left", title, units=None)
+        self._plot.hideButtons()
+        self._plot.setMinimumHeight(80)
+        self._box = self._plot.getViewBox()
+        self._box.setMouseEnabled(x=True, y=False)
+        self._add_lines()
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        layout.addWidget(self._legend)
+        layout.addWidget(self._plot, 1)
+        self._box.sigXRangeChanged.connect(self._on_range_changed)
+        self._box.sigResized.connect(self._thin)
+        self._plot.scene().sigMouseClicked.connect(self._on_clicked)
+        self._dress()
+
+    def sizeHint(self) -> QSize:
+        return QSize(900, 200)
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(200, 110)
+
+    # ---- what is shown
+
+    @property
+    def legend(self) -> LimbLegend:
+        """Switches of the limbs."""
+        return self._legend
+
+    @property
+    def threshold(self) -> float:
+        """Value of the line."""
+        return float(self._threshold.value())
+
+    @property
+    def shown_curves(self) -> tuple[Curve, ...]:
+        """Curves of limbs that are not switched off."""
+        hidden = self._legend.hidden_limbs
+        return tuple(curve for curve in self._curves if curve.limb not in hidden)
+
+    def set_curves(self, curves: Sequence[Curve]) -> None:
+        """Show these curves; zoom is kept while the frames stay the same."""
+        old = self._extent()
+        self._curves = tuple(curves)
+        for item in self._items:
+            self._plot.removeItem(item)
+        self._items = [self._new_item(curve) for curve in self._curves]
+        self._legend.set_curves(self._curves)
+        if self._extent() != old:
+            self.show_everything()
+        self._on_toggled()
+
+    def set_frame(self, frame: int) -> None:
+        """Move the playhead."""
+        self._frame = frame
+        self._playhead.setValue(frame)
+
+    def set_threshold(self, value: float) -> None:
+        """Move the threshold's line without emitting a signal."""
+        blocked = self._threshold.blockSignals(True)
+        self._threshold.setValue(value)
+        self._threshold.blockSignals(blocked)
+
+    def set_visible_range(self, first: float, last: float) -> None:
+        """Zoom to the frames from `first` to `last`."""
+        self._box.setXRange(first, last, padding=0)
+
+    def set_left_margin(self, width: float) -> None:
+        """Let the frames begin at `width` pixels, under or over a timeline's."""
+        self._plot.getAxis("left").setWidth(width)
+
+    def show_everything(self) -> None:
+        """Zoom so that all curves are seen."""
+        first, last = self._extent()
+        self._box.setLimits(xMin=first - 1, xMax=last + 1, minXRange=4)
+        self._box.setXRange(first, last, padding=0)
+        self._fit_values()
+
+    def crossing(self, direction: int) -> int | None:
+        """Frame of the next (1) or previous (-1) stretch above the threshold, if any."""
+        return next_crossing(self.shown_curves, self.threshold, self._frame, direction)
+
+    # ---- inside
+
+    def _add_lines(self) -> None:
+        self._threshold = pg.InfiniteLine(
+            45.0,
+            angle=0,
+            movable=True,
+            bounds=(0.0, 180.0 if self._unit == "deg" else None),
+            label="{value:.0f} " + self._unit,
+            labelOpts={"position": 0.985, "anchors": [(1, 1), (1, 1)]},
+        )
+        self._threshold.sigPositionChanged.connect(self._on_threshold)
+        self._threshold.setToolTip("Threshold for next and previous; drag it")
+        self._threshold.setZValue(20)
+        self._playhead = pg.InfiniteLine(0.0, angle=90)
+        self._playhead.setZValue(30)
+        for line in (self._threshold, self._playhead):
+            self._plot.addItem(line, ignoreBounds=True)
+
+    def _new_item(self, curve: Curve) -> pg.PlotCurveItem:
+        style = Qt.PenStyle.SolidLine if curve.style == "solid" else Qt.PenStyle.DashLine
+        item = pg.PlotCurveItem(
+            # wider lines take Qt ten times as long
+            pen=pg.mkPen(curve.colour, width=1, style=style),
+            connect="finite",
+            name=f"{curve.name}, {limb_words(curve.limb)}",
+        )
+        # the playhead moves over kept pictures of the curves
+        item.setCacheMode(pg.PlotCurveItem.CacheMode.DeviceCoordinateCache)
+        self._plot.addItem(item)
+        return item
+
+    def _extent(self) -> tuple[float, float]:
+        ends = [(c.frame[0], c.frame[-1]) for c in self._curves if len(c.frame)]
+        if not ends:
+            return 0.0, 1.0
+        return float(min(a for a, _ in ends)), float(max(b for _, b in ends))
+
+    def _fit_values(self) -> None:
+        tops = [np.nanmax(c.value) for c in self.shown_curves if np.isfinite(c.value).any()]
+        top = max([*tops, self.threshold, 1e-6])
+        self._box.setYRange(0.0, 1.06 * float(top), padding=0)
+
+    def _thin(self) -> None:
+        first, last = self._box.viewRange()[0]
+        columns = max(int(self._box.width()), 50)
+        hidden = self._legend.hidden_limbs
+        for curve, item in zip(self._curves, self._items, strict=True):
+            item.setVisible(curve.limb not in hidden)
+            if curve.limb not in hidden:
+                item.setData(*thinned(curve.frame, curve.value, first, last, columns))
+
+    def _on_toggled(self) -> None:
+        self._fit_values()
+        self._thin()
+
+    def _on_range_changed(self) -> None:
+        self._thin()
+        first, last = self._box.viewRange()[0]
+        self.visible_range_changed.emit(float(first), float(last))
+
+    def _on_threshold(self) -> None:
+        self.threshold_changed.emit(self.threshold)
+
+    def _on_clicked(self, event: object) -> None:
+        position = event.scenePos()  # type: ignore[attr-defined]
+        left = event.button() == Qt.MouseButton.LeftButton  # type: ignore[attr-defined]
+        if left and self._curves and self._box.sceneBoundingRect().contains(position):
+            self._request(round(self._box.mapSceneToView(position).x()))
+
+    def _request(self, frame: int) -> None:
+        first, last = self._extent()
+        frame = int(min(max(frame, first), last))
+        if frame != self._frame:
+            self.set_frame(frame)
+            self.frame_requested.emit(frame)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        ten = 10 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1
+        if event.key() == Qt.Key.Key_Left:
+            self._request(self._frame - ten)
+        elif event.key() == Qt.Key.Key_Right:
+            self._request(self._frame + ten)
+        elif event.key() == Qt.Key.Key_A and not event.modifiers():
+            self.show_everything()
+        else:
+            super().keyPressEvent(event)
+
+    def changeEvent(self, event: QEvent) -> None:
+        if event.type() == QEvent.Type.PaletteChange:
+            self._dress()
+        super().changeEvent(event)
+
+    def _dress(self) -> None:
+        theme = current_theme()
+        self._plot.setBackground(theme.plot_background)
+        for name in ("left", "bottom"):
+            axis = self._plot.getAxis(name)
+            axis.setPen(theme.plot_grid)
+            axis.setTextPen(theme.muted)
+            axis.setGrid(70)
+        self._plot.setLabel("left", f"error in {self._unit}", color=theme.muted)
+        self._plot.setLabel("bottom", "frame", color=theme.muted)
+        self._threshold.setPen(pg.mkPen(theme.error, width=1.5, style=Qt.PenStyle.DotLine))
+        self._threshold.setHoverPen(pg.mkPen(theme.error, width=3.0))
+        self._threshold.label.setColor(QColor(theme.error))
+        self._playhead.setPen(pg.mkPen(theme.playhead, width=1.5))
+        self._legend.refresh()
