@@ -1,0 +1,64 @@
+"""Tables of errors for people."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from stereotrack_core.cli.output import Table, number
+
+if TYPE_CHECKING:
+    from stereotrack_core.evaluation.summary import Summary
+
+
+def error_table(summary: Summary, title: str, frames_per_second: float | None = None) -> Table:
+    """Mean, median and 95th percentile of every measure, and the share that is lost."""
+    rows: list[tuple[str, ...]] = []
+    for measure in summary.measures:
+        figures = measure.statistics
+        values = (figures.mean, figures.median, figures.p95)
+        rows.append((f"{measure.label} [{measure.unit}]", *(number(value) for value in values)))
+    rows.append(("lost (arm segments over 45 deg off) [%]", number(100.0 * summary.lost), "", ""))
+    rows.append(("frames", str(summary.frames), "", ""))
+    rows.append(("frames not tracked", str(summary.not_tracked), "", ""))
+    if frames_per_second is not None:
+        rows.append(("frames per second", number(frames_per_second), "", ""))
+    return Table(title, ("measure", ">mean", ">median", ">95 %"), rows)
+
+
+def segment_table(summaries: Sequence[Summary]) -> Table:
+    """Means of every segment, one row each."""
+    headings = (
+        *("segment", ">frames", ">torso mm", ">long", ">cross", ">upper arms", ">forearms"),
+        *(">left upper", ">right upper", ">left fore", ">right fore", ">lost %"),
+    )
+    rows = [
+        (
+            summary.name,
+            str(summary.frames),
+            *(number(measure.statistics.mean) for measure in summary.measures),
+            number(100.0 * summary.lost),
+        )
+        for summary in summaries
+    ]
+    return Table("Means per segment, degrees where no unit is said", headings, rows)
+
+
+def error_facts(summary: Summary) -> dict[str, Any]:
+    """The same for JSON."""
+    return {
+        "name": summary.name,
+        "frames": summary.frames,
+        "not_tracked": summary.not_tracked,
+        "lost_percent": 100.0 * summary.lost,
+        "measures": {
+            measure.name: {
+                "unit": measure.unit,
+                "mean": measure.statistics.mean,
+                "median": measure.statistics.median,
+                "p95": measure.statistics.p95,
+                "count": measure.statistics.count,
+            }
+            for measure in summary.measures
+        },
+    }

@@ -1,0 +1,179 @@
+"""``stereotrack evaluate``: the errors of a run against a reference."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stereotrack_core.cli.arguments import add_frames, add_json, frame_bounds
+from stereotrack_core.cli.command import OK, Command
+from stereotrack_core.cli.error_tables import error_facts, error_table, segment_table
+from stereotrack_core.cli.output import put_json, put_table, say
+from stereotrack_core.errors import InputError
+
+if TYPE_CHECKING:
+    from stereotrack_core.evaluation.errors import LimbErrors
+    from stereotrack_core.recording.description import Recording, Segment
+    from stereotrack_core.recording.landmarks import LandmarkTrajectory
+
+
+@dataclass(frozen=True, eq=False)
+class _Truth:
+    """What a run is measured against."""
+
+    reference: LandmarkTrajectory
+    source: Path
+    segments: Sequence[Segment]
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument(
+        "run_file", type=Path, metavar="RUN", help="run (.npz) or landmarks (.csv, .trc, .c3d)"
+    )
+    parser.add_argument(
+        "--reference",
+        type=Path,
+        metavar="CSV",
+        help="landmarks taken as truth; a run knows its recording's own",
+    )
+    add_frames(parser)
+    parser.add_argument(
+        "--segments", action="store_true", help="also for each stretch of segments.csv"
+    )
+    add_json(parser)
+
+
+def run(args: Namespace) -> int:
+    """Measure and print."""
+    from stereotrack_core.evaluation.errors import errors_against
+    from stereotrack_core.evaluation.summary import summarise, summarise_segments
+
+    trajectory, meta = _read(args.run_file)
+    truth = _truth(args.reference, meta)
+    errors = _chosen(errors_against(trajectory, truth.reference), args.frames)
+    _warn_about_frames(trajectory, errors, args.frames)
+    summary = summarise(errors)
+    parts = summarise_segments(errors, _segments(truth)) if args.segments else ()
+    speed = _frames_per_second(trajectory, meta)
+    if args.json:
+        facts = {"run": args.run_file, "reference": truth.source, "frames_per_second": speed}
+        facts |= error_facts(summary)
+        if args.segments:
+            facts["segments"] = [error_facts(part) for part in parts]
+        put_json(facts)
+        return OK
+    put_table(error_table(summary, f"{args.run_file} against {truth.source}", speed))
+    if args.segments:
+        put_table(segment_table(parts))
+    return OK
+
+
+def _read(path: Path) -> tuple[LandmarkTrajectory, dict[str, Any]]:
+    from stereotrack_core.interop.run_file import read_run, read_trajectory
+
+    if path.suffix.lower() == ".npz":
+        stored = read_run(path)
+        return stored.trajectory(), dict(stored.meta)
+    return read_trajectory(path), {}
+
+
+def _truth(given: Path | None, meta: dict[str, Any]) -> _Truth:
+    """The reference that was named, else that of the run's recording."""
+    from stereotrack_core.interop.run_file import read_trajectory
+    from stereotrack_core.recording.folder import describe
+
+    folder = meta.get("recording_folder")
+    recording: Recording | None = None
+    if folder and Path(folder).is_dir():
+        recording = describe(Path(folder), [])
+    segments = recording.segments if recording is not None else ()
+    if given is not None:
+        return _Truth(read_trajectory(given), given, segments or _segments_beside(given))
+    if not folder:
+        raise InputError(
+            "the file does not say which recording it belongs to",
+            remedy="Name the truth with --reference.",
+        )
+    if recording is None:
+        raise InputError(
+            "the run's recording is not there any more",
+            where=str(folder),
+            remedy="Move it back beside the run, or name the truth with --reference.",
+        )
+    if recording.reference is None:
+        raise InputError(
+            "the recording has no reference that can be read",
+            where=str(folder),
+            remedy="See `stereotrack info`, or name the truth with --reference.",
+        )
+    return _Truth(recording.reference, Path(folder), segments)
+
+
+def _segments_beside(reference: Path) -> Sequence[Segment]:
+    from stereotrack_core.recording.segments_file import read_segments
+
+    beside = reference.with_name("segments.csv")
+    return read_segments(beside) if beside.is_file() else ()
+
+
+def _segments(truth: _Truth) -> Sequence[Segment]:
+    if not truth.segments:
+        raise InputError(
+            "there are no segments",
+            where=str(truth.source),
+            remedy="Put a segments.csv beside the reference, or leave --segments out.",
+        )
+    return truth.segments
+
+
+def _chosen(errors: LimbErrors, frames: str | None) -> LimbErrors:
+    if frames is not None:
+        first, end = frame_bounds(frames)
+        last = int(errors.frame[-1]) + 1 if len(errors.frame) else 0
+        errors = errors.between(first or 0, last if end is None else end)
+    if not len(errors.frame):
+        raise InputError(
+            "the reference knows none of the frames",
+            where="--frames" if frames else "--reference",
+            remedy="Choose frames that it knows.",
+        )
+    return errors
+
+
+def _warn_about_frames(
+    trajectory: LandmarkTrajectory, errors: LimbErrors, frames: str | None
+) -> None:
+    import numpy as np
+
+    absent = int((~np.isin(errors.frame, trajectory.frame)).sum())
+    if absent:
+        say(
+            f"The run lacks {absent} of the {len(errors.frame)} frames that the reference knows; "
+            "they count 90 deg and 500 mm."
+            + ("" if frames else " Choose a stretch with --frames A:B.")
+        )
+
+
+def _frames_per_second(trajectory: LandmarkTrajectory, meta: dict[str, Any]) -> float | None:
+    seconds = meta.get("wall_seconds")
+    if not isinstance(seconds, int | float) or not seconds > 0:
+        return None
+    return len(trajectory.frame) / float(seconds)
+
+
+COMMAND = Command(
+    name="evaluate",
+    summary="the errors of a run against the reference, as the thesis measures them",
+    description=(
+        "Print mean, median and 95th percentile of torso position, torso axes, upper arms and "
+        "forearms against the reference, and the share of arm segments more than 45 degrees off. "
+        "What the run lacks counts 90 degrees and 500 mm; what the reference does not know is "
+        "not scored."
+    ),
+    add_arguments=add_arguments,
+    run=run,
+)

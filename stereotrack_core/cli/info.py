@@ -1,0 +1,149 @@
+"""``stereotrack info``: what a recording holds, and what looks wrong about it."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stereotrack_core.cli.arguments import add_json, add_recording
+from stereotrack_core.cli.command import OK, WRONG_INPUT, Command
+from stereotrack_core.cli.output import Table, put, put_json, put_table, say
+from stereotrack_core.errors import InputError
+
+if TYPE_CHECKING:
+    from stereotrack_core.recording.description import Recording
+    from stereotrack_core.recording.findings import Finding
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the arguments."""
+    add_recording(parser)
+    parser.add_argument("--deep", action="store_true", help="ask the images too; takes longer")
+    add_json(parser)
+
+
+def run(args: Namespace) -> int:
+    """Print contents and findings; errors among the findings make the status 2."""
+    from stereotrack_core.recording.findings import examine
+
+    folder: Path = args.recording
+    if not folder.is_dir():
+        raise InputError(
+            "there is no such folder",
+            where=str(folder),
+            remedy="Give the folder that holds recording.toml.",
+        )
+    findings = examine(folder, deep=args.deep)
+    content = _content(folder)
+    if args.json:
+        put_json({"folder": folder, "content": content, "findings": findings})
+    else:
+        _print(content, findings)
+    errors = Counter(finding.severity for finding in findings)["error"]
+    if errors:
+        say(f"{errors} {'error' if errors == 1 else 'errors'} in {folder}.")
+    return WRONG_INPUT if errors else OK
+
+
+def _content(folder: Path) -> dict[str, Any] | None:
+    """What the recording holds; None where it cannot be opened (the findings say why)."""
+    from stereotrack_core.recording.folder import open_recording
+    from stereotrack_core.recording.reader import FrameReader
+
+    try:
+        recording = open_recording(folder)
+        with FrameReader(recording, read_ahead=0) as reader:
+            frames = reader.frame_count
+            counts = reader.stream_counts()
+    except InputError:
+        return None
+    return {
+        "name": recording.name,
+        "frames": frames,
+        "fps": recording.fps,
+        "seconds": frames / recording.fps,
+        "views": [_view(recording, name, counts) for name in [v.name for v in recording.views]],
+        "subject": recording.subject,
+        "reference_frames": None if recording.reference is None else len(recording.reference.frame),
+        "segments": recording.segments,
+    }
+
+
+def _view(recording: Recording, name: str, counts: Any) -> dict[str, Any]:
+    view = recording.view(name)
+    camera = recording.reference_camera(view)
+    baseline = None
+    if view.left is not None:
+        other = recording.cameras[view.left.camera].position_world
+        baseline = float(((other - camera.position_world) ** 2).sum() ** 0.5)
+    return {
+        "name": name,
+        "kind": view.kind,
+        "size": [camera.width, camera.height],
+        "focal_px": float(camera.matrix[0, 0]),
+        "baseline_m": baseline,
+        "position_m": camera.position_world,
+        "background": view.image.background is not None,
+        "mask": view.mask is not None,
+        "frames": {key: counts[name, key] for key in view.streams() if (name, key) in counts},
+    }
+
+
+def _print(content: dict[str, Any] | None, findings: tuple[Finding, ...]) -> None:
+    if content is not None:
+        put_table(Table(content["name"], ("what", "value"), _facts(content)))
+        headings = ("view", "kind", ">size", ">focal", ">base line", ">place (m)", ">frames", "has")
+        put_table(Table("Views", headings, [_view_row(view) for view in content["views"]]))
+    if findings:
+        rows = [(f.severity, f.where, f.what, f.remedy) for f in findings]
+        put_table(Table("Findings", ("severity", "where", "what", "what to do"), rows))
+    else:
+        put("Nothing looks wrong.")
+
+
+def _facts(content: dict[str, Any]) -> list[tuple[str, str]]:
+    frames, fps = content["frames"], content["fps"]
+    rows = [("frames", f"{frames} at {fps:g} Hz, {content['seconds']:.1f} s")]
+    subject = content["subject"]
+    rows.append(("subject", "none, average proportions" if subject is None else _subject(subject)))
+    known = content["reference_frames"]
+    rows.append(("reference", "none" if known is None else f"{known} frames"))
+    segments = [f"{s.name} {s.first}:{s.end}" for s in content["segments"]]
+    rows.append(("segments", ", ".join(segments) or "none"))
+    return rows
+
+
+def _subject(subject: Any) -> str:
+    fields = [name for name in vars(subject) if name != "name"]
+    measured = [name for name in fields if getattr(subject, name) is not None]
+    return f"{subject.name or 'unnamed'}, {len(measured)} of {len(fields)} lengths measured"
+
+
+def _view_row(view: dict[str, Any]) -> tuple[str, ...]:
+    counts = sorted(set(view["frames"].values()))
+    has = [word for word in ("background", "mask") if view[word]]
+    base = view["baseline_m"]
+    return (
+        view["name"],
+        view["kind"],
+        "{} x {}".format(*view["size"]),
+        f"{view['focal_px']:.0f} px",
+        "-" if base is None else f"{1000 * base:.0f} mm",
+        " ".join(f"{value:.2f}" for value in view["position_m"]),
+        " / ".join(str(count) for count in counts),
+        ", ".join(has),
+    )
+
+
+COMMAND = Command(
+    name="info",
+    summary="what a recording holds, and everything that looks wrong about it",
+    description=(
+        "Print what a recording holds and everything that looks wrong about it, with file, key "
+        "and remedy. The exit status is 2 where the recording has errors."
+    ),
+    add_arguments=add_arguments,
+    run=run,
+)

@@ -1,0 +1,104 @@
+"""What the commands write: results to standard output, everything else to standard error."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from io import StringIO
+from pathlib import Path
+from typing import Any, TextIO
+
+import numpy as np
+
+_WIDTH_WITHOUT_TERMINAL = 160
+
+
+def put(text: str) -> None:
+    """Write a result to standard output."""
+    _write(sys.stdout, text)
+
+
+def say(text: str) -> None:
+    """Write a message for the person to standard error."""
+    _write(sys.stderr, text)
+
+
+def _write(stream: TextIO, text: str) -> None:
+    """Write a line; letters that the stream cannot show become question marks."""
+    encoding = getattr(stream, "encoding", None) or "utf-8"
+    stream.write(text.encode(encoding, "replace").decode(encoding) + "\n")
+    stream.flush()
+
+
+def put_json(value: Any) -> None:
+    """Write a result as JSON; what is not a number becomes null."""
+    put(json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False))
+
+
+def plain(value: Any) -> Any:
+    """The same value made of dictionaries, lists, texts and finite numbers."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    if isinstance(value, str | bool | int | None):
+        return value
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Path):
+        return str(value)
+    return [plain(item) for item in value]
+
+
+@dataclasses.dataclass(frozen=True)
+class Table:
+    """A table to print; numbers are right-aligned.
+
+    Attributes
+    ----------
+    title : str
+    columns : sequence of str
+        Headings; one that begins with ``>`` stands over a right-aligned column.
+    rows : sequence of sequences of str
+    """
+
+    title: str
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]]
+
+
+def put_table(table: Table) -> None:
+    """Write a table to standard output, never cut off where there is no terminal."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table as RichTable
+    from rich.text import Text
+
+    drawn = RichTable(title=Text(table.title), box=box.SIMPLE_HEAD, title_justify="left")
+    for heading in table.columns:
+        right = heading.startswith(">")
+        drawn.add_column(
+            Text(heading.removeprefix(">")), justify="right" if right else "left", overflow="fold"
+        )
+    for row in table.rows:
+        drawn.add_row(*(Text(cell) for cell in row))
+    terminal = sys.stdout.isatty()
+    buffer = StringIO()
+    console = Console(
+        file=sys.stdout if terminal else buffer,
+        width=None if terminal else _WIDTH_WITHOUT_TERMINAL,
+        highlight=False,
+    )
+    console.print(drawn)
+    if not terminal:
+        put("\n".join(line.rstrip() for line in buffer.getvalue().rstrip().split("\n")))
+
+
+def number(value: float, digits: int = 1) -> str:
+    """Number for a table; a dash where there is none."""
+    return f"{value:.{digits}f}" if math.isfinite(value) else "-"

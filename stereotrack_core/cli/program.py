@@ -1,0 +1,125 @@
+"""The program: its commands, and how errors end it."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import traceback
+from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from collections.abc import Sequence
+from typing import NoReturn
+
+from stereotrack_core import __version__
+from stereotrack_core.cli import bench, cloud, demo, evaluate, info, simulate, track, workbench
+from stereotrack_core.cli.command import FAILED, OK, WRONG_INPUT, Command
+from stereotrack_core.cli.output import put, say
+from stereotrack_core.errors import Cancelled, InputError
+
+PROGRAM = "stereotrack"
+
+
+class _Parser(ArgumentParser):
+    """A parser whose complaints are one sentence."""
+
+    def error(self, message: str) -> NoReturn:
+        raise InputError(message, remedy=f"See `{self.prog} --help`.")
+
+
+def _add_no_arguments(parser: ArgumentParser) -> None:
+    parser.add_argument("command_name", nargs="?", metavar="COMMAND", help="help on this command")
+
+
+def _help(args: Namespace) -> int:
+    if args.command_name is None:
+        put(command_list())
+        return OK
+    return main([args.command_name, "--help"])
+
+
+HELP = Command("help", "this list, or the help of one command", "", _add_no_arguments, _help)
+
+COMMANDS: tuple[Command, ...] = (
+    workbench.COMMAND,
+    demo.COMMAND,
+    simulate.COMMAND,
+    info.COMMAND,
+    cloud.COMMAND,
+    track.COMMAND,
+    evaluate.COMMAND,
+    bench.COMMAND,
+    HELP,
+)
+
+
+def command_list() -> str:
+    """All commands with one line each."""
+    width = max(len(command.name) for command in COMMANDS)
+    lines = [f"  {PROGRAM} {command.name:<{width}}  {command.summary}" for command in COMMANDS]
+    bare = f"  {PROGRAM} {'':<{width}}  the workbench, with a welcome page"
+    end = f"`{PROGRAM} COMMAND --help` says more about a command."
+    return "\n".join([f"{PROGRAM} {__version__}", "", bare, *lines, "", end])
+
+
+def parser() -> ArgumentParser:
+    """The parser of the whole program; ``run`` of the result does the command."""
+    root = _Parser(PROGRAM, formatter_class=RawDescriptionHelpFormatter, usage=command_list())
+    root.add_argument("--version", action="version", version=f"{PROGRAM} {__version__}")
+    commands = root.add_subparsers(dest="command", metavar="COMMAND", parser_class=_Parser)
+    for command in COMMANDS:
+        own = commands.add_parser(
+            command.name,
+            help=command.summary,
+            description=command.description or command.summary,
+            prog=f"{PROGRAM} {command.name}",
+        )
+        command.add_arguments(own)
+        own.add_argument(
+            "--debug", action="store_true", help="show where an unexpected error comes from"
+        )
+        own.set_defaults(run=command.run)
+    return root
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command; return the exit status: 0 done, 2 wrong input, 1 everything else."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    if not arguments or arguments[0] in ("-h", "--help"):
+        put(command_list())
+        return OK
+    try:
+        args = parser().parse_args(arguments)
+        status: int = args.run(args)
+        return status
+    except SystemExit as end:  # argparse, after --help or --version
+        return end.code if isinstance(end.code, int) else OK
+    except InputError as error:
+        say(_sentence(str(error)))
+        return WRONG_INPUT
+    except (Cancelled, KeyboardInterrupt):
+        say("Stopped.")
+        return FAILED
+    except BrokenPipeError:
+        # the reader of our output has left; nothing more can be said to it
+        with contextlib.suppress(OSError, ValueError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return FAILED
+    except Exception as error:  # noqa: BLE001 - the last resort: a sentence instead of a traceback
+        return _unexpected(error, debug="--debug" in arguments)
+
+
+def _unexpected(error: Exception, *, debug: bool) -> int:
+    if debug:
+        say("".join(traceback.format_exception(error)).rstrip())
+        return FAILED
+    detail = " ".join(str(error).split())
+    kind = type(error).__name__
+    say(
+        f"Something went wrong that this program did not expect ({kind}: {detail or 'no details'})."
+        " Give the same command with --debug to see where."
+    )
+    return FAILED
+
+
+def _sentence(text: str) -> str:
+    return f"{PROGRAM}: {text}" if text.endswith((".", "!", "?")) else f"{PROGRAM}: {text}."

@@ -1,0 +1,199 @@
+"""Tracking with progress, a way to stop, and an account of what happened."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stereotrack_core.cli.output import Table, number
+from stereotrack_core.cli.progress import progress, stoppable
+from stereotrack_core.errors import InputError
+
+if TYPE_CHECKING:
+    from stereotrack_core.recording.description import Recording
+    from stereotrack_core.tracking.frame import TrackedFrame
+    from stereotrack_core.tracking.pipeline import FirstPose
+    from stereotrack_core.tracking.run import Run
+    from stereotrack_core.tracking.settings import Settings
+
+
+@dataclass(frozen=True)
+class Gap:
+    """A stretch of frames, half-open, that are not tracked for one reason."""
+
+    first: int
+    end: int
+    reason: str
+
+
+@dataclass(frozen=True, eq=False)
+class TrackingJob:
+    """A run, and how it came about.
+
+    Attributes
+    ----------
+    run : Run
+        Its meta states the wall time as ``wall_seconds``.
+    wanted : int
+        Frames that were asked for.
+    gaps : tuple of Gap
+    stopped : bool
+        Whether it was stopped before the last frame.
+    """
+
+    run: Run
+    wanted: int
+    gaps: tuple[Gap, ...]
+    stopped: bool
+
+    def facts(self) -> dict[str, Any]:
+        """What the result says in JSON."""
+        run, tracked = self.run, self.run.tracked
+        seconds = float(run.meta["wall_seconds"])
+        return {
+            "recording": run.meta.get("recording"),
+            "preset": run.meta.get("preset"),
+            "frames": len(run.frame),
+            "tracked": int(tracked.sum()),
+            "not_tracked": self.gaps,
+            "stopped": self.stopped,
+            "frames_per_second": len(run.frame) / seconds if seconds > 0 else None,
+            "mean_coverage": _mean(run.coverage[tracked]),
+            "mean_residual_mm": 1000.0 * _mean(run.residual[tracked]),
+            "median_stage_ms": dict(
+                zip(run.stage_names, 1000.0 * _median(run.seconds), strict=True)
+            ),
+        }
+
+    def table(self, title: str) -> Table:
+        """What the result says to a person."""
+        facts = self.facts()
+        rows = [
+            ("preset", str(facts["preset"])),
+            ("frames", f"{facts['frames']} of {self.wanted}"),
+            ("tracked", str(facts["tracked"])),
+            ("unexplained share of the cloud", number(facts["mean_coverage"], 3)),
+            ("residual", f"{number(facts['mean_residual_mm'])} mm"),
+            ("frames per second", number(facts["frames_per_second"] or np.nan)),
+        ]
+        rows += [(f"not tracked {gap.first}:{gap.end}", gap.reason) for gap in self.gaps]
+        return Table(title, ("what", ">value"), rows)
+
+
+def _mean(values: Any) -> float:
+    known = values[np.isfinite(values)]
+    return float(known.mean()) if known.size else float("nan")
+
+
+def _median(seconds: Any) -> Any:
+    return np.median(seconds, axis=0) if len(seconds) else np.full(seconds.shape[1], np.nan)
+
+
+def track_recording(
+    recording: Recording,
+    settings: Settings,
+    frames: range,
+    *,
+    preset: str,
+    views: Sequence[str] | None = None,
+    seed: int = 0,
+    init: FirstPose = "tpose",
+) -> TrackingJob:
+    """Track, show progress, and keep what there is when stopped with Ctrl-C."""
+    from stereotrack_core.tracking.pipeline import track
+
+    reasons: list[tuple[int, str]] = []
+    begun = time.perf_counter()
+    with progress("Tracking", len(frames)) as show, stoppable() as stopped:
+
+        def note(frame: TrackedFrame) -> None:
+            if not frame.tracked:
+                reasons.append((frame.frame, frame.reason))
+            show(frame.frame - frames.start + 1)
+
+        run = track(
+            recording,
+            settings,
+            frames=frames,
+            views=views,
+            seed=seed,
+            init=init,
+            preset=preset,
+            on_frame=note,
+            cancelled=stopped,
+        )
+    meta = {**run.meta, "wall_seconds": time.perf_counter() - begun}
+    return TrackingJob(
+        run=dataclasses.replace(run, meta=meta),
+        wanted=len(frames),
+        gaps=_gaps(reasons),
+        stopped=len(run.frame) < len(frames),
+    )
+
+
+def _gaps(reasons: Sequence[tuple[int, str]]) -> tuple[Gap, ...]:
+    gaps: list[Gap] = []
+    for frame, reason in reasons:
+        if gaps and gaps[-1].end == frame and gaps[-1].reason == reason:
+            gaps[-1] = dataclasses.replace(gaps[-1], end=frame + 1)
+        else:
+            gaps.append(Gap(frame, frame + 1, reason))
+    return tuple(gaps)
+
+
+def first_pose(text: str, frame: int) -> FirstPose:
+    """Where ``--init`` says that tracking begins.
+
+    Raises
+    ------
+    InputError
+        For a file that does not know `frame`.
+    """
+    if text == "tpose":
+        return "tpose"
+    if text == "auto":
+        raise InputError(
+            "finding the first pose without help is not available yet",
+            where="--init",
+            remedy="Give tpose, or a run or landmarks file.",
+        )
+    path = Path(text)
+    if not path.suffix and not path.exists():
+        raise InputError(
+            f"{text!r} is not a way to begin",
+            where="--init",
+            remedy="Give tpose, or the name of a run or landmarks file.",
+        )
+    return _pose_in_file(path, frame)
+
+
+def _pose_in_file(path: Path, frame: int) -> FirstPose:
+    from stereotrack_core.interop.landmark_pose import pose_of_landmarks
+    from stereotrack_core.interop.run_file import read_run, read_trajectory
+    from stereotrack_core.tracking.stored import pose_of_run
+
+    pose = None
+    if path.suffix.lower() == ".npz":
+        run = read_run(path)
+        for i in np.flatnonzero(run.frame == frame):
+            pose = pose_of_run(run, int(i))
+    else:
+        trajectory = read_trajectory(path)
+        for points in trajectory.points[trajectory.frame == frame]:
+            try:
+                pose = pose_of_landmarks(points)
+            except ValueError:
+                continue
+    if pose is None:
+        raise InputError(
+            f"frame {frame} is not known there",
+            where=f"--init {path}",
+            remedy="Begin at a frame that the file knows: --frames A:B.",
+        )
+    return pose

@@ -1,0 +1,1 @@
+"""Speed as ratios to well-known work on the same machine in the same run."""

@@ -1,0 +1,159 @@
+"""Time from encoded images to the pose, against bare block matching on the same images."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import cv2
+
+from stereotrack_core.arrays import ImageArray
+from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.benchmarks.clock import median, seconds_of
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.tracking.frame import TrackedFrame
+from stereotrack_core.tracking.pipeline import Pipeline
+from stereotrack_core.tracking.settings import Settings
+
+DISPARITIES, WINDOW = 64, 15
+_WARM_UP = 3
+
+Pair = tuple[ImageArray, ImageArray]
+
+
+@dataclass(frozen=True)
+class ChainSpeed:
+    """Time of the whole chain per frame set, and of block matching alone.
+
+    Attributes
+    ----------
+    preset : str
+    frames : int
+        Frame sets in a round.
+    tracked : int
+        Of them, those that the last round tracked.
+    seconds : float
+        Median over rounds of the time from opened files to the last pose, over `frames`.
+    matching_seconds : float
+        Median over rounds of bare StereoBM for all views, over `frames`.
+    stage_ms : mapping from stage to milliseconds
+        Medians over the frames of the last round; stages overlap.
+    """
+
+    preset: str
+    frames: int
+    tracked: int
+    seconds: float
+    matching_seconds: float
+    stage_ms: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def ratio(self) -> float:
+        """Time of the chain in units of bare block matching."""
+        return self.seconds / self.matching_seconds
+
+
+@dataclass(frozen=True)
+class _Pass:
+    """One round of one preset."""
+
+    seconds: float
+    tracked: int
+    stage_ms: Mapping[str, float]
+
+
+def chain_speed(
+    recording: Recording,
+    presets: Mapping[str, Settings],
+    *,
+    frames: int = 40,
+    rounds: int = 5,
+    on_progress: Callable[[int], None] = lambda _: None,
+) -> tuple[ChainSpeed, ...]:
+    """Alternate bare block matching and the chain with every preset; medians over rounds.
+
+    A round begins at the recording's first frame with a new pipeline, so that nothing is in
+    a cache; learning the background counts, compiling code does not.
+
+    Parameters
+    ----------
+    recording : Recording
+        Its stereo views are used.
+    presets : mapping from name to Settings
+    frames, rounds : int
+    on_progress : callable, optional
+        Told how many passes are done, of ``rounds * (len(presets) + 1)``.
+
+    Raises
+    ------
+    InputError
+        Where the recording has no stereo view.
+    """
+    views = [view.name for view in recording.views if view.kind == "stereo"]
+    if not views:
+        raise InputError(
+            "there is no stereo view to match",
+            where=str(recording.folder),
+            remedy="Give a recording with stereo cameras.",
+        )
+    pairs = _decoded(recording, views, frames)
+    count = len(pairs) // len(views)
+    matcher = cv2.StereoBM.create(DISPARITIES, WINDOW)
+    for settings in presets.values():
+        _pass(recording, settings, views, min(_WARM_UP, count))
+    matching: list[float] = []
+    passes: dict[str, list[_Pass]] = {name: [] for name in presets}
+    done = 0
+    for _ in range(rounds):
+        matching.append(seconds_of(lambda: _match(matcher, pairs)) / count)
+        for name, settings in presets.items():
+            passes[name].append(_pass(recording, settings, views, count))
+            on_progress(done := done + 1)
+        on_progress(done := done + 1)
+    return tuple(
+        ChainSpeed(
+            preset=name,
+            frames=count,
+            tracked=of_preset[-1].tracked,
+            seconds=median([one.seconds for one in of_preset]) / count,
+            matching_seconds=median(matching),
+            stage_ms=of_preset[-1].stage_ms,
+        )
+        for name, of_preset in passes.items()
+    )
+
+
+def _decoded(recording: Recording, views: Sequence[str], frames: int) -> list[Pair]:
+    """Left and right grey images of the first frames, all views of a frame together."""
+    pairs: list[Pair] = []
+    with FrameReader(recording, views=views, colour=False) as reader:
+        for k in range(min(frames, reader.frame_count)):
+            images = reader.frame_set(k).views
+            for name in views:
+                left = images[name].left if name in images else None
+                if left is None:
+                    raise InputError(
+                        f"view {name} has no images at frame {k}",
+                        where=str(recording.folder),
+                        remedy="See `stereotrack info --deep`.",
+                    )
+                pairs.append((left, images[name].image))
+    return pairs
+
+
+def _match(matcher: cv2.StereoBM, pairs: Sequence[Pair]) -> None:
+    for left, right in pairs:
+        matcher.compute(left, right)
+
+
+def _pass(recording: Recording, settings: Settings, views: Sequence[str], frames: int) -> _Pass:
+    """Track the first frames with a new pipeline; the clock starts before the background."""
+    found: list[TrackedFrame] = []
+    with Pipeline(recording, settings, views=views) as pipeline:
+        seconds = seconds_of(lambda: found.extend(pipeline.frames(range(frames))))
+    stages = dict.fromkeys(name for frame in found for name in frame.seconds)
+    stage_ms = {
+        name: 1000.0 * median([frame.seconds.get(name, 0.0) for frame in found]) for name in stages
+    }
+    return _Pass(seconds, sum(frame.tracked for frame in found), stage_ms)
