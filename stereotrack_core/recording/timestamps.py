@@ -129,6 +129,8 @@ class FrameTimes:
         entries = getattr(stream, "index_entries", ())
         if stream.codec_context.has_b_frames or not 0 < stream.frames == len(entries):
             return False
+        if max(e.pos + e.size for e in entries) > self._path.stat().st_size:
+            return False
         stored = [(e.timestamp, e.is_keyframe, e.is_discard or e.size == 0) for e in entries]
         times = [time for time, _, hidden in stored if not hidden]
         keys = [time for time, key, _ in stored if key]

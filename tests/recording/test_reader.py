@@ -1,0 +1,189 @@
+"""Frame sets: ranges, offsets, damage in one view, memory, threads."""
+
+from __future__ import annotations
+
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.recording.description import Recording, Stream, View
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.video_file import VideoWriter, write_png
+from stereotrack_core.recording.writing import write_recording_description
+
+LENGTHS = {"A": 40, "B": 33, "C": 36}
+FPS = 10.0
+
+
+@pytest.fixture
+def recording(tmp_path, numbered_videos):
+    """Three mono views; the video of B is shorter, C is numbered images with a gap at 7."""
+    width, height = numbered_videos.width, numbered_videos.height
+    matrix = np.array([[100.0, 0, 60], [0, 100, 32], [0, 0, 1]])
+    cameras = {
+        name: Camera(name, width, height, matrix, np.zeros(5), False, RigidTransform.identity())
+        for name in LENGTHS
+    }
+    views = tuple(
+        View(name, "mono", Stream(name, "C/%d.png" if name == "C" else f"{name}.mp4"))
+        for name in LENGTHS
+    )
+    write_recording_description(Recording(tmp_path, "three", FPS, views, cameras))
+    for name in "AB":
+        with VideoWriter(tmp_path / f"{name}.mp4", fps=FPS, width=width, height=height) as video:
+            for k in range(LENGTHS[name]):
+                video.write(numbered_videos.bar_code(k))
+    (tmp_path / "C").mkdir()
+    for k in set(range(LENGTHS["C"])) - {7}:
+        write_png(tmp_path / f"C/{k + 5}.png", numbered_videos.bar_code(k))
+    return open_recording(tmp_path)
+
+
+def test_the_common_range_is_used(recording):
+    with FrameReader(recording, colour=False) as reader:
+        assert reader.frame_count == 33
+        assert reader.stream_counts() == {(name, "image"): n for name, n in LENGTHS.items()}
+        for k in (-1, 33, 10**9):
+            with pytest.raises(InputError, match=rf"no frame {k}.*from 0 to 32"):
+                reader.frame_set(k)
+
+
+def test_a_gap_in_one_view_leaves_the_others(recording, numbered_videos):
+    with FrameReader(recording, colour=False) as reader:
+        for k in (6, 7, 8, 7):
+            frame_set = reader.frame_set(k)
+            assert frame_set.index == k
+            assert set(frame_set.views) == (set("AB") if k == 7 else set("ABC"))
+            assert all(numbered_videos.shown(v.image) == k for v in frame_set.views.values())
+            assert set(frame_set.problems) == (set("C") if k == 7 else set())
+    assert "View C, frame 7" in reader_problem(recording)
+
+
+def reader_problem(recording):
+    with FrameReader(recording, views=["C"]) as reader:
+        return reader.frame_set(7).problems["C"]
+
+
+def test_offsets_shift_a_stream(recording, numbered_videos):
+    streams = {
+        "A": Stream("A", "A.mp4", first_frame=4),
+        "B": Stream("B", "B.mp4", time_offset=0.3),
+        "C": Stream("C", "C/%d.png", time_offset=-0.2),
+    }
+    views = tuple(replace(view, image=streams[view.name]) for view in recording.views)
+    with FrameReader(replace(recording, views=views), colour=False) as reader:
+        assert reader.frame_count == 30
+        shown = {n: numbered_videos.shown(v.image) for n, v in reader.frame_set(20).views.items()}
+        assert shown == {"A": 24, "B": 23, "C": 18}
+        assert set(reader.frame_set(1).problems) == {"C"}
+
+
+def test_memory_stays_below_the_limit_and_evicted_frames_come_back(recording, numbered_videos):
+    size = numbered_videos.width * numbered_videos.height
+    with FrameReader(recording, views=["A", "B"], colour=False, cache_bytes=9 * size) as reader:
+        first = {k: reader.frame_set(k) for k in range(33)}
+        for k in [*reversed(range(33)), 3, 30, 0]:
+            again = reader.frame_set(k)
+            assert reader.cached_bytes <= 9 * size
+            for name in "AB":
+                assert numbered_videos.shown(again.views[name].image) == k
+                assert np.array_equal(again.views[name].image, first[k].views[name].image)
+
+
+@pytest.mark.parametrize("read_ahead", [0, 4])
+def test_many_threads_get_their_frames(recording, numbered_videos, read_ahead):
+    size = numbered_videos.width * numbered_videos.height
+    with FrameReader(
+        recording, views=["A", "B"], colour=False, cache_bytes=20 * size, read_ahead=read_ahead
+    ) as reader:
+
+        def wrong(seed):
+            numbers = np.random.default_rng(seed).integers(0, 33, 40)
+            sets = (reader.frame_set(int(k)) for k in numbers)
+            return [s.index for s in sets if numbered_videos.shown(s.views["B"].image) != s.index]
+
+        with ThreadPoolExecutor(4) as pool:
+            assert not any(pool.map(wrong, range(4)))
+
+
+def test_pictures_cannot_be_changed_by_mistake(recording):
+    with FrameReader(recording) as reader:
+        image = reader.frame_set(0).views["A"].image
+        with pytest.raises(ValueError, match="read-only"):
+            image[0, 0] = 0
+
+
+def test_closing_ends_every_thread(recording):
+    before = threading.active_count()
+    reader = FrameReader(recording)
+    reader.frame_set(0)
+    reader.close()
+    reader.close()
+    assert threading.active_count() == before
+
+
+@pytest.mark.parametrize("names", [["A", "X"], []])
+def test_unknown_views_are_refused(recording, names):
+    with pytest.raises(InputError, match="view"):
+        FrameReader(recording, views=names)
+
+
+SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
+FOREIGN = {
+    **{f"recordings/arms-cross-depth-s{s}-{m}": None for s in (1, 2) for m in ("cross", "wave")},
+    "recordings/arms-cross-depth-s1-cross": 68,
+    "recordings/arms-cross-depth-s1-squat": 100,
+    "recordings/arms-cross-depth-s2-squat": 55,
+    "recordings/beam-4cam": 100,
+    "recordings/mesh-P2": 308,
+    "recordings/mesh-P4": 269,
+    "recordings/rgbd-person-00": 1,
+    "recordings/rgbd-person-05": 1,
+    "recordings/rgbd-person-10": 1,
+    "recordings/seated-4cam": 57,
+    "recordings/seated-4cam-rotated": 48,
+    "stereo/middlebury-motorcycle": 1,
+    "stereo/opencv-chessboards": 13,
+}
+"""Number of frames by folder, where their README states it."""
+
+
+@pytest.mark.parametrize("name", FOREIGN)
+def test_recordings_of_others_open_and_give_their_frames(name):
+    folder = SHARED / name
+    if not folder.is_dir():
+        pytest.skip(f"{name} is not beside this checkout")
+    recording = open_recording(folder)
+    with FrameReader(recording, read_ahead=0, cache_bytes=0) as reader:
+        count = reader.frame_count
+        assert count == (FOREIGN[name] or count) > 0
+        for k in sorted({0, count // 2, count - 1}):
+            frame_set = reader.frame_set(k)
+            assert not frame_set.problems
+            for view in recording.views:
+                images = frame_set.views[view.name]
+                camera = recording.reference_camera(view)
+                assert images.image.shape[:2] == (camera.height, camera.width)
+                assert (images.left is not None) == (view.kind == "stereo")
+                if view.kind == "depth":
+                    assert 0.3 < np.nanmedian(images.depth) < 6
+                    assert 0.01 < images.mask.mean() < 0.9
+        for view in recording.views:
+            background = reader.background(view.name)
+            assert (background is not None) == (view.image.background is not None)
+
+
+def test_the_empty_scene_has_the_brightness_of_the_video(shared_recording):
+    recording = open_recording(shared_recording("mesh-P2"))
+    with FrameReader(recording, views=["N"], colour=False, read_ahead=0) as reader:
+        image = reader.frame_set(0).views["N"].image.astype(float)
+        _, empty = reader.background("N")
+        assert abs(np.median(image[:, :100] - empty[:, :100])) <= 2
