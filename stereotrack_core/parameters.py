@@ -7,6 +7,7 @@ command line's ``--set``, the tuning panel and the documentation are generated f
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, TypeVar, get_type_hints
@@ -67,7 +68,7 @@ class ParameterRow:
             outside = (low is not None and converted < low) or (
                 high is not None and converted > high
             )
-            if converted != converted or outside:
+            if outside or (isinstance(converted, float) and not math.isfinite(converted)):
                 raise self._refusal(value, f"a value {self.range_text()}")
         return converted
 
@@ -95,7 +96,7 @@ class ParameterRow:
                 return int(value)
             if self.type is float:
                 return float(value)
-        except (ValueError, OverflowError):
+        except (TypeError, ValueError, OverflowError):
             raise self._refusal(value, f"a {_TYPE_WORDS[self.type]}") from None
         return str(value)
 

@@ -68,9 +68,14 @@ def euler_rotation(alpha: FloatArray, beta: FloatArray, gamma: FloatArray) -> Fl
 
 def angles_of_rotation(rotation: FloatArray) -> FloatArray:
     """Angles (alpha, beta, gamma) (..., 3) of rotations (..., 3, 3); beta in [-pi/2, pi/2]."""
-    beta = np.arcsin(np.clip(-rotation[..., 2, 0], -1.0, 1.0))
-    alpha = np.arctan2(rotation[..., 2, 1], rotation[..., 2, 2])
-    gamma = np.arctan2(rotation[..., 1, 0], rotation[..., 0, 0])
+    r = rotation
+    gamma = np.arctan2(r[..., 1, 0], r[..., 0, 0])
+    beta = np.arctan2(-r[..., 2, 0], np.hypot(r[..., 0, 0], r[..., 1, 0]))
+    # What remains after gamma and beta: exact where beta is a right angle and gamma is free.
+    sine, cosine = np.sin(gamma), np.cos(gamma)
+    alpha = np.arctan2(
+        sine * r[..., 0, 2] - cosine * r[..., 1, 2], cosine * r[..., 1, 1] - sine * r[..., 0, 1]
+    )
     return np.stack([alpha, beta, gamma], axis=-1)
 
 
@@ -79,16 +84,19 @@ def printed_from_active(angles: FloatArray) -> FloatArray:
 
     The conversion is its own inverse.
     """
-    return angles * np.array([-1.0, 1.0, -1.0])
+    result: FloatArray = angles * np.array([-1.0, 1.0, -1.0])
+    return result
 
 
 def joint_rotation(part: int, alpha: FloatArray, beta: FloatArray) -> FloatArray:
     """parent_from_part (..., 3, 3) of a limb; left limbs mirror right ones (M R M)."""
     zero = np.zeros_like(alpha)
-    rotation = euler_rotation(alpha, beta, zero)
-    if _hangs(part):
-        rotation = HANGING @ rotation
-    return MIRROR @ rotation @ MIRROR if part in LEFT_PARTS else rotation
+    own = euler_rotation(alpha, beta, zero)
+    rotation: FloatArray = HANGING @ own if _hangs(part) else own
+    if part in LEFT_PARTS:
+        mirrored: FloatArray = MIRROR @ rotation @ MIRROR
+        return mirrored
+    return rotation
 
 
 def joint_angles(part: int, direction: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -96,7 +104,7 @@ def joint_angles(part: int, direction: FloatArray) -> tuple[FloatArray, FloatArr
     d = direction @ MIRROR if part in LEFT_PARTS else direction
     if _hangs(part):
         d = d @ HANGING
-    alpha = np.arcsin(np.clip(-d[..., 1], -1.0, 1.0))
+    alpha = np.arctan2(-d[..., 1], np.hypot(d[..., 0], d[..., 2]))
     beta = np.arctan2(d[..., 0], d[..., 2])
     return alpha, beta
 

@@ -61,8 +61,13 @@ def difference(to: Pose, origin: Pose, joints: tuple[int, ...]) -> FloatArray:
 
 
 def tangents_to_axis(axis: FloatArray) -> FloatArray:
-    """Tangents (..., 2) whose rotation turns (0, 0, 1) to the unit vectors `axis` (..., 3)."""
+    """Tangents (..., 2) whose rotation turns (0, 0, 1) to the unit vectors `axis` (..., 3).
+
+    Half a turn, which many rotations give, is made about x.
+    """
     sine = np.hypot(axis[..., 0], axis[..., 1])
     angle = np.arctan2(sine, axis[..., 2])
-    factor = np.where(sine > 1e-12, angle / np.where(sine > 1e-12, sine, 1.0), 1.0)
-    return np.stack([-axis[..., 1] * factor, axis[..., 0] * factor], axis=-1)
+    aside = sine > 1e-12
+    factor = np.where(aside, angle / np.where(aside, sine, 1.0), 1.0)
+    half_turn = np.where(~aside & (axis[..., 2] < 0), np.pi, 0.0)
+    return np.stack([half_turn - axis[..., 1] * factor, axis[..., 0] * factor], axis=-1)

@@ -127,8 +127,10 @@ def rotation_towards(rotation: FloatArray, direction: FloatArray) -> FloatArray:
     """
     local = np.einsum("...ji,...j->...i", rotation, direction)
     x, y, z = local[..., 0], local[..., 1], np.clip(local[..., 2], -1.0, 1.0)
-    opposite = z < -1.0 + 1e-9
-    c = 1.0 / np.where(opposite, 1.0, 1.0 + z)
+    aside = x * x + y * y
+    opposite = (z < 0) & (aside < 1e-24)
+    # 1 / (1 + z), without cancellation where z is nearly -1
+    c = np.where(z < 0, (1.0 - z) / np.maximum(aside, 1e-24), 1.0 / (1.0 + np.maximum(z, 0.0)))
     turn = np.empty((*np.broadcast_shapes(x.shape), 3, 3))
     turn[..., 0, 0], turn[..., 0, 1], turn[..., 0, 2] = 1 - c * x * x, -c * x * y, x
     turn[..., 1, 0], turn[..., 1, 1], turn[..., 1, 2] = -c * x * y, 1 - c * y * y, y

@@ -37,7 +37,7 @@ def inside_other_cone(points: FloatArray, own: IntArray, placed: PlacedCones) ->
     within = (z >= 0) & (z <= cones.height[:, None])
     inside = within & (np.hypot(local[..., 0], local[..., 1]) < radius - _SKIN)
     inside[own, np.arange(len(points))] = False
-    result: BoolArray = inside.any(axis=0)
+    result: BoolArray = np.logical_or.reduce(inside, axis=0)
     return result
 
 
@@ -93,5 +93,5 @@ def segment_blocked(points: FloatArray, camera: FloatArray, placed: PlacedCones)
             z = p[..., 2] + t * d[..., 2]
         on_side = (z >= 0) & (z <= cones.height[:, None]) & (radius + t * change > 0)
         blocked |= real & on_side & (t > 0) & (t < 1)
-    result: BoolArray = blocked.any(axis=0)
+    result: BoolArray = np.logical_or.reduce(blocked, axis=0)
     return result

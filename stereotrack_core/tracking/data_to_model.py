@@ -44,7 +44,8 @@ class SurfaceResidual:
     @property
     def measured(self) -> FloatArray:
         """The data on their directions (m,): z = n . p."""
-        return np.einsum("mi,mi->m", self.direction, self.data)
+        result: FloatArray = np.einsum("mi,mi->m", self.direction, self.data)
+        return result
 
     def predicted(self, frames: PartFrames) -> FloatArray:
         """The feet on the same directions (S, m) for stacked poses: z_hat = n . foot(x)."""

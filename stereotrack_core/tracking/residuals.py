@@ -49,7 +49,7 @@ def gathered(
 
     The linearisation's own error is added to the noise; without it P is too confident.
     """
-    L = np.linalg.cholesky(P)
+    L = np.asarray(np.linalg.cholesky(P), dtype=np.float64)
     root = weights.spread * L.T
     dX = np.concatenate([np.zeros((1, len(P))), root, -root])
     frames = body.frames(displaced(pose, dX, joints))

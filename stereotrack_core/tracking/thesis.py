@@ -48,14 +48,16 @@ class Projection:
     @property
     def z(self) -> FloatArray:
         """The measurement vector (m,): (3.6) and (3.8)."""
-        return np.einsum("mi,mi->m", self.e, self.measured)
+        result: FloatArray = np.einsum("mi,mi->m", self.e, self.measured)
+        return result
 
     def z_hat(self, frames: PartFrames) -> FloatArray:
         """Predicted measurements (S, m) of stacked poses: (3.5), (3.7) and (3.11)."""
         rotations = frames.rotations[:, self.sampled.part]
         points = np.einsum("smij,mj->smi", rotations, self.sampled.points)
         points += frames.origins[:, self.sampled.part]
-        return np.einsum("mi,smi->sm", self.e, points)
+        result: FloatArray = np.einsum("mi,smi->sm", self.e, points)
+        return result
 
 
 class ThesisTracker:
