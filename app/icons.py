@@ -3,7 +3,16 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QByteArray, QObject, QRectF, Qt
-from PySide6.QtGui import QAction, QColor, QGuiApplication, QIcon, QPainter, QPalette, QPixmap
+from PySide6.QtGui import (
+    QAction,
+    QColor,
+    QGuiApplication,
+    QIcon,
+    QPainter,
+    QPalette,
+    QPixmap,
+    QPixmapCache,
+)
 from PySide6.QtSvg import QSvgRenderer
 from PySide6.QtWidgets import QAbstractButton, QApplication
 
@@ -35,7 +44,7 @@ def icon(name: str) -> QIcon:
     ):
         colour = colours.color(group, QPalette.ColorRole.ButtonText)
         for size in _SIZES:
-            result.addPixmap(_drawn(drawing, colour, size), mode)
+            result.addPixmap(_drawn(name, drawing, colour, size), mode)
     return result
 
 
@@ -55,12 +64,16 @@ def refresh_icons(app: QApplication) -> None:
                 target.setIcon(icon(name))
 
 
-def _drawn(drawing: str, colour: QColor, size: int) -> QPixmap:
-    tinted = drawing.replace("currentColor", colour.name())
-    renderer = QSvgRenderer(QByteArray(tinted.encode()))
+def _drawn(name: str, drawing: str, colour: QColor, size: int) -> QPixmap:
+    key = f"stereotrack/{name}/{colour.name()}/{size}"
+    kept = QPixmap()
+    if QPixmapCache.find(key, kept):
+        return kept
+    renderer = QSvgRenderer(QByteArray(drawing.replace("currentColor", colour.name()).encode()))
     pixmap = QPixmap(size, size)
     pixmap.fill(Qt.GlobalColor.transparent)
     painter = QPainter(pixmap)
     renderer.render(painter, QRectF(0, 0, size, size))
     painter.end()
+    QPixmapCache.insert(key, pixmap)
     return pixmap

@@ -143,7 +143,8 @@ def _show(app: QApplication, theme: Theme) -> None:
 
 def _style_sheet(theme: Theme) -> str:
     text = resource_path("themes", "workbench.qss").read_text(encoding="utf-8")
-    return Template(text).substitute(asdict(theme))
+    check = resource_path("themes", f"check-{theme.name}.svg").as_posix()
+    return Template(text).substitute(asdict(theme), check=check)
 
 
 def palette(theme: Theme) -> QPalette:
