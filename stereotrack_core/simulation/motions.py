@@ -10,6 +10,7 @@ import numpy as np
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Segment
+from stereotrack_core.simulation.keyed_way import KeyedWay, minimum_jerk
 from stereotrack_core.simulation.people import Person
 from stereotrack_core.simulation.postures import STRETCHED, Arm, Posture, state_of
 from stereotrack_core.simulation.skeleton import JointState, between
@@ -51,28 +52,13 @@ class Chain:
     segments: tuple[Segment, ...]
 
 
-def minimum_jerk(t: float) -> float:
-    """Share of the way at the share `t` of the time; Flash and Hogan 1985,
-    doi:10.1523/JNEUROSCI.05-07-01688.1985."""  # noqa: D209
-    return t * t * t * (t * (6 * t - 15) + 10)
-
-
 def _keyed(*keys: Key) -> Motion:
     """A motion through keys; the first key's seconds are spent holding it."""
     times = np.cumsum([key.seconds for key in keys])
 
     def states(person: Person, frames: int) -> list[JointState]:
-        stations = [state_of(person, key.posture) for key in keys]
-        result = []
-        for frame in range(frames):
-            time = times[-1] * frame / max(frames - 1, 1)
-            k = min(int(np.searchsorted(times, time)), len(keys) - 1)
-            if k == 0:
-                result.append(stations[0])
-                continue
-            share = (time - times[k - 1]) / (times[k] - times[k - 1])
-            result.append(between(stations[k - 1], stations[k], minimum_jerk(float(share))))
-        return result
+        way = KeyedWay(times, [state_of(person, key.posture) for key in keys])
+        return [way.at(times[-1] * frame / max(frames - 1, 1)) for frame in range(frames)]
 
     return Motion(float(times[-1]), states)
 
@@ -97,18 +83,15 @@ def _travolta() -> Motion:
     down = Posture(hip, low, (4.0, 4.0, 4.0), twist=8.0, sway=0.03, look=6.0, drop=0.03)
     middle = Posture(hip_low, front, (2.0, 2.0, 2.0), drop=0.04)
     up = Posture(hip_low, high, twist=-10.0, sway=-0.03, look=-14.0, drop=0.03)
-    return _keyed(Key(0.1, down), *_strokes(up, middle, down, times=4, seconds=0.48))
+    return _keyed(Key(0.1, down), *_strokes(up, middle, down, times=3, seconds=0.62))
 
 
 def _strokes(
     up: Posture, middle: Posture, down: Posture, *, times: int, seconds: float
 ) -> list[Key]:
     """Up and down again; the middle leads the hand round the body."""
-    stroke = [
-        Key(seconds / 2, middle), Key(seconds / 2, up),
-        Key(seconds / 2, middle), Key(seconds / 2, down),
-    ]  # fmt: skip
-    return stroke * times
+    half = seconds / 2
+    return [Key(half, middle), Key(half, up), Key(half, middle), Key(half, down)] * times
 
 
 def _whip() -> Motion:
@@ -119,19 +102,18 @@ def _whip() -> Motion:
     balance = Arm((0.42, 0.42, -0.60), (0.6, -1.0, -0.2))
     keys = (
         Key(0.2, Posture(balance, ready)),
-        Key(0.6, Posture(balance, wound, (-3.0, -4.0, -4.0), twist=-16.0, look=8.0)),
-        Key(0.35, Posture(balance, struck, (6.0, 5.0, 5.0), twist=12.0, drop=0.04)),
-        Key(0.3, Posture(balance, through, (8.0, 7.0, 7.0), twist=20.0, drop=0.05)),
+        Key(0.9, Posture(balance, wound, (-3.0, -4.0, -4.0), twist=-16.0, look=8.0)),
+        Key(0.7, Posture(balance, struck, (6.0, 5.0, 5.0), twist=12.0, drop=0.04)),
+        Key(0.5, Posture(balance, through, (8.0, 7.0, 7.0), twist=20.0, drop=0.05)),
         Key(0.7, Posture(balance, ready)),
     )
-    again = [key for key in keys[1:] for _ in (0,)]
-    return _keyed(*keys, *again)
+    return _keyed(*keys)
 
 
 def _tie_shoes() -> Motion:
     half = (26.0, 16.0, 12.0)
     deep = (50.0, 26.0, 18.0)
-    reaching = Arm((0.05, 0.75, -0.60), (0.7, -0.6, 0.0))
+    reaching = Arm((0.34, 0.64, -0.58), (1.0, -0.3, 0.2))
     knees = Posture(reaching, reaching, half, nod=12.0, drop=0.22, back=0.12)
 
     def tying(left: Arm, right: Arm) -> Posture:
@@ -140,7 +122,7 @@ def _tie_shoes() -> Motion:
     def lace(across: float, ahead: float, up: float) -> Arm:
         return Arm((across, ahead, up), (1.0, 0.1, 0.3), bend=14.0, at_foot=True)
 
-    near = tying(lace(-0.03, 0.24, 0.13), lace(-0.03, 0.24, 0.13))
+    near = tying(lace(0.0, 0.28, 0.13), lace(0.0, 0.28, 0.13))
     pulled = tying(lace(0.05, 0.23, 0.20), lace(0.04, 0.25, 0.22))
     crossed = tying(lace(-0.05, 0.27, 0.14), lace(-0.05, 0.22, 0.18))
     return _keyed(
@@ -154,12 +136,12 @@ def _cross_arms() -> Motion:
     front = Posture(
         Arm((0.05, 0.66, -0.40), out, bend=4.0), Arm((0.05, 0.76, -0.36), out, bend=4.0)
     )
-    inner = Arm((-0.50, 0.40, -0.34), (0.8, 0.2, -1.0), bend=16.0)
-    outer = Arm((-0.50, 0.60, -0.27), (0.8, 0.2, -1.0), bend=14.0)
+    inner = Arm((-0.50, 0.34, -0.43), (0.8, 0.2, -1.0), bend=16.0)
+    outer = Arm((-0.50, 0.56, -0.23), (0.8, 0.2, -1.0), bend=14.0)
     crossed = Posture(inner, outer, nod=4.0)
     lower = Posture(
-        Arm((-0.47, 0.42, -0.42), (0.8, 0.2, -1.0), bend=12.0),
-        Arm((-0.48, 0.61, -0.37), (0.8, 0.2, -1.0), bend=10.0),
+        Arm((-0.47, 0.35, -0.50), (0.8, 0.2, -1.0), bend=12.0),
+        Arm((-0.48, 0.57, -0.31), (0.8, 0.2, -1.0), bend=10.0),
         twist=5.0,
         look=10.0,
     )
@@ -184,12 +166,12 @@ def _point() -> Motion:
 
 def _walk() -> Motion:
     path = circle_path(np.zeros(2), 0.0, 0.45)
-    return Motion(4.0, lambda person, frames: walk(person, path, frames))
+    return Motion(5.0, lambda person, frames: walk(person, path, frames))
 
 
 def _leave_and_return() -> Motion:
     path = circle_path(np.zeros(2), 0.0, 1.7)
-    return Motion(8.5, lambda person, frames: walk(person, path, frames))
+    return Motion(9.5, lambda person, frames: walk(person, path, frames))
 
 
 MOTIONS: dict[str, Motion] = {

@@ -26,7 +26,9 @@ _SHARES = {
 """Lengths between joint centres as shares of the stature, near the middle of the tables in
 Winter, Biomechanics and Motor Control of Human Movement (2009), chapter 4."""
 
+_UPRIGHT = ("ankle_height", "shank", "thigh", "torso_length", "shoulder_to_head")
 _SPREAD = 0.03
+"""Standard deviation of a length as share of itself; cut at one and a half."""
 
 
 @dataclass(frozen=True)
@@ -92,8 +94,13 @@ class Person:
 
 def _person(name: str, stature: float, girth: float, muscle: float, hips: float) -> Person:
     rng = np.random.default_rng(zlib.crc32(name.encode()))
-    spread = {key: float(np.clip(rng.normal(), -2, 2)) * _SPREAD for key in _SHARES}
-    lengths = {key: share * stature * (1 + spread[key]) for key, share in _SHARES.items()}
+    lengths = {
+        key: share * stature * (1 + _SPREAD * float(np.clip(rng.normal(), -1.5, 1.5)))
+        for key, share in _SHARES.items()
+    }
+    above_head_centre = 0.122 * math.sqrt(stature / 1.75)
+    tall = sum(lengths[key] for key in _UPRIGHT) + above_head_centre
+    lengths = {key: length * stature / tall for key, length in lengths.items()}
     return Person(name, stature, **lengths, girth=girth, muscle=muscle, hips=hips)
 
 

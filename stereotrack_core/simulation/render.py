@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stereotrack_core.arrays import Float32Array, FloatArray, ImageArray, IntArray
 from stereotrack_core.geometry.camera import Camera
@@ -13,7 +14,7 @@ from stereotrack_core.simulation.actor import Actor
 from stereotrack_core.simulation.raster import SAMPLES, rasterise
 from stereotrack_core.simulation.room import ROOM_MATERIALS, Things
 from stereotrack_core.simulation.sensor import Sensor
-from stereotrack_core.simulation.shading import LIGHT, shade
+from stereotrack_core.simulation.shading import LIGHT, mark, shade
 from stereotrack_core.simulation.textures import material_table
 
 _NEAR = 0.15
@@ -29,6 +30,22 @@ class Posed:
     actor: Actor
     vertices: FloatArray
     normals: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """Truth of a picture's pixels (their upper left samples).
+
+    Attributes
+    ----------
+    depth : (H, W) float32
+        Metres along the camera's z.
+    stuff : (H, W) int8
+        Row of a person's materials (skin, hair, shirt ...); -1 for the room.
+    """
+
+    depth: Float32Array
+    stuff: NDArray[np.int8]
 
 
 class CameraRenderer:
@@ -77,6 +94,24 @@ class CameraRenderer:
             top, bottom, left, right = box
             light[top:bottom, left:right] = self._drawn(people, projected, box)
         return self._sensor.exposed(light, frame)
+
+    def seen(self, people: Sequence[Posed]) -> Seen:
+        """Truth of every pixel, for measuring what a matcher makes of the pictures."""
+        depth = self._depth.copy()
+        ids, weights = _empty_ids(depth)
+        stuff = np.full(depth.shape, -1, np.int8)
+        first = 0
+        for posed in people:
+            dressed = posed.actor
+            pixels, nearness = self._projected(posed.vertices)
+            rasterise(pixels, nearness, dressed.triangles, first, 0, 0, depth, ids, weights)
+            mark(
+                ids, weights, first, dressed.triangles, dressed.vertices, dressed.marks, stuff
+            )  # fmt: skip
+            first += len(dressed.triangles)
+        picked = np.s_[::SAMPLES, ::SAMPLES]
+        far = np.float32(1.0) / np.maximum(depth[picked], np.float32(1e-3))
+        return Seen(far.astype(np.float32), stuff[picked])
 
     def _drawn(
         self,

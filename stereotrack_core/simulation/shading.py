@@ -91,6 +91,22 @@ def shade(
 
 
 @compiled
+def mark(
+    ids: Any, weights: Any, first_id: int, triangles: Any, points: Any, marks: Any, stuff: Any
+) -> None:
+    """Write what a person wears at each sample that shows these triangles, (h, w) int8."""
+    for y in range(ids.shape[0]):
+        for x in range(ids.shape[1]):
+            t = ids[y, x] - first_id
+            if t < 0 or t >= triangles.shape[0]:
+                continue
+            wb, wc = weights[y, x, 0], weights[y, x, 1]
+            i, j, k = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+            p = (1.0 - wb - wc) * points[i] + wb * points[j] + wc * points[k]
+            stuff[y, x] = _region(p[0], p[1], p[2], marks)
+
+
+@compiled
 def _brightness(nx: float, ny: float, nz: float, light: Any) -> float:
     length = max(np.sqrt(nx * nx + ny * ny + nz * nz), 1e-9)
     strong = (nx * light[0, 0] + ny * light[0, 1] + nz * light[0, 2]) / length

@@ -68,26 +68,41 @@ class JointState:
     feet: FloatArray
 
 
-def between(a: JointState, b: JointState, share: float) -> JointState:
-    """The state at `share` of the way from `a` to `b`; rotations on the shortest arc."""
+def difference(a: JointState, b: JointState) -> FloatArray:
+    """The step (n,) that leads from `a` to `b`: lengths, angles and rotation vectors.
 
-    def line(p: FloatArray, q: FloatArray) -> FloatArray:
-        return p + share * (q - p)
+    Rotations take the shortest arc.
+    """
+    parts = [b.position - a.position, b.elbows - a.elbows, b.ankles - a.ankles]
+    for p, q in ((a.trunk, b.trunk), (a.arms, b.arms), (a.hands, b.hands), (a.feet, b.feet)):
+        parts.append(vector_from_rotation(np.swapaxes(p, -1, -2) @ q))
+    return np.concatenate([part.ravel() for part in parts])
 
-    def arc(p: FloatArray, q: FloatArray) -> FloatArray:
-        step = vector_from_rotation(np.swapaxes(p, -1, -2) @ q)
-        result: FloatArray = p @ rotation_from_vector(share * step)
+
+def moved(state: JointState, step: FloatArray) -> JointState:
+    """The state after a step (n,); ``moved(a, difference(a, b))`` is `b`."""
+    position, elbows, ankles, trunk, arms, hands, feet = np.split(
+        np.asarray(step), np.cumsum([3, 2, 6, 15, 6, 6])
+    )
+
+    def turned(rotations: FloatArray, vectors: FloatArray) -> FloatArray:
+        result: FloatArray = rotations @ rotation_from_vector(vectors.reshape(-1, 3))
         return result
 
     return JointState(
-        line(a.position, b.position),
-        arc(a.trunk, b.trunk),
-        arc(a.arms, b.arms),
-        line(a.elbows, b.elbows),
-        arc(a.hands, b.hands),
-        line(a.ankles, b.ankles),
-        arc(a.feet, b.feet),
+        state.position + position,
+        turned(state.trunk, trunk),
+        turned(state.arms, arms),
+        state.elbows + elbows,
+        turned(state.hands, hands),
+        state.ankles + ankles.reshape(2, 3),
+        turned(state.feet, feet),
     )
+
+
+def between(a: JointState, b: JointState, share: float) -> JointState:
+    """The state at `share` of the way from `a` to `b`."""
+    return moved(a, share * difference(a, b))
 
 
 def rest_joints(person: Person) -> FloatArray:

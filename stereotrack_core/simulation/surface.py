@@ -40,6 +40,7 @@ class RestSurface:
     ----------
     vertices : (V, 3) float64, metres
     triangles : (T, 3) int64
+        Counter-clockwise seen from outside.
     """
 
     vertices: FloatArray
@@ -66,7 +67,7 @@ def rest_surface(person: Person, *, spacing: float = 0.012) -> RestSurface:
     contour.Update()
     mesh = contour.GetOutput()
     vertices = vtk_to_numpy(mesh.GetPoints().GetData()).astype(np.float64)
-    triangles = vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    triangles = vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3)[:, ::-1]
     return RestSurface(vertices, triangles.astype(np.int64))
 
 
