@@ -112,6 +112,11 @@ class NumberedImages:
         """Number of frames; final."""
         return self._count, True
 
+    def missing(self) -> tuple[int, ...]:
+        """File numbers that are absent between the first and the last."""
+        numbers = range(self._lowest, self._lowest + self._count)
+        return tuple(n for n in numbers if n not in self._files)
+
     def read(self, k: int, keep: Keep) -> NDArray[Any]:  # noqa: ARG002 - nothing is on the way
         """Picture of frame k."""
         file = self._files.get(self._lowest + k)

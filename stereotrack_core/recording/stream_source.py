@@ -24,6 +24,9 @@ class StreamSource(Protocol):
     def count_so_far(self) -> tuple[int, bool]:
         """Number of frames known or estimated now, and whether it is final; never waits."""
 
+    def missing(self) -> tuple[int, ...]:
+        """Numbers of files that are absent between the first and the last."""
+
     def read(self, k: int, keep: Keep) -> NDArray[Any]:
         """Picture of frame k; DamagedFrame where it cannot be decoded."""
 

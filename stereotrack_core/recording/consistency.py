@@ -1,0 +1,233 @@
+"""Do the cameras agree with each other, in space and in time?
+
+Asks points that were seen by several views: clicks, a detector's output or the corners of a
+calibration board that lie beside the recording, and its reference.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.triangulation import nearest_to_rays
+from stereotrack_core.recording.csv_table import read_rows, whole_number
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.finding import Finding
+
+FILES: tuple[tuple[str, str], ...] = (
+    ("clicks.csv", "landmark"),
+    ("board_corners_2d.csv", "corner"),
+)
+"""Files of pixels and the column that names the point."""
+
+LEAST_POINTS = 30
+DISAGREEMENT_RATIO = 2.5
+DISAGREEMENT_PX = 6.0
+LEAST_SPEED_PX = 3.0
+"""Pixels per frame; slower points say nothing about time."""
+
+SHIFTS = np.round(np.arange(-2.0, 2.01, 0.05), 2)
+LEAST_SHIFT = 0.15
+LEAST_GAIN = 0.12
+CAP_PX = 15.0
+"""Larger errors count as this much, so that wrong points do not decide."""
+
+
+@dataclass(frozen=True, eq=False)
+class Observations:
+    """Pixels of points in views over frames.
+
+    Attributes
+    ----------
+    views : tuple of str
+    frame : (F,) int64
+        Contiguous.
+    pixels : (V, F, L, 2) float64
+        NaN where not seen.
+    """
+
+    views: tuple[str, ...]
+    frame: IntArray
+    pixels: FloatArray
+
+
+def check_consistency(recording: Recording) -> Iterator[Finding]:
+    """Views that contradict the others, in place or in time."""
+    for file, column in FILES:
+        if not (recording.folder / file).is_file():
+            continue
+        try:
+            seen = _observations(recording, file, column)
+        except InputError as error:
+            yield Finding("note", error.where, error.what, error.remedy)
+            continue
+        if seen is None or len(seen.views) < 3:
+            continue
+        cameras = _cameras(recording)
+        misplaced = list(_check_place(file, cameras, seen))
+        yield from misplaced
+        if not misplaced:
+            yield from _check_time(file, cameras, seen, recording.fps)
+
+
+def _cameras(recording: Recording) -> dict[str, Camera]:
+    """Cameras by what a row of clicks may say: a view's name or a camera's."""
+    views = {
+        view.name: recording.cameras[view.image.camera]
+        for view in recording.views
+        if view.image.camera in recording.cameras
+    }
+    return {**recording.cameras, **views}
+
+
+def _observations(recording: Recording, file: str, column: str) -> Observations | None:
+    path = recording.folder / file
+    cameras = _cameras(recording)
+    names: dict[str, int] = {}
+    points: dict[str, int] = {}
+    rows: list[tuple[int, int, int, float, float]] = []
+    header = ("frame", "view", column, "x", "y")
+    for line, cells in read_rows(path, header):
+        if cells["view"] not in cameras:
+            continue
+        try:
+            x, y = float(cells["x"]), float(cells["y"])
+        except ValueError:
+            continue  # not seen there
+        view = names.setdefault(cells["view"], len(names))
+        point = points.setdefault(cells[column], len(points))
+        rows.append((view, whole_number(cells["frame"], path, line, "frame"), point, x, y))
+    if not rows:
+        return None
+    table = np.array(rows)
+    view, frame, point = table[:, :3].astype(np.int64).T
+    frames = np.arange(frame.min(), frame.max() + 1)
+    pixels = np.full((len(names), len(frames), len(points), 2), np.nan)
+    pixels[view, frame - frames[0], point] = table[:, 3:]
+    return Observations(tuple(names), frames, pixels)
+
+
+def _rays(cameras: Mapping[str, Camera], seen: Observations) -> tuple[FloatArray, FloatArray]:
+    """Origins (V, 3) and directions (V, F, L, 3), world."""
+    origins = np.array([cameras[name].position_world for name in seen.views])
+    directions = np.full((*seen.pixels.shape[:3], 3), np.nan)
+    for i, name in enumerate(seen.views):
+        known = np.isfinite(seen.pixels[i]).all(axis=-1)
+        if known.any():
+            directions[i, known] = cameras[name].rays_world(seen.pixels[i, known])
+    return origins, directions
+
+
+def _triangulated(origins: FloatArray, directions: FloatArray, views: list[int]) -> FloatArray:
+    """Points (F, L, 3), world, from some of the views."""
+    rays = np.moveaxis(directions[views], 0, -2)
+    return nearest_to_rays(origins[views], rays)
+
+
+def _distances(camera: Camera, points: FloatArray, pixels: FloatArray) -> FloatArray:
+    difference = camera.project(points) - pixels
+    return np.asarray(np.linalg.norm(difference, axis=-1), dtype=np.float64)
+
+
+def _median(values: FloatArray) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if known.size >= LEAST_POINTS else float("nan")
+
+
+def _check_place(file: str, cameras: Mapping[str, Camera], seen: Observations) -> Iterator[Finding]:
+    """The view without which the others agree best, if it is far from what they say."""
+    origins, directions = _rays(cameras, seen)
+    verdicts = []
+    for i, name in enumerate(seen.views):
+        others = [j for j in range(len(seen.views)) if j != i]
+        points = _triangulated(origins, directions, others)
+        own = _median(_distances(cameras[name], points, seen.pixels[i]))
+        rest = [_median(_distances(cameras[seen.views[j]], points, seen.pixels[j])) for j in others]
+        verdicts.append((float(np.median(rest)), own, name))
+    agreement, own, name = min(verdicts, key=lambda v: v[0] if np.isfinite(v[0]) else np.inf)
+    if own > DISAGREEMENT_PX and own > DISAGREEMENT_RATIO * agreement:
+        yield Finding(
+            "warning",
+            f"calibration.toml, view {name}",
+            f"it disagrees with the other cameras: points of {file} that they agree on within"
+            f" {agreement:.0f} px lie {own:.0f} px off in its image (median)",
+            "Leave this view out where accuracy matters, or calibrate it again.",
+        )
+
+
+def _check_time(
+    file: str, cameras: Mapping[str, Camera], seen: Observations, fps: float
+) -> Iterator[Finding]:
+    """The view whose epipolar error falls most when its frames are taken as earlier or later."""
+    verdicts = [(*_best_shift(cameras, seen, i), name) for i, name in enumerate(seen.views)]
+    shift, gain, name = max(verdicts, key=lambda verdict: verdict[1])
+    if abs(shift) < LEAST_SHIFT or gain < LEAST_GAIN:
+        return
+    yield Finding(
+        "warning",
+        f"recording.toml, view {name}, time_offset",
+        f"it is out of step with the other views: what they show in a frame it shows"
+        f" {1000 * abs(shift) / fps:.0f} ms ({abs(shift):.2f} frames)"
+        f" {'later' if shift > 0 else 'earlier'}; taken so, the points of {file} fit"
+        f" {100 * gain:.0f} % better",
+        f"State time_offset = {shift / fps:.3f} for its stream, or synchronise the cameras.",
+    )
+
+
+def _best_shift(cameras: Mapping[str, Camera], seen: Observations, i: int) -> tuple[float, float]:
+    """Shift s in frames for which view i at k + s fits the others at k best, and the gain.
+
+    The gain is the relative fall of the mean epipolar error, over the same points for all s.
+    """
+    pixels = seen.pixels[i]
+    if len(pixels) < 2:
+        return 0.0, 0.0
+    speed = np.linalg.norm(np.gradient(pixels, axis=0), axis=-1)
+    both_ends = _shifted(pixels, float(SHIFTS[0])) + _shifted(pixels, float(SHIFTS[-1]))
+    usable = np.isfinite(both_ends).all(axis=-1) & (speed > LEAST_SPEED_PX)
+    others = [j for j in range(len(seen.views)) if j != i]
+    own_camera = cameras[seen.views[i]]
+    errors = []
+    for s in SHIFTS:
+        own = _shifted(pixels, float(s))[usable]
+        against = [
+            _epipolar_error(own_camera, own, cameras[seen.views[j]], seen.pixels[j][usable])
+            for j in others
+        ]
+        if sum(map(len, against)) < LEAST_POINTS:
+            return 0.0, 0.0
+        errors.append(float(np.mean(np.minimum(np.concatenate(against), CAP_PX))))
+    now, best = errors[int(np.abs(SHIFTS).argmin())], int(np.argmin(errors))
+    return float(SHIFTS[best]), (now - errors[best]) / now if now > 0 else 0.0
+
+
+def _epipolar_error(a: Camera, pixels_a: FloatArray, b: Camera, pixels_b: FloatArray) -> FloatArray:
+    """Mean distance in pixels, to both sides, of points from each other's epipolar planes."""
+    known = np.isfinite(pixels_a).all(axis=-1) & np.isfinite(pixels_b).all(axis=-1)
+    if not known.any():
+        return np.empty(0)
+    rays_a, rays_b = a.rays_world(pixels_a[known]), b.rays_world(pixels_b[known])
+    baseline = b.position_world - a.position_world
+    sines = []
+    for one, other in ((rays_a, rays_b), (rays_b, rays_a)):
+        normal = np.cross(baseline, one)
+        normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+        sines.append(np.abs(np.einsum("ij,ij->i", normal, other)))
+    result: FloatArray = (sines[0] * b.matrix[0, 0] + sines[1] * a.matrix[0, 0]) / 2
+    return result
+
+
+def _shifted(path: FloatArray, shift: float) -> FloatArray:
+    """A path (F, L, 2) at k + shift, linear between frames; NaN where a neighbour is not known."""
+    at = np.arange(len(path)) + shift
+    below = np.floor(at).astype(int)
+    part = (at - below)[:, None, None]
+    padded = np.concatenate([path, np.full((1, *path.shape[1:]), np.nan)])
+    first = padded[np.where((below >= 0) & (below < len(path)), below, len(path))]
+    second = padded[np.where((below >= -1) & (below + 1 < len(path)), below + 1, len(path))]
+    return np.asarray(np.where(part == 0, first, (1 - part) * first + part * second))

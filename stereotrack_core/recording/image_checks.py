@@ -1,0 +1,160 @@
+"""What looks wrong about the images themselves; decodes all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.finding import Finding
+from stereotrack_core.recording.frames import ViewImages
+from stereotrack_core.recording.reader import FrameReader
+
+DARK_SHARE = 0.35
+"""Of what is usual in the view."""
+
+DARK_LEVEL = 40.0
+"""Grey value that 98 percent of a dark image do not reach; empty borders do not make it dark."""
+
+FROZEN_FRAMES = 5
+GAIN_RATIO = 1.2
+STEP = 4
+"""Only every so many pixels in each direction are looked at."""
+
+
+@dataclass
+class _Watched:
+    """What is remembered of one stream over the frames."""
+
+    frames: list[int] = field(default_factory=list)
+    brightness: list[float] = field(default_factory=list)
+    highlights: list[float] = field(default_factory=list)
+    repeated: list[bool] = field(default_factory=list)
+    depth_share: list[float] = field(default_factory=list)
+    last: NDArray[Any] | None = None
+
+    def add(self, k: int, image: NDArray[Any]) -> None:
+        small = image[::STEP, ::STEP]
+        same = self.last is not None and np.array_equal(small, self.last)
+        self.frames.append(k)
+        self.brightness.append(float(small.mean()))
+        self.highlights.append(float(np.percentile(small, 98)))
+        self.repeated.append(bool(same))
+        self.last = small.copy()
+
+
+def check_images(recording: Recording) -> Iterator[Finding]:
+    """Damaged frames, dark or frozen stretches, and gain differences within stereo pairs."""
+    watched: dict[tuple[str, str], _Watched] = {}
+    problems: dict[str, list[str]] = {}
+    with FrameReader(recording, colour=False, cache_bytes=64 * 1024 * 1024) as reader:
+        for k in range(reader.frame_count):
+            frame_set = reader.frame_set(k)
+            for view, problem in frame_set.problems.items():
+                problems.setdefault(view, []).append(problem)
+            for view, images in frame_set.views.items():
+                _watch(watched, view, images, k)
+    for view, sentences in problems.items():
+        yield Finding(
+            "error",
+            f"view {view}",
+            f"{len(sentences)} frames cannot be decoded; the first: {sentences[0].rstrip('.')}",
+            "Copy the file again from the source; the view is absent in these frames.",
+        )
+    for (view, key), one in watched.items():
+        yield from _check_darkness(f"view {view}, {key}", one)
+    yield from _check_frozen(watched)
+    yield from _check_gain(watched)
+    yield from _check_depth(watched)
+
+
+def _watch(watched: dict[tuple[str, str], _Watched], view: str, images: ViewImages, k: int) -> None:
+    for key, image in (("left", images.left), ("image", images.image)):
+        if image is not None:
+            watched.setdefault((view, key), _Watched()).add(k, image)
+    if images.depth is not None:
+        share = float(np.isfinite(images.depth[::STEP, ::STEP]).mean())
+        watched[view, "image"].depth_share.append(share)
+
+
+def _check_darkness(where: str, one: _Watched) -> Iterator[Finding]:
+    brightness = np.array(one.highlights)
+    usual = float(np.median(brightness))
+    if usual < DARK_LEVEL:
+        yield Finding(
+            "warning",
+            where,
+            f"the images are dark (98 percent of the pixels are below {usual:.0f} of 255)",
+            "Expose longer, or open the aperture: the matcher needs contrast.",
+        )
+        return
+    dark = (brightness < DARK_SHARE * usual) & (brightness < DARK_LEVEL)
+    for first, end in _stretches(dark, one.frames):
+        yield Finding(
+            "warning",
+            where,
+            f"the view is dark from frame {first} to {end - 1}",
+            "It is of no use there: leave out these frames or this view.",
+        )
+
+
+def _stretches(flags: NDArray[np.bool_], frames: list[int]) -> list[tuple[int, int]]:
+    """Half-open stretches of frame numbers where the flag is set."""
+    edges = np.diff(np.concatenate([[False], flags, [False]]).astype(int))
+    firsts, ends = np.flatnonzero(edges > 0), np.flatnonzero(edges < 0)
+    return [(frames[a], frames[b - 1] + 1) for a, b in zip(firsts, ends, strict=True)]
+
+
+def _check_frozen(watched: dict[tuple[str, str], _Watched]) -> Iterator[Finding]:
+    """Streams that repeat an image while another stream goes on (a still scene freezes all)."""
+    for (view, key), one in watched.items():
+        moving = {
+            k
+            for other, w in watched.items()
+            if other != (view, key)
+            for k, same in zip(w.frames, w.repeated, strict=True)
+            if not same
+        }
+        flags = np.array(one.repeated) & np.array([k in moving for k in one.frames])
+        for first, end in _stretches(flags, one.frames):
+            if end - first >= FROZEN_FRAMES:
+                yield Finding(
+                    "warning",
+                    f"view {view}, {key}",
+                    f"the image is frozen from frame {first - 1} to {end - 1} while other views"
+                    " go on",
+                    "The camera dropped frames; look whether it is late afterwards.",
+                )
+
+
+def _check_gain(watched: dict[tuple[str, str], _Watched]) -> Iterator[Finding]:
+    for (view, key), left in watched.items():
+        right = watched.get((view, "image"))
+        if key != "left" or right is None:
+            continue
+        levels = [float(np.median(w.brightness)) for w in (left, right)]
+        if min(levels) > 0 and max(levels) / min(levels) > GAIN_RATIO:
+            darker = "left" if levels[0] < levels[1] else "right"
+            yield Finding(
+                "note",
+                f"view {view}",
+                f"the {darker} image is darker by a factor of {max(levels) / min(levels):.2f}",
+                "The matcher's low-pass evens this out; equal gain and exposure are better.",
+            )
+
+
+def _check_depth(watched: dict[tuple[str, str], _Watched]) -> Iterator[Finding]:
+    for (view, _), one in watched.items():
+        share = np.array(one.depth_share)
+        empty = share == 0
+        for first, end in _stretches(empty, one.frames) if share.size == len(one.frames) else ():
+            yield Finding(
+                "warning",
+                f"view {view}, depth",
+                f"there is no depth at all from frame {first} to {end - 1}",
+                "Look at the depth files: 0 means no value.",
+            )
