@@ -96,7 +96,7 @@ def put_table(table: Table) -> None:
     )
     console.print(drawn)
     if not terminal:
-        put("\n".join(line.rstrip() for line in buffer.getvalue().rstrip().split("\n")))
+        put("\n".join(line.rstrip() for line in buffer.getvalue().rstrip().split("\n")) + "\n")
 
 
 def number(value: float, digits: int = 1) -> str:

@@ -1,0 +1,75 @@
+"""What the arguments mean."""
+
+from pathlib import Path
+
+import pytest
+
+from stereotrack_core.cli.arguments import check_output, frame_bounds, frames_within, views_of
+from stereotrack_core.errors import InputError
+from stereotrack_core.recording.description import Recording, Stream, View
+
+
+def recording_with(*names, folder=Path("nowhere")):
+    views = tuple(View(name, "mono", Stream(name, f"{name}.mp4")) for name in names)
+    return Recording(folder=folder, name="r", fps=10.0, views=views, cameras={})
+
+
+@pytest.mark.parametrize(
+    ("text", "bounds"),
+    [("3:9", (3, 9)), (":9", (None, 9)), ("3:", (3, None)), (":", (None, None)), ("0:1", (0, 1))],
+)
+def test_frame_bounds(text, bounds):
+    assert frame_bounds(text) == bounds
+
+
+@pytest.mark.parametrize("text", ["", "3", "a:b", "9:3", "3:3", "-1:4", ":0", "1:2:3", "1.5:3"])
+def test_frames_that_make_no_sense(text):
+    with pytest.raises(InputError) as caught:
+        frame_bounds(text)
+    assert caught.value.where == "--frames"
+    assert caught.value.remedy
+
+
+def test_frames_within_a_recording():
+    assert frames_within(None, 7) == range(7)
+    assert frames_within("2:", 7) == range(2, 7)
+    assert frames_within(":7", 7) == range(7)
+    for text in ("2:8", "7:", "7:8"):
+        with pytest.raises(InputError, match="0:7"):
+            frames_within(text, 7)
+    with pytest.raises(InputError, match="no frames"):
+        frames_within(None, 0)
+
+
+@pytest.mark.parametrize(
+    ("names", "text", "chosen"),
+    [
+        ("NOSW", "NS", ("N", "S")),
+        ("NOSW", "N", ("N",)),
+        ("NOSW", "S+N+S", ("S", "N")),
+        (("cam_0", "cam_1", "cam_2"), "cam_0+cam_2", ("cam_0", "cam_2")),
+        (("NS", "N", "S"), "NS", ("NS",)),
+        ("NOSW", None, None),
+    ],
+)
+def test_views(names, text, chosen):
+    assert views_of(recording_with(*names), text) == chosen
+
+
+@pytest.mark.parametrize("text", ["NX", "cam_0", "", "N+", "N,S"])
+def test_views_that_are_not_there(text):
+    with pytest.raises(InputError, match="N, O, S, W") as caught:
+        views_of(recording_with(*"NOSW"), text)
+    assert caught.value.where == "--views"
+
+
+def test_output_places(tmp_path):
+    inside = recording_with("N", folder=tmp_path)
+    other = recording_with("N", folder=tmp_path / "other")
+    assert check_output(tmp_path / "run.npz", other) == tmp_path / "run.npz"
+    with pytest.raises(InputError, match="never written to"):
+        check_output(tmp_path / "run.npz", inside)
+    with pytest.raises(InputError, match="no such folder"):
+        check_output(tmp_path / "absent" / "run.npz")
+    with pytest.raises(InputError, match="this is a folder"):
+        check_output(tmp_path)

@@ -1,0 +1,68 @@
+"""The benchmarks as a command; their figures are checked where they are measured."""
+
+import json
+import subprocess
+
+import pytest
+
+from stereotrack_core.cli import bench
+from stereotrack_core.evaluation.benchmarks import correction_speed
+
+
+@pytest.fixture
+def few_sizes(monkeypatch):
+    whole = correction_speed.correction_speed
+    monkeypatch.setattr(
+        correction_speed, "correction_speed", lambda **kw: whole((8, 32), budget=0.01)
+    )
+
+
+def test_correction_alone(run, few_sizes):
+    ended = run("bench", "--only", "correction", "--json")
+    assert ended.status == 0
+    assert [size["m"] for size in ended.json["correction"]["sizes"]] == [8, 32]
+    assert "chain" not in ended.json
+    assert "correction" in ended.err
+    assert "m^" in run("bench", "--only", "correction").out
+
+
+def test_chain_alone(run, recording):
+    ended = run("bench", recording, "--only", "chain", "--frames", 2, "--rounds", 1, "--json")
+    assert ended.status == 0
+    assert [row["preset"] for row in ended.json["chain"]] == ["fast", "accurate", "thesis"]
+    for row in ended.json["chain"]:
+        assert row["ratio"] == pytest.approx(row["seconds"] / row["matching_seconds"])
+
+
+def window(monkeypatch, stdout="", *, present=True, fails=False):
+    def measured(command, **_):
+        assert command[1:3] == ["-m", "app.bench"]
+        if fails:
+            raise subprocess.CalledProcessError(1, command, "", "no screen\n")
+        return subprocess.CompletedProcess(command, 0, stdout, "")
+
+    monkeypatch.setattr(bench.importlib.util, "find_spec", lambda _: object() if present else None)
+    monkeypatch.setattr(bench.subprocess, "run", measured)
+
+
+def test_window_figures_are_read(run, recording, monkeypatch):
+    window(monkeypatch, json.dumps({"frame_step_ms": 31.25}))
+    ended = run("bench", recording, "--only", "window", "--json")
+    assert ended.json["window"] == {"frame_step_ms": 31.25}
+    assert "frame step ms" in run("bench", recording, "--only", "window").out
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"present": False}, "not installed"),
+        ({"fails": True}, "no screen"),
+        ({"stdout": "hello"}, "could not be measured"),
+    ],
+)
+def test_window_that_cannot_be_measured(run, recording, monkeypatch, options, words):
+    window(monkeypatch, **options)
+    ended = run("bench", recording, "--only", "window", "--json")
+    assert ended.status == 0
+    assert ended.json["window"] is None
+    assert words in ended.err

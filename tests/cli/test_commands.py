@@ -1,0 +1,261 @@
+"""The commands on a tiny rendered recording, from its making to its errors."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+from stereotrack_core.body.model import body_model, landmarks
+from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.cli import tracking_job
+from stereotrack_core.evaluation.errors import errors_against
+from stereotrack_core.interop.run_file import RUN_SUFFIXES, read_run, read_trajectory
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+
+MEASURES = {
+    *("torso_position", "torso_long", "torso_cross", "upper_arms", "forearms"),
+    *("left_upper_arm", "right_upper_arm", "left_forearm", "right_forearm"),
+}
+
+
+def test_simulate_says_what_it_made(run, tmp_path):
+    small = ("--set", "width=96", "--set", "height=64", "--set", "focal=60")
+    ended = run("simulate", tmp_path / "a", "--frames", 2, "--views", "N", *small, "--json")
+    assert ended.status == 0
+    assert ended.json["frames"] == 2
+    assert (tmp_path / "a" / "recording.toml").is_file()
+    again = run("simulate", tmp_path / "a", "--frames", 2)
+    assert again.status == 2
+    assert again.out == ""
+    for wrong in (("--person", "P9"), ("--set", "clothes=silk"), ("--frames", "0")):
+        ended = run("simulate", tmp_path / "b", *wrong)
+        assert ended.status == 2
+        assert not (tmp_path / "b").exists()
+
+
+def test_track_writes_a_complete_run(run, recording, tracked):
+    stored = read_run(tracked)
+    assert stored.frame.tolist() == list(range(10))
+    assert stored.meta["preset"] == "fast"
+    assert stored.meta["recording_folder"] == str(recording)
+    assert stored.meta["wall_seconds"] > 0
+    assert stored.tracked.any()
+
+
+@pytest.mark.parametrize("suffix", RUN_SUFFIXES)
+def test_track_writes_every_format(run, recording, tmp_path, suffix):
+    path = tmp_path / f"run{suffix}"
+    ended = run("track", recording, "-o", path, "--frames", "2:4", "--preset", "fast", "--json")
+    assert ended.status == 0
+    assert ended.err == ""
+    assert ended.json["frames"] == 2
+    assert ended.json["run"] == str(path)
+    assert path.is_file()
+    if suffix != ".bvh":
+        assert read_trajectory(path).frame.tolist() == [2, 3]
+
+
+def test_track_repeats_itself(run, recording, tmp_path):
+    options = ("--preset", "thesis", "--seed", "5", "--frames", ":3", "--set", "model_points=40")
+    for name in ("a", "b"):
+        assert run("track", recording, "-o", tmp_path / f"{name}.npz", *options).status == 0
+    a, b = read_run(tmp_path / "a.npz"), read_run(tmp_path / "b.npz")
+    np.testing.assert_array_equal(a.landmarks, b.landmarks)
+    assert a.meta["parameters"]["model_points"] == 40
+    assert a.meta["seed"] == 5
+
+
+def test_first_pose_from_a_file(recording, tracked):
+    body = body_model(AVERAGE)
+    for path, tolerance in ((tracked, 1e-9), (recording / "reference.csv", 1e-5)):
+        known = read_trajectory(path)
+        pose = tracking_job.first_pose(str(path), 6)
+        found = LandmarkTrajectory(np.array([6]), landmarks(body, pose)[None])
+        errors = errors_against(found, known).between(6, 7)
+        assert errors.torso_position[0] < tolerance
+        assert errors.upper_arm.max() < tolerance
+        assert errors.forearm.max() < tolerance
+    assert tracking_job.first_pose("tpose", 6) == "tpose"
+
+
+def test_track_goes_on_from_a_file(run, recording, tracked, tmp_path):
+    stretch = ("--preset", "fast", "--frames", "6:8")
+    for init in (tracked, recording / "reference.csv"):
+        path = tmp_path / "later.npz"
+        assert run("track", recording, "-o", path, "--init", init, *stretch).status == 0
+        assert read_run(path).meta["init"] == "pose"
+    beyond = tmp_path / "short.npz"
+    assert run("track", recording, "-o", beyond, "--frames", ":2", "--preset", "fast").status == 0
+    ended = run("track", recording, "-o", tmp_path / "x.npz", "--init", beyond, *stretch)
+    assert ended.status == 2
+    assert "frame 6" in ended.err
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["-o", "run.pkl"], "suffix"),
+        (["-o", "absent/run.npz"], "no such folder"),
+        (["-o", "{recording}/run.npz"], "never written to"),
+        (["--smooth"], "not available yet"),
+        (["--init", "auto"], "not available yet"),
+        (["--init", "nowhere"], "--init"),
+        (["--init", "nowhere.npz"], "no such file"),
+        (["--preset", "luck"], "thesis"),
+        (["--set", "luck=1"], "luck"),
+        (["--set", "iterations"], "NAME=VALUE"),
+        (["--set", "iterations=0"], "iterations"),
+        (["--frames", "5:50"], "0:10"),
+        (["--views", "NX"], "NX"),
+        (["--seed", "-1"], "--seed"),
+    ],
+)
+def test_track_refuses_wrong_input_before_working(
+    run, recording, tmp_path, monkeypatch, options, words
+):
+    monkeypatch.chdir(tmp_path)
+    options = [text.format(recording=recording) for text in options]
+    output = () if "-o" in options else ("-o", "run.npz")
+    ended = run("track", recording, *output, *options)
+    assert ended.status == 2
+    assert ended.out == ""
+    assert words in ended.err
+    assert ended.err.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_track_that_is_stopped_keeps_what_it_has(run, recording, tmp_path, monkeypatch):
+    from contextlib import contextmanager
+
+    @contextmanager
+    def after_three():
+        asked = iter([False, False, True])
+        yield lambda: next(asked)
+
+    monkeypatch.setattr(tracking_job, "stoppable", after_three)
+    path = tmp_path / "run.npz"
+    ended = run("track", recording, "-o", path, "--preset", "fast", "--json")
+    assert ended.status == 1
+    assert "3 of 10" in ended.err
+    assert ended.json["stopped"] is True
+    assert read_run(path).frame.tolist() == [0, 1, 2]
+
+
+def test_evaluate_prints_the_measures(run, recording, tracked):
+    ended = run("evaluate", tracked, "--segments")
+    assert ended.status == 0
+    assert ended.err == ""
+    for words in ("torso position [mm]", "forearms [deg]", "left forearm", "lost", "t-pose"):
+        assert words in ended.out
+    facts = run("evaluate", tracked, "--segments", "--json").json
+    assert set(facts["measures"]) == MEASURES
+    assert facts["frames"] == 10
+    assert facts["frames_per_second"] > 0
+    assert facts["segments"][0]["name"] == "t-pose"
+    forearms = facts["measures"]["forearms"]
+    assert forearms["unit"] == "deg"
+    assert forearms["median"] <= forearms["p95"]
+
+
+def test_evaluate_against_itself_and_a_part(run, recording, tmp_path):
+    reference = recording / "reference.csv"
+    perfect = run("evaluate", reference, "--reference", reference, "--json").json
+    assert perfect["measures"]["upper_arms"]["p95"] < 1e-6
+    assert perfect["lost_percent"] == 0
+    lines = reference.read_text().splitlines(keepends=True)
+    half = tmp_path / "half.csv"
+    half.write_text("".join(line for line in lines if not line[:1].isdigit() or int(line[0]) < 5))
+    ended = run("evaluate", half, "--reference", reference, "--json")
+    assert ended.json["not_tracked"] == 5
+    assert ended.json["lost_percent"] == 50
+    assert "lacks 5 of the 10" in ended.err
+    ended = run("evaluate", half, "--reference", reference, "--json", "--frames", ":5")
+    assert ended.json["lost_percent"] == 0
+    assert ended.err == ""
+
+
+def test_evaluate_follows_the_recording(run, recording, tracked, tmp_path):
+    shutil.copytree(recording, tmp_path / "there" / "tiny")
+    shutil.copy(tracked, tmp_path / "there" / "tiny.npz")
+    facts = run("evaluate", tmp_path / "there" / "tiny.npz", "--json").json
+    assert facts["reference"] == str(tmp_path / "there" / "tiny")
+
+
+def test_evaluate_without_truth(run, recording, tmp_path):
+    reference = recording / "reference.csv"
+    for arguments, words in (
+        ([reference], "--reference"),
+        ([tmp_path / "none.npz"], "no such file"),
+        ([tmp_path / "none.xyz"], "suffix"),
+        ([reference, "--reference", reference, "--frames", "50:60"], "none of the frames"),
+        ([reference, "--reference", reference, "--frames", "x"], "--frames"),
+    ):
+        ended = run("evaluate", *arguments)
+        assert (ended.status, ended.out) == (2, "")
+        assert words in ended.err
+    alone = tmp_path / "alone.csv"
+    shutil.copy(reference, alone)
+    ended = run("evaluate", reference, "--reference", alone, "--segments")
+    assert ended.status == 2
+    assert "segments.csv" in ended.err
+
+
+def test_evaluate_after_the_recording_has_gone(run, tracked, tmp_path):
+    from stereotrack_core.interop.run_file import write_run
+
+    stored = read_run(tracked)
+    stored.meta["recording_folder"] = str(tmp_path / "gone")
+    write_run(tmp_path / "run.npz", stored)
+    ended = run("evaluate", tmp_path / "run.npz")
+    assert ended.status == 2
+    assert "not there any more" in ended.err
+
+
+def test_cloud(run, recording, tmp_path):
+    path = tmp_path / "cloud.ply"
+    ended = run("cloud", recording, "--frame", 3, "-o", path, "--json")
+    assert ended.status == 0
+    assert ended.json["points"] > 100
+    assert sum(ended.json["points_of_view"].values()) == ended.json["points"]
+    assert path.read_bytes().startswith(b"ply\nformat binary_little_endian 1.0\n")
+    north = run("cloud", recording, "--frame", 3, "-o", path, "--views", "N")
+    assert "N" in north.out
+    assert "S " not in north.out
+    for wrong in (("--frame", 99, "-o", path), ("--frame", 0, "-o", tmp_path / "cloud.obj")):
+        ended = run("cloud", recording, *wrong)
+        assert (ended.status, ended.out) == (2, "")
+
+
+def test_info(run, recording, tmp_path):
+    ended = run("info", recording)
+    assert ended.status == 0
+    assert "10 at 10 Hz" in ended.out
+    assert "stereo" in ended.out
+    facts = run("info", recording, "--json").json
+    assert facts["content"]["frames"] == 10
+    assert [view["name"] for view in facts["content"]["views"]] == ["N", "S"]
+    assert not [f for f in facts["findings"] if f["severity"] == "error"]
+    broken = tmp_path / "broken"
+    shutil.copytree(recording, broken)
+    text = (broken / "recording.toml").read_text()
+    (broken / "recording.toml").write_text(text.replace("fps = ", "speed = "))
+    ended = run("info", broken, "--json")
+    assert ended.status == 2
+    assert "fps" in json.dumps(ended.json["findings"])
+    assert "in" in ended.err
+    assert run("info", tmp_path / "none").status == 2
+
+
+def test_demo_headless(run, recording, tmp_path):
+    shutil.copytree(recording, tmp_path / "demo" / "recording")
+    ended = run("demo", tmp_path / "demo", "--headless", "--preset", "fast")
+    assert ended.status == 0
+    assert "forearms [deg]" in ended.out
+    assert "t-pose" in ended.out
+    assert str(tmp_path / "demo" / "run.npz") in ended.err
+    assert read_run(tmp_path / "demo" / "run.npz").frame.size == 10
+    facts = run("demo", tmp_path / "demo", "--headless", "--preset", "fast", "--json").json
+    assert set(facts["measures"]) == MEASURES
+    (tmp_path / "file").write_text("")
+    assert run("demo", tmp_path / "file", "--headless").status == 2

@@ -1,0 +1,146 @@
+"""The program as a whole: help, exit status, and what goes to which stream."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+
+import pytest
+
+from stereotrack_core import __version__
+from stereotrack_core.cli import program
+from stereotrack_core.cli.command import Command
+from stereotrack_core.cli.progress import stoppable
+from stereotrack_core.errors import Cancelled, InputError
+
+NAMES = [command.name for command in program.COMMANDS]
+
+
+def test_list_of_commands(run):
+    for arguments in ([], ["--help"], ["help"]):
+        ended = run(*arguments)
+        assert ended.status == 0
+        assert ended.err == ""
+        for command in program.COMMANDS:
+            assert f"stereotrack {command.name} " in ended.out
+            assert command.summary in ended.out
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_help_of_every_command(run, name):
+    ended = run(name, "--help")
+    assert ended.status == 0
+    assert ended.out.startswith(f"usage: stereotrack {name}")
+    assert ended.err == ""
+    if name != "help":
+        assert run("help", name).out == ended.out
+
+
+def test_version(run):
+    assert run("--version").out == f"stereotrack {__version__}\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["fly"], "'fly'"),
+        (["help", "fly"], "'fly'"),
+        (["track"], "RECORDING"),
+        (["track", "a", "-o", "b.npz", "--what"], "--what"),
+        (["cloud", "a", "-o", "b.ply", "--frame", "x"], "--frame"),
+        (["bench", "--only", "luck"], "luck"),
+        (["bench", "--rounds", "0", "--only", "correction"], "--rounds"),
+        (["open", "somewhere"], "workbench"),
+    ],
+)
+def test_wrong_arguments_give_one_sentence(run, arguments, words):
+    ended = run(*arguments)
+    assert ended.status == 2
+    assert ended.out == ""
+    assert words in ended.err
+    assert ended.err.startswith("stereotrack: ")
+    assert ended.err.count("\n") == 1
+
+
+def failing(monkeypatch, error):
+    def fail(args):
+        raise error
+
+    command = Command("fail", "fails", "", lambda parser: None, fail)
+    monkeypatch.setattr(program, "COMMANDS", (*program.COMMANDS, command))
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "words"),
+    [
+        (InputError("it is wrong", where="a.toml, fps", remedy="Write 10."), 2, "a.toml, fps: it"),
+        (InputError("no full stop"), 2, "no full stop."),
+        (Cancelled(), 1, "Stopped."),
+        (KeyboardInterrupt(), 1, "Stopped."),
+        (ZeroDivisionError("by zero"), 1, "--debug"),
+        (MemoryError(), 1, "MemoryError: no details"),
+        (BrokenPipeError(), 1, ""),
+    ],
+)
+def test_errors_become_a_sentence_and_a_status(run, monkeypatch, error, status, words):
+    failing(monkeypatch, error)
+    ended = run("fail")
+    assert ended.status == status
+    assert ended.out == ""
+    assert words in ended.err
+    assert "Traceback" not in ended.err
+
+
+def test_debug_shows_the_traceback(run, monkeypatch):
+    failing(monkeypatch, ZeroDivisionError("by zero"))
+    ended = run("fail", "--debug")
+    assert ended.status == 1
+    assert "Traceback" in ended.err
+    assert "test_program.py" in ended.err
+
+
+def test_start_is_light():
+    heavy = "{'cv2', 'scipy', 'numba', 'rich.table', 'av', 'PySide6', 'ezc3d'}"
+    code = (
+        "import sys; from stereotrack_core.cli import main; main(['help']); "
+        f"print({heavy} & set(sys.modules))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "set()"
+    assert done.stderr == ""
+
+
+def test_reader_that_leaves(tmp_path):
+    code = "import sys; from stereotrack_core.cli import main; sys.exit(main(['help']))"
+    reading, writing = os.pipe()
+    os.close(reading)
+    with os.fdopen(writing, "w") as stdout:
+        done = subprocess.run(
+            [sys.executable, "-c", code], stdout=stdout, stderr=subprocess.PIPE, text=True
+        )
+    assert done.returncode == 1
+    assert done.stderr == ""
+
+
+def test_first_interrupt_asks_and_second_stops():
+    with stoppable() as stopped:
+        assert not stopped()
+        os.kill(os.getpid(), signal.SIGINT)
+        assert stopped()
+        with pytest.raises(KeyboardInterrupt):
+            os.kill(os.getpid(), signal.SIGINT)
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_stoppable_outside_the_main_thread():
+    answers = []
+
+    def work():
+        with stoppable() as stopped:
+            answers.append(stopped())
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+    assert answers == [False]
