@@ -1,0 +1,9 @@
+"""Fixtures for tests of filters."""
+
+import numpy as np
+import pytest
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(20050501)
