@@ -64,7 +64,7 @@ class ModelLayer:
         return shape
 
     def _colour(self, shape: Shape, mesh: LimbMesh, highlighted: str, theme: Theme) -> None:
-        shape.set_colour(LIMB_COLOURS[mesh.limb])
+        shape.set_colour(LIMB_COLOURS.get(mesh.limb, theme.disabled))
         chosen = mesh.limb == highlighted
         properties = shape.actor.GetProperty()
         properties.SetAmbient(0.55 if chosen else 0.3)
@@ -126,7 +126,7 @@ def _world_from_sphere(ellipsoid: Ellipsoid) -> vtkMatrix4x4 | None:
 
 
 def limb_at(meshes: tuple[LimbMesh, ...], eye: FloatArray, direction: FloatArray) -> str:
-    """Name the limb whose surface a ray meets first; empty where it meets none.
+    """Name the limb whose surface a ray meets first; empty where it meets none, or a leg.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def limb_at(meshes: tuple[LimbMesh, ...], eye: FloatArray, direction: FloatArray
         distance = ray_distance(mesh.vertices, mesh.triangles, eye, direction)
         if distance < best:
             best, found = distance, mesh.limb
-    return found
+    return found if found in LIMB_COLOURS else ""
 
 
 def ray_distance(
@@ -161,5 +161,5 @@ def ray_distance(
         turned = np.cross(offset, first)
         v = turned @ direction * inverse
         distance = np.einsum("ij,ij->i", second, turned) * inverse
-    hit = (u >= 0) & (v >= 0) & (u + v <= 1) & (distance > 0) & np.isfinite(distance)
+        hit = (u >= 0) & (v >= 0) & (u + v <= 1) & (distance > 0) & np.isfinite(distance)
     return float(distance[hit].min()) if hit.any() else np.inf

@@ -20,7 +20,7 @@ class LimbMesh(Protocol):
 
     @property
     def limb(self) -> str:
-        """One of LIMBS."""
+        """One of LIMBS, or a part without errors of its own, such as a leg."""
 
     @property
     def vertices(self) -> FloatArray:
@@ -71,8 +71,8 @@ class SceneContent:
         Landmarks of the reference; NaN where not known.
     cameras : tuple of Camera
         Drawn as frusta.
-    camera_images : mapping from camera name to (H, W, 3) uint8 RGB
-        Shown on the frusta.
+    camera_images : mapping from camera name to (H, W) or (H, W, 3) uint8
+        Grey or RGB; shown on the frusta. Wider ones than 320 pixels are made smaller.
     highlighted : str
         The limb that is selected; empty for none.
     ellipsoids : tuple of Ellipsoid

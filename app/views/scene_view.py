@@ -84,6 +84,7 @@ class SceneView(QWidget):
         self._press: QPointF | None = None
         self._last: QPointF | None = None
         self._dragged = False
+        self._turning = True
         self._rest = QTimer(self, interval=_REST_MS, singleShot=True)
         self._rest.timeout.connect(self.update)
         self.destroyed.connect(_Closer(self))
@@ -235,6 +236,8 @@ class SceneView(QWidget):
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         self._press = self._last = event.position()
+        shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
+        self._turning = event.button() == Qt.MouseButton.LeftButton and not shift
         self._dragged = False
         event.accept()
 
@@ -248,10 +251,7 @@ class SceneView(QWidget):
             self._dragged = True
         step = event.position() - self._last
         self._last = event.position()
-        turning = event.buttons() & Qt.MouseButton.LeftButton and not (
-            event.modifiers() & Qt.KeyboardModifier.ShiftModifier
-        )
-        if turning:
+        if self._turning:
             orbit = self.orbit.turned(-step.x() * _TURN_PER_PIXEL, step.y() * _TURN_PER_PIXEL)
         else:
             orbit = self.orbit.moved(-step.x() / self.height(), step.y() / self.height())

@@ -1,0 +1,46 @@
+"""Every warning of Qt fails a test here; without a display Qt paints into memory."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+_HERE = Path(__file__).parent
+
+
+def pytest_collection_modifyitems(items):
+    for item in items:
+        if item.path.is_relative_to(_HERE):
+            item.add_marker(pytest.mark.qt_log_level_fail("WARNING"))
+            # said by the platform that paints into memory for every window
+            item.add_marker(pytest.mark.qt_log_ignore("propagateSizeHints"))
+
+
+@pytest.fixture
+def dark(qapp):
+    """The dark theme's tokens, with the theme shown; the old theme comes back."""
+    from app.theme import apply_theme, chosen_theme, current_theme
+
+    before = chosen_theme()
+    apply_theme(qapp, "dark")
+    yield current_theme()
+    apply_theme(qapp, before)
+
+
+@pytest.fixture
+def shown(qtbot, dark):
+    """Function that shows a widget of a given size and waits until it is painted."""
+
+    def show(widget, width=640, height=480):
+        qtbot.addWidget(widget)
+        widget.resize(width, height)
+        with qtbot.waitExposed(widget):
+            widget.show()
+        return widget
+
+    return show

@@ -1,0 +1,411 @@
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtGui import QColor, QKeyEvent, QWheelEvent
+
+from app.limb_colours import LIMB_COLOURS
+from app.theme import apply_theme
+from app.views import scene_view as scene_view_module
+from app.views.scene_content import LAYERS, Ellipsoid, SceneContent
+from app.views.scene_orbit import Orbit
+from app.views.scene_view import SceneView
+from app.views.scene_window import SceneUnavailable
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.body.mesh import body_mesh
+from stereotrack_core.body.model import body_model, landmarks
+from stereotrack_core.body.pose import t_pose
+from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.transform import RigidTransform
+
+HIPS = np.array([0.0, 0.0, 0.95])
+BODY = body_model(AVERAGE)
+POSE = t_pose(HIPS)
+MESHES = body_mesh(BODY, POSE)
+
+
+@dataclass(frozen=True, eq=False)
+class Box:
+    """A cube of a limb's colour."""
+
+    limb: str
+    vertices: np.ndarray
+    triangles: np.ndarray
+
+
+def box(limb, centre, half=0.2):
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    triangles = [t for a, b, c, d in faces for t in ((a, b, c), (a, c, d))]
+    return Box(limb, np.array(centre) + half * corners, np.array(triangles))
+
+
+def camera_north(name="N"):
+    # looks south at the person; x is west then, y is down
+    rotation = np.array([[-1.0, 0, 0], [0, 0, -1], [0, -1, 0]])
+    matrix = np.array([[500.0, 0, 320], [0, 500, 240], [0, 0, 1]])
+    place = RigidTransform(rotation, -rotation @ np.array([0.0, 2.5, 1.3]))
+    return Camera(name, 640, 480, matrix, np.zeros(5), False, place)
+
+
+def pixels(image):
+    image = image.convertToFormat(image.Format.Format_RGB888)
+    rows = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), image.bytesPerLine())
+    return rows[:, : 3 * image.width()].reshape(image.height(), image.width(), 3).astype(int)
+
+
+def share_of_hue(image, colour, tolerance=12):
+    """Share of pixels that have a colour's hue, whatever the light makes of it."""
+    rgb = pixels(image)
+    high, low = rgb.max(axis=2), rgb.min(axis=2)
+    saturated = (high - low) > 60
+    target = QColor(colour)
+    spread = np.maximum(high - low, 1)
+    red, green, blue = (rgb[..., k] for k in range(3))
+    hue = np.where(
+        high == red,
+        60 * (green - blue) / spread,
+        np.where(
+            high == green, 120 + 60 * (blue - red) / spread, 240 + 60 * (red - green) / spread
+        ),
+    )
+    distance = np.abs((hue - target.hsvHue() + 180) % 360 - 180)
+    return float((saturated & (distance < tolerance)).mean())
+
+
+@pytest.fixture
+def scene(shown):
+    view = shown(SceneView(), 640, 480)
+    yield view
+    view.release()
+
+
+@pytest.fixture
+def bare(scene):
+    """A scene in which nothing but what a test puts there has a colour."""
+    for layer in ("floor", "cameras"):
+        scene.set_layer_visible(layer, False)
+    return scene
+
+
+class TestModel:
+    @pytest.mark.parametrize("limb", [limb for limb in LIMBS if limb != "torso"])
+    def test_limb_is_seen_in_its_colour(self, bare, limb):
+        bare.show_scene(SceneContent(meshes=MESHES))
+        with_limb = share_of_hue(bare.snapshot(), LIMB_COLOURS[limb])
+        others = tuple(mesh for mesh in MESHES if mesh.limb != limb)
+        bare.show_scene(SceneContent(meshes=others))
+        without = share_of_hue(bare.snapshot(), LIMB_COLOURS[limb])
+        assert with_limb > without + 0.002
+
+    def test_front_view_has_the_right_arm_at_the_left_of_the_picture(self, bare):
+        bare.show_scene(SceneContent(meshes=MESHES))
+        bare.set_view("front")
+        picture = bare.snapshot()
+        left = picture.copy(0, 0, picture.width() // 2, picture.height())
+        right = picture.copy(picture.width() // 2, 0, picture.width() // 2, picture.height())
+        assert share_of_hue(left, LIMB_COLOURS["right_forearm"]) > 0.002
+        assert share_of_hue(left, LIMB_COLOURS["left_forearm"]) == 0.0
+        assert share_of_hue(right, LIMB_COLOURS["left_forearm"]) > 0.002
+
+    def test_highlighting_changes_the_limb(self, bare):
+        bare.show_scene(SceneContent(meshes=MESHES))
+        before = pixels(bare.snapshot())
+        bare.set_highlighted("head")
+        after = pixels(bare.snapshot())
+        assert bare.content.highlighted == "head"
+        assert (np.abs(after - before).max(axis=2) > 20).sum() > 50
+
+    def test_leg_is_drawn_but_not_chosen(self, bare):
+        bare.show_scene(SceneContent(meshes=(box("left_thigh", (0, 0, 1)),)))
+        bare.set_view("front")
+        middle = QPointF(320, 240)
+        assert np.ptp(pixels(bare.snapshot())[200:280, 280:360]) < 60
+        assert bare.limb_at(middle) == ""
+
+
+class TestClicking:
+    @pytest.mark.parametrize("limb", LIMBS)
+    def test_click_on_a_limb_says_its_name(self, qtbot, scene, limb):
+        boxes = tuple(
+            box(name, (1.2 * (k % 3 - 1), 0, 1.2 * (k // 3))) for k, name in enumerate(LIMBS)
+        )
+        scene.show_scene(SceneContent(meshes=boxes))
+        scene.set_view("front")
+        centre = boxes[LIMBS.index(limb)].vertices.mean(axis=0)
+        x, y = scene.orbit.project(centre[None], scene.width(), scene.height())[0]
+        with qtbot.waitSignal(scene.limb_clicked) as caught:
+            qtbot.mouseClick(scene, Qt.MouseButton.LeftButton, pos=QPoint(round(x), round(y)))
+        assert caught.args == [limb]
+
+    def test_picture_and_click_agree(self, scene):
+        scene.set_layer_visible("floor", False)
+        scene.show_scene(
+            SceneContent(meshes=(box("head", (0.3, 0.1, 1.2)), box("torso", (9, 9, 9))))
+        )
+        scene.set_orbit(Orbit(np.array([0.2, 0.0, 1.1]), 0.9, 0.4, 3.0))
+        green = np.abs(pixels(scene.snapshot())[..., 1] - pixels(scene.snapshot())[..., 0]) > 30
+        for y in range(5, 480, 23):
+            for x in range(5, 640, 23):
+                around = green[y - 3 : y + 4, x - 3 : x + 4]
+                if around.all() or not around.any():
+                    named = scene.limb_at(QPointF(x + 0.5, y + 0.5))
+                    assert named == ("head" if around.all() else "")
+
+    def test_nearer_limb_wins(self, scene):
+        scene.show_scene(SceneContent(meshes=(box("torso", (0, 0, 1)), box("head", (0, 1, 1)))))
+        scene.set_view("front")
+        assert scene.limb_at(QPointF(320, 240)) == "head"
+
+    def test_click_beside_and_hidden_model_say_nothing(self, qtbot, scene):
+        scene.show_scene(SceneContent(meshes=(box("torso", (0, 0, 1)),)))
+        with qtbot.assertNotEmitted(scene.limb_clicked):
+            qtbot.mouseClick(scene, Qt.MouseButton.LeftButton, pos=QPoint(3, 3))
+            scene.set_layer_visible("model", False)
+            qtbot.mouseClick(scene, Qt.MouseButton.LeftButton, pos=QPoint(320, 240))
+
+    def test_drag_turns_and_does_not_click(self, qtbot, scene):
+        scene.show_scene(SceneContent(meshes=(box("torso", (0, 0, 1)),)))
+        before = scene.orbit
+        with qtbot.assertNotEmitted(scene.limb_clicked):
+            qtbot.mousePress(scene, Qt.MouseButton.LeftButton, pos=QPoint(320, 240))
+            qtbot.mouseMove(scene, QPoint(350, 240))
+            qtbot.mouseMove(scene, QPoint(380, 250))
+            qtbot.mouseRelease(scene, Qt.MouseButton.LeftButton, pos=QPoint(380, 250))
+        assert scene.orbit.azimuth != before.azimuth
+        assert scene.orbit.elevation != before.elevation
+        np.testing.assert_allclose(scene.orbit.focus, before.focus)
+
+
+class TestEye:
+    def wheel(self, view, steps):
+        event = QWheelEvent(
+            QPointF(10, 10),
+            view.mapToGlobal(QPointF(10, 10)),
+            QPoint(),
+            QPoint(0, 120 * steps),
+            Qt.MouseButton.NoButton,
+            Qt.KeyboardModifier.NoModifier,
+            Qt.ScrollPhase.NoScrollPhase,
+            False,
+        )
+        view.wheelEvent(event)
+
+    def test_wheel_zooms_and_double_click_resets(self, qtbot, scene):
+        scene.show_scene(SceneContent(meshes=MESHES))
+        home = scene.orbit
+        self.wheel(scene, 3)
+        assert scene.orbit.distance < home.distance
+        qtbot.mouseDClick(scene, Qt.MouseButton.LeftButton, pos=QPoint(5, 5))
+        assert scene.orbit.distance == pytest.approx(home.distance)
+
+    def test_right_drag_moves_the_scene_with_the_mouse(self, qtbot, scene):
+        scene.show_scene(SceneContent(meshes=MESHES))
+        point = scene.orbit.focus[None]
+        before = scene.orbit.project(point, 640, 480)[0]
+        qtbot.mousePress(scene, Qt.MouseButton.RightButton, pos=QPoint(320, 240))
+        for step in (20, 40, 60):
+            qtbot.mouseMove(scene, QPoint(320 + step, 240 - step // 2))
+        qtbot.mouseRelease(scene, Qt.MouseButton.RightButton, pos=QPoint(380, 210))
+        moved = scene.orbit.project(point, 640, 480)[0] - before
+        np.testing.assert_allclose(moved, (60, -30), atol=2.0)
+
+    @pytest.mark.parametrize(
+        ("key", "toward_eye"),
+        [(Qt.Key.Key_F, (0, 1, 0)), (Qt.Key.Key_S, (1, 0, 0)), (Qt.Key.Key_T, (0, 0, 1))],
+    )
+    def test_keys_for_standard_views(self, qtbot, scene, key, toward_eye):
+        scene.show_scene(SceneContent(meshes=MESHES))
+        qtbot.keyClick(scene, key)
+        np.testing.assert_allclose(scene.orbit.toward_eye, toward_eye, atol=1e-12)
+
+    def test_single_letters_belong_to_the_scene_while_it_has_focus(self, scene):
+        none, control = Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.ControlModifier
+        kind = QEvent.Type.ShortcutOverride
+        for modifier, taken in ((none, True), (control, False)):
+            event = QKeyEvent(kind, Qt.Key.Key_S, modifier)
+            event.ignore()
+            scene.event(event)
+            assert event.isAccepted() is taken
+
+    def test_eye_stays_when_the_body_moves(self, scene):
+        scene.show_scene(SceneContent(meshes=MESHES))
+        before = scene.orbit
+        scene.show_scene(SceneContent(meshes=body_mesh(BODY, t_pose(HIPS + 0.5))))
+        assert scene.orbit is before
+
+
+class TestLayers:
+    content = SceneContent(
+        cloud_points=np.random.default_rng(0).normal((0, 0, 1.2), 0.2, (3000, 3)),
+        cloud_colours=np.tile(np.array([[255, 0, 255]], np.uint8), (3000, 1)),
+        meshes=MESHES,
+        reference=landmarks(BODY, POSE) + (0.0, 0.0, 0.1),
+        cameras=(camera_north(),),
+        camera_images={"N": np.full((48, 64, 3), (250, 20, 20), np.uint8)},
+        ellipsoids=(Ellipsoid("head", np.array([0.0, 0.0, 2.0]), np.eye(3) * 0.02),),
+    )
+
+    @pytest.mark.parametrize("layer", LAYERS)
+    def test_every_layer_can_be_switched_off(self, scene, layer):
+        scene.show_scene(self.content)
+        scene.set_orbit(scene.orbit.zoomed(0.5))
+        before = pixels(scene.snapshot())
+        scene.set_layer_visible(layer, False)
+        assert not scene.layer_visible(layer)
+        after = pixels(scene.snapshot())
+        assert (np.abs(after - before).max(axis=2) > 20).sum() > 30
+        scene.set_layer_visible(layer, True)
+        np.testing.assert_array_equal(pixels(scene.snapshot()), before)
+
+    def test_unknown_layer_is_an_error(self, scene):
+        with pytest.raises(KeyError):
+            scene.set_layer_visible("clouds", True)
+
+    def test_cloud_has_the_given_colours(self, bare):
+        bare.show_scene(replace(self.content, meshes=(), reference=None, ellipsoids=()))
+        assert share_of_hue(bare.snapshot(), "#ff00ff") > 0.005
+
+    def test_camera_shows_its_image_upright(self, bare):
+        bare.set_layer_visible("cameras", True)
+        image = np.zeros((48, 64, 3), np.uint8)
+        image[:24] = (250, 10, 10)
+        image[24:] = (10, 10, 250)
+        content = SceneContent(cameras=(camera_north(),), camera_images={"N": image})
+        bare.show_scene(content)
+        # from behind the camera, looking where it looks
+        bare.set_orbit(Orbit(np.array([0.0, 2.0, 1.3]), np.pi / 2, 0.0, 2.0))
+        picture = bare.snapshot()
+        upper = picture.copy(0, 0, 640, 230)
+        lower = picture.copy(0, 250, 640, 230)
+        assert share_of_hue(upper, "#ff0000") > 0.01
+        assert share_of_hue(lower, "#0000ff") > 0.01
+        assert share_of_hue(lower, "#ff0000") == 0.0
+
+    def test_new_image_replaces_the_old_one(self, bare):
+        bare.set_layer_visible("cameras", True)
+        images = [np.full((48, 64, 3), c, np.uint8) for c in ((250, 10, 10), (10, 10, 250))]
+        for image, colour in zip(images, ("#ff0000", "#0000ff"), strict=True):
+            bare.show_scene(SceneContent(cameras=(camera_north(),), camera_images={"N": image}))
+            bare.set_orbit(Orbit(np.array([0.0, 2.0, 1.3]), np.pi / 2, 0.0, 2.0))
+            assert share_of_hue(bare.snapshot(), colour) > 0.01
+
+    def test_camera_that_is_gone_is_not_drawn(self, bare):
+        bare.set_layer_visible("cameras", True)
+        orbit = Orbit(np.array([0.0, 2.0, 1.3]), 0.3, 0.2, 3.0)
+        bare.set_orbit(orbit)
+        empty = pixels(bare.snapshot())
+        bare.show_scene(SceneContent(cameras=(camera_north("A"), camera_north("B"))))
+        assert (pixels(bare.snapshot()) != empty).any()
+        bare.show_scene(SceneContent())
+        np.testing.assert_array_equal(pixels(bare.snapshot()), empty)
+
+    def test_reference_with_unknown_landmarks_is_drawn_in_part(self, bare):
+        reference = landmarks(BODY, POSE)
+        bare.set_orbit(Orbit(np.array([0.0, 0.0, 1.2]), np.pi / 2, 0.0, 4.0))
+        counts = []
+        for unknown in (0, 4, 9):
+            known = reference.copy()
+            known[:unknown] = np.nan
+            bare.show_scene(SceneContent(reference=known))
+            counts.append((pixels(bare.snapshot()) > 240).all(axis=2).sum())
+        assert counts[0] > counts[1] > counts[2] == 0
+
+
+class TestRendering:
+    def test_only_the_newest_content_is_rendered(self, qapp, scene, monkeypatch):
+        scene.show_scene(SceneContent(meshes=MESHES))
+        scene.repaint()
+        rendered = []
+        original = scene._renderer.set_content
+        monkeypatch.setattr(
+            scene._renderer,
+            "set_content",
+            lambda c, *rest: (rendered.append(c), original(c, *rest)),
+        )
+        contents = [SceneContent(meshes=MESHES) for _ in range(20)]
+        for content in contents:
+            scene.show_scene(content)
+        qapp.processEvents()
+        assert rendered == [contents[-1]]
+
+    def test_hidden_scene_renders_nothing(self, qapp, qtbot, dark):
+        view = SceneView()
+        qtbot.addWidget(view)
+        view.show_scene(SceneContent(meshes=MESHES))
+        qapp.processEvents()
+        assert view._renderer is None
+
+    def test_actors_are_used_again(self, scene):
+        scene.show_scene(TestLayers.content)
+        scene.snapshot()
+        actors = scene._renderer._window.scene.GetActors().GetNumberOfItems()
+        for k in range(5):
+            scene.show_scene(
+                replace(TestLayers.content, meshes=body_mesh(BODY, t_pose(HIPS + 0.01 * k)))
+            )
+            scene.snapshot()
+        assert scene._renderer._window.scene.GetActors().GetNumberOfItems() == actors
+
+    def test_edges_are_smoothed_at_rest(self, qtbot, scene):
+        scene.show_scene(SceneContent(meshes=MESHES))
+        scene.repaint()
+        assert not scene._image_is_fine
+        qtbot.waitUntil(lambda: scene._image_is_fine, timeout=3000)
+
+    def test_theme_changes_the_background(self, qapp, bare):
+        bare.show_scene(SceneContent(meshes=MESHES))
+        dark = pixels(bare.snapshot())[2, 2].sum()
+        apply_theme(qapp, "light")
+        qapp.processEvents()
+        assert pixels(bare.snapshot())[2, 2].sum() > dark + 300
+
+    def test_snapshot_has_the_size_of_the_widget(self, scene):
+        scene.resize(300, 200)
+        assert (scene.snapshot().width(), scene.snapshot().height()) == (300, 200)
+
+    def test_release_and_show_again(self, scene):
+        scene.show_scene(SceneContent(meshes=MESHES))
+        first = pixels(scene.snapshot())
+        scene.release()
+        np.testing.assert_array_equal(pixels(scene.snapshot()), first)
+
+    def test_many_scenes_come_and_go(self, qapp, dark):
+        for _ in range(4):
+            view = SceneView()
+            view.resize(120, 100)
+            view.show_scene(SceneContent(meshes=MESHES))
+            assert not view.snapshot().isNull()
+            view.deleteLater()
+            qapp.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+
+    def test_empty_scene_shows_the_floor(self, scene):
+        scene.show_scene(SceneContent())
+        before = pixels(scene.snapshot())
+        scene.set_layer_visible("floor", False)
+        assert (pixels(scene.snapshot()) != before).any()
+
+
+class TestWithoutOpenGL:
+    @pytest.fixture
+    def blind(self, shown, monkeypatch):
+        def unavailable():
+            raise SceneUnavailable("OpenGL is not to be had.")
+
+        monkeypatch.setattr(scene_view_module, "SceneRenderer", unavailable)
+        return shown(SceneView(), 300, 200)
+
+    def test_widget_says_so(self, blind):
+        before = blind.grab().toImage()
+        assert "OpenGL" in blind.unavailable_because
+        assert len(np.unique(pixels(before).reshape(-1, 3), axis=0)) > 2
+        assert blind.snapshot().isNull()
+
+    def test_the_rest_works(self, qtbot, blind):
+        blind.show_scene(SceneContent(meshes=(box("torso", (0, 0, 1)),)))
+        blind.set_view("front")
+        with qtbot.waitSignal(blind.limb_clicked) as caught:
+            qtbot.mouseClick(blind, Qt.MouseButton.LeftButton, pos=QPoint(150, 100))
+        assert caught.args == ["torso"]

@@ -1,0 +1,109 @@
+import pytest
+from PySide6.QtGui import QAction, QColor, QPalette
+from PySide6.QtSvg import QSvgRenderer
+from PySide6.QtWidgets import QToolButton
+
+from app.icons import icon, icon_names, set_icon
+from app.limb_colours import LANDMARK_LIMBS, LIMB_COLOURS, limb_rgb, limb_words
+from app.resource_files import resource_path
+from app.theme import apply_theme, chosen_theme, current_theme, load_theme
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.recording.landmarks import LANDMARKS
+
+
+def luminance(colour):
+    channels = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in channels]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def contrast(a, b):
+    high, low = sorted((luminance(a), luminance(b)), reverse=True)
+    return (high + 0.05) / (low + 0.05)
+
+
+@pytest.mark.parametrize("name", ["dark", "light"])
+class TestContrast:
+    def test_writing_is_readable_on_every_surface(self, name):
+        theme = load_theme(name)
+        for surface in (theme.window, theme.base, theme.raised):
+            for writing in (theme.text, theme.muted, theme.error, theme.warning, theme.good):
+                assert contrast(writing, surface) >= 4.5, (writing, surface)
+
+    def test_what_is_selected_is_readable(self, name):
+        theme = load_theme(name)
+        assert contrast(theme.accent_text, theme.accent) >= 4.5
+        assert contrast(theme.text, theme.selection) >= 4.5
+
+    def test_limbs_stand_out_from_the_plot(self, name):
+        theme = load_theme(name)
+        for colour in LIMB_COLOURS.values():
+            assert contrast(colour, theme.plot_background) >= 2.0, colour
+
+    def test_accent_is_no_limb(self, name):
+        hue = QColor(load_theme(name).accent).hsvHue()
+        for limb, colour in LIMB_COLOURS.items():
+            if limb != "torso":
+                assert abs(hue - QColor(colour).hsvHue()) > 30
+
+
+def test_colours_cover_every_limb_and_landmark():
+    assert set(LIMB_COLOURS) == set(LIMBS)
+    assert set(LANDMARK_LIMBS) == set(LANDMARKS)
+    assert set(LANDMARK_LIMBS.values()) <= set(LIMBS)
+    assert len(set(LIMB_COLOURS.values())) == len(LIMBS)
+
+
+def test_limb_words_and_numbers():
+    assert limb_words("left_upper_arm") == "left upper arm"
+    assert limb_rgb("head") == (0, 158, 115)
+
+
+def test_theme_reaches_palette_and_tokens(qapp, dark):
+    assert qapp.palette().color(QPalette.ColorRole.Window) == QColor(dark.window)
+    apply_theme(qapp, "light")
+    light = load_theme("light")
+    assert current_theme() == light
+    assert chosen_theme() == "light"
+    assert qapp.palette().color(QPalette.ColorRole.WindowText) == QColor(light.text)
+
+
+def test_system_theme_is_one_of_the_two(qapp, dark):
+    apply_theme(qapp, "system")
+    assert chosen_theme() == "system"
+    assert current_theme().name in {"dark", "light"}
+
+
+def test_unknown_theme_is_refused(qapp):
+    with pytest.raises(ValueError, match="no theme"):
+        apply_theme(qapp, "pink")
+
+
+@pytest.mark.parametrize("name", icon_names())
+def test_icon_is_drawn(qapp, dark, name):
+    assert QSvgRenderer(str(resource_path("icons", f"{name}.svg"))).isValid()
+    image = icon(name).pixmap(24, 24).toImage()
+    opaque = [
+        image.pixelColor(x, y).alpha() > 128
+        for x in range(image.width())
+        for y in range(image.height())
+    ]
+    assert 0.02 < sum(opaque) / len(opaque) < 0.9
+
+
+def test_icons_follow_the_theme(qapp, qtbot, dark):
+    button, action = QToolButton(), QAction()
+    qtbot.addWidget(button)
+    button.addAction(action)
+    action.setParent(button)
+    for target in (button, action):
+        set_icon(target, "stop")
+    apply_theme(qapp, "light")
+    expected = QColor(load_theme("light").text)
+    for target in (button, action):
+        assert target.icon().pixmap(24, 24).toImage().pixelColor(12, 12) == expected
+
+
+def test_unknown_icon_is_an_error(qapp):
+    with pytest.raises(FileNotFoundError, match=r"no-such-icon\.svg"):
+        icon("no-such-icon")
