@@ -51,6 +51,7 @@ class StereoFrame:
         steps = self.matcher(self.left, self.picture, region)
         disparity = steps.astype(np.float32)
         disparity *= np.float32(1 / STEPS)
+        disparity -= np.float32(self.matcher.bias)
         disparity[steps <= self.matcher.disparities.invalid] = np.nan
         if self.outside is not None:
             disparity[self.outside[region.slices]] = np.nan
@@ -84,6 +85,7 @@ class StereoSource:
         self._low_pass = parameters.low_pass
         self.disparity_range = disparity_range(self.geometry, parameters)
         self._matcher = Matcher(parameters, self.disparity_range)
+        self._outside = _windows_outside(rectification, parameters.match_window)
 
     def open(self, images: ViewImages) -> StereoFrame:
         """Low-pass and rectify.
@@ -102,10 +104,9 @@ class StereoSource:
             left, right = low_pass(left, self._low_pass), low_pass(right, self._low_pass)
         if (left_map := self._rectification.left_map) is not None:
             left = left_map.apply(left)
-        outside = None
         if (image_map := self._rectification.image_map) is not None:
-            right, outside = image_map.apply(right), image_map.outside
-        return StereoFrame(left, right, outside, self._matcher)
+            right = image_map.apply(right)
+        return StereoFrame(left, right, self._outside, self._matcher)
 
     def ranges(self, disparity: Float32Array) -> Float32Array:
         """Range z = f b / (d - offset), metres."""
@@ -146,6 +147,17 @@ class DepthSource:
         if images.mask is None or self._map is None:
             return images.mask
         return self._map.apply_nearest(images.mask.astype(np.float32)) > 0.5
+
+
+def _windows_outside(rectification: Rectification, window: int) -> BoolArray | None:
+    """Pixels (H, W) whose window reaches where the raw right image shows nothing."""
+    if rectification.image_map is None:
+        return None
+    outside = rectification.image_map.outside.astype(np.uint8)
+    side = window + 4  # bilinear resampling and the derivative reach one pixel farther each
+    reached = cv2.dilate(outside, np.ones((side, side), dtype=np.uint8))
+    result: BoolArray = reached.astype(bool)
+    return result
 
 
 def disparity_range(geometry: DepthGeometry, p: DepthParameters) -> DisparityRange:

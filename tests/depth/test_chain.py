@@ -1,0 +1,237 @@
+import cv2
+import numpy as np
+import pytest
+
+from stereotrack_core.depth.chain import DepthChain
+from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.errors import InputError
+from stereotrack_core.recording.description import Recording, Stream, View
+from stereotrack_core.recording.frames import FrameSet, ViewImages
+from tests.depth.recordings import (
+    BOX,
+    MemoryReader,
+    depth_recording,
+    frame_set,
+    stereo_recording,
+)
+from tests.depth.scenes import camera
+
+FRONT_Y = BOX[1, 0]
+
+
+def chain_with_background(recording, empty=True, sets=(), **values):
+    chain = DepthChain(recording, DepthParameters().replaced(**values))
+    sets = list(sets) or [frame_set(recording, 0)]
+    reader = MemoryReader(recording, sets, empty)
+    chain.learn_background(reader, range(len(sets)))
+    return chain
+
+
+def assert_is_the_box(points, shift=0.0, tolerance=0.015):
+    assert len(points) > 400
+    assert abs(np.median(points[:, 1]) - FRONT_Y) < tolerance
+    low, high = np.percentile(points, [2, 98], axis=0)
+    for axis in (0, 2):
+        offset = shift if axis == 0 else 0.0
+        assert abs(low[axis] - offset - BOX[axis, 0]) < 0.06
+        assert abs(high[axis] - offset - BOX[axis, 1]) < 0.06
+
+
+@pytest.mark.parametrize("matcher", ["bm", "sgbm"])
+@pytest.mark.parametrize("region", ["whole", "changed"])
+def test_every_view_puts_the_box_where_it_stands(matcher, region):
+    recording = stereo_recording()
+    chain = chain_with_background(recording, matcher=matcher, match_region=region)
+    cloud = chain.process(frame_set(recording, 7, shift=0.1))
+    assert cloud.frame == 7
+    assert cloud.view_names == ("A", "B")
+    assert not cloud.problems
+    # Semi-global matching prefers whole disparities: 0.2 px, 28 mm here.
+    tolerance = 0.015 if matcher == "bm" else 0.035
+    for i in range(2):
+        assert_is_the_box(cloud.points[cloud.view == i], shift=0.1, tolerance=tolerance)
+
+
+def test_each_point_is_its_pixels_range():
+    recording = stereo_recording()
+    cloud = chain_with_background(recording).process(frame_set(recording, 0))
+    for i, name in enumerate(cloud.view_names):
+        depth = cloud.depths[name]
+        g, own = depth.geometry, cloud.view == i
+        u, v = cloud.pixels[own].T
+        z = depth.range_z[v, u].astype(float)
+        assert depth.foreground[v, u].all()
+        rays = np.stack([(u - g.c_x) / g.focal, (v - g.c_y) / g.focal, np.ones(len(u))], axis=1)
+        assert np.allclose(g.world_from_depth.apply(rays * z[:, None]), cloud.points[own])
+        parallax = depth.disparity[v, u] - g.disparity_offset
+        assert np.allclose(g.focal * g.baseline / parallax, z, rtol=1e-5)
+
+
+def test_different_principal_points_do_not_move_the_cloud():
+    recording = stereo_recording(principal=(190.5, 119.5))
+    chain = chain_with_background(recording)
+    assert chain.geometry["A"].disparity_offset == pytest.approx(31.0)
+    cloud = chain.process(frame_set(recording, 0))
+    assert_is_the_box(cloud.points[cloud.view == 0])
+
+
+def test_matching_only_what_changed_gives_the_same_inside():
+    recording = stereo_recording()
+    whole, changed = (
+        chain_with_background(recording, match_region=r).process(frame_set(recording, 0))
+        for r in ("whole", "changed")
+    )
+    for name in whole.view_names:
+        a, b = whole.depths[name], changed.depths[name]
+        on_box = a.foreground & b.foreground
+        assert on_box.sum() > 0.98 * a.foreground.sum()
+        assert np.array_equal(a.disparity[on_box], b.disparity[on_box])
+        # Elsewhere the empty scene's disparity stands, so that free space is still known.
+        known = np.isfinite(b.disparity) & ~b.foreground
+        assert known.sum() > 0.5 * (np.isfinite(a.disparity) & ~a.foreground).sum()
+
+
+@pytest.mark.parametrize("mode", ["percentile", "average"])
+def test_the_background_is_learned_from_passing_boxes(mode):
+    recording = stereo_recording()
+    places = np.linspace(-0.7, 0.7, 12)
+    sets = [frame_set(recording, k, shift=s) for k, s in enumerate(places)]
+    chain = chain_with_background(recording, empty=False, sets=sets, background_mode=mode)
+    assert set(chain.background) == {"A", "B"}
+    cloud = chain.process(sets[6])
+    assert abs(np.median(cloud.points[:, 1]) - FRONT_Y) < 0.02
+    assert (cloud.points[:, 1] < FRONT_Y + 0.2).mean() > 0.9
+
+
+def test_the_cloud_does_not_depend_on_the_number_of_threads():
+    recording = stereo_recording()
+    before = cv2.getNumThreads()
+    clouds = []
+    try:
+        for threads in (1, 2, 3):
+            cv2.setNumThreads(threads)
+            chain = chain_with_background(recording)
+            clouds += [chain.process(frame_set(recording, 0)) for _ in range(2)]
+    finally:
+        cv2.setNumThreads(before)
+    for other in clouds[1:]:
+        assert np.array_equal(other.points, clouds[0].points)
+        assert np.array_equal(other.pixels, clouds[0].pixels)
+
+
+def test_a_dark_view_is_named_and_the_others_go_on():
+    recording = stereo_recording()
+    chain = chain_with_background(recording)
+    good = frame_set(recording, 0)
+    black = np.zeros((240, 320), dtype=np.uint8)
+    views = dict(good.views) | {"B": ViewImages(image=black, left=black)}
+    cloud = chain.process(FrameSet(3, views))
+    assert cloud.problems == {"B": "View B gives no depth: the left image is dark."}
+    assert set(cloud.depths) == {"A"}
+    assert_is_the_box(cloud.points)
+
+
+def test_a_plain_view_and_an_absent_view_are_named():
+    recording = stereo_recording()
+    chain = chain_with_background(recording)
+    plain = np.full((240, 320), 120, dtype=np.uint8)
+    cloud = chain.process(FrameSet(3, {"B": ViewImages(image=plain, left=plain)}, {"A": "Gone."}))
+    assert cloud.problems == {
+        "A": "Gone.",
+        "B": "View B gives no depth: no pixel has a valid disparity.",
+    }
+    assert cloud.points.shape == (0, 3)
+    assert chain.process(FrameSet(4, {})).problems["A"] == (
+        "View A gives no depth: it has no images."
+    )
+
+
+def test_colour_images_are_matched_by_their_grey():
+    recording = stereo_recording()
+    chain = chain_with_background(recording)
+    grey = frame_set(recording, 0)
+    views = {
+        name: ViewImages(
+            image=cv2.cvtColor(v.image, cv2.COLOR_GRAY2BGR),
+            left=cv2.cvtColor(v.left, cv2.COLOR_GRAY2BGR),
+        )
+        for name, v in grey.views.items()
+    }
+    assert np.array_equal(chain.process(FrameSet(0, views)).points, chain.process(grey).points)
+
+
+def test_depth_views_enter_at_the_points():
+    recording = depth_recording(mask=True)
+    chain = chain_with_background(recording, empty=False)
+    cloud = chain.process(frame_set(recording, 0))
+    assert cloud.depths["K"].disparity is None
+    assert cloud.depths["K"].geometry.baseline == 0
+    assert_is_the_box(cloud.points)
+    assert np.abs(cloud.points[:, 1] - FRONT_Y).max() < 1e-3
+
+
+def test_depth_views_without_mask_learn_their_background():
+    recording = depth_recording()
+    sets = [frame_set(recording, k, shift=s) for k, s in enumerate(np.linspace(-0.9, 0.9, 15))]
+    chain = chain_with_background(recording, empty=False, sets=sets, volume_y=6.0)
+    assert_is_the_box(chain.process(sets[7]).points, shift=0.0)
+    unlearned = DepthChain(recording, DepthParameters().replaced(volume_y=6.0))
+    assert (unlearned.process(sets[7]).points[:, 1] > 2.0).any()
+
+
+def test_the_volume_cuts_what_is_outside():
+    recording = stereo_recording()
+    p = DepthParameters().replaced(volume_z=0.5, volume_bottom=0.9, background_mode="none")
+    points = DepthChain(recording, p).process(frame_set(recording, 0)).points
+    assert len(points) > 100
+    assert points[:, 2].min() >= 0.9
+    assert points[:, 2].max() <= 1.4
+    assert points[:, 1].max() <= 1.8
+
+
+def test_trimming_by_the_picture_narrows_the_border():
+    recording = stereo_recording()
+    truth = BOX[0]
+    widths = {}
+    for trim in ("none", "picture"):
+        chain = chain_with_background(recording, halo_trim=trim, pixel_step=1)
+        cloud = chain.process(frame_set(recording, 0))
+        x = cloud.points[cloud.view == 0, 0]
+        widths[trim] = ((x < truth[0] - 0.01) | (x > truth[1] + 0.01)).mean()
+    assert widths["picture"] < 0.5 * widths["none"]
+
+
+def test_unknown_and_single_cameras_are_refused():
+    recording = stereo_recording()
+    with pytest.raises(InputError, match="no view 'X'"):
+        DepthChain(recording, DepthParameters(), views=["X"])
+    mono = View("M", "mono", Stream("C", "-"))
+    cameras = {"C": camera("C", (0, 0, 1))}
+    alone = Recording(recording.folder, "mono", 10.0, (mono,), cameras)
+    with pytest.raises(InputError, match="no view gives depth"):
+        DepthChain(alone, DepthParameters())
+    with pytest.raises(InputError, match="single camera"):
+        DepthChain(alone, DepthParameters(), views=["M"])
+
+
+def test_views_can_be_chosen():
+    recording = stereo_recording()
+    chain = DepthChain(recording, DepthParameters(), views=["B"])
+    assert chain.view_names == ("B",)
+    assert set(chain.process(frame_set(recording, 0)).depths) == {"B"}
+
+
+def test_exchanged_cameras_are_refused_by_name():
+    recording = stereo_recording()
+    view = recording.views[0]
+    swapped = View("A", "stereo", view.left, left=view.image)
+    wrong = Recording(recording.folder, "s", 10.0, (swapped,), recording.cameras)
+    with pytest.raises(InputError, match=r"view A: .*on the right"):
+        DepthChain(wrong, DepthParameters())
+
+
+def test_seconds_are_booked_per_stage():
+    recording = stereo_recording()
+    seconds = chain_with_background(recording).process(frame_set(recording, 0)).seconds
+    assert {"rectify", "match", "background", "patches", "points", "outliers"} <= set(seconds)
+    assert all(value >= 0 for value in seconds.values())
