@@ -104,12 +104,8 @@ def test_every_folder_of_code_says_what_it_is_for(package: str):
 
 
 def test_every_room_of_the_core_has_tests():
-    rooms = {
-        path.parent.name
-        for path in sources("stereotrack_core")
-        if path.name != "__init__.py" and path.parent.name != "stereotrack_core"
-    }
-    tested = {path.parent.name for path in sources("tests") if path.name.startswith("test_")}
+    rooms = {path.parent.name for path in (ROOT / "stereotrack_core").glob("*/__init__.py")}
+    tested = {path.parent.name for path in (ROOT / "tests").glob("*/test_*.py")}
     assert rooms - tested == set()
 
 
