@@ -96,7 +96,7 @@ def _chain(folder: Path, frames: int, rounds: int) -> tuple[ChainSpeed, ...]:
 
     presets = {name: preset(name) for name in ("fast", "accurate", "thesis")}
     say("Timing the whole chain against bare block matching.")
-    with progress("Chain", rounds * (len(presets) + 1)) as show:
+    with progress("Chain", rounds * len(presets)) as show:
         return chain_speed(
             open_recording(folder), presets, frames=frames, rounds=rounds, on_progress=show
         )

@@ -79,7 +79,7 @@ def put_table(table: Table) -> None:
     from rich.table import Table as RichTable
     from rich.text import Text
 
-    drawn = RichTable(title=Text(table.title), box=box.SIMPLE_HEAD, title_justify="left")
+    drawn = RichTable(box=box.SIMPLE_HEAD)
     for heading in table.columns:
         right = heading.startswith(">")
         drawn.add_column(
@@ -94,7 +94,7 @@ def put_table(table: Table) -> None:
         width=None if terminal else _WIDTH_WITHOUT_TERMINAL,
         highlight=False,
     )
-    console.print(drawn)
+    console.print(Text(table.title, style="bold"), drawn, sep="\n")
     if not terminal:
         put("\n".join(line.rstrip() for line in buffer.getvalue().rstrip().split("\n")) + "\n")
 

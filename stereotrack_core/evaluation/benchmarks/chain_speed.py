@@ -36,7 +36,7 @@ class ChainSpeed:
     seconds : float
         Median over rounds of the time from opened files to the last pose, over `frames`.
     matching_seconds : float
-        Median over rounds of bare StereoBM for all views, over `frames`.
+        Median over rounds of bare StereoBM for all views just before the chain, over `frames`.
     stage_ms : mapping from stage to milliseconds
         Medians over the frames of the last round; stages overlap.
     """
@@ -83,7 +83,7 @@ def chain_speed(
     presets : mapping from name to Settings
     frames, rounds : int
     on_progress : callable, optional
-        Told how many passes are done, of ``rounds * (len(presets) + 1)``.
+        Told how many passes are done, of ``rounds * len(presets)``.
 
     Raises
     ------
@@ -102,22 +102,20 @@ def chain_speed(
     matcher = cv2.StereoBM.create(DISPARITIES, WINDOW)
     for settings in presets.values():
         _pass(recording, settings, views, min(_WARM_UP, count))
-    matching: list[float] = []
+    matching: dict[str, list[float]] = {name: [] for name in presets}
     passes: dict[str, list[_Pass]] = {name: [] for name in presets}
-    done = 0
-    for _ in range(rounds):
-        matching.append(seconds_of(lambda: _match(matcher, pairs)) / count)
-        for name, settings in presets.items():
+    for turn in range(rounds):
+        for k, (name, settings) in enumerate(presets.items(), start=1):
+            matching[name].append(seconds_of(lambda: _match(matcher, pairs)))
             passes[name].append(_pass(recording, settings, views, count))
-            on_progress(done := done + 1)
-        on_progress(done := done + 1)
+            on_progress(turn * len(presets) + k)
     return tuple(
         ChainSpeed(
             preset=name,
             frames=count,
             tracked=of_preset[-1].tracked,
             seconds=median([one.seconds for one in of_preset]) / count,
-            matching_seconds=median(matching),
+            matching_seconds=median(matching[name]) / count,
             stage_ms=of_preset[-1].stage_ms,
         )
         for name, of_preset in passes.items()

@@ -27,8 +27,8 @@ def test_chain_and_matching_are_timed(tmp_path):
         assert speed.ratio == pytest.approx(speed.seconds / speed.matching_seconds)
         assert speed.seconds > 0
         assert {"read", "views"} <= set(speed.stage_ms)
-    assert speeds[0].matching_seconds == speeds[1].matching_seconds
-    assert told == [1, 2, 3, 4, 5, 6]
+        assert speed.matching_seconds > 0
+    assert told == [1, 2, 3, 4]
 
 
 def test_recording_without_stereo(shared_recording):
