@@ -131,15 +131,22 @@ class ViewChain:
             geometry, ranges, chosen, self._p.pixel_step, (region.left, region.top)
         )
         inside = self._volume.contains(points)
-        known_disparity, known_range = self.background.outside()
-        known_disparity[region.slices] = disparity
-        known_range[region.slices] = ranges
-        in_front = np.zeros(known_range.shape, dtype=bool)
-        in_front[region.slices] = chosen
-        stereo = isinstance(self.source, StereoSource)
-        depth = ViewDepth(geometry, known_disparity if stereo else None, known_range, in_front)
+        depth = self._view_depth(disparity, ranges, chosen, region)
         watch.lap("points")
         return ViewResult(depth, "", points[inside], pixels[inside], watch.seconds)
+
+    def _view_depth(
+        self, disparity: Float32Array, ranges: Float32Array, chosen: BoolArray, region: Region
+    ) -> ViewDepth:
+        """Images of full size, with the empty scene around the region."""
+        geometry = self.source.geometry
+        stereo = isinstance(self.source, StereoSource)
+        if region != Region.whole(geometry.width, geometry.height):
+            part = disparity, ranges, chosen
+            disparity, ranges = self.background.outside()
+            chosen = np.zeros((geometry.height, geometry.width), dtype=bool)
+            disparity[region.slices], ranges[region.slices], chosen[region.slices] = part
+        return ViewDepth(geometry, disparity if stereo else None, ranges, chosen)
 
     def _foreground(
         self, images: ViewImages, frame: OpenedFrame, disparity: Float32Array, region: Region
@@ -160,8 +167,11 @@ class ViewChain:
 
         After the background, because then only the foreground has to be searched.
         """
-        if self._p.speckle_size == 0:
+        columns, rows = np.flatnonzero(chosen.any(axis=0)), np.flatnonzero(chosen.any(axis=1))
+        if self._p.speckle_size == 0 or len(columns) == 0:
             return
+        box = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
+        disparity, chosen = disparity[box], chosen[box]
         steps = np.where(chosen, disparity * np.float32(STEPS), np.float32(_NO_STEPS))
         patches = np.minimum(steps, np.float32(np.iinfo(np.int16).max)).astype(np.int16)
         allowed = round(self._p.speckle_range * STEPS)
