@@ -1,0 +1,35 @@
+"""Start-up: the window, or a command of the command line."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+_WINDOW_COMMANDS = {"open", "demo"}
+_HELP = {"-h", "--help"}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the program; return its exit status.
+
+    Without a command the welcome page is shown; ``open`` and ``demo`` show the window;
+    everything else, and a demo without a window, is done by the command line, which knows
+    nothing of Qt.
+    """
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    command = arguments[0] if arguments else ""
+    in_window = not arguments or command in _WINDOW_COMMANDS
+    headless = "--headless" in arguments and not any(
+        word.startswith("--screenshot") for word in arguments
+    )
+    if not in_window or headless or _HELP & set(arguments):
+        from stereotrack_core.cli import main as command_line
+
+        return command_line(arguments)
+    from app.start import start
+
+    return start(arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

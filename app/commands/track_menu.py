@@ -1,0 +1,80 @@
+"""Commands that run the tracker."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from app.actions import Command
+from app.commands.reasons import no_depth, no_run, running
+
+if TYPE_CHECKING:
+    from app.main_window import MainWindow
+
+_MENU = "&Track"
+
+
+def commands(w: MainWindow) -> list[Command]:
+    """Commands of the menu Track."""
+
+    def idle() -> str:
+        return no_depth(w) or running(w)
+
+    def no_selection() -> str:
+        return "" if w.timeline.selection else "Select frames in the timeline first (Shift+drag)."
+
+    return [
+        Command(
+            "run", _MENU, "Run", "Track the recording from its first frame, or go on with a run "
+            "that is paused.", w.tracker.run, "F8", "run-tracker", idle,
+        ),
+        Command(
+            "pause", _MENU, "Pause", "Hold the tracker after the frame in work.", w.track.pause,
+            "Shift+F8", "pause",
+            lambda: "" if w.track.running else "The tracker is not running.",
+        ),
+        Command(
+            "step", _MENU, "Step one frame", "Track one frame and hold.", w.tracker.step,
+            "F10", "step-tracker", idle,
+        ),
+        Command(
+            "iterate", _MENU, "Step one iteration",
+            "Show the predicted model and its correspondences, then the corrected model, "
+            "iteration by iteration.", w.tracker.iterate, "F11", "iterate", idle,
+        ),
+        Command(
+            "stop", _MENU, "End the run", "End the run in progress; it keeps what it has.",
+            w.track.stop, "Ctrl+.", "stop",
+            lambda: "" if w.track.entry is not None else "No run is in progress.",
+        ),
+        Command(
+            "run_here", _MENU, "Run from here", "Begin a new run at this frame, from the active "
+            "run's pose where it has one.", w.tracker.run_from_here, "Ctrl+F8", "next",
+            idle, section=True,
+        ),
+        Command(
+            "run_selection", _MENU, "Run the selection", "Track the selected frames as a new run.",
+            w.tracker.run_selection, "Ctrl+Shift+F8", "selection",
+            lambda: idle() or no_selection(),
+        ),
+        Command(
+            "follow", _MENU, "Follow the tracker", "Show each frame as it is tracked.",
+            w.tracker.toggle_follow, "F", checked=lambda: w.tracker.follow,
+        ),
+        Command(
+            "hide_run", _MENU, "Show or hide the active run",
+            "Switch the active run's model and curves on or off.", w.toggle_run, "H", "model",
+            lambda: no_run(w), section=True,
+        ),
+        Command(
+            "next_run", _MENU, "Next run", "Make the next run the active one.",
+            w.activate_next_run, "T", "compare",
+            lambda: no_run(w) or ("" if len(w.runs.entries) > 1 else "There is only one run."),
+        ),
+        Command(
+            "remove_run", _MENU, "Remove the active run",
+            "Take the active run from the list; files stay.", w.remove_run, "Ctrl+Del", "delete",
+            lambda: no_run(w) or (
+                "This run is in progress; end it first." if w.runs.active is w.track.entry else ""
+            ),
+        ),
+    ]  # fmt: skip

@@ -1,0 +1,175 @@
+"""Commands about what the views and the scene show."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from app.actions import Command
+from app.commands.reasons import no_depth, no_recording
+from app.presenters.scene import POINT_COLOURS, PointColour
+from app.views.camera_grid import Arrangement
+from app.views.overlays import OVERLAYS
+from app.views.picture import PICTURE_KINDS, PictureKind
+
+if TYPE_CHECKING:
+    from app.main_window import MainWindow
+
+_MENU = "&View"
+_OVERLAY_KEYS = {
+    "outline": "O", "shading": "S", "wire": "W",
+    "reference": "R", "points": "D", "correspondences": "C",
+}  # fmt: skip
+_OVERLAY_ICONS = {
+    "outline": "model", "reference": "reference", "points": "points",
+    "correspondences": "correspondences",
+}  # fmt: skip
+_KIND_KEYS: dict[PictureKind, str] = {
+    "image": "F1", "left": "F2", "disparity": "F3", "foreground": "F4", "depth": "F5"
+}  # fmt: skip
+_KIND_TIPS: dict[PictureKind, str] = {
+    "image": "Show the reference images: the right one of a stereo view.",
+    "left": "Show the left images of the stereo views.",
+    "disparity": "Show the measured disparities: near is bright.",
+    "foreground": "Show what is in front of the learned background.",
+    "depth": "Show the measured depth: near is bright.",
+}
+_ARRANGEMENTS: dict[Arrangement, tuple[str, str, str, str]] = {
+    "grid": ("All views", "Show all views in the same size.", "G", "grid"),
+    "one-and-more": (
+        "One large, others small", "Show the active view large.", "Shift+M", "one-and-more",
+    ),
+}  # fmt: skip
+
+
+def commands(w: MainWindow) -> list[Command]:
+    """Commands of the menu View."""
+    return [
+        *_pictures(w), *_overlays(w), *_arrangements(w), *_zoom(w), *_light(w), *_scene(w)
+    ]  # fmt: skip
+
+
+def _pictures(w: MainWindow) -> list[Command]:
+    def why_not(kind: PictureKind) -> str:
+        if kind == "image":
+            return no_recording(w)
+        if no_depth(w):
+            return no_depth(w)
+        stereo = any(view.kind == "stereo" for view in w.views())
+        only_stereo = kind in {"left", "disparity"} and not stereo
+        return "This recording has no stereo view." if only_stereo else ""
+
+    return [
+        Command(
+            f"show_{kind}", f"{_MENU}/Picture", text, _KIND_TIPS[kind],
+            lambda kind=kind: w.grid.set_kind(kind), _KIND_KEYS[kind],
+            "disparity" if kind == "disparity" else "foreground" if kind == "foreground" else "",
+            lambda kind=kind: why_not(kind),
+        )
+        for kind, text in PICTURE_KINDS.items()
+    ]  # fmt: skip
+
+
+def _overlays(w: MainWindow) -> list[Command]:
+    def why_not(name: str) -> str:
+        return no_depth(w) if name in {"points", "correspondences"} else no_recording(w)
+
+    return [
+        Command(
+            f"overlay_{name}", f"{_MENU}/Overlay", text, f"Switch {text.lower()} on or off.",
+            lambda name=name: w.toggle_overlay(name), _OVERLAY_KEYS[name],
+            _OVERLAY_ICONS.get(name, ""), lambda name=name: why_not(name),
+            lambda name=name: name in w.grid.display.overlays,
+        )
+        for name, text in OVERLAYS.items()
+    ]  # fmt: skip
+
+
+def _arrangements(w: MainWindow) -> list[Command]:
+    fixed = [
+        Command(
+            f"arrange_{kind}", _MENU, text, tip, lambda kind=kind: w.grid.set_arrangement(kind),
+            keys, icon, lambda: no_recording(w), lambda kind=kind: w.grid.arrangement == kind,
+        )
+        for kind, (text, tip, keys, icon) in _ARRANGEMENTS.items()
+    ]  # fmt: skip
+    return [
+        *fixed,
+        Command(
+            "arrange_single", _MENU, "One view alone", "Show the active view alone, or all again.",
+            w.toggle_single, "M", "single", lambda: no_recording(w),
+            lambda: w.grid.arrangement == "single",
+        ),
+        Command(
+            "next_view", _MENU, "Next view", "Make the next view the active one.",
+            lambda: w.grid.activate_next(1), "V", why_not=lambda: no_recording(w),
+        ),
+        Command(
+            "previous_view", _MENU, "Previous view", "Make the view before the active one.",
+            lambda: w.grid.activate_next(-1), "Shift+V", why_not=lambda: no_recording(w),
+        ),
+    ]  # fmt: skip
+
+
+def _zoom(w: MainWindow) -> list[Command]:
+    return [
+        Command(
+            "zoom_in", _MENU, "Zoom in", "Enlarge the active view.", lambda: w.zoom(1.25),
+            "+", why_not=lambda: no_recording(w), section=True,
+        ),
+        Command(
+            "zoom_out", _MENU, "Zoom out", "Make the active view smaller.", lambda: w.zoom(0.8),
+            "-", why_not=lambda: no_recording(w),
+        ),
+        Command(
+            "zoom_fit", _MENU, "Whole picture", "Show the whole picture in every view.",
+            w.zoom_fit, "0", "fit", lambda: no_recording(w),
+        ),
+        Command(
+            "loupe", _MENU, "Loupe", "Enlarge what is under the cursor.", w.toggle_loupe,
+            "L", "loupe", lambda: no_recording(w), lambda: w.grid.display.loupe,
+        ),
+    ]  # fmt: skip
+
+
+def _light(w: MainWindow) -> list[Command]:
+    rows = [
+        ("brighter", "Brighter", "Ctrl+Up", {"brightness": 5}),
+        ("darker", "Darker", "Ctrl+Down", {"brightness": -5}),
+        ("more_contrast", "More contrast", "Ctrl+Right", {"contrast": 10}),
+        ("less_contrast", "Less contrast", "Ctrl+Left", {"contrast": -10}),
+    ]
+    commands = [
+        Command(
+            name, f"{_MENU}/Light", text, f"{text}, for the display only.",
+            lambda change=change: w.display_panel.change(**change), keys,
+            why_not=lambda: no_recording(w),
+        )
+        for name, text, keys, change in rows
+    ]  # fmt: skip
+    reset = Command(
+        "light_reset", f"{_MENU}/Light", "As recorded", "Show the pictures as they were recorded.",
+        w.display_panel.reset, icon="brightness", why_not=lambda: no_recording(w),
+    )  # fmt: skip
+    return [*commands, reset]
+
+
+def _scene(w: MainWindow) -> list[Command]:
+    def colour(kind: PointColour, text: str) -> Command:
+        return Command(
+            f"points_{kind}", f"{_MENU}/3-D scene", text, f"Colour the scene's {text[0].lower()}{text[1:]}.",
+            lambda: w.colour_points(kind), why_not=lambda: no_depth(w),
+            checked=lambda: w.point_colour == kind, icon="points",
+        )  # fmt: skip
+
+    layers = [
+        Command(
+            f"scene_{layer}", f"{_MENU}/3-D scene", f"Show {words}", f"Show or hide {words} in the scene.",
+            lambda layer=layer: w.toggle_layer(layer), section=layer == "cloud",
+            checked=lambda layer=layer: w.scene.layer_visible(layer),
+        )
+        for layer, words in (
+            ("cloud", "the measured points"), ("model", "the model"),
+            ("reference", "the reference"), ("cameras", "the cameras"), ("floor", "the floor"),
+        )
+    ]  # fmt: skip
+    return [*(colour(kind, text) for kind, text in POINT_COLOURS.items()), *layers]

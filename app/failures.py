@@ -1,0 +1,111 @@
+"""What happens when something fails: a sentence for the person, the details in a log file."""
+
+from __future__ import annotations
+
+import logging
+import sys
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from logging.handlers import RotatingFileHandler
+from pathlib import Path
+from types import TracebackType
+
+import platformdirs
+from PySide6.QtCore import QObject, Signal
+
+from stereotrack_core.errors import InputError
+
+LOG = logging.getLogger("stereotrack")
+
+
+@dataclass(frozen=True)
+class Message:
+    """Something that the person should read.
+
+    Attributes
+    ----------
+    severity : str
+        ``error``, ``warning`` or ``note``.
+    what, where, remedy : str
+        What is wrong, where, and what to do about it; the last two may be empty.
+    """
+
+    severity: str
+    what: str
+    where: str = ""
+    remedy: str = ""
+
+    def sentence(self) -> str:
+        """Everything in one line."""
+        head = f"{self.where}: {self.what}" if self.where else self.what
+        head = head if head.endswith((".", "!", "?")) else f"{head}."
+        return f"{head} {self.remedy}".strip()
+
+
+def log_path() -> Path:
+    """File that details of failures are written to."""
+    return Path(platformdirs.user_log_dir("stereotrack", appauthor=False)) / "stereotrack.log"
+
+
+def open_log() -> None:
+    """Write the log to :func:`log_path`; without a writable folder the program runs without."""
+    path = log_path()
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handler = RotatingFileHandler(path, maxBytes=1_000_000, backupCount=2, encoding="utf-8")
+    except OSError:
+        return
+    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
+    LOG.addHandler(handler)
+    LOG.setLevel(logging.INFO)
+
+
+def message_of(error: BaseException) -> Message:
+    """Say an exception in words; one that is not the user's doing is logged with its traceback."""
+    if isinstance(error, InputError):
+        return Message("error", error.what, error.where, error.remedy)
+    if isinstance(error, OSError) and error.strerror:
+        return Message("error", error.strerror, str(error.filename or ""))
+    LOG.error("unexpected", exc_info=(type(error), error, error.__traceback__))
+    words = str(error).strip().splitlines()
+    detail = f"{type(error).__name__}: {words[0]}" if words else type(error).__name__
+    return Message(
+        "error",
+        f"Something went wrong inside the program ({detail})",
+        remedy=f"Your data are untouched; details are in {log_path()}.",
+    )
+
+
+class FailureRelay(QObject):
+    """Brings exceptions that nobody caught, of any thread, to the window as messages."""
+
+    message = Signal(object)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._before: tuple[Callable[..., None], Callable[..., None]] | None = None
+
+    def install(self) -> None:
+        """Catch from now on what nobody catches."""
+        self._before = (sys.excepthook, threading.excepthook)
+        sys.excepthook = self._on_exception
+        threading.excepthook = self._on_thread_exception
+
+    def remove(self) -> None:
+        """Leave exceptions to whoever had them before."""
+        if self._before is not None:
+            sys.excepthook, threading.excepthook = self._before
+            self._before = None
+
+    def _on_exception(
+        self, kind: type[BaseException], error: BaseException, trace: TracebackType | None
+    ) -> None:
+        if issubclass(kind, KeyboardInterrupt):
+            sys.__excepthook__(kind, error, trace)
+            return
+        self.message.emit(message_of(error.with_traceback(trace)))
+
+    def _on_thread_exception(self, args: threading.ExceptHookArgs) -> None:
+        if args.exc_value is not None and not isinstance(args.exc_value, SystemExit):
+            self.message.emit(message_of(args.exc_value))

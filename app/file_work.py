@@ -1,0 +1,220 @@
+"""Opening and saving: dialogs, recent recordings, dropped folders, the demo."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QMimeData, QObject, QSettings, Signal, Slot
+from PySide6.QtWidgets import QFileDialog
+
+from app.failures import Message
+from app.presenters.runs import RunEntry, entry_of_run
+from app.tasks.task import Task
+from stereotrack_core.cli.demo import DemoPlaces, demo_places
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.run_file import read_run, write_run
+from stereotrack_core.simulation.make import demo_recording
+
+if TYPE_CHECKING:
+    from app.main_window import MainWindow
+
+_RECENT = "recent"
+_MOST_RECENT = 10
+_RUN_FILTER = "Complete run (*.npz);;Landmarks (*.csv);;OpenSim (*.trc);;C3D (*.c3d);;BVH (*.bvh)"
+
+
+class FileWork(QObject):
+    """Everything between the window and the file system.
+
+    Signals
+    -------
+    recent_changed : ()
+    saved : Path
+        A run was written.
+    """
+
+    recent_changed = Signal()
+    saved = Signal(object)
+
+    def __init__(self, window: MainWindow, settings: QSettings) -> None:
+        super().__init__(window)
+        self._window = window
+        self._settings = settings
+        self._demo_task: Task | None = None
+        self._demo_places: DemoPlaces | None = None
+        self._track_when_open = False
+        self._run_when_open: Path | None = None
+        self._workspace_when_open: str | None = None
+        window.document.opened.connect(self._on_opened)
+
+    @property
+    def making_demo(self) -> bool:
+        """Whether the demo recording is being rendered."""
+        return self._demo_task is not None
+
+    @property
+    def demo_run(self) -> Path | None:
+        """Where the run of the demo that is open is kept."""
+        return self._demo_places.run if self._demo_places is not None else None
+
+    def recent(self) -> list[Path]:
+        """Recordings opened last that are still there, the newest first."""
+        stored = self._settings.value(_RECENT) or []
+        paths = [stored] if isinstance(stored, str) else list(stored)
+        return [Path(path) for path in paths if Path(path).is_dir()]
+
+    def ask_for_recording(self) -> None:
+        """Let the person choose a recording folder."""
+        recent = self.recent()
+        start = str(recent[0].parent) if recent else str(Path.home())
+        chosen = QFileDialog.getExistingDirectory(self._window, "Open a recording folder", start)
+        if chosen:
+            self.open(Path(chosen))
+
+    def open(
+        self, path: Path, *, frame: int = 0, workspace: str | None = None, run: Path | None = None
+    ) -> None:
+        """Open a recording folder, or the folder of a recording.toml."""
+        folder = path.parent if path.name == "recording.toml" else path
+        self._run_when_open, self._workspace_when_open = run, workspace
+        self._window.track.stop()
+        self._window.document.open(folder, frame)
+
+    def close_recording(self) -> None:
+        """Go back to the welcome page."""
+        self._window.track.stop()
+        self._demo_places = None
+        self._window.document.close()
+
+    def begin_demo(self, folder: Path | None = None) -> None:
+        """Make the demo recording unless it is there, open it and track it."""
+        try:
+            places = demo_places(folder)
+        except InputError as error:
+            self._window.show_error(error)
+            return
+        self._demo_places = places
+        if (places.recording / "recording.toml").is_file():
+            self._open_demo(places)
+            return
+
+        def work(task: Task) -> DemoPlaces:
+            places.recording.parent.mkdir(parents=True, exist_ok=True)
+            demo_recording(
+                places.recording,
+                on_progress=lambda done, of: task.report(done / of, f"frame {done} of {of}"),
+                cancelled=task.token.cancelled,
+            )
+            return places
+
+        self._demo_task = self._window.tasks.begin("rendering the demo", work, self._open_demo)
+        self._demo_task.ended.connect(self._on_demo_ended)
+
+    @Slot()
+    def _on_demo_ended(self) -> None:
+        self._demo_task = None
+        self._window.actions_book.refresh()
+
+    @Slot(object)
+    def _open_demo(self, places: DemoPlaces) -> None:
+        self._track_when_open = True
+        self.open(places.recording, workspace="track")
+
+    @Slot()
+    def _on_opened(self) -> None:
+        recording = self._window.document.recording
+        if recording is None:
+            return
+        self._remember(recording.folder.resolve())
+        run, self._run_when_open = self._run_when_open, None
+        if run is not None:
+            self.open_run(run)
+        if self._workspace_when_open:
+            self._window.show_workspace_named(self._workspace_when_open)
+            self._workspace_when_open = None
+        if self._track_when_open:
+            self._track_when_open = False
+            self._window.tracker.run()
+
+    def _remember(self, folder: Path) -> None:
+        others = [path for path in self.recent() if path != folder]
+        paths = [str(path) for path in [folder, *others][:_MOST_RECENT]]
+        self._settings.setValue(_RECENT, paths)
+        self.recent_changed.emit()
+
+    def ask_for_run(self) -> None:
+        """Let the person choose a stored run."""
+        chosen, _ = QFileDialog.getOpenFileName(
+            self._window, "Open a run", "", "Complete run (*.npz)"
+        )
+        if chosen:
+            self.open_run(Path(chosen))
+
+    def open_run(self, path: Path) -> None:
+        """Show a stored run over the recording."""
+        try:
+            entry = entry_of_run(read_run(path), path)
+        except InputError as error:
+            self._window.show_error(error)
+            return
+        recording = self._window.document.recording
+        assert entry.stored is not None  # noqa: S101 - it was read a moment ago
+        made_of = entry.stored.meta.get("recording")
+        if recording is not None and made_of not in {None, recording.name}:
+            self._window.messages.show_message(
+                Message(
+                    "warning",
+                    f"this run was tracked in the recording {made_of}, not in {recording.name}",
+                    str(path),
+                    "Its curves may mean nothing here.",
+                )
+            )
+        self._window.runs.add(entry)
+
+    def ask_where_to_save(self) -> None:
+        """Let the person choose where the active run is kept."""
+        active = self._window.runs.active
+        if active is None:
+            return
+        name = active.path or Path("run.npz")
+        chosen, _ = QFileDialog.getSaveFileName(
+            self._window, "Save the run", str(name), _RUN_FILTER
+        )
+        if chosen:
+            self.save_run(active, Path(chosen))
+
+    def save_run(self, entry: RunEntry, path: Path) -> None:
+        """Write a run; says so when it is done."""
+        run = entry.run()
+        if run is None:
+            return
+        path = path if path.suffix else path.with_suffix(".npz")
+        try:
+            write_run(path, run)
+        except (InputError, OSError) as error:
+            self._window.show_error(error)
+            return
+        entry.path = path
+        self._window.statusBar().showMessage(f"The run was saved as {path}.", 6000)
+        self.saved.emit(path)
+
+    def ask_for_picture(self) -> None:
+        """Let the person choose where a picture of the window is kept."""
+        picture = self._window.grab()
+        chosen, _ = QFileDialog.getSaveFileName(
+            self._window, "Save a picture of the window", "stereotrack.png", "PNG (*.png)"
+        )
+        if chosen and not picture.save(chosen):
+            self._window.messages.show_message(
+                Message("error", "the picture cannot be written", chosen, "Choose another folder.")
+            )
+
+
+def dropped_folder(data: QMimeData) -> Path | None:
+    """Folder, or folder of a recording.toml, that was dragged into the window."""
+    for url in data.urls():
+        path = Path(url.toLocalFile())
+        if url.isLocalFile() and (path.is_dir() or path.name == "recording.toml"):
+            return path
+    return None

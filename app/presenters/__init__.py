@@ -1,0 +1,1 @@
+"""What the window shows, computed from facts: the recording, the frame, the runs."""

@@ -1,0 +1,133 @@
+"""The measured points of the frame that is shown, made in the background when asked for."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+
+from PySide6.QtCore import QObject, Signal, Slot
+
+from app.failures import message_of
+from app.tasks.newest import NewestWins
+from stereotrack_core.depth.chain import DepthChain
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.reader import FrameReader
+
+_KEPT = 12
+
+
+class CloudPresenter(QObject):
+    """Clouds by frame and parameters; the newest question wins, the last few are kept.
+
+    Signals
+    -------
+    measured : Cloud
+        A cloud that was asked for is there.
+    message : Message
+        Why there is none.
+    """
+
+    measured = Signal(object)
+    message = Signal(object)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._recording: Recording | None = None
+        self._reader: FrameReader | None = None
+        self._chain: DepthChain | None = None
+        self._worker: NewestWins | None = None
+        self._parameters = DepthParameters()
+        self._clouds: OrderedDict[tuple[DepthParameters, int], Cloud] = OrderedDict()
+        self._failed: set[tuple[DepthParameters, int]] = set()
+
+    @property
+    def reader(self) -> FrameReader | None:
+        """Reader of the images in grey, as the tracker sees them."""
+        return self._reader
+
+    def set_recording(self, recording: Recording | None) -> None:
+        """Measure another recording; views without depth give nothing."""
+        if self._worker is not None:
+            self._worker.close()
+            self._worker = None
+        if self._chain is not None:
+            self._chain.close()
+            self._chain = None
+        if self._reader is not None:
+            self._reader.close()
+            self._reader = None
+        self._clouds.clear()
+        self._failed.clear()
+        self._recording = recording
+        names = [view.name for view in recording.views if view.kind != "mono"] if recording else []
+        if recording is not None and names:
+            self._reader = FrameReader(recording, views=names, colour=False)
+            self._worker = NewestWins(self._measure, "measure points")
+            self._worker.answered.connect(self._on_measured)
+            self._worker.failed.connect(self._on_failed)
+
+    def set_parameters(self, parameters: DepthParameters) -> None:
+        """Measure with other parameters from now on."""
+        self._parameters = parameters
+
+    @property
+    def available(self) -> bool:
+        """Whether the recording has views that give depth."""
+        return self._worker is not None
+
+    def cloud(self, frame: int) -> Cloud | None:
+        """The cloud of a frame, if it is there already."""
+        return self._clouds.get((self._parameters, frame))
+
+    def ask(self, frame: int) -> None:
+        """Have the cloud of a frame made; :attr:`measured` tells when it is there."""
+        key = (self._parameters, frame)
+        if self._worker is not None and key not in self._clouds and key not in self._failed:
+            self._worker.ask(key)
+
+    def keep(self, cloud: Cloud, parameters: DepthParameters) -> None:
+        """Keep a cloud that was made elsewhere, by the tracker."""
+        self._clouds[parameters, cloud.frame] = cloud
+        self._clouds.move_to_end((parameters, cloud.frame))
+        while len(self._clouds) > _KEPT:
+            self._clouds.popitem(last=False)
+
+    def given_up(self, frame: int) -> bool:
+        """Whether there is none to wait for."""
+        return self._worker is None or (self._parameters, frame) in self._failed
+
+    def settled(self) -> bool:
+        """Whether nothing is being made."""
+        return self._worker is None or self._worker.idle()
+
+    def _measure(self, question: tuple[DepthParameters, int]) -> Cloud:
+        """Make one cloud; in the worker's thread, which alone uses the chain."""
+        parameters, frame = question
+        assert self._recording is not None
+        assert self._reader is not None
+        if self._chain is None or self._chain.parameters != parameters:
+            if self._chain is not None:
+                self._chain.close()
+                self._chain = None
+            chain = DepthChain(self._recording, parameters)
+            chain.learn_background(self._reader, range(self._reader.frame_count))
+            self._chain = chain
+        return self._chain.process(self._reader.frame_set(frame))
+
+    @Slot(object, object)
+    def _on_measured(self, question: tuple[DepthParameters, int], cloud: Cloud) -> None:
+        if self._worker is None:
+            return
+        self.keep(cloud, question[0])
+        self.measured.emit(cloud)
+
+    @Slot(object, object)
+    def _on_failed(self, question: tuple[DepthParameters, int], error: Exception) -> None:
+        if self._worker is None:
+            return
+        first = not self._failed
+        self._failed.add(question)
+        if first:
+            self.message.emit(message_of(error))
+        self.measured.emit(None)

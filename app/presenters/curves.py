@@ -1,0 +1,75 @@
+"""Runs become curves of the plot and lanes of the timeline."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from app.limb_colours import LIMB_COLOURS, limb_words
+from app.presenters.judgement import MEASURED_LIMBS, Judgement
+from app.presenters.runs import RunList
+from app.views.error_plot import Curve
+from app.views.timeline_lanes import Lane, Span
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.recording.description import Segment
+
+FULL_DEG = 45.0
+"""Angle that is shown in a lane's full colour; more than this is a lost limb."""
+
+
+def curves_of(runs: RunList, judgements: dict[int, Judgement]) -> tuple[Curve, ...]:
+    """One curve per limb and run that is shown; the active run's are solid."""
+    curves = []
+    for entry in runs.entries:
+        judgement = judgements.get(id(entry))
+        if not entry.visible or judgement is None:
+            continue
+        for limb in MEASURED_LIMBS:
+            curves.append(
+                Curve(
+                    name=entry.name,
+                    limb=limb,
+                    colour=LIMB_COLOURS[limb],
+                    style=runs.style(entry),
+                    frame=judgement.frame,
+                    value=judgement.limbs[limb],
+                )
+            )
+    return tuple(curves)
+
+
+def lanes_of(
+    judgement: Judgement | None, count: int, segments: Sequence[Segment]
+) -> tuple[Lane, ...]:
+    """Lanes of the active run: a heat strip per limb, what the cloud has that the model has not,
+    stretches that are not tracked, and the recording's own segments.
+    """
+    lanes = []
+    if segments:
+        named = [Span(s.first, s.end - 1, s.name) for s in segments]
+        lanes.append(Lane("segments", "#9a86c8", "bars", named))
+    if judgement is None:
+        return tuple(lanes)
+    for limb in MEASURED_LIMBS:
+        values = _spread(judgement, judgement.limbs[limb], count)
+        lanes.append(Lane(limb_words(limb), LIMB_COLOURS[limb], "heat", values, FULL_DEG, "°"))
+    coverage = _spread(judgement, 100.0 * judgement.coverage, count)
+    lanes.append(Lane("unexplained", "#CC79A7", "heat", coverage, 30.0, "% of the cloud"))
+    lost = judgement.frame[~judgement.tracked]
+    if len(lost):
+        lanes.append(Lane("not tracked", "#d05050", "bars", _stretches(lost)))
+    return tuple(lanes)
+
+
+def _spread(judgement: Judgement, values: FloatArray, count: int) -> FloatArray:
+    result: FloatArray = np.full(count, np.nan)
+    inside = judgement.frame < count
+    result[judgement.frame[inside]] = values[inside]
+    return result
+
+
+def _stretches(frames: np.ndarray[tuple[int], np.dtype[np.int64]]) -> list[Span]:
+    """Successive frame numbers as spans."""
+    breaks = np.flatnonzero(np.diff(frames) > 1) + 1
+    return [Span(int(part[0]), int(part[-1]), "not tracked") for part in np.split(frames, breaks)]

@@ -1,0 +1,179 @@
+"""What is known about the frame that is shown, brought together when something has changed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from PySide6.QtCore import QObject, QTimer, Signal, Slot
+
+from app.presenters.clouds import CloudPresenter
+from app.presenters.document import DocumentPresenter
+from app.presenters.iterations import Iteration
+from app.presenters.judgement import reference_at
+from app.presenters.pictures import Instant
+from app.presenters.runs import RunList
+from app.presenters.tracking import TrackPresenter
+from app.views.picture import PictureKind
+from stereotrack_core.body.mesh import PartMesh, body_mesh
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.tracking.estimate import Correspondences
+from stereotrack_core.tracking.frame import TrackedFrame
+
+_DEPTH_KINDS = {"disparity", "foreground", "depth"}
+_AROUND = 16
+
+
+class InstantPresenter(QObject):
+    """Waits until what the views need is there, then tells it once.
+
+    Parameters
+    ----------
+    document, clouds, runs, track
+        Where the facts come from.
+    wanted : callable
+        Which picture each visible view shall show.
+    points_wanted : callable
+        Whether measured points are shown somewhere.
+
+    Signals
+    -------
+    ready : Instant
+        Everything about one frame; all views show it together.
+    """
+
+    ready = Signal(object)
+
+    def __init__(
+        self,
+        document: DocumentPresenter,
+        clouds: CloudPresenter,
+        runs: RunList,
+        track: TrackPresenter,
+        wanted: Callable[[], Mapping[str, PictureKind]],
+        points_wanted: Callable[[], bool],
+    ) -> None:
+        super().__init__()
+        self._document, self._clouds, self._runs, self._track = document, clouds, runs, track
+        self._wanted, self._points_wanted = wanted, points_wanted
+        self._newest: TrackedFrame | None = None
+        self.iteration: Iteration | None = None
+        self._told: Instant | None = None
+        self._soon = QTimer(self, singleShot=True, interval=0)
+        self._soon.timeout.connect(self.tell)
+        document.frame_read.connect(self.tell)
+        document.frame_changed.connect(self._on_frame_changed)
+        clouds.measured.connect(self.tell_soon)
+        runs.active_changed.connect(self.tell_soon)
+        runs.changed.connect(self.tell_soon)
+        track.advanced.connect(self._on_advanced)
+        track.iterated.connect(self._on_iterated)
+
+    @property
+    def told(self) -> Instant | None:
+        """What was told last."""
+        return self._told
+
+    def clear(self) -> None:
+        """Forget everything about a recording that was closed."""
+        self._newest = self.iteration = self._told = None
+
+    def settled(self) -> bool:
+        """Whether everything that is wanted for this frame has been told."""
+        told = self._told
+        if self._document.recording is None:
+            return True
+        if self._soon.isActive() or told is None or told.frame_set.index != self._document.frame:
+            return False
+        waits = self._cloud_wanted() and not self._clouds.given_up(self._document.frame)
+        return not waits or told.cloud is not None
+
+    @Slot()
+    def tell_soon(self) -> None:
+        """Tell again when everything that happens now has happened."""
+        self._soon.start()
+
+    @Slot()
+    def tell(self, _what: object = None) -> None:
+        """Tell the instant, if what it needs is there; else ask for what is missing."""
+        self._soon.stop()
+        frame_set, recording = self._document.frame_set, self._document.recording
+        if frame_set is None or recording is None:
+            return
+        frame = frame_set.index
+        cloud = self._clouds.cloud(frame)
+        if cloud is None and self._cloud_wanted():
+            self._clouds.ask(frame)
+            if self._pictures_need_it() and not self._clouds.given_up(frame):
+                return
+        iteration = self._iteration_at(frame)
+        active = self._runs.active
+        self._told = Instant(
+            recording=recording,
+            frame_set=frame_set,
+            cloud=cloud if cloud is not None else self._cloud_of(iteration),
+            meshes=self.meshes(frame),
+            reference=reference_at(recording.reference, frame),
+            others=tuple(
+                tracked.landmarks
+                for entry in self._runs.entries
+                if entry is not active and entry.visible and (tracked := entry.at(frame))
+            ),
+            correspondences=self._correspondences(frame, iteration),
+        )
+        self.ready.emit(self._told)
+
+    def meshes(self, frame: int) -> tuple[PartMesh, ...]:
+        """The model of the active run, or of the iteration that is looked at."""
+        iteration = self._iteration_at(frame)
+        if iteration is not None:
+            return body_mesh(iteration.body, iteration.pose, around=_AROUND)
+        active = self._runs.active
+        tracked = active.at(frame) if active is not None and active.visible else None
+        if active is None or tracked is None or tracked.pose is None:
+            return ()
+        return body_mesh(active.body, tracked.pose, around=_AROUND)
+
+    def _cloud_of(self, iteration: Iteration | None) -> Cloud | None:
+        return iteration.cloud if iteration is not None else None
+
+    def _correspondences(self, frame: int, iteration: Iteration | None) -> Correspondences | None:
+        if iteration is not None:
+            return iteration.correspondences
+        newest = self._newest
+        return newest.correspondences if newest is not None and newest.frame == frame else None
+
+    def _iteration_at(self, frame: int) -> Iteration | None:
+        there = self.iteration is not None and self.iteration.frame == frame
+        return self.iteration if there else None
+
+    def _cloud_wanted(self) -> bool:
+        if not self._clouds.available:
+            return False
+        if self._pictures_need_it():
+            return True
+        # measuring for the scene alone would take time from the tracker or hold up playback
+        busy = self._track.running or self._document.playing
+        return self._points_wanted() and not busy
+
+    def _pictures_need_it(self) -> bool:
+        return self._clouds.available and any(
+            kind in _DEPTH_KINDS for kind in self._wanted().values()
+        )
+
+    @Slot(int)
+    def _on_frame_changed(self, frame: int) -> None:
+        if self.iteration is not None and self.iteration.frame != frame:
+            self.iteration = None
+
+    @Slot(object)
+    def _on_advanced(self, tracked: TrackedFrame) -> None:
+        self._newest, self.iteration = tracked, None
+        entry = self._track.entry or self._runs.active
+        if entry is not None and entry.settings is not None:
+            self._clouds.keep(tracked.cloud, entry.settings.depth)
+        self.tell_soon()
+
+    @Slot(object)
+    def _on_iterated(self, iteration: Iteration) -> None:
+        self.iteration = iteration
+        self.tell_soon()

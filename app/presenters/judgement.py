@@ -1,0 +1,132 @@
+"""How good each frame of a run is: against the reference where there is one, else by itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from app.presenters.runs import RunEntry
+from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.evaluation.errors import LimbErrors, errors_against
+from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+from stereotrack_core.tracking.frame import TrackedFrame
+
+Measure: TypeAlias = Literal["error", "sigma"]
+
+UNCERTAIN_DEG = 20.0
+"""A limb's direction with a larger standard deviation is called uncertain."""
+
+CROSSED_METRES = 0.16
+"""Two limbs whose axes come nearer than this may be taken for each other."""
+
+MEASURED_LIMBS = tuple(limb for limb in LIMBS if limb != "head")
+"""Limbs that errors are stated for; the head enters no measure."""
+
+
+@dataclass(frozen=True, eq=False)
+class Judgement:
+    """A run frame by frame; F frames of the run.
+
+    Attributes
+    ----------
+    measure : "error" or "sigma"
+        Angle against the reference, or the tracker's own standard deviation.
+    frame : (F,) int64
+    limbs : mapping from limb to (F,) float64, degrees
+        NaN where not known.
+    tracked : (F,) bool
+    coverage : (F,) float64
+    errors : LimbErrors or None
+    """
+
+    measure: Measure
+    frame: IntArray
+    limbs: dict[str, FloatArray]
+    tracked: BoolArray
+    coverage: FloatArray
+    errors: LimbErrors | None
+
+    @property
+    def words(self) -> str:
+        """Name of the measure for axes and titles."""
+        return "angular error" if self.measure == "error" else "standard deviation"
+
+
+def judged(entry: RunEntry, reference: LandmarkTrajectory | None) -> Judgement:
+    """Judge a run by the reference, or by its own signs where there is none."""
+    numbers = entry.numbers()
+    frames = list(entry.ordered())
+    tracked = np.array([frame.tracked for frame in frames], dtype=bool)
+    coverage = np.array([frame.coverage for frame in frames], dtype=np.float64)
+    if reference is not None and np.isin(numbers, reference.frame).any():
+        limbs, errors = _errors(entry, numbers, reference)
+        return Judgement("error", numbers, limbs, tracked, coverage, errors)
+    sigma = np.array([frame.limb_sigma_deg for frame in frames]).reshape(len(frames), len(LIMBS))
+    limbs = {limb: sigma[:, LIMBS.index(limb)] for limb in MEASURED_LIMBS}
+    return Judgement("sigma", numbers, limbs, tracked, coverage, None)
+
+
+def _errors(
+    entry: RunEntry, numbers: IntArray, reference: LandmarkTrajectory
+) -> tuple[dict[str, FloatArray], LimbErrors]:
+    """Errors in the frames that the run has; what it has not done yet is no error."""
+    done = np.isin(reference.frame, numbers)
+    own = LandmarkTrajectory(reference.frame[done], reference.points[done])
+    errors = errors_against(entry.trajectory(), own)
+    limbs = {}
+    for limb in MEASURED_LIMBS:
+        values: FloatArray = np.full(len(numbers), np.nan)
+        values[np.searchsorted(numbers, errors.frame)] = np.degrees(errors.of_limb(limb))
+        limbs[limb] = values
+    return limbs, errors
+
+
+def reference_at(reference: LandmarkTrajectory | None, frame: int) -> FloatArray | None:
+    """Landmarks (9, 3) of the reference in a frame, None where it has none."""
+    if reference is None:
+        return None
+    place = int(np.searchsorted(reference.frame, frame))
+    if place >= len(reference.frame) or reference.frame[place] != frame:
+        return None
+    points: FloatArray = reference.points[place]
+    return points if np.isfinite(points).any() else None
+
+
+def uncertain_limbs(tracked: TrackedFrame) -> tuple[tuple[str, str], ...]:
+    """Limbs that the tracker itself is unsure of, the worst first, each with a probable cause."""
+    sigma = tracked.limb_sigma_deg
+    order = [i for i in np.argsort(-np.nan_to_num(sigma)) if sigma[i] > UNCERTAIN_DEG]
+    return tuple((LIMBS[i], probable_cause(tracked.landmarks, LIMBS[i])) for i in order)
+
+
+def probable_cause(landmarks: FloatArray, limb: str) -> str:
+    """Why an arm may be uncertain, by what is near it; empty where nothing is.
+
+    Parameters
+    ----------
+    landmarks : (9, 3) float64, world, metres
+    limb : str
+    """
+    side, _, part = limb.partition("_")
+    if part not in {"upper_arm", "forearm"} or not np.isfinite(landmarks).all():
+        return ""
+    other = "left" if side == "right" else "right"
+    at = {name: landmarks[i] for i, name in enumerate(LANDMARKS)}
+    forearm = at[f"{side}_elbow"], at[f"{side}_hand"]
+    if _distance(*forearm, at[f"{other}_elbow"], at[f"{other}_hand"]) < CROSSED_METRES:
+        return "crossed"
+    hips = 0.5 * (at["left_hip"] + at["right_hip"])
+    neck = 0.5 * (at["left_shoulder"] + at["right_shoulder"])
+    if _distance(*forearm, hips, neck) < CROSSED_METRES:
+        return "close to the torso"
+    return ""
+
+
+def _distance(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> float:
+    """Smallest distance between two segments, by points along both (good to a millimetre)."""
+    along = np.linspace(0.0, 1.0, 41)[:, None]
+    first, second = a + along * (b - a), c + along * (d - c)
+    return float(np.linalg.norm(first[:, None] - second[None], axis=-1).min())

@@ -1,0 +1,206 @@
+"""The runs of the open recording: which there are, which are shown, and how."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+import numpy as np
+from PySide6.QtCore import QObject, Signal
+
+from stereotrack_core.arrays import IntArray
+from stereotrack_core.body.model import BodyModel
+from stereotrack_core.body.pose import hanging_pose
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.tracking.estimate import Estimate
+from stereotrack_core.tracking.frame import Origin, TrackedFrame, run_of
+from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.settings import Settings
+from stereotrack_core.tracking.stored import body_of_run, pose_of_run
+
+LineStyle: TypeAlias = Literal["solid", "dash"]
+
+
+@dataclass(eq=False)
+class RunEntry:
+    """One run, growing while the tracker works.
+
+    Attributes
+    ----------
+    name : str
+    preset : str
+    settings : Settings or None
+        None for a run from a file of another version.
+    body : BodyModel
+    wanted : range
+        Frames that were asked for.
+    frames : dict from frame number to TrackedFrame
+    visible : bool
+        Whether its curves and skeleton are shown.
+    path : Path or None
+        File that it came from or was saved to.
+    stored : Run or None
+        The run as it was read.
+    origin : Origin or None
+        Where its frames come from; known when tracking has begun.
+    """
+
+    name: str
+    preset: str
+    settings: Settings | None
+    body: BodyModel
+    wanted: range
+    frames: dict[int, TrackedFrame] = field(default_factory=dict)
+    visible: bool = True
+    path: Path | None = None
+    stored: Run | None = None
+    origin: Origin | None = None
+
+    def at(self, frame: int) -> TrackedFrame | None:
+        """What the run knows about a frame."""
+        return self.frames.get(frame)
+
+    def numbers(self) -> IntArray:
+        """Frames that the run has, ascending (F,)."""
+        return np.array(sorted(self.frames), dtype=np.int64)
+
+    def ordered(self) -> Iterator[TrackedFrame]:
+        """Frames in their order."""
+        return (self.frames[k] for k in sorted(self.frames))
+
+    def trajectory(self) -> LandmarkTrajectory:
+        """Landmarks over the frames that the run has."""
+        points = [frame.landmarks for frame in self.ordered()]
+        stacked = np.stack(points) if points else np.empty((0, 9, 3))
+        return LandmarkTrajectory(self.numbers(), stacked)
+
+    def run(self) -> Run | None:
+        """Put the run together to be saved; None while nothing is known of its origin."""
+        if self.stored is not None:
+            return self.stored
+        return run_of(list(self.ordered()), self.origin) if self.origin is not None else None
+
+
+class RunList(QObject):
+    """Runs in the order in which they were made; one of them is active.
+
+    Signals
+    -------
+    changed : ()
+        A run was added, removed, renamed, shown or hidden.
+    active_changed : ()
+        Another run is the one whose model is drawn.
+    grew : ()
+        The run in progress has more frames.
+    """
+
+    changed = Signal()
+    active_changed = Signal()
+    grew = Signal()
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._entries: list[RunEntry] = []
+        self._active: RunEntry | None = None
+        self._made = 0
+
+    @property
+    def entries(self) -> tuple[RunEntry, ...]:
+        """All runs."""
+        return tuple(self._entries)
+
+    @property
+    def active(self) -> RunEntry | None:
+        """The run whose model is drawn."""
+        return self._active
+
+    def style(self, entry: RunEntry) -> LineStyle:
+        """Line style of a run's curves: the active one is solid."""
+        return "solid" if entry is self._active else "dash"
+
+    def next_name(self, preset: str, *, changed: bool) -> str:
+        """Name for a new run."""
+        self._made += 1
+        return f"{self._made}: {preset}{' changed' if changed else ''}"
+
+    def add(self, entry: RunEntry) -> None:
+        """Add a run and make it the active one."""
+        self._entries.append(entry)
+        self._active = entry
+        self.changed.emit()
+        self.active_changed.emit()
+
+    def remove(self, entry: RunEntry) -> None:
+        """Take a run from the list; files are not touched."""
+        self._entries = [kept for kept in self._entries if kept is not entry]
+        if self._active is entry:
+            self._active = self._entries[-1] if self._entries else None
+            self.active_changed.emit()
+        self.changed.emit()
+
+    def clear(self) -> None:
+        """Forget all runs."""
+        self._entries, self._active, self._made = [], None, 0
+        self.changed.emit()
+        self.active_changed.emit()
+
+    def activate(self, entry: RunEntry) -> None:
+        """Draw another run's model."""
+        if entry is not self._active:
+            self._active = entry
+            entry.visible = True
+            self.active_changed.emit()
+            self.changed.emit()
+
+    def show(self, entry: RunEntry, *, visible: bool) -> None:
+        """Show or hide a run's curves and skeleton."""
+        if entry.visible != visible:
+            entry.visible = visible
+            self.changed.emit()
+
+    def rename(self, entry: RunEntry, name: str) -> None:
+        """Give a run another name."""
+        if name.strip() and name != entry.name:
+            entry.name = name.strip()
+            self.changed.emit()
+
+
+def entry_of_run(run: Run, path: Path) -> RunEntry:
+    """Make a list entry of a stored run.
+
+    Raises
+    ------
+    InputError
+        Where its states are not those of a body.
+    """
+    frames = {int(k): _stored_frame(run, i) for i, k in enumerate(run.frame)}
+    numbers = run.frame
+    wanted = range(int(numbers[0]), int(numbers[-1]) + 1) if len(numbers) else range(0)
+    preset = str(run.meta.get("preset", ""))
+    return RunEntry(
+        path.stem, preset, None, body_of_run(run), wanted, frames, path=path, stored=run
+    )
+
+
+def _stored_frame(run: Run, i: int) -> TrackedFrame:
+    pose = pose_of_run(run, i)
+    frame = int(run.frame[i])
+    nothing = Cloud(
+        frame, np.empty((0, 3)), np.empty(0, np.int64), np.empty((0, 2), np.int64), (), {}
+    )
+    estimate = Estimate(
+        tracked=pose is not None,
+        reason="" if pose is not None else "the run has no pose here",
+        pose=pose if pose is not None else hanging_pose(np.zeros(3)),
+        x=run.x[i],
+        P=run.P[i],
+        coverage=float(run.coverage[i]),
+        residual=float(run.residual[i]),
+        innovation=float(run.innovation[i]),
+        limb_sigma_deg=run.limb_sigma_deg[i],
+    )
+    seconds = dict(zip(run.stage_names, run.seconds[i].tolist(), strict=True))
+    return TrackedFrame(frame, estimate, run.landmarks[i], nothing, seconds)

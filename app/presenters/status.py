@@ -1,0 +1,163 @@
+"""How things are, in one line of words."""
+
+from __future__ import annotations
+
+from app.limb_colours import limb_words
+from app.presenters.document import DocumentPresenter
+from app.presenters.judgement import Judgement, uncertain_limbs
+from app.presenters.runs import RunList
+from app.presenters.tracking import TrackPresenter
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.tracking.frame import TrackedFrame
+
+
+def status_words(
+    document: DocumentPresenter, track: TrackPresenter, runs: RunList, doing: str
+) -> str:
+    """One sentence about the recording, the tracker and the frame that is shown.
+
+    Parameters
+    ----------
+    doing : str
+        Work in the background, in words; empty for none.
+    """
+    parts = []
+    if document.opening:
+        parts.append("opening the recording …")
+    elif document.recording is None:
+        parts.append("no recording is open")
+    elif document.frame_count == 0:
+        parts.append("the recording has no frame that all streams have")
+    else:
+        parts.append(_tracker_words(document, track, runs))
+    if doing:
+        parts.append(doing)
+    return "   ·   ".join(parts)
+
+
+def _tracker_words(document: DocumentPresenter, track: TrackPresenter, runs: RunList) -> str:
+    entry = track.entry
+    shown = runs.active.at(document.frame) if runs.active is not None else None
+    if entry is not None:
+        done, wanted = len(entry.frames), len(entry.wanted)
+        verb = "tracking" if track.running else "paused at"
+        if done == 0:
+            return (
+                f"{verb} {done} of {wanted}: learning the background"
+                if track.running
+                else ("paused before the first frame")
+            )
+        newest = entry.frames[max(entry.frames)]
+        return _joined(f"{verb} {done} of {wanted}", frame_words(shown or newest))
+    if shown is not None:
+        assert runs.active is not None
+        return _joined(f"frame {document.frame}, run {runs.active.name}", frame_words(shown))
+    if runs.active is not None:
+        return f"frame {document.frame} is not part of the run {runs.active.name}"
+    assert document.recording is not None
+    count = document.frame_count
+    seconds = count / document.recording.fps
+    return f"{document.recording.name}: {count} frames, {seconds:.1f} s; nothing tracked yet"
+
+
+def frame_words(tracked: TrackedFrame) -> str:
+    """What is to be said about one tracked frame."""
+    if not tracked.tracked:
+        return f"not tracked: {tracked.reason}"
+    unsure = uncertain_limbs(tracked)
+    if not unsure:
+        return "all limbs certain"
+    words = [
+        f"{limb_words(limb)} uncertain{f' ({cause})' if cause else ''}"
+        for limb, cause in unsure[:2]
+    ]
+    more = len(unsure) - len(words)
+    return ", ".join(words) + (f" and {more} more" if more > 0 else "")
+
+
+def _joined(first: str, second: str) -> str:
+    return f"{first}, {second}" if second else first
+
+
+def number_rows(
+    tracked: TrackedFrame | None, judgement: Judgement | None
+) -> list[tuple[str, str, str, str]]:
+    """Rows of the numbers panel: limb, label, value, hint."""
+    if tracked is None:
+        return []
+    rows = []
+    place = _place(judgement, tracked.frame)
+    for index, limb in enumerate(LIMBS):
+        sigma = tracked.limb_sigma_deg[index]
+        value = f"± {sigma:.1f}°" if sigma == sigma else "not known"
+        hint = "Standard deviation of the limb's direction, as the tracker sees it."
+        error = _error(judgement, limb, place)
+        if error is not None:
+            value = f"{error:.1f}°  ({value})"
+            hint = f"Angle against the reference. In brackets: {hint[0].lower()}{hint[1:]}"
+        rows.append((limb, limb_words(limb), value, hint))
+    rows += _frame_rows(tracked, judgement, place)
+    return rows
+
+
+def _frame_rows(
+    tracked: TrackedFrame, judgement: Judgement | None, place: int | None
+) -> list[tuple[str, str, str, str]]:
+    rows = []
+    if judgement is not None and judgement.errors is not None and place is not None:
+        errors = judgement.errors
+        at = {int(k): i for i, k in enumerate(errors.frame)}.get(tracked.frame)
+        if at is not None:
+            value = f"{1000.0 * errors.torso_position[at]:.0f} mm"
+            rows.append(
+                (
+                    "torso",
+                    "torso position",
+                    value,
+                    "Distance of the hip midpoint from the reference.",
+                )
+            )
+    if not tracked.tracked:
+        return [*rows, ("", "not tracked", tracked.reason, "Why this frame has no pose.")]
+    total = 1000.0 * sum(tracked.seconds.values())
+    return [
+        *rows,
+        (
+            "",
+            "unexplained",
+            f"{100.0 * tracked.coverage:.1f} %",
+            "Share of the measured points that the model does not explain; 0 is best.",
+        ),
+        (
+            "",
+            "residual",
+            f"{1000.0 * tracked.residual:.1f} mm",
+            "Weighted root mean square distance between points and model.",
+        ),
+        (
+            "",
+            "innovation",
+            f"{tracked.innovation:.2f}",
+            "Surprise of the measurement over what was expected; 1 is as expected.",
+        ),
+        ("", "time", f"{total:.0f} ms", _stages(tracked)),
+    ]
+
+
+def _stages(tracked: TrackedFrame) -> str:
+    stages = [f"{name} {1000.0 * value:.0f} ms" for name, value in tracked.seconds.items()]
+    return "Stages: " + ", ".join(stages) + ". Stages of successive frames overlap."
+
+
+def _place(judgement: Judgement | None, frame: int) -> int | None:
+    if judgement is None:
+        return None
+    found = (judgement.frame == frame).nonzero()[0]
+    return int(found[0]) if len(found) else None
+
+
+def _error(judgement: Judgement | None, limb: str, place: int | None) -> float | None:
+    if judgement is None or judgement.measure != "error" or place is None:
+        return None
+    values = judgement.limbs.get(limb)
+    return float(values[place]) if values is not None and values[place] == values[place] else None

@@ -1,0 +1,312 @@
+"""The tracker at work: run, pause, step, one iteration, from here, a selection."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from PySide6.QtCore import QObject, QTimer, Signal, Slot
+
+from app.failures import message_of
+from app.presenters.iterations import Iterations
+from app.presenters.runs import RunEntry, RunList
+from stereotrack_core.body.model import body_model
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.proportions import proportions_of
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.tracking.frame import Origin, TrackedFrame
+from stereotrack_core.tracking.pipeline import FirstPose, Pipeline
+from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.settings import Settings
+
+UPDATES_PER_SECOND = 20
+
+
+@dataclass(frozen=True, eq=False)
+class Order:
+    """What the tracker shall do."""
+
+    recording: Recording
+    settings: Settings
+    preset: str
+    frames: range
+    init: FirstPose
+    reader: FrameReader | None
+
+
+class TrackWorker:
+    """Tracks in a thread of its own and may be held after every frame.
+
+    Results wait in a list until :meth:`taken` fetches them, so that a window that is busy
+    slows nothing down and loses nothing.
+    """
+
+    def __init__(self, order: Order) -> None:
+        self.order = order
+        self.origin: Origin | None = None
+        self.pipeline: Pipeline | None = None
+        self.error: Exception | None = None
+        self.done = False
+        self._allowed = 0.0
+        self._stop = False
+        self._results: list[TrackedFrame] = []
+        self._condition = threading.Condition()
+        self._thread = threading.Thread(target=self._run, name="track", daemon=True)
+        self._thread.start()
+
+    def allow(self, frames: float) -> None:
+        """Let the tracker go on for so many frames; infinity lets it run."""
+        with self._condition:
+            self._allowed = frames
+            self._condition.notify_all()
+
+    def hold(self) -> None:
+        """Stop after the frame in work."""
+        self.allow(0.0)
+
+    @property
+    def running(self) -> bool:
+        """Whether the tracker has leave to go on."""
+        return not self.done and self._allowed > 0
+
+    def stop(self, seconds: float = 15.0) -> None:
+        """End the thread; what was tracked stays."""
+        with self._condition:
+            self._stop = True
+            self._condition.notify_all()
+        self._thread.join(seconds)
+
+    def taken(self) -> list[TrackedFrame]:
+        """Results since the last call."""
+        with self._condition:
+            results, self._results = self._results, []
+        return results
+
+    def _wait(self) -> bool:
+        with self._condition:
+            self._condition.wait_for(lambda: self._stop or self._allowed > 0)
+            return not self._stop
+
+    def _run(self) -> None:
+        order = self.order
+        try:
+            with Pipeline(
+                order.recording,
+                order.settings,
+                init=order.init,
+                reader=order.reader,
+                preset=order.preset,
+            ) as pipeline:
+                self.origin = pipeline.origin()
+                self.pipeline = pipeline
+                self._follow(pipeline)
+        except Exception as error:  # noqa: BLE001 - handed to the window, which shows it
+            self.error = error
+        finally:
+            self.done = True
+
+    def _follow(self, pipeline: Pipeline) -> None:
+        frames = pipeline.frames(self.order.frames)
+        try:
+            while self._wait():
+                tracked = next(frames, None)
+                if tracked is None:
+                    return
+                with self._condition:
+                    self._results.append(tracked)
+                    self._allowed -= 1
+        finally:
+            close: Callable[[], None] = getattr(frames, "close", lambda: None)
+            close()
+
+
+class TrackPresenter(QObject):
+    """Controls the tracker and collects what it finds, at most 20 times a second.
+
+    Signals
+    -------
+    advanced : TrackedFrame
+        The newest frame, still with its cloud and correspondences.
+    state_changed : ()
+        Running, paused, finished or idle.
+    finished : RunEntry
+        A run has come to its end.
+    iterated : Iteration
+        One iteration of the frame was made.
+    message : Message
+        Why tracking has ended early.
+    """
+
+    advanced = Signal(object)
+    state_changed = Signal()
+    finished = Signal(object)
+    iterated = Signal(object)
+    message = Signal(object)
+
+    def __init__(self, runs: RunList, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._runs = runs
+        self._worker: TrackWorker | None = None
+        self._entry: RunEntry | None = None
+        self._begun = 0.0
+        self._iterations: Iterations | None = None
+        self._cloud_to_iterate: Cloud | None = None
+        self.settings = preset("accurate")
+        self.preset = "accurate"
+        self._timer = QTimer(self, interval=1000 // UPDATES_PER_SECOND)
+        self._timer.timeout.connect(self._collect)
+
+    @property
+    def entry(self) -> RunEntry | None:
+        """The run in progress, running or paused."""
+        return self._entry
+
+    @property
+    def running(self) -> bool:
+        """Whether the tracker works at this moment."""
+        return self._worker is not None and self._worker.running
+
+    @property
+    def paused(self) -> bool:
+        """Whether a run waits to go on."""
+        return self._worker is not None and not self._worker.running
+
+    @property
+    def settings_changed(self) -> bool:
+        """Whether the settings are no longer those of the preset."""
+        return self.settings != preset(self.preset)
+
+    @property
+    def stale(self) -> bool:
+        """Whether the run in progress was made with other settings."""
+        return self._worker is not None and self._worker.order.settings != self.settings
+
+    def next_frame(self) -> int | None:
+        """The frame that the run in progress does next."""
+        if self._entry is None:
+            return None
+        done = len(self._entry.frames)
+        return self._entry.wanted[done] if done < len(self._entry.wanted) else None
+
+    def begin(
+        self,
+        recording: Recording,
+        frames: range,
+        init: FirstPose,
+        reader: FrameReader | None,
+        *,
+        allowed: float = float("inf"),
+    ) -> RunEntry:
+        """Begin a new run; the one in progress ends and keeps what it has."""
+        self.stop()
+        changed = self.settings_changed
+        body = body_model(proportions_of(recording.subject), self.settings.body)
+        name = self._runs.next_name(self.preset, changed=changed)
+        self._entry = RunEntry(name, self.preset, self.settings, body, frames)
+        self._worker = TrackWorker(
+            Order(recording, self.settings, self.preset, frames, init, reader)
+        )
+        self._begun = time.perf_counter()
+        self._worker.allow(allowed)
+        self._timer.start()
+        self._runs.add(self._entry)
+        self.state_changed.emit()
+        return self._entry
+
+    def go_on(self, allowed: float = float("inf")) -> None:
+        """Go on with the run in progress."""
+        if self._worker is not None:
+            self._forget_iterations()
+            self._worker.allow(allowed)
+            self._timer.start()
+            self.state_changed.emit()
+
+    def pause(self) -> None:
+        """Hold after the frame in work."""
+        if self._worker is not None:
+            self._worker.hold()
+            self.state_changed.emit()
+
+    def stop(self) -> None:
+        """End the run in progress; it keeps what it has."""
+        worker, entry = self._worker, self._entry
+        if worker is None:
+            return
+        worker.stop()
+        self._collect()
+        self._timer.stop()
+        self._forget_iterations()
+        self._worker = self._entry = None
+        if entry is not None and not entry.frames:
+            self._runs.remove(entry)
+        self.state_changed.emit()
+
+    def last_pose(self) -> Pose | None:
+        """Newest pose of the run in progress."""
+        if self._entry is None or not self._entry.frames:
+            return None
+        return self._entry.frames[max(self._entry.frames)].pose
+
+    def iterate(self, cloud: Cloud) -> None:
+        """Show the next iteration of the frame that the run does next, without going there.
+
+        Parameters
+        ----------
+        cloud : Cloud
+            Measured points of that frame.
+        """
+        self._cloud_to_iterate = cloud
+        self._timer.start()
+        self._iterate_when_ready()
+
+    def _iterate_when_ready(self) -> None:
+        worker, cloud = self._worker, self._cloud_to_iterate
+        if worker is None or cloud is None or worker.pipeline is None or worker.running:
+            return
+        self._cloud_to_iterate = None
+        if self._iterations is None or self._iterations.frame != cloud.frame:
+            started = self._entry is not None and bool(self._entry.frames)
+            self._iterations = Iterations(worker.pipeline, cloud, started=started)
+        iteration = self._iterations.next()
+        if iteration is not None:
+            self.iterated.emit(iteration)
+        else:
+            self.go_on(1)
+
+    def _forget_iterations(self) -> None:
+        self._iterations = self._cloud_to_iterate = None
+
+    @Slot()
+    def _collect(self) -> None:
+        worker, entry = self._worker, self._entry
+        if worker is None or entry is None:
+            self._timer.stop()
+            return
+        ended = worker.done  # asked before the results are fetched, so that none is left behind
+        results = worker.taken()
+        entry.origin = worker.origin
+        for tracked in results:
+            entry.frames[tracked.frame] = tracked.without_cloud()
+        if results:
+            self._runs.grew.emit()
+            self.advanced.emit(results[-1])
+        self._iterate_when_ready()
+        if ended:
+            self._finish(worker, entry)
+        elif not worker.running:
+            self.state_changed.emit()
+
+    def _finish(self, worker: TrackWorker, entry: RunEntry) -> None:
+        self._timer.stop()
+        self._worker = self._entry = None
+        self._forget_iterations()
+        if worker.error is not None:
+            self.message.emit(message_of(worker.error))
+        if not entry.frames:
+            self._runs.remove(entry)
+        self.state_changed.emit()
+        self.finished.emit(entry)

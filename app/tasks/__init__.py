@@ -1,0 +1,1 @@
+"""Background work with progress and cancel; widgets are touched in the window's thread only."""

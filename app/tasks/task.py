@@ -1,0 +1,140 @@
+"""Work off the window's thread, with progress, cancel and readable failures."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+from PySide6.QtCore import QObject, Signal, Slot
+
+from stereotrack_core.errors import Cancelled
+
+
+class CancelToken:
+    """Tells work in another thread that it is no longer wanted."""
+
+    def __init__(self) -> None:
+        self._event = threading.Event()
+
+    def cancel(self) -> None:
+        """Ask the work to stop at its next opportunity."""
+        self._event.set()
+
+    def cancelled(self) -> bool:
+        """Whether the work shall stop."""
+        return self._event.is_set()
+
+
+class Task(QObject):
+    """One piece of work in a thread of its own.
+
+    Signals arrive in the thread that made the task.
+
+    Parameters
+    ----------
+    title : str
+        What is being done, for the status line.
+    work : callable
+        Called as ``work(task)``; reports by :meth:`report` and looks at ``task.token``.
+    """
+
+    progressed = Signal(float, str)
+    finished = Signal(object)
+    failed = Signal(object)
+    stopped = Signal()
+    ended = Signal()
+
+    def __init__(self, title: str, work: Callable[[Task], Any]) -> None:
+        super().__init__()
+        self.title = title
+        self.token = CancelToken()
+        self.share = 0.0
+        self._work = work
+        self._thread = threading.Thread(target=self._run, name=title, daemon=True)
+
+    def start(self) -> None:
+        """Begin."""
+        self._thread.start()
+
+    def cancel(self) -> None:
+        """Ask the work to stop."""
+        self.token.cancel()
+
+    def join(self, seconds: float) -> bool:
+        """Wait for the end of the work; False where it still runs."""
+        if self._thread.ident is not None:
+            self._thread.join(seconds)
+        return not self._thread.is_alive()
+
+    def report(self, share: float, words: str = "") -> None:
+        """Say how far the work is (0 to 1); may be called from any thread."""
+        self.share = share
+        self.progressed.emit(share, words)
+
+    def _run(self) -> None:
+        try:
+            result = self._work(self)
+        except Cancelled:
+            self.stopped.emit()
+        except Exception as error:  # noqa: BLE001 - handed to the window, which shows and logs it
+            self.failed.emit(error)
+        else:
+            self.finished.emit(result)
+        self.ended.emit()
+
+
+class TaskList(QObject):
+    """All work that is under way; keeps tasks alive and stops them when the window closes."""
+
+    changed = Signal()
+    failed = Signal(object)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._tasks: list[Task] = []
+
+    @property
+    def tasks(self) -> tuple[Task, ...]:
+        """What is under way, the oldest first."""
+        return tuple(self._tasks)
+
+    def begin(
+        self,
+        title: str,
+        work: Callable[[Task], Any],
+        done: Callable[[Any], None] | None = None,
+    ) -> Task:
+        """Start `work` and call `done` with its result in this thread."""
+        task = Task(title, work)
+        if done is not None:
+            task.finished.connect(done)
+        task.failed.connect(self.failed)
+        task.progressed.connect(self._on_progress)
+        task.ended.connect(self._on_ended)
+        self._tasks.append(task)
+        task.start()
+        self.changed.emit()
+        return task
+
+    def cancel_all(self) -> None:
+        """Ask all work to stop."""
+        for task in self._tasks:
+            task.cancel()
+
+    def shutdown(self, seconds: float = 10.0) -> None:
+        """Stop all work and wait for it."""
+        self.cancel_all()
+        for task in tuple(self._tasks):
+            task.join(seconds)
+        self._tasks.clear()
+
+    @Slot(float, str)
+    def _on_progress(self, _share: float, _words: str) -> None:
+        self.changed.emit()
+
+    @Slot()
+    def _on_ended(self) -> None:
+        task = self.sender()
+        self._tasks = [kept for kept in self._tasks if kept is not task]
+        self.changed.emit()

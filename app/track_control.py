@@ -1,0 +1,132 @@
+"""What the commands of the tracker mean in the state the window is in."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QObject, Slot
+
+from app.presenters.clouds import CloudPresenter
+from app.presenters.document import DocumentPresenter
+from app.presenters.runs import RunEntry, RunList
+from app.presenters.tracking import TrackPresenter
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.tracking.frame import TrackedFrame
+from stereotrack_core.tracking.pipeline import FirstPose
+
+
+class TrackControl(QObject):
+    """Run, step, iterate, from here, a selection; follows the tracker with the views.
+
+    Parameters
+    ----------
+    first_pose : str or Pose
+        Where the first pose comes from when no run has one.
+    """
+
+    def __init__(
+        self,
+        document: DocumentPresenter,
+        clouds: CloudPresenter,
+        runs: RunList,
+        track: TrackPresenter,
+        first_pose: FirstPose,
+    ) -> None:
+        super().__init__()
+        self._document, self._clouds, self._runs, self._track = document, clouds, runs, track
+        self._first_pose = first_pose
+        self._selection: range | None = None
+        self._iterate_at: int | None = None
+        self.follow = True
+        track.advanced.connect(self._on_advanced)
+        clouds.measured.connect(self._on_measured)
+
+    def set_selection(self, selection: range | None) -> None:
+        """Tell which frames are selected."""
+        self._selection = selection
+
+    def run(self) -> None:
+        """Go on with a run that is paused, or begin one; settings that have changed apply."""
+        self._go_on_or_begin(float("inf"))
+
+    def step(self) -> None:
+        """Track one frame."""
+        self._go_on_or_begin(1)
+
+    def iterate(self) -> None:
+        """Show one iteration more of the frame that comes next."""
+        if self._track.entry is None or self._track.stale:
+            self._go_on_or_begin(0)
+        frame = self._track.next_frame()
+        if frame is None:
+            return
+        self._document.pause()
+        self._document.go_to(frame)
+        cloud = self._clouds.cloud(frame)
+        if cloud is not None:
+            self._track.iterate(cloud)
+        else:
+            self._iterate_at = frame
+            self._clouds.ask(frame)
+
+    def run_from_here(self) -> None:
+        """Begin a new run at this frame."""
+        self._begin(range(self._document.frame, self._document.frame_count), float("inf"))
+
+    def run_selection(self) -> None:
+        """Track the selected frames as a new run."""
+        if self._selection:
+            self._begin(self._selection, float("inf"))
+
+    def toggle_follow(self) -> None:
+        """Show each frame as it is tracked, or stay."""
+        self.follow = not self.follow
+
+    def _go_on_or_begin(self, allowed: float) -> None:
+        self._document.pause()
+        track = self._track
+        if track.entry is None:
+            self._begin(range(self._document.frame_count), allowed)
+        elif track.stale:
+            # settings belong to a run as a whole: what follows is another one
+            frame, pose = track.next_frame(), track.last_pose()
+            end = track.entry.wanted.stop
+            first = frame if frame is not None else 0
+            self._begin(range(first, end), allowed, pose)
+        else:
+            track.go_on(allowed)
+
+    def _begin(self, frames: range, allowed: float, pose: Pose | None = None) -> RunEntry | None:
+        recording = self._document.recording
+        if recording is None or not len(frames):
+            return None
+        start = pose if pose is not None else self._known_pose(frames.start)
+        self._document.pause()
+        return self._track.begin(
+            recording,
+            frames,
+            start if start is not None else self._first_pose,
+            self._clouds.reader,
+            allowed=allowed,
+        )
+
+    def _known_pose(self, frame: int) -> Pose | None:
+        """Pose of the active run just before a frame, or at it; the first frame starts anew."""
+        active = self._runs.active
+        if active is None or frame == 0:
+            return None
+        for known in (frame - 1, frame):
+            tracked = active.at(known)
+            if tracked is not None and tracked.pose is not None:
+                return tracked.pose
+        return None
+
+    @Slot(object)
+    def _on_advanced(self, tracked: TrackedFrame) -> None:
+        if self.follow:
+            self._document.go_to(tracked.frame)
+
+    @Slot(object)
+    def _on_measured(self, cloud: Cloud | None) -> None:
+        if cloud is not None and cloud.frame == self._iterate_at:
+            self._iterate_at = None
+            self._track.iterate(cloud)

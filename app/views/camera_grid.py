@@ -1,0 +1,276 @@
+"""All views beside each other, always at the same instant."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Literal, TypeAlias
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import (
+    QComboBox,
+    QFrame,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.views.camera_view import CameraView, Display
+from app.views.picture import PICTURE_KINDS, Picture, PictureKind
+from stereotrack_core.recording.description import View
+
+Arrangement: TypeAlias = Literal["grid", "one-and-more", "single"]
+ARRANGEMENTS: tuple[Arrangement, ...] = ("grid", "one-and-more", "single")
+
+
+def kinds_of(view: View) -> tuple[PictureKind, ...]:
+    """Pictures that a view can show."""
+    match view.kind:
+        case "stereo":
+            return ("image", "left", "disparity", "foreground", "depth")
+        case "depth":
+            return ("image", "foreground", "depth")
+        case _:
+            return ("image",)
+
+
+def kind_words(view: View, kind: PictureKind) -> str:
+    """Name of a picture, said for this view."""
+    if kind == "image":
+        return "Right image" if view.kind == "stereo" else "Image"
+    return PICTURE_KINDS[kind]
+
+
+class CameraTile(QFrame):
+    """One view with its name and the choice of what it shows."""
+
+    kind_chosen = Signal(str, str)
+    activated = Signal(str)
+
+    def __init__(self, view: View) -> None:
+        super().__init__()
+        self.view = view
+        self.camera = CameraView()
+        self._name = QLabel(view.name)
+        self._name.setObjectName("tileName")
+        font = self._name.font()
+        font.setBold(True)
+        self._name.setFont(font)
+        self._kind = QComboBox()
+        self._kind.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self._kind.setToolTip("What this view shows")
+        self._kind.setAccessibleName(f"What view {view.name} shows")
+        for kind in kinds_of(view):
+            self._kind.addItem(kind_words(view, kind), kind)
+        self._kind.setVisible(self._kind.count() > 1)
+        self._note = QLabel()
+        self._note.setObjectName("tileNote")
+        self._lay_out()
+        self._kind.activated.connect(self._on_kind)
+        self.camera.pressed.connect(lambda: self.activated.emit(self.view.name))
+
+    @property
+    def kind(self) -> PictureKind:
+        """What the view shall show."""
+        kind: PictureKind = self._kind.currentData()
+        return kind
+
+    def set_kind(self, kind: PictureKind) -> None:
+        """Choose what the view shows, where it has that."""
+        place = self._kind.findData(kind)
+        if place >= 0:
+            self._kind.setCurrentIndex(place)
+
+    def set_active(self, active: bool) -> None:
+        """Mark the view that keys act on."""
+        self.setProperty("active", active)
+        self._name.setText(f"▸ {self.view.name}" if active else self.view.name)
+
+    def show_picture(self, picture: Picture) -> None:
+        """Show a picture with its message."""
+        self.camera.show_picture(picture)
+        note = picture.message if picture.pixels is not None else ""
+        self._note.setText(note)
+        self._note.setToolTip(note)
+
+    def _lay_out(self) -> None:
+        head = QHBoxLayout()
+        head.setContentsMargins(6, 2, 4, 2)
+        head.addWidget(self._name)
+        head.addWidget(self._kind)
+        head.addWidget(self._note, 1)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addLayout(head)
+        column.addWidget(self.camera, 1)
+
+    def _on_kind(self, _place: int) -> None:
+        self.kind_chosen.emit(self.view.name, self.kind)
+
+
+class CameraGrid(QWidget):
+    """The views of a recording: 2x2, one large and the others small, or one alone.
+
+    Signals
+    -------
+    kinds_changed : ()
+        Another picture is wanted in some view.
+    hovered : str
+        Words about the pixel under the cursor.
+    limb_clicked : str
+        A limb was clicked in a view; empty for none.
+    active_changed : str
+        Name of the view that keys act on.
+    arranged : ()
+        The arrangement has changed.
+    """
+
+    kinds_changed = Signal()
+    hovered = Signal(str)
+    limb_clicked = Signal(str)
+    active_changed = Signal(str)
+    arranged = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._tiles: dict[str, CameraTile] = {}
+        self._active = ""
+        self._arrangement: Arrangement = "grid"
+        self._display = Display()
+        self._layout = QGridLayout(self)
+        self._layout.setContentsMargins(0, 0, 0, 0)
+        self._layout.setSpacing(3)
+
+    @property
+    def tiles(self) -> dict[str, CameraTile]:
+        """Tiles by the name of their view."""
+        return self._tiles
+
+    @property
+    def active(self) -> str:
+        """Name of the view that keys act on; empty without views."""
+        return self._active
+
+    @property
+    def arrangement(self) -> Arrangement:
+        """How the views are arranged."""
+        return self._arrangement
+
+    @property
+    def display(self) -> Display:
+        """How pictures are displayed."""
+        return self._display
+
+    def active_camera(self) -> CameraView | None:
+        """The camera view that keys act on."""
+        tile = self._tiles.get(self._active)
+        return tile.camera if tile is not None else None
+
+    def set_views(self, views: Sequence[View]) -> None:
+        """Show other views."""
+        for tile in self._tiles.values():
+            self._layout.removeWidget(tile)
+            tile.hide()
+            tile.deleteLater()
+        self._tiles = {}
+        for view in views:
+            tile = CameraTile(view)
+            tile.kind_chosen.connect(self._on_kind)
+            tile.activated.connect(self.set_active)
+            tile.camera.hovered.connect(self.hovered)
+            tile.camera.limb_clicked.connect(self.limb_clicked)
+            tile.camera.set_display(self._display)
+            self._tiles[view.name] = tile
+        self._active = views[0].name if views else ""
+        self._arrange()
+        self.set_active(self._active)
+
+    def wanted(self) -> dict[str, PictureKind]:
+        """What each visible view shall show."""
+        return {name: self._tiles[name].kind for name in self.visible_views()}
+
+    def visible_views(self) -> tuple[str, ...]:
+        """Names of the views that the arrangement shows."""
+        if self._arrangement == "single" and self._active:
+            return (self._active,)
+        return tuple(self._tiles)
+
+    def show_pictures(self, pictures: Sequence[Picture]) -> None:
+        """Show the pictures of one instant."""
+        for picture in pictures:
+            tile = self._tiles.get(picture.view)
+            if tile is not None:
+                tile.show_picture(picture)
+
+    def set_kind(self, kind: PictureKind) -> None:
+        """Show one kind of picture in every view that has it."""
+        for tile in self._tiles.values():
+            tile.set_kind(kind)
+        self.kinds_changed.emit()
+
+    def set_display(self, display: Display) -> None:
+        """Change how pictures are displayed in all views."""
+        self._display = display
+        for tile in self._tiles.values():
+            tile.camera.set_display(display)
+
+    def set_arrangement(self, arrangement: Arrangement) -> None:
+        """Arrange the views in another way."""
+        self._arrangement = arrangement
+        self._arrange()
+        self.arranged.emit()
+        self.kinds_changed.emit()
+
+    def set_active(self, name: str) -> None:
+        """Choose the view that keys act on."""
+        if name not in self._tiles:
+            return
+        changed, self._active = name != self._active, name
+        for tile in self._tiles.values():
+            tile.set_active(tile.view.name == name and len(self._tiles) > 1)
+        if changed:
+            if self._arrangement != "grid":
+                self._arrange()
+                self.kinds_changed.emit()
+            self.active_changed.emit(name)
+
+    def activate_next(self, by: int = 1) -> None:
+        """Choose the view after (or before) the active one."""
+        names = list(self._tiles)
+        if names:
+            self.set_active(names[(names.index(self._active) + by) % len(names)])
+
+    def _arrange(self) -> None:
+        for tile in self._tiles.values():
+            self._layout.removeWidget(tile)
+        for line in range(8):
+            self._layout.setRowStretch(line, 0)
+            self._layout.setColumnStretch(line, 0)
+        names = list(self._tiles)
+        shown = self.visible_views()
+        for name, tile in self._tiles.items():
+            tile.setVisible(name in shown)
+        if self._arrangement == "one-and-more" and len(names) > 1:
+            self._arrange_one_and_more(names)
+            return
+        columns = math.ceil(math.sqrt(len(shown))) or 1
+        for place, name in enumerate(shown):
+            row, column = divmod(place, columns)
+            self._layout.addWidget(self._tiles[name], row, column)
+            self._layout.setRowStretch(row, 1)
+            self._layout.setColumnStretch(column, 1)
+
+    def _arrange_one_and_more(self, names: list[str]) -> None:
+        others = [name for name in names if name != self._active]
+        self._layout.addWidget(self._tiles[self._active], 0, 0, len(others), 1)
+        self._layout.setColumnStretch(0, 3)
+        self._layout.setColumnStretch(1, 1)
+        for row, name in enumerate(others):
+            self._layout.addWidget(self._tiles[name], row, 1)
+            self._layout.setRowStretch(row, 1)
+
+    def _on_kind(self, _view: str, _kind: str) -> None:
+        self.kinds_changed.emit()

@@ -1,0 +1,63 @@
+"""What a camera view shows: one picture of one view, ready to be painted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from app.views.overlays import Overlay
+from stereotrack_core.arrays import ImageArray
+
+PictureKind: TypeAlias = Literal["image", "left", "disparity", "foreground", "depth"]
+
+PICTURE_KINDS: dict[PictureKind, str] = {
+    "image": "Reference image",
+    "left": "Left image",
+    "disparity": "Disparity",
+    "foreground": "Foreground",
+    "depth": "Depth",
+}
+"""Kinds of pictures with their names; the reference image of a stereo view is the right one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """One picture of one view at one instant.
+
+    Attributes
+    ----------
+    view : str
+    kind : PictureKind
+    frame : int
+    pixels : (H, W) or (H, W, 3) uint8, or None
+        Grey or BGR; None where there is nothing to show.
+    message : str
+        Why there is nothing to show, or what is suspicious.
+    rotation : int
+        Degrees clockwise that make it look upright.
+    overlay : Overlay
+    value_at : callable
+        From column and row to words about the pixel: its value and the depth of its ray.
+    """
+
+    view: str
+    kind: PictureKind
+    frame: int
+    pixels: ImageArray | None
+    message: str = ""
+    rotation: int = 0
+    overlay: Overlay = field(default_factory=Overlay)
+    value_at: Callable[[float, float], str] = field(default=lambda _x, _y: "")
+
+
+def brightened(pixels: ImageArray, brightness: float, contrast: float) -> ImageArray:
+    """Picture with another brightness (-1 to 1) and contrast (factor); a copy for display only."""
+    if brightness == 0.0 and contrast == 1.0:
+        return pixels
+    levels = np.arange(256.0)
+    table = np.clip((levels - 127.5) * contrast + 127.5 + 255.0 * brightness, 0, 255)
+    result: ImageArray = table.astype(np.uint8)[pixels]
+    return result

@@ -1,0 +1,1 @@
+"""Named dock layouts that a person can change and reset."""

@@ -1,0 +1,170 @@
+"""The workspaces: which panels each shows, and where."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from PySide6.QtCore import QSettings, Qt
+from PySide6.QtWidgets import QDockWidget, QMainWindow
+
+_VERSION = 1
+
+
+@dataclass(frozen=True)
+class Workspace:
+    """A named arrangement of panels.
+
+    Attributes
+    ----------
+    name : str
+        As it is stored and given to ``--workspace``.
+    title : str
+    tip : str
+    icon : str
+    side : tuple of tuple of str
+        Panels at the right, from top to bottom; those in one tuple share a place as tabs.
+    bottom : tuple of str
+        Panels over the whole width below the views, from top to bottom.
+    side_share : float
+        Width of the panels at the right, as a share of the window.
+    bottom_heights : tuple of int
+        Heights of the panels below.
+    side_heights : tuple of int
+        Relative heights of the panels at the right.
+    """
+
+    name: str
+    title: str
+    tip: str
+    icon: str
+    side: tuple[tuple[str, ...], ...]
+    bottom: tuple[str, ...]
+    side_share: float
+    bottom_heights: tuple[int, ...]
+    side_heights: tuple[int, ...]
+
+
+WORKSPACES: tuple[Workspace, ...] = (
+    Workspace(
+        "annotate",
+        "Annotate",
+        "The views as large as they can be, with the reference drawn over them.",
+        "clicks",
+        side=(("display", "findings"),),
+        bottom=("timeline",),
+        side_share=0.22,
+        bottom_heights=(120,),
+        side_heights=(1,),
+    ),
+    Workspace(
+        "track",
+        "Track",
+        "Run the tracker and watch it: views, 3-D scene, settings and runs.",
+        "run-tracker",
+        side=(("scene",), ("runs", "parameters", "numbers", "findings")),
+        bottom=("plot", "timeline"),
+        side_share=0.37,
+        bottom_heights=(150, 130),
+        side_heights=(3, 2),
+    ),
+    Workspace(
+        "review",
+        "Review",
+        "Find and understand the stretches where tracking fails.",
+        "threshold",
+        side=(("scene",), ("numbers", "runs")),
+        bottom=("plot", "timeline"),
+        side_share=0.33,
+        bottom_heights=(210, 150),
+        side_heights=(1, 1),
+    ),
+    Workspace(
+        "tune",
+        "Tune",
+        "Change settings, track a stretch again, and compare the attempts.",
+        "settings",
+        side=(("parameters",), ("runs", "numbers")),
+        bottom=("plot", "timeline"),
+        side_share=0.40,
+        bottom_heights=(190, 120),
+        side_heights=(3, 1),
+    ),
+    Workspace(
+        "calibrate",
+        "Calibrate",
+        "The cameras of the rig, where they stand, and what looks wrong about them.",
+        "calibrate",
+        side=(("scene",), ("rig",), ("findings",)),
+        bottom=(),
+        side_share=0.50,
+        bottom_heights=(),
+        side_heights=(3, 3, 2),
+    ),
+)
+
+
+def workspace_named(name: str) -> Workspace | None:
+    """The workspace of that name or title, None where there is none."""
+    wanted = name.strip().lower()
+    return next((space for space in WORKSPACES if space.name == wanted), None)
+
+
+def arrange(window: QMainWindow, docks: dict[str, QDockWidget], space: Workspace) -> None:
+    """Put the panels where the workspace has them by default."""
+    for dock in docks.values():
+        window.removeDockWidget(dock)
+    _arrange_side(window, docks, space)
+    previous = None
+    for name in space.bottom:
+        dock = docks[name]
+        if previous is None:
+            window.addDockWidget(Qt.DockWidgetArea.BottomDockWidgetArea, dock)
+        else:
+            window.splitDockWidget(previous, dock, Qt.Orientation.Vertical)
+        dock.show()
+        previous = dock
+    _resize(window, docks, space)
+
+
+def _arrange_side(window: QMainWindow, docks: dict[str, QDockWidget], space: Workspace) -> None:
+    above = None
+    for names in space.side:
+        first = docks[names[0]]
+        if above is None:
+            window.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, first)
+        else:
+            window.splitDockWidget(above, first, Qt.Orientation.Vertical)
+        first.show()
+        for name in names[1:]:
+            window.tabifyDockWidget(first, docks[name])
+            docks[name].show()
+        first.raise_()
+        above = first
+
+
+def _resize(window: QMainWindow, docks: dict[str, QDockWidget], space: Workspace) -> None:
+    side = [docks[names[0]] for names in space.side]
+    if side:
+        width = round(space.side_share * window.width())
+        window.resizeDocks(side, [width] * len(side), Qt.Orientation.Horizontal)
+        heights = [100 * height for height in space.side_heights]
+        window.resizeDocks(side, heights, Qt.Orientation.Vertical)
+    bottom = [docks[name] for name in space.bottom]
+    if bottom:
+        window.resizeDocks(bottom, list(space.bottom_heights), Qt.Orientation.Vertical)
+
+
+def save_layout(window: QMainWindow, settings: QSettings, space: Workspace) -> None:
+    """Keep how the person has arranged a workspace; apart from all data."""
+    settings.setValue(f"workspaces/{space.name}", window.saveState(_VERSION))
+
+
+def restore_layout(window: QMainWindow, settings: QSettings, space: Workspace) -> bool:
+    """Arrange a workspace as it was kept; False where nothing fitting was."""
+    state = settings.value(f"workspaces/{space.name}")
+    return state is not None and window.restoreState(state, _VERSION)
+
+
+def forget_layout(settings: QSettings, space: Workspace) -> None:
+    """Go back to the default next time."""
+    settings.remove(f"workspaces/{space.name}")
