@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
-from dataclasses import replace
+from collections.abc import Iterator
 from itertools import combinations
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.geometry.triangulation import nearest_to_rays
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.finding import Finding
+from stereotrack_core.recording.gaze_checks import check_gaze, view_cameras
 
 CALIBRATION = "calibration.toml"
 BASELINE_M = (0.01, 2.0)
 FARTHEST_CAMERA_M = 100.0
+LEAST_SPAN_M = 0.05
+USUAL_DISTANCE_M = 3.0
 WIDEST_STEREO_TURN = np.radians(20.0)
 FIELD_OF_VIEW_DEG = (5.0, 170.0)
 
@@ -27,12 +26,12 @@ def check_cameras(recording: Recording) -> Iterator[Finding]:
     used = {s.camera for view in recording.views for s in view.streams().values() if s.camera}
     for name in sorted(used & set(recording.cameras)):
         yield from _check_intrinsics(recording.cameras[name])
-    too_far = yield from _check_distances(recording)
     for view in recording.views:
         if view.left is not None:
             yield from _check_pair(recording, view)
-    if not too_far:
-        yield from _check_gaze(recording)
+    whole_rig = yield from check_gaze(recording)
+    if not whole_rig:
+        yield from _check_distances(recording)
 
 
 def _check_intrinsics(camera: Camera) -> Iterator[Finding]:
@@ -76,44 +75,30 @@ def _check_intrinsics(camera: Camera) -> Iterator[Finding]:
         )
 
 
-def _view_cameras(recording: Recording) -> dict[str, Camera]:
-    """Reference camera by view name, for views whose camera is known."""
-    return {
-        view.name: recording.cameras[view.image.camera]
-        for view in recording.views
-        if view.image.camera in recording.cameras
-    }
-
-
-def _check_distances(recording: Recording) -> Generator[Finding, None, bool]:
-    """Findings about the size of the rig; the generator's value says whether it is too large."""
-    places = [camera.position_world for camera in _view_cameras(recording).values()]
-    where = f"{CALIBRATION}, [metadata] units"
+def _check_distances(recording: Recording) -> Iterator[Finding]:
+    """The size of the rig: nobody builds one of kilometres or of millimetres."""
+    places = [camera.position_world for camera in view_cameras(recording).values()]
     if not places:
-        return False
+        return
+    where = f"{CALIBRATION}, [metadata] units"
     farthest = max(float(np.linalg.norm(place)) for place in places)
     if farthest > FARTHEST_CAMERA_M:
         yield Finding(
             "error",
             where,
-            f"a camera stands {farthest:,.0f} m from the origin of the world, as if a person were"
-            f" {1.7 * farthest / 3000:,.1f} km tall"
-            if farthest > 1000
-            else f"a camera stands {farthest:,.0f} m from the origin of the world",
+            f"a camera stands {farthest:,.0f} m from the origin of the world, as if the person"
+            f" were {1.7 * farthest / USUAL_DISTANCE_M / 1000:.1f} km tall",
             'If the translations are in millimetres, state units = "mm".',
         )
-        return True
     spans = [float(np.linalg.norm(a - b)) for a, b in combinations(places, 2)]
-    if spans and max(spans) < 0.05:
+    if spans and max(spans) < LEAST_SPAN_M:
         yield Finding(
             "error",
             where,
-            f"all views stand within {1000 * max(spans):.1f} mm, as if a person were"
-            f" {1700 * max(spans) / 4:.1f} mm tall",
+            f"all views stand within {1000 * max(spans):.1f} mm, as if the person were"
+            f" {1700 * max(spans) / USUAL_DISTANCE_M:.1f} mm tall",
             'If the translations are in metres, state units = "m".',
         )
-        return True
-    return False
 
 
 def _check_pair(recording: Recording, view: View) -> Iterator[Finding]:
@@ -160,69 +145,3 @@ def _check_pair(recording: Recording, view: View) -> Iterator[Finding]:
 
 def _length(metres: float) -> str:
     return f"{1000 * metres:.1f} mm" if metres < 1 else f"{metres:.2f} m"
-
-
-def _check_gaze(recording: Recording) -> Iterator[Finding]:
-    """Cameras look at one place, and the world's z points up in their images."""
-    cameras = _view_cameras(recording)
-    if len(cameras) < 3:
-        return
-    blind = _views_that_miss(cameras)
-    if blind:
-        for way, change in (("transposed", _transposed), ("inverted", _inverted)):
-            changed = {name: change(camera) for name, camera in cameras.items()}
-            if not _views_that_miss(changed):
-                yield Finding(
-                    "error",
-                    f"{CALIBRATION}, rotation and translation",
-                    f"the cameras look at one place only if they are {way}",
-                    "They have to turn the world into the camera: x_camera = R x_world + t.",
-                )
-                return
-    for name in blind:
-        camera = cameras[name]
-        ways = {"transposed": _transposed(camera), "inverted": _inverted(camera)}
-        fits = [w for w, c in ways.items() if name not in _views_that_miss({**cameras, name: c})]
-        yield Finding(
-            "warning",
-            f"{CALIBRATION}, camera {camera.name}, rotation",
-            f"view {name} looks away from what the other views look at",
-            f"It would fit if its rotation were {fits[0]}: x_camera = R x_world + t."
-            if fits
-            else "Check its rotation and translation: x_camera = R x_world + t.",
-        )
-
-
-def _transposed(camera: Camera) -> Camera:
-    old = camera.camera_from_world
-    return replace(camera, camera_from_world=RigidTransform(old.rotation.T, old.translation))
-
-
-def _inverted(camera: Camera) -> Camera:
-    return replace(camera, camera_from_world=camera.camera_from_world.inverse())
-
-
-def common_centre(cameras: dict[str, Camera]) -> FloatArray:
-    """Place (3,) that the optical axes of most pairs of cameras come near; NaN where none."""
-    meetings = []
-    for a, b in combinations(cameras.values(), 2):
-        origins = np.array([a.position_world, b.position_world])
-        axes = np.array([a.camera_from_world.rotation[2], b.camera_from_world.rotation[2]])
-        if abs(axes[0] @ axes[1]) > np.cos(np.radians(10)):
-            # Cameras opposite each other look at what is half way between them.
-            meetings.append(origins.mean(axis=0))
-            continue
-        meetings.append(nearest_to_rays(origins, axes))
-    return np.asarray(np.median(meetings, axis=0), dtype=np.float64)
-
-
-def _views_that_miss(cameras: dict[str, Camera]) -> list[str]:
-    """Views in whose image the common centre is not, with a margin of half the image."""
-    centre = common_centre(cameras)
-    missing = []
-    for name, camera in cameras.items():
-        ideal = replace(camera, distortions=np.zeros(4), fisheye=False)
-        x, y = ideal.project(centre) / (camera.width, camera.height)
-        if not (-0.5 < x < 1.5 and -0.5 < y < 1.5):
-            missing.append(name)
-    return missing

@@ -1,0 +1,172 @@
+"""Every mistake in a folder is one sentence with file, key and remedy."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.recording.calibration import read_calibration
+from stereotrack_core.recording.findings import examine
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.landmark_csv import read_landmarks
+from stereotrack_core.recording.segments_file import read_segments
+
+N_LEFT = 'frames = "N_left/%03d.png"'
+
+MISTAKES = {
+    # file, old, new, what the sentence says
+    "no format": ("recording.toml", "format = 1\n", "", "format: the key is missing"),
+    "later format": ("recording.toml", "format = 1", "format = 2", "format 2 is not known"),
+    "no toml": ("recording.toml", "format = 1", "format = = 1", "not valid TOML"),
+    "no fps": ("recording.toml", "fps = 10.0", "", "fps: the key is missing"),
+    "fps 0": ("recording.toml", "fps = 10.0", "fps = 0", "fps: 0 frame sets per second"),
+    "fps text": ("recording.toml", "fps = 10.0", 'fps = "10"', "fps: '10' is not a finite number"),
+    "fps nan": ("recording.toml", "fps = 10.0", "fps = nan", "fps: nan is not a finite number"),
+    "kind": ("recording.toml", 'kind = "stereo"', 'kind = "sterio"', "kind 'sterio' is not known"),
+    "no calibration": ("recording.toml", '"calibration.toml"', '"c.toml"', "no file 'c.toml'"),
+    "camera": ("recording.toml", 'camera = "N_left"', 'camera = "X"', "camera 'X' is not in the"),
+    "no frames": ("recording.toml", N_LEFT, "", "left, frames: the key is missing"),
+    "no such folder": ("recording.toml", N_LEFT, 'frames = "Q/%03d.png"', "no folder 'Q'"),
+    "nothing fits": ("recording.toml", N_LEFT, 'frames = "N_left/%d.jpg"', "no file fits"),
+    "two numbers": ("recording.toml", N_LEFT, 'frames = "N_left/%d%d.png"', "exactly one number"),
+    "no video": ("recording.toml", N_LEFT, 'frames = "calibration.toml"', "opened as a video"),
+    "outside": ("recording.toml", N_LEFT, 'frames = "../%03d.png"', "leaves the folder"),
+    "absolute": ("recording.toml", N_LEFT, 'frames = "/etc/passwd"', "leaves the folder"),
+    "drive": ("recording.toml", N_LEFT, "frames = 'C:\\x\\%03d.png'", "leaves the folder"),
+    "background": ("recording.toml", '"N_left/000.png"', '"gone.png"', "no file 'gone.png'"),
+    "same view": ("recording.toml", 'name = "O"', 'name = "N"', "two views named 'N'"),
+    "units": ("calibration.toml", 'units = "m"', "", "does not say in which unit"),
+    "inches": ("calibration.toml", 'units = "m"', 'units = "in"', "unit 'in' is not known"),
+    "size": ("calibration.toml", "    48,\n    36,", "    64,\n    36,", "48 x 36 pixels, but"),
+    "nan": ("calibration.toml", "40.0", "nan", "matrix: it holds a value that is not finite"),
+    "singular": (
+        "calibration.toml",
+        "        40.0,\n        0.0,",
+        "        0.0,\n        0.0,",
+        "singular",
+    ),
+    "infinite": ("calibration.toml", "translation = [", "translation = [inf,0,0]\nx = [", "finite"),
+    "short": ("calibration.toml", "rotation = [", "rotation = [0.0]\nx = [", "rotation vector"),
+    "bad rotation": ("calibration.toml", "rotation = [", "rotation = [nan,0,0]\nx = [", "finite"),
+    "coefficients": (
+        "calibration.toml",
+        "distortions = [",
+        "distortions = [0,0,0]\nx = [",
+        "has 3",
+    ),
+    "same camera": ("calibration.toml", '"N_left"', '"N_right"', "two cameras named 'N_right'"),
+    "length": ("subject.toml", "shoulder_width = 0.4", "shoulder_width = -1", "impossible"),
+    "column": ("reference.csv", "landmark", "point", "column 'landmark' is missing"),
+    "coordinate": ("reference.csv", "1.400000", "1,4", "line 2"),
+    "frame": ("reference.csv", "\n1,", "\none,", "'one' as frame"),
+    "empty": ("segments.csv", "0,8", "8,8", "from 8 to 8"),
+    "no number": ("segments.csv", "0,8", "0,x", "'x' as end"),
+}
+
+
+def change(folder, file, old, new):
+    text = (folder / file).read_text()
+    assert old in text, text
+    (folder / file).write_text(text.replace(old, new, 1))
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_mistake_is_one_sentence_and_among_the_findings(small_recording, mistake):
+    file, old, new, says = MISTAKES[mistake]
+    if mistake != "coordinate":
+        change(small_recording.folder, file, old, new)
+    else:
+        change(small_recording.folder, file, old, "one")
+    with pytest.raises(InputError) as error:
+        open_recording(small_recording.folder)
+    sentence = str(error.value)
+    assert says in sentence
+    assert file in sentence or "recording.toml" in sentence
+    assert "\n" not in sentence or mistake == "no toml"
+    assert error.value.remedy
+    found = [f for f in examine(small_recording.folder) if f.severity == "error"]
+    assert any(f.what == error.value.what and f.where == error.value.where for f in found)
+
+
+@pytest.mark.parametrize("file", ["recording.toml", "calibration.toml", "N_left/000.png"])
+def test_a_file_that_is_gone_is_named(small_recording, file):
+    (small_recording.folder / file).unlink()
+    if file == "N_left/000.png":  # the pattern starts at its lowest index, the background is gone
+        file = "000.png"
+    with pytest.raises(InputError, match=re.escape(file)):
+        open_recording(small_recording.folder)
+
+
+def test_a_folder_that_is_not_there_is_named(tmp_path):
+    with pytest.raises(InputError, match="there is no such folder"):
+        open_recording(tmp_path / "nowhere")
+    assert [f.severity for f in examine(tmp_path / "nowhere")] == ["error"]
+
+
+def test_several_mistakes_are_told_at_once(small_recording):
+    for name in ("fps 0", "units", "camera", "singular", "empty"):
+        change(small_recording.folder, *MISTAKES[name][:3])
+    said = " ".join(f.what for f in examine(small_recording.folder, deep=True))
+    for name in ("units", "camera", "singular", "empty"):
+        assert MISTAKES[name][3].split(": ")[-1] in said
+
+
+def test_unknown_keys_and_sections_are_ignored(small_recording):
+    change(small_recording.folder, "recording.toml", "format = 1", "format = 1\nmade_by = 'me'")
+    change(small_recording.folder, "calibration.toml", "[metadata]", "[metadata]\nerror = 0.3")
+    assert open_recording(small_recording.folder).views == small_recording.views
+
+
+def test_millimetres_become_metres(small_recording):
+    path = small_recording.folder / "calibration.toml"
+    before = read_calibration(path)
+    change(small_recording.folder, "calibration.toml", 'units = "m"', 'units = "mm"')
+    for name, camera in read_calibration(path).items():
+        assert np.allclose(
+            camera.camera_from_world.translation,
+            before[name].camera_from_world.translation / 1000,
+            rtol=1e-12,
+        )
+
+
+def test_empty_and_nan_coordinates_are_unknown(tmp_path):
+    path = tmp_path / "reference.csv"
+    path.write_text(
+        "z,landmark,frame,x,y,note\n3,head,2,1,2,\n,head,5,1,2,\n9,left_hip,5,inf,2,a\n1,nose,5,1,1,\n"
+    )
+    found = read_landmarks(path)
+    assert found.frame.tolist() == [2, 5]
+    assert found.points[0, 6].tolist() == [1, 2, 3]
+    assert np.isnan(found.points[1, 6, 2])
+    assert not np.isfinite(found.points[1]).all(axis=1).any()
+
+
+def test_a_landmark_twice_in_a_frame_is_refused(tmp_path):
+    path = tmp_path / "reference.csv"
+    path.write_text("frame,landmark,x,y,z\n0,head,1,2,3\n0,head,1,2,3\n")
+    with pytest.raises(InputError, match="line 3 gives head of frame 0 a second time"):
+        read_landmarks(path)
+
+
+@settings(
+    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(
+    content=st.binary(max_size=60)
+    | st.text(alphabet='frame,landmkxyz=[]"\n012.\0', max_size=60).map(str.encode)
+)
+def test_any_bytes_give_an_input_error_or_a_result(tmp_path, content):
+    path = tmp_path / "any"
+    path.write_bytes(content)
+    for read in (read_calibration, read_landmarks, read_segments):
+        try:
+            read(path)
+        except InputError as error:
+            assert error.where.startswith(str(path))  # noqa: PT017
+    (tmp_path / "recording.toml").write_bytes(content)
+    assert any(f.severity == "error" for f in examine(tmp_path))
