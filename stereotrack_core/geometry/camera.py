@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
+from numpy.polynomial import Polynomial
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.geometry.transform import RigidTransform
@@ -49,11 +51,39 @@ class Camera:
         """Optical centre (3,), world, metres."""
         return self.world_from_camera.translation
 
+    @cached_property
+    def widest_slope(self) -> float:
+        """Distance from the optical axis at z = 1 up to which the distortion grows outwards.
+
+        Radially r' = r N(s) / D(s) with s = r^2, N = 1 + k1 s + k2 s^2 + k3 s^3 and
+        D = 1 + k4 s + k5 s^2 + k6 s^3; it turns back where N D + 2 s (N' D - N D') = 0.
+        Infinite where it does not turn back, and for a fisheye lens, whose model covers 180 deg.
+        """
+        if self.fisheye:
+            return float("inf")
+        k = np.zeros(8)
+        k[: min(8, self.distortions.size)] = self.distortions[:8]
+        numerator = Polynomial([1, k[0], k[1], k[4]])
+        denominator = Polynomial([1, k[5], k[6], k[7]])
+        slope = numerator * denominator + 2 * Polynomial([0, 1]) * (
+            numerator.deriv() * denominator - numerator * denominator.deriv()
+        )
+        roots = np.concatenate([slope.trim().roots(), denominator.trim().roots()])
+        turns = roots.real[(np.abs(roots.imag) < 1e-9) & (roots.real > 0)]
+        return float(np.sqrt(turns.min())) if turns.size else float("inf")
+
     def project(self, points_world: FloatArray) -> FloatArray:
-        """Raw pixels (..., 2) of world points (..., 3); NaN for points behind the camera."""
+        """Raw pixels (..., 2) of world points (..., 3).
+
+        NaN for points behind the camera, and for those so far aside that the distortion would
+        fold them back into the image (:attr:`widest_slope`).
+        """
         points = np.asarray(points_world, dtype=np.float64)
         in_camera = self.camera_from_world.apply(points).reshape(-1, 3)
         in_front = in_camera[:, 2] > 1e-6
+        if np.isfinite(self.widest_slope):
+            aside = np.hypot(in_camera[:, 0], in_camera[:, 1])
+            in_front &= aside < self.widest_slope * in_camera[:, 2]
         pixels = np.full((len(in_camera), 2), np.nan)
         if in_front.any():
             pixels[in_front] = self._project_in_front(in_camera[in_front])
@@ -73,6 +103,8 @@ class Camera:
     def normalised(self, pixels: FloatArray) -> FloatArray:
         """Undistorted image coordinates (..., 2) at z = 1 of raw pixels (..., 2)."""
         points = np.asarray(pixels, dtype=np.float64)
+        if not points.size:
+            return points.copy()
         # OpenCV's fisheye functions misread arrays that are not contiguous.
         flat = np.ascontiguousarray(points.reshape(-1, 1, 2))
         if self.fisheye:
