@@ -14,7 +14,6 @@ from stereotrack_core.simulation.skin import (
     dual_quaternions,
     skin_weights,
     skinned,
-    vertex_normals,
 )
 from stereotrack_core.simulation.surface import rest_surface
 from stereotrack_core.simulation.textures import material_table
@@ -33,7 +32,7 @@ class Actor:
     triangles : (T, 3) int64
     weights : (V, B) float64
     materials : (6, 9) float64
-    marks : (6,) float64
+    marks : (8,) float64
     """
 
     person: Person
@@ -61,7 +60,7 @@ def actor(person: Person, clothes: str) -> Actor:
     return Actor(
         person,
         surface.vertices,
-        vertex_normals(surface.vertices, surface.triangles),
+        surface.normals,
         surface.triangles,
         skin_weights(person, surface.vertices),
         material_table(worn(person, clothes)),

@@ -75,7 +75,7 @@ class CameraRenderer:
         rasterise(pixels, nearness, things.triangles, 0, 0, 0, self._depth, ids, weights)
         shade(
             ids, weights, 0, things.triangles, things.vertices, things.normals, things.stuff,
-            material_table(ROOM_MATERIALS), np.zeros(6), lattice, LIGHT, sensor.response,
+            material_table(ROOM_MATERIALS), np.zeros(8), lattice, LIGHT, sensor.response,
             self._light,
         )  # fmt: skip
         self._empty = _averaged(self._light)

@@ -1,24 +1,28 @@
-"""Light on what the rasteriser saw: Lambertian, with a strong lamp and a soft one."""
+"""Light on what the rasteriser saw: Lambertian, with a lamp, a soft one and diffuse light.
+
+All kernels that call each other live in this file: the compiled code is cached per file.
+"""
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
 from stereotrack_core.simulation.compiled import compiled
-from stereotrack_core.simulation.textures import reflectance
 
 LIGHT = np.array(
     [
-        [0.38, 0.52, 0.764, 0.58],
-        [-0.60, -0.48, 0.640, 0.40],
+        [0.38, 0.52, 0.764, 0.22],
+        [-0.60, -0.48, 0.640, 0.20],
+        [0.0, 0.0, 0.0, 0.44],
     ]
 )
-"""Direction towards the lamp and its strength; the second one is soft (half Lambert)."""
+"""Direction towards a lamp and its strength: a lamp, a soft one (half Lambert), and light from
+everywhere."""
 
-AMBIENT = 0.22
-EXPOSURE = 330.0
+EXPOSURE = 370.0
 
 SKIN, HAIR, SHIRT, SLEEVE, TROUSERS, SHOE = range(6)
 """Rows of a person's material table."""
@@ -52,10 +56,10 @@ def shade(
     stuff : (T,) int64
         Material of a triangle; -1 asks the person's `marks`.
     table : (M, 9) float64
-    marks : (6,) float64
+    marks : (8,) float64
         Borders of a person's clothes, see :func:`_region`; unused for things.
     lattice : (64, 64, 64) float32
-    light : (2, 4) float64
+    light : (3, 4) float64
     response : (c, 3) float64
         The camera's channels from red, green, blue.
     picture : (h, w, c) float32
@@ -111,7 +115,7 @@ def _brightness(nx: float, ny: float, nz: float, light: Any) -> float:
     length = max(np.sqrt(nx * nx + ny * ny + nz * nz), 1e-9)
     strong = (nx * light[0, 0] + ny * light[0, 1] + nz * light[0, 2]) / length
     soft = (nx * light[1, 0] + ny * light[1, 1] + nz * light[1, 2]) / length
-    total = AMBIENT + light[0, 3] * max(0.0, strong) + light[1, 3] * (0.5 + 0.5 * soft)
+    total = light[2, 3] + light[0, 3] * max(0.0, strong) + light[1, 3] * (0.5 + 0.5 * soft)
     return float(EXPOSURE * total)
 
 
@@ -120,19 +124,68 @@ def _region(x: float, y: float, z: float, marks: Any) -> int:
     """Which stuff a point of a person at rest wears.
 
     `marks`: height of the collar, height of the hair line, reach of the cuffs, reach of the
-    shoulder seams, height of the belt, height of the shoes.
+    shoulder seams, height of the belt, height of the shoes, height below which nothing is
+    arm, half width of the collar.
     """
     out = abs(x)
-    if out > marks[2]:
-        return SKIN
-    if out > marks[3]:
-        return SLEEVE
-    if z > marks[0] - 0.25 * max(0.0, y):
-        if z > marks[1] + 0.9 * y + 0.02:
-            return HAIR
-        return SKIN
+    if z > marks[6]:
+        if out > marks[2]:
+            return SKIN
+        if out > marks[3]:
+            return SLEEVE
+        if z > marks[0] - 0.25 * max(0.0, y) and (out < marks[7] or z > marks[0] + 0.05):
+            return HAIR if z > marks[1] + 0.9 * y + 0.02 else SKIN
     if z > marks[4]:
         return SHIRT
     if z > marks[5]:
         return TROUSERS
     return SHOE
+
+
+@compiled
+def lattice_noise(lattice: Any, x: float, y: float, z: float) -> float:
+    """Trilinear value of the lattice at a point in lattice units."""
+    fx, fy, fz = math.floor(x), math.floor(y), math.floor(z)
+    u, v, w = x - fx, y - fy, z - fz
+    i, j, k = int(fx) & 63, int(fy) & 63, int(fz) & 63
+    i1, j1, k1 = (i + 1) & 63, (j + 1) & 63, (k + 1) & 63
+    a = lattice[i, j, k] * (1 - w) + lattice[i, j, k1] * w
+    b = lattice[i, j1, k] * (1 - w) + lattice[i, j1, k1] * w
+    c = lattice[i1, j, k] * (1 - w) + lattice[i1, j, k1] * w
+    d = lattice[i1, j1, k] * (1 - w) + lattice[i1, j1, k1] * w
+    return float((a * (1 - v) + b * v) * (1 - u) + (c * (1 - v) + d * v) * u)
+
+
+@compiled
+def reflectance(
+    table: Any, m: int, lattice: Any, x: float, y: float, z: float, stripe: float, out: Any
+) -> None:
+    """Write the colour (3,) of material `m` at a point; `stripe` runs across the stripes."""
+    kind = int(table[m, 0])
+    scale = table[m, 7]
+    share = 0.0
+    if kind == 1:
+        coarse = lattice_noise(lattice, x / scale, y / scale, z / scale)
+        s2 = 0.42 * scale
+        middle = lattice_noise(lattice, x / s2 + 17.3, y / s2 + 5.1, z / s2 + 29.7)
+        s3 = 0.19 * scale
+        fine = lattice_noise(lattice, x / s3 + 41.9, y / s3 + 11.7, z / s3 + 3.3)
+        share = 0.5 + 1.1 * (0.6 * coarse + 0.7 * middle + 0.6 * fine)
+        share = min(1.0, max(0.0, share))
+    elif kind == 2:
+        wave = math.sin(2 * math.pi * stripe / scale)
+        share = min(1.0, max(0.0, 0.5 + 4.0 * wave))
+    elif kind == 3:
+        rings = x / scale + 1.8 * lattice_noise(lattice, 6 * x, 1.5 * y, 1.5 * z)
+        share = 0.5 + 0.5 * math.sin(6.2832 * rings)
+    elif kind == 4:
+        u, v = x / scale - math.floor(x / scale), y / scale - math.floor(y / scale)
+        w = z / scale - math.floor(z / scale)
+        joint = min(min(u, 1 - u), min(v, 1 - v))
+        joint = min(joint, max(min(w, 1 - w), 0.0)) if abs(z) > 1e-3 else joint
+        share = 1.0 if joint * scale < 0.006 else 0.0
+    grain = lattice_noise(lattice, x * 70 + 7.7, y * 70 + 3.1, z * 70 + 1.9)
+    grain += 0.6 * lattice_noise(lattice, x * 21 + 1.3, y * 21 + 8.5, z * 21 + 4.7)
+    factor = max(0.0, 1 + table[m, 8] * grain)
+    for c in range(3):
+        out[c] = (table[m, 1 + c] * (1 - share) + table[m, 4 + c] * share) * factor

@@ -152,14 +152,3 @@ def skinned(
 
     shift = 2 * (w * dual_v - dual_w * v + np.cross(v, dual_v))
     return turned(vertices) + shift, turned(normals)
-
-
-def vertex_normals(vertices: FloatArray, triangles: np.ndarray) -> FloatArray:
-    """Outward unit normals (V, 3), the mean of the triangles' weighted by area."""
-    corners = vertices[triangles]
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    total = np.zeros_like(vertices)
-    for k in range(3):
-        np.add.at(total, triangles[:, k], across)
-    result: FloatArray = total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-12)
-    return result

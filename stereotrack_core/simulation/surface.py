@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import gaussian_filter, map_coordinates
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkFiltersCore import vtkFlyingEdges3D
@@ -39,11 +40,14 @@ class RestSurface:
     Attributes
     ----------
     vertices : (V, 3) float64, metres
+    normals : (V, 3) float64
+        Outwards, from the field: the mesh's own facets do not show in the light.
     triangles : (T, 3) int64
         Counter-clockwise seen from outside.
     """
 
     vertices: FloatArray
+    normals: FloatArray
     triangles: IntArray
 
 
@@ -68,7 +72,19 @@ def rest_surface(person: Person, *, spacing: float = 0.012) -> RestSurface:
     mesh = contour.GetOutput()
     vertices = vtk_to_numpy(mesh.GetPoints().GetData()).astype(np.float64)
     triangles = vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3)[:, ::-1]
-    return RestSurface(vertices, triangles.astype(np.int64))
+    normals = _field_normals(field, (vertices - low) / spacing)
+    return RestSurface(vertices, normals, triangles.astype(np.int64))
+
+
+def _field_normals(field: FloatArray, cells: FloatArray) -> FloatArray:
+    """Directions (V, 3) in which the field grows at points (V, 3) in units of its grid."""
+    slopes = [
+        map_coordinates(gaussian_filter(field, 1.0, order=order), cells.T, order=1)
+        for order in np.eye(3, dtype=int)
+    ]
+    normals = np.stack(slopes, axis=1)
+    result: FloatArray = normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-9)[:, None]
+    return result
 
 
 def distance_on_grid(pieces: tuple[Flesh, ...], axes: list[FloatArray]) -> FloatArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.simulation.people import Person
+from stereotrack_core.simulation.people import Person, girth_scale
 from stereotrack_core.simulation.skeleton import BONE, head_centre, rest_joints
 from stereotrack_core.simulation.textures import PLAIN, STRIPED, STRONG, Material
 
@@ -24,17 +24,18 @@ _HAIR: dict[str, Colour] = {
     "P4": (0.42, 0.30, 0.15),
 }
 _SHIRT: dict[str, tuple[Colour, Colour]] = {
-    "P1": ((0.72, 0.70, 0.62), (0.12, 0.22, 0.36)),
-    "P2": ((0.70, 0.55, 0.30), (0.16, 0.12, 0.24)),
-    "P3": ((0.62, 0.72, 0.66), (0.30, 0.08, 0.10)),
-    "P4": ((0.80, 0.72, 0.70), (0.28, 0.14, 0.34)),
+    "P1": ((0.16, 0.30, 0.28), (0.36, 0.38, 0.40)),
+    "P2": ((0.20, 0.30, 0.42), (0.46, 0.40, 0.32)),
+    "P3": ((0.36, 0.20, 0.20), (0.44, 0.34, 0.20)),
+    "P4": ((0.34, 0.26, 0.44), (0.50, 0.40, 0.42)),
 }
 _TROUSERS: dict[str, tuple[Colour, Colour]] = {
-    "P1": ((0.40, 0.38, 0.34), (0.10, 0.10, 0.12)),
-    "P2": ((0.38, 0.44, 0.54), (0.08, 0.12, 0.20)),
-    "P3": ((0.45, 0.42, 0.36), (0.14, 0.12, 0.10)),
-    "P4": ((0.36, 0.36, 0.42), (0.08, 0.08, 0.14)),
+    "P1": ((0.15, 0.15, 0.17), (0.22, 0.21, 0.20)),
+    "P2": ((0.13, 0.17, 0.26), (0.20, 0.24, 0.32)),
+    "P3": ((0.20, 0.18, 0.15), (0.28, 0.26, 0.22)),
+    "P4": ((0.14, 0.14, 0.20), (0.20, 0.20, 0.28)),
 }
+"""Two colours each; in grey they differ by about a third, as prints on cloth do."""
 
 
 def worn(person: Person, clothes: str) -> tuple[Material, ...]:
@@ -42,17 +43,17 @@ def worn(person: Person, clothes: str) -> tuple[Material, ...]:
     skin, hair = _SKIN[person.name], _HAIR[person.name]
     shirt, trousers = _SHIRT[person.name], _TROUSERS[person.name]
     if clothes == "strong":
-        upper = Material(STRONG, *shirt, 0.075, 0.20)
-        lower = Material(STRONG, *trousers, 0.080, 0.20)
+        upper = Material(STRONG, *shirt, 0.21, 0.01)
+        lower = Material(STRONG, *trousers, 0.18, 0.01)
     elif clothes == "striped":
-        upper = Material(STRIPED, *shirt, 0.055, 0.10)
-        lower = Material(PLAIN, trousers[0], trousers[0], 1.0, 0.12)
+        upper = Material(STRIPED, shirt[1], _darker(shirt[0]), 0.085, 0.02)
+        lower = Material(STRONG, *trousers, 0.18, 0.01)
     else:
-        upper = Material(PLAIN, shirt[0], shirt[0], 1.0, 0.012)
-        lower = Material(PLAIN, trousers[0], trousers[0], 1.0, 0.012)
+        upper = Material(PLAIN, shirt[0], shirt[0], 1.0, 0.006)
+        lower = Material(PLAIN, trousers[0], trousers[0], 1.0, 0.006)
     return (
         Material(PLAIN, skin, skin, 1.0, 0.05),
-        Material(STRONG, hair, (0.5 * hair[0], 0.5 * hair[1], 0.5 * hair[2]), 0.03, 0.30),
+        Material(STRONG, hair, _darker(hair), 0.03, 0.20),
         upper,
         upper,
         lower,
@@ -60,8 +61,13 @@ def worn(person: Person, clothes: str) -> tuple[Material, ...]:
     )
 
 
+def _darker(colour: Colour) -> Colour:
+    red, green, blue = colour
+    return 0.5 * red, 0.5 * green, 0.5 * blue
+
+
 def borders(person: Person) -> FloatArray:
-    """Where the clothes end, (6,) metres at rest, as the shading reads them."""
+    """Where the clothes end, (8,) metres at rest, as the shading reads them."""
     joints = rest_joints(person)
     return np.array(
         [
@@ -71,5 +77,7 @@ def borders(person: Person) -> FloatArray:
             joints[BONE["upper_arm_right"], 0] + 0.005,
             joints[0, 2] + 0.10 * person.torso_length,
             person.ankle_height + 0.03,
+            joints[BONE["upper_arm_right"], 2] - 0.16,
+            0.062 * girth_scale(person),
         ]
     )
