@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stereotrack_core.arrays import ImageArray
+from stereotrack_core.recording.stream_source import DamagedFrame
 
 PictureKind: TypeAlias = Literal["grey", "colour", "depth"]
 
@@ -37,8 +38,15 @@ def picture_of(frame: Any, kind: PictureKind) -> NDArray[Any]:
     -------
     (H, W) uint8 for grey; (H, W, 3) uint8 BGR for colour, but (H, W) where the stream itself
     is grey; (H, W) uint16 for depth.
+
+    Raises
+    ------
+    DamagedFrame
+        When depth is wanted of pictures with less than 16 bits.
     """
     if kind == "depth":
+        if not frame.format.name.startswith("gray16"):
+            raise DamagedFrame(f"{frame.format.name} pictures hold no depth; 16 bit grey does")
         picture = frame.to_ndarray(format="gray16le")
     elif kind == "grey" or frame.format.name.startswith("gray"):
         picture = _grey(frame)

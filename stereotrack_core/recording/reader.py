@@ -34,6 +34,7 @@ class OpenStream:
     stream: Stream
     source: StreamSource
     shift: int
+    shape: tuple[int, int]
     lock: threading.Lock = field(default_factory=threading.Lock)
 
 
@@ -120,7 +121,9 @@ class FrameReader:
             source = open_stream(self.recording.folder, stream.frames, kind, where)
             shift = stream.first_frame + round(stream.time_offset * self.recording.fps)
             name = f"{view.name} {key}"
-            self._streams[view.name, key] = OpenStream(name, stream, source, shift)
+            camera = self.recording.cameras[stream.camera or view.image.camera]
+            shape = camera.height, camera.width
+            self._streams[view.name, key] = OpenStream(name, stream, source, shift, shape)
 
     def _kind(self, key: str) -> PictureKind:
         kinds: dict[str, PictureKind] = {"depth": "depth", "mask": "grey"}
@@ -178,12 +181,17 @@ class FrameReader:
                 views[view.name] = _view_images(view, pictures)
             except DamagedFrame as problem:
                 problems[view.name] = f"View {view.name}, frame {k}: {problem}."
+        if problems:
+            self._check_number(k, certainly=True)
         self._start_reading_ahead(k, 1 if forward else -1)
         return FrameSet(k, views, problems)
 
-    def _check_number(self, k: int) -> None:
+    def _check_number(self, k: int, *, certainly: bool = False) -> None:
+        """Refuse what is no frame; by an estimate unless it has to be certain."""
         known, final = self.frame_count_so_far()
-        if k < 0 or (k >= known and (final or k >= self.frame_count)):
+        if certainly or (k >= known and not final):
+            known = self.frame_count
+        if not 0 <= k < known:
             raise InputError(
                 f"there is no frame {k}",
                 where=self.recording.name,
@@ -205,7 +213,8 @@ class FrameReader:
             raise DamagedFrame(f"{opened.name} begins {-own} frames later")
 
         def keep(number: int, picture: NDArray[Any]) -> None:
-            self._cache.put((opened.name, number - opened.shift), picture)
+            if picture.shape[:2] == opened.shape:
+                self._cache.put((opened.name, number - opened.shift), picture)
 
         with opened.lock:
             cached = self._cache.get((opened.name, k))
@@ -215,6 +224,11 @@ class FrameReader:
                 picture = opened.source.read(own, keep)
             except DamagedFrame as problem:
                 raise DamagedFrame(f"{opened.stream.frames}: {problem}") from None
+            if picture.shape[:2] != opened.shape:
+                raise DamagedFrame(
+                    f"{opened.stream.frames}: the picture has {picture.shape[1]} x"
+                    f" {picture.shape[0]} pixels instead of {opened.shape[1]} x {opened.shape[0]}"
+                )
             self._cache.put((opened.name, k), picture)
         return picture
 

@@ -21,6 +21,7 @@ from stereotrack_core.recording.writing import write_recording_description
 
 LENGTHS = {"A": 40, "B": 33, "C": 36}
 FPS = 10.0
+IDENTITY = RigidTransform.identity()
 
 
 @pytest.fixture
@@ -187,3 +188,27 @@ def test_the_empty_scene_has_the_brightness_of_the_video(shared_recording):
         image = reader.frame_set(0).views["N"].image.astype(float)
         _, empty = reader.background("N")
         assert abs(np.median(image[:, :100] - empty[:, :100])) <= 2
+
+
+def test_a_picture_of_another_size_is_told(recording, numbered_videos):
+    write_png(recording.folder / "C/20.png", np.zeros((10, 20), np.uint8))
+    with FrameReader(recording, views=["B", "C"], colour=False) as reader:
+        frame_set = reader.frame_set(15)
+        assert set(frame_set.views) == {"B"}
+        assert "20 x 10 pixels instead of 120 x 64" in frame_set.problems["C"]
+
+
+def test_an_index_in_the_making_gives_frames_at_once(tmp_path, numbered_videos):
+    path = numbered_videos.write(
+        tmp_path / "v.mkv", "libx264", options={"g": "12", "bf": "3"}, frames=900
+    )
+    camera = Camera("A", 120, 64, np.diag([100.0, 100, 1]), np.zeros(5), False, IDENTITY)
+    view = View("A", "mono", Stream("A", path.name))
+    with FrameReader(Recording(tmp_path, "long", 25.0, (view,), {"A": camera})) as reader:
+        assert numbered_videos.shown(reader.frame_set(0).views["A"].image) == 0
+        assert abs(reader.frame_count_so_far()[0] - 900) < 10
+        assert numbered_videos.shown(reader.frame_set(899).views["A"].image) == 899
+        assert reader.frame_count == 900
+        assert reader.frame_count_so_far() == (900, True)
+        with pytest.raises(InputError, match="no frame 900"):
+            reader.frame_set(900)
