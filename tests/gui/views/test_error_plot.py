@@ -1,0 +1,251 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from PySide6.QtCore import QPoint, QPointF, Qt
+
+from app.limb_colours import LIMB_COLOURS
+from app.theme import apply_theme, current_theme
+from app.views.error_curves import Curve, next_crossing, thinned
+from app.views.error_plot import ErrorPlot
+from stereotrack_core.body.limbs import LIMBS
+
+LEFT = Qt.MouseButton.LeftButton
+
+
+def curve(limb, value, style="solid", name="accurate"):
+    value = np.asarray(value, dtype=float)
+    return Curve(name, limb, LIMB_COLOURS[limb], style, np.arange(len(value)), value)
+
+
+def curves_of(frames):
+    rng = np.random.default_rng(0)
+    return [
+        curve(limb, rng.uniform(2, 20, frames), style, name)
+        for name, style in (("accurate", "solid"), ("thesis", "dash"))
+        for limb in LIMBS
+    ]
+
+
+@pytest.fixture
+def plot(shown):
+    widget = ErrorPlot()
+    widget.set_curves(curves_of(490))
+    return shown(widget, 900, 240)
+
+
+def position(plot, frame, value):
+    point = plot._plot.mapFromScene(plot._box.mapViewToScene(QPointF(frame, value)))
+    return QPoint(round(point.x()), round(point.y()))
+
+
+def colour_share(plot, image, place, colour):
+    """How much of `colour` is mixed into the background around a place, at most."""
+    background = np.array(rgb(current_theme().plot_background), dtype=float)
+    toward = np.array(rgb(colour), dtype=float) - background
+    best = 0.0
+    for d in (-1, 0, 1):
+        pixel = image.pixelColor(place + QPoint(0, d))
+        mixed = np.array([pixel.red(), pixel.green(), pixel.blue()]) - background
+        share = mixed @ toward / (toward @ toward)
+        if np.abs(mixed - share * toward).max() < 25:
+            best = max(best, share)
+    return best
+
+
+def limb_seen(image, place):
+    """The limb whose colour, mixed into the background, gives the strongest pixel there."""
+    background = np.array(rgb(current_theme().plot_background), dtype=float)
+    pixels = [image.pixelColor(place + QPoint(0, d)) for d in (-1, 0, 1)]
+    mixed = [np.array([p.red(), p.green(), p.blue()]) - background for p in pixels]
+    strongest = max(mixed, key=np.linalg.norm)
+    assert np.linalg.norm(strongest) > 40
+
+    def misfit(limb):
+        toward = np.array(rgb(LIMB_COLOURS[limb]), dtype=float) - background
+        share = strongest @ toward / (toward @ toward)
+        return np.linalg.norm(strongest - share * toward)
+
+    return min(LIMBS, key=misfit)
+
+
+def rgb(colour):
+    return tuple(bytes.fromhex(colour[1:]))
+
+
+@given(
+    frames=st.integers(1, 4000),
+    columns=st.integers(1, 300),
+    first=st.floats(-50, 4000),
+    width=st.floats(1, 4000),
+)
+@settings(max_examples=80, deadline=None)
+def test_thinning_keeps_the_peaks_that_are_visible(frames, columns, first, width):
+    frame = np.arange(frames)
+    value = np.random.default_rng(frames).normal(size=frames)
+    value[frames // 3 : frames // 2] = np.nan
+    x, y = thinned(frame, value, first, first + width, columns)
+    assert len(x) == len(y) <= max(4 * columns, 2 * (columns + 2)) + 4
+    visible = value[(frame >= first) & (frame <= first + width)]
+    if np.isfinite(visible).any():
+        assert np.nanmax(y) >= np.nanmax(visible)
+        assert np.nanmin(y) <= np.nanmin(visible)
+
+
+def test_gap_stays_a_gap_after_thinning():
+    value = np.ones(10_000)
+    value[4000:6000] = np.nan
+    x, y = thinned(np.arange(10_000), value, 0, 10_000, 500)
+    inside = (x > 4050) & (x < 5950)
+    assert np.isnan(y[inside]).all()
+    assert np.isfinite(y[(x < 3950) | (x > 6050)]).all()
+
+
+def test_crossings_go_from_stretch_to_stretch():
+    value = np.zeros(100)
+    value[10:15] = 60.0
+    value[40] = 60.0
+    value[70:80] = np.nan
+    curves = [curve("head", value)]
+    assert next_crossing(curves, 45.0, 0, 1) == 10
+    assert next_crossing(curves, 45.0, 10, 1) == 40
+    assert next_crossing(curves, 45.0, 40, 1) is None
+    assert next_crossing(curves, 45.0, 40, -1) == 10
+    assert next_crossing(curves, 45.0, 13, -1) == 10
+    assert next_crossing(curves, 90.0, 0, 1) is None
+    assert next_crossing([], 45.0, 0, 1) is None
+
+
+class TestPlot:
+    @pytest.mark.parametrize("limb", LIMBS)
+    def test_curve_is_seen_in_its_limbs_colour(self, plot, limb):
+        plot.set_curves([curve(limb, np.full(490, 20.0))])
+        image = plot._plot.grab().toImage()
+        assert limb_seen(image, position(plot, 205, 20)) == limb
+
+    def test_gap_is_left_open(self, plot, dark):
+        value = np.full(490, 20.0)
+        value[200:300] = np.nan
+        plot.set_curves([curve("head", value)])
+        image = plot._plot.grab().toImage()
+
+        def seen(frame):
+            return colour_share(plot, image, position(plot, frame, 20), LIMB_COLOURS["head"]) > 0.35
+
+        assert seen(150)
+        assert not seen(250)
+        assert seen(350)
+
+    def test_dashes_tell_runs_apart(self, plot):
+        shares = []
+        for style in ("solid", "dash"):
+            plot.set_curves([curve("head", np.full(490, 20.0), style)])
+            image = plot._plot.grab().toImage()
+            row = [
+                colour_share(plot, image, position(plot, frame, 20), LIMB_COLOURS["head"]) > 0.35
+                for frame in range(20, 470)
+            ]
+            shares.append(sum(row) / len(row))
+        assert shares[0] == 1.0
+        assert 0.3 < shares[1] < 0.95
+
+    def test_click_goes_to_the_frame(self, qtbot, plot):
+        with qtbot.waitSignal(plot.frame_requested) as caught:
+            qtbot.mouseClick(plot._plot.viewport(), LEFT, pos=position(plot, 213, 10))
+        assert caught.args[0] == pytest.approx(213, abs=1)
+
+    def test_set_frame_is_silent_and_moves_the_line(self, qtbot, plot, dark):
+        with qtbot.assertNotEmitted(plot.frame_requested):
+            plot.set_frame(300)
+        image = plot._plot.grab().toImage()
+        place = position(plot, 300, 15)
+        assert (
+            max(colour_share(plot, image, place + QPoint(d, 0), dark.playhead) for d in (-1, 0, 1))
+            > 0.4
+        )
+        assert colour_share(plot, image, place + QPoint(8, 0), dark.playhead) < 0.2
+
+    def test_threshold_can_be_dragged(self, qtbot, plot):
+        plot.set_threshold(12.0)
+        port = plot._plot.viewport()
+        start, end = position(plot, 100, 12.0), position(plot, 100, 6.0)
+        with qtbot.waitSignal(plot.threshold_changed) as caught:
+            qtbot.mouseMove(port, start)
+            qtbot.wait(20)  # pyqtgraph passes over moves that come faster than 100 a second
+            qtbot.mousePress(port, LEFT, pos=start)
+            for share in (0.3, 0.6, 1.0):
+                qtbot.mouseMove(port, start + (end - start) * share)
+                qtbot.wait(20)
+            qtbot.mouseRelease(port, LEFT, pos=end)
+        assert 0 <= caught.args[0] < 12.0
+        assert plot.threshold == pytest.approx(6.0, abs=1.0)
+
+    def test_set_threshold_is_silent(self, qtbot, plot):
+        with qtbot.assertNotEmitted(plot.threshold_changed):
+            plot.set_threshold(33.0)
+        assert plot.threshold == 33.0
+
+    def test_crossing_obeys_threshold_and_legend(self, qtbot, plot):
+        high = np.zeros(100)
+        high[50] = 80.0
+        plot.set_curves([curve("head", np.zeros(100)), curve("left_forearm", high)])
+        plot.set_frame(0)
+        assert plot.crossing(1) == 50
+        plot.set_threshold(85.0)
+        assert plot.crossing(1) is None
+        plot.set_threshold(45.0)
+        qtbot.mouseClick(plot.legend.button("left_forearm"), LEFT)
+        assert plot.crossing(1) is None
+
+    def test_legend_hides_limbs(self, qtbot, plot):
+        button = plot.legend.button("head")
+        qtbot.mouseClick(button, LEFT)
+        assert plot.legend.hidden_limbs == {"head"}
+        assert {c.limb for c in plot.shown_curves} == set(LIMBS) - {"head"}
+        plot.set_curves(curves_of(490))
+        assert plot.legend.hidden_limbs == {"head"}
+
+    def test_ctrl_and_click_shows_one_alone(self, qtbot, plot):
+        button = plot.legend.button("head")
+        qtbot.mouseClick(button, LEFT, Qt.KeyboardModifier.ControlModifier)
+        assert {c.limb for c in plot.shown_curves} == {"head"}
+        qtbot.mouseClick(button, LEFT, Qt.KeyboardModifier.ControlModifier)
+        assert {c.limb for c in plot.shown_curves} == set(LIMBS)
+
+    def test_narrow_legend_drops_its_words(self, qapp, plot):
+        beside = Qt.ToolButtonStyle.ToolButtonTextBesideIcon
+        assert plot.legend.button("head").toolButtonStyle() == beside
+        plot.resize(300, 200)
+        qapp.processEvents()
+        assert plot.width() == 300
+        assert plot.legend.button("head").toolButtonStyle() != beside
+
+    def test_zoom_is_told_and_kept(self, qtbot, plot):
+        with qtbot.waitSignal(plot.visible_range_changed) as caught:
+            plot.set_visible_range(100, 200)
+        assert caught.args == pytest.approx([100, 200])
+        plot.set_curves(curves_of(490))
+        assert plot._box.viewRange()[0] == pytest.approx([100, 200])
+        qtbot.keyClick(plot, Qt.Key.Key_A)
+        assert plot._box.viewRange()[0] == pytest.approx([0, 489])
+
+    def test_arrow_keys_step(self, qtbot, plot):
+        plot.set_frame(100)
+        with qtbot.waitSignal(plot.frame_requested) as caught:
+            qtbot.keyClick(plot, Qt.Key.Key_Right, Qt.KeyboardModifier.ShiftModifier)
+        assert caught.args == [110]
+
+    def test_empty_and_unknown_curves_are_no_trouble(self, plot):
+        plot.set_curves([])
+        plot.set_curves([curve("head", np.full(10, np.nan)), curve("torso", [])])
+        assert not plot.grab().isNull()
+
+    def test_long_recording_is_drawn_thin(self, plot):
+        plot.set_curves(curves_of(100_000))
+        assert all(len(item.xData) < 4000 for item in plot._items)
+
+    def test_theme_changes_the_background(self, qapp, plot, dark):
+        apply_theme(qapp, "light")
+        qapp.processEvents()
+        image = plot._plot.grab().toImage()
+        assert image.pixelColor(2, 2).lightness() > 240

@@ -1,0 +1,71 @@
+import pytest
+from PySide6.QtCore import QItemSelectionModel, Qt
+from PySide6.QtGui import QGuiApplication
+
+from app.limb_colours import LIMB_COLOURS
+from app.views.numbers_panel import NumbersPanel
+
+ROWS = [
+    ("", "torso position", "67 mm", "against the reference"),
+    ("left_forearm", "left forearm", "101.7 deg", "lost"),
+    ("right_forearm", "right forearm", "14.2 deg", ""),
+]
+
+
+@pytest.fixture
+def panel(shown):
+    widget = NumbersPanel()
+    widget.show_rows(ROWS)
+    return shown(widget, 420, 200)
+
+
+def text(panel, row, column):
+    model = panel.table.model()
+    return model.data(model.index(row, column))
+
+
+def test_rows_are_shown(panel):
+    assert [text(panel, 1, k) for k in range(4)] == [None, "left forearm", "101.7 deg", "lost"]
+
+
+def test_limbs_colour_is_seen(panel):
+    image = panel.table.viewport().grab().toImage()
+    for row in (1, 2):
+        cell = panel.table.visualRect(panel.table.model().index(row, 0))
+        seen = {
+            image.pixelColor(x, cell.center().y()).name() for x in range(cell.left(), cell.right())
+        }
+        assert LIMB_COLOURS[ROWS[row][0]].lower() in seen
+
+
+def test_nothing_to_show_is_said(panel):
+    panel.show_rows([])
+    assert not panel.table.isVisible()
+    panel.show_rows(ROWS)
+    assert panel.table.isVisible()
+
+
+def test_next_frame_keeps_the_selection(panel):
+    model = panel.table.model()
+    flags = QItemSelectionModel.SelectionFlag
+    panel.table.selectionModel().select(model.index(1, 0), flags.ClearAndSelect | flags.Rows)
+    panel.show_rows([(limb, label, "1.0", hint) for limb, label, _, hint in ROWS])
+    assert text(panel, 1, 2) == "1.0"
+    assert {index.row() for index in panel.table.selectedIndexes()} == {1}
+
+
+def test_fewer_rows(panel):
+    panel.show_rows(ROWS[:1])
+    assert panel.table.model().rowCount() == 1
+
+
+def test_copying_takes_the_selection_or_all(qtbot, panel):
+    assert panel.copied_text().count("\n") == 2
+    model = panel.table.model()
+    flags = (
+        QItemSelectionModel.SelectionFlag.ClearAndSelect | QItemSelectionModel.SelectionFlag.Rows
+    )
+    panel.table.selectionModel().select(model.index(2, 0), flags)
+    panel.table.setFocus()
+    qtbot.keyClick(panel.table, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
+    assert QGuiApplication.clipboard().text() == "right_forearm\tright forearm\t14.2 deg\t"

@@ -1,0 +1,210 @@
+from dataclasses import dataclass
+
+import pytest
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QWheelEvent
+from PySide6.QtWidgets import QLabel
+
+from app.views.parameter_panel import ParameterPanel
+from stereotrack_core.parameters import ParameterGroup, parameter
+from stereotrack_core.tracking.presets import PRESETS, preset
+
+LEFT = Qt.MouseButton.LeftButton
+
+
+@dataclass(frozen=True)
+class Example(ParameterGroup):
+    window: int = parameter(
+        11, "Side of the window.", group="Stereo", unit="px", minimum=5, maximum=51, thesis=7
+    )
+    reach: float = parameter(0.25, "Farther data are left out.", group="Tracking", unit="m")
+    edges: bool = parameter(True, "Match derivatives.", group="Stereo", thesis=False)
+    mode: str = parameter("fast", "How.", group="Tracking", choices=("fast", "slow_one"))
+
+
+@pytest.fixture
+def panel(shown):
+    widget = ParameterPanel()
+    widget.set_settings(Example(), Example())
+    return shown(widget, 340, 500)
+
+
+def typed(qtbot, panel, name, text):
+    field = panel.line(name).editor
+    field.setFocus()
+    field.selectAll()
+    qtbot.keyClicks(field, text)
+    qtbot.keyClick(field, Qt.Key.Key_Return)
+
+
+def words(widget):
+    return " ".join(label.text() for label in widget.findChildren(QLabel) if label.isVisible())
+
+
+class TestContent:
+    def test_line_says_unit_range_default_and_thesis(self, panel):
+        text = words(panel.line("window"))
+        for part in ("window", "px", "from 5 to 51 px", "default 11", "thesis 7"):
+            assert part in text
+        assert "Side of the window." in panel.line("window").toolTip()
+
+    def test_groups_are_headings_once(self, panel):
+        text = words(panel)
+        assert text.count("Stereo") == 1
+        assert text.count("Tracking") == 1
+
+    def test_every_parameter_of_the_program_has_a_line(self, shown):
+        widget = ParameterPanel()
+        widget.set_settings(preset("thesis"), preset("thesis"))
+        shown(widget, 340, 500)
+        for row in preset("thesis").rows():
+            assert (
+                widget.line(row.name).editor.accessibleName().startswith(row.name.replace("_", " "))
+            )
+
+    def test_other_settings_replace_the_lines(self, panel):
+        panel.set_settings(preset("fast"), preset("accurate"))
+        assert panel.line("iterations").is_changed
+        with pytest.raises(KeyError):
+            panel.line("window")
+
+
+class TestEditing:
+    def test_number(self, qtbot, panel):
+        with qtbot.waitSignal(panel.settings_changed) as caught:
+            typed(qtbot, panel, "window", "21")
+        assert caught.args == [Example(window=21)]
+        assert panel.settings == Example(window=21)
+
+    def test_switch(self, qtbot, panel):
+        with qtbot.waitSignal(panel.settings_changed) as caught:
+            panel.line("edges").editor.click()
+        assert caught.args == [Example(edges=False)]
+
+    def test_choice(self, qtbot, panel):
+        box = panel.line("mode").editor
+        box.setFocus()
+        with qtbot.waitSignal(panel.settings_changed) as caught:
+            qtbot.keyClick(box, Qt.Key.Key_Down)
+        assert caught.args == [Example(mode="slow_one")]
+
+    @pytest.mark.parametrize(
+        ("text", "sentence"),
+        [
+            ("400", "'400' is not a valid value. Give a value from 5 to 51 px."),
+            ("many", "'many' is not a valid value. Give a whole number."),
+            ("", "'' is not a valid value. Give a whole number."),
+        ],
+    )
+    def test_refused_with_the_rows_sentence(self, qtbot, panel, text, sentence):
+        with qtbot.assertNotEmitted(panel.settings_changed):
+            typed(qtbot, panel, "window", text or " ")
+        assert panel.line("window").refusal == sentence
+        assert panel.line("window").editor.text().strip() == text
+        assert panel.settings == Example()
+
+    def test_escape_takes_a_refused_text_back(self, qtbot, panel):
+        typed(qtbot, panel, "window", "400")
+        qtbot.keyClick(panel.line("window").editor, Qt.Key.Key_Escape)
+        assert panel.line("window").editor.text() == "11"
+        assert panel.line("window").refusal == ""
+
+    def test_same_value_written_differently_changes_nothing(self, qtbot, panel):
+        with qtbot.assertNotEmitted(panel.settings_changed):
+            typed(qtbot, panel, "reach", "0.250")
+        assert panel.line("reach").editor.text() == "0.25"
+
+    def test_link_takes_the_theses_value(self, qtbot, panel):
+        label = next(
+            label for label in panel.line("window").findChildren(QLabel) if "href" in label.text()
+        )
+        with qtbot.waitSignal(panel.settings_changed) as caught:
+            label.linkActivated.emit("thesis")
+        assert caught.args == [Example(window=7)]
+
+    def test_set_settings_is_silent(self, qtbot, panel):
+        with qtbot.assertNotEmitted(panel.settings_changed):
+            panel.set_settings(Example(window=9), Example())
+        assert panel.line("window").editor.text() == "9"
+
+
+class TestRevert:
+    def test_changed_is_marked_and_goes_back(self, qtbot, panel):
+        line = panel.line("window")
+        assert not line.revert_button.isEnabled()
+        typed(qtbot, panel, "window", "21")
+        assert "●" in words(line)
+        with qtbot.waitSignal(panel.settings_changed) as caught:
+            qtbot.mouseClick(line.revert_button, LEFT)
+        assert caught.args == [Example()]
+        assert "●" not in words(line)
+
+    def test_it_goes_back_to_the_preset_not_to_the_default(self, qtbot, panel):
+        panel.set_settings(Example(window=9), Example(window=15))
+        qtbot.mouseClick(panel.line("window").revert_button, LEFT)
+        assert panel.settings == Example(window=15)
+        assert "preset 15" in words(panel.line("window"))
+
+    def test_all_at_once(self, qtbot, panel):
+        panel.set_settings(Example(window=9, edges=False), Example())
+        with qtbot.waitSignal(panel.settings_changed) as caught:
+            qtbot.mouseClick(panel.revert_all, LEFT)
+        assert caught.args == [Example()]
+        assert not panel.revert_all.isEnabled()
+
+
+class TestSifting:
+    def visible(self, panel):
+        return {r.name for r in Example.rows() if panel.line(r.name).isVisible()}
+
+    def test_search_looks_into_names_and_explanations(self, qtbot, panel):
+        qtbot.keyClicks(panel.search, "derivatives")
+        assert self.visible(panel) == {"edges"}
+        panel.search.clear()
+        qtbot.keyClicks(panel.search, "tracking data")
+        assert self.visible(panel) == {"reach"}
+        assert "Stereo" not in words(panel)
+
+    def test_nothing_found_is_said(self, qtbot, panel):
+        qtbot.keyClicks(panel.search, "zzz")
+        assert self.visible(panel) == set()
+        assert "zzz" in words(panel)
+
+    def test_only_what_differs(self, qtbot, panel):
+        panel.set_settings(Example(window=9), Example())
+        qtbot.mouseClick(panel.only_changed, LEFT)
+        assert self.visible(panel) == {"window"}
+        assert panel.only_changed.text() == "1 changed"
+        qtbot.mouseClick(panel.line("window").revert_button, LEFT)
+        assert self.visible(panel) == set()
+        assert "Nothing differs" in words(panel)
+
+
+class TestPresets:
+    def test_choice_is_asked_for(self, qtbot, panel):
+        panel.set_preset(PRESETS[0])
+        panel.preset_box.setFocus()
+        with qtbot.waitSignal(panel.preset_requested) as caught:
+            qtbot.keyClick(panel.preset_box, Qt.Key.Key_Down)
+        assert caught.args == [PRESETS[1]]
+
+    def test_own_settings_are_no_preset(self, panel):
+        panel.set_preset("")
+        assert panel.preset_box.currentText() == ""
+
+
+def test_wheel_over_a_choice_changes_nothing(qtbot, panel):
+    box = panel.line("mode").editor
+    event = QWheelEvent(
+        QPointF(5, 5),
+        box.mapToGlobal(QPointF(5, 5)),
+        QPoint(),
+        QPoint(0, -120),
+        Qt.MouseButton.NoButton,
+        Qt.KeyboardModifier.NoModifier,
+        Qt.ScrollPhase.NoScrollPhase,
+        False,
+    )
+    box.wheelEvent(event)
+    assert not event.isAccepted()
+    assert box.currentData() == "fast"

@@ -1,0 +1,85 @@
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.views.scene_orbit import Orbit
+
+ROOT = Path(__file__).resolve().parents[3]
+RENDER = """
+import numpy as np
+from app.views.scene_orbit import Orbit
+from app.views.scene_window import SceneUnavailable, SceneWindow
+try:
+    window = SceneWindow()
+    window.set_background("#ff0000", "#ff0000")
+    picture = window.picture(64, 48, Orbit(np.zeros(3), 0.0, 0.0, 2.0))
+    print(picture.width(), picture.height(), picture.pixelColor(32, 24).name())
+    window.close()
+except SceneUnavailable as problem:
+    print(problem)
+"""
+
+
+def rendered_with(**environment):
+    kept = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    return subprocess.run(
+        [sys.executable, "-c", RENDER],
+        env=kept | {"PYTHONPATH": str(ROOT)} | environment,
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+
+
+linux_only = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="about EGL and X")
+
+
+@linux_only
+@pytest.mark.parametrize("environment", [{}, {"DISPLAY": ":98765"}], ids=["none", "dead"])
+def test_renders_without_a_display(environment):
+    result = rendered_with(**environment)
+    assert (result.returncode, result.stdout.strip()) == (0, "64 48 #ff0000"), result.stderr
+    assert result.stderr == ""
+
+
+@linux_only
+def test_missing_opengl_is_a_sentence_and_no_crash():
+    result = rendered_with(__EGL_VENDOR_LIBRARY_FILENAMES="/nonexistent")
+    assert result.returncode == 0, result.stderr
+    assert "OpenGL is not to be had" in result.stdout
+    assert result.stderr == ""
+
+
+class TestOrbit:
+    orbit = Orbit(np.array([0.3, -0.2, 1.1]), 0.7, 0.4, 3.0)
+
+    def test_axes_are_orthonormal_from_everywhere(self):
+        for azimuth in np.linspace(-3, 3, 7):
+            for elevation in (-np.pi / 2, -0.3, 0.0, 1.2, np.pi / 2):
+                orbit = Orbit(np.zeros(3), azimuth, elevation, 2.0)
+                axes = np.stack([orbit.right, orbit.up, orbit.toward_eye])
+                np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-12)
+                assert np.linalg.det(axes) == pytest.approx(1.0)
+
+    def test_ray_passes_through_what_is_projected_there(self):
+        rng = np.random.default_rng(1)
+        points = self.orbit.focus + rng.normal(0, 0.5, (20, 3))
+        for point, (x, y) in zip(points, self.orbit.project(points, 640, 480), strict=True):
+            ray = self.orbit.ray(x, y, 640, 480)
+            off = np.cross(ray, point - self.orbit.eye)
+            np.testing.assert_allclose(off, 0.0, atol=1e-9)
+
+    def test_what_is_behind_the_eye_is_nowhere(self):
+        behind = self.orbit.eye + self.orbit.toward_eye
+        assert np.isnan(self.orbit.project(behind[None], 640, 480)).all()
+
+    def test_turning_stops_above_and_zoom_has_limits(self):
+        assert self.orbit.turned(0.0, 9.0).elevation == pytest.approx(np.pi / 2)
+        assert self.orbit.zoomed(1e9).distance > 0.1
+        assert self.orbit.zoomed(1e-9).distance < 100.0

@@ -1,0 +1,156 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from app.theme import load_theme
+from app.views.timeline_lanes import Lane, Mark, Pyramid, Span, covered_columns
+from app.views.timeline_scale import TimelineScale
+from app.views.timeline_strips import heat_colours, rgba, strip_pixels
+
+THEME = load_theme("dark")
+
+
+@given(
+    length=st.integers(1, 3000),
+    columns=st.integers(1, 200),
+    seed=st.integers(0, 9),
+)
+@settings(max_examples=60, deadline=None)
+def test_no_value_is_lost_and_none_invented(length, columns, seed):
+    rng = np.random.default_rng(seed)
+    values = rng.normal(size=length)
+    values[rng.random(length) < 0.2] = np.nan
+    seen = Pyramid(values, np.fmax).columns(np.linspace(0, length, columns + 1))
+    assert np.isin(seen[~np.isnan(seen)], values).all()
+    if not np.isnan(values).all():
+        assert np.nanmax(seen) == np.nanmax(values)
+    else:
+        assert np.isnan(seen).all()
+
+
+@given(length=st.integers(1, 400), columns=st.integers(1, 100))
+@settings(max_examples=60, deadline=None)
+def test_column_has_the_largest_value_near_it(length, columns):
+    values = np.random.default_rng(length).normal(size=length)
+    edges = np.linspace(0, length, columns + 1)
+    seen = Pyramid(values, np.fmax).columns(edges)
+    slack = 0.26 * length / columns
+    for c in range(columns):
+        inside = values[int(np.floor(edges[c])) : max(int(np.ceil(edges[c + 1])), 1)]
+        low = max(0, int(np.floor(edges[c] - slack)))
+        around = values[low : int(np.ceil(edges[c + 1] + slack)) + 1]
+        assert inside.max() <= seen[c] <= around.max()
+
+
+def test_reading_does_not_grow_with_the_recording():
+    class Spy:
+        def __init__(self):
+            self.read = 0
+
+        def reduceat(self, blocks, pairs):
+            widths = np.diff(np.append(pairs, len(blocks)))[::2]
+            self.read += int(widths.sum())
+            return np.fmax.reduceat(blocks, pairs)
+
+    read = []
+    for length in (10_000, 1_000_000):
+        pyramid = Pyramid(np.random.default_rng(0).random(length), np.fmax)
+        spy = Spy()
+        pyramid._reduce = spy
+        pyramid.columns(np.linspace(0, length, 1001))
+        read.append(spy.read)
+    assert max(read) <= 1000 * 40
+    assert read[1] <= 6 * read[0]
+
+
+def test_marks_of_a_column_are_all_kept():
+    marks = np.zeros(1000, dtype=int)
+    marks[[100, 101]] = Mark.CLICKED, Mark.FLAGGED
+    bits = Lane("head", "#009E73", "marks", marks).summary.columns(np.linspace(0, 1000, 11))
+    assert bits[1] == (1 << Mark.CLICKED) | (1 << Mark.FLAGGED)
+    assert not bits[3:].any()
+
+
+def test_spans_cover_their_columns():
+    spans = (Span(10, 19), Span(55, 55), Span(90, 500))
+    covered = covered_columns(spans, np.linspace(0, 100, 11))
+    np.testing.assert_array_equal(np.flatnonzero(covered), [1, 5, 9])
+    assert not covered_columns((), np.linspace(0, 100, 11)).any()
+    assert not covered_columns((Span(200, 300),), np.linspace(0, 100, 11)).any()
+
+
+def test_heat_becomes_lighter_with_the_value():
+    values = np.array([0.0, 20.0, 45.0, 90.0, 500.0, np.nan])
+    colours = heat_colours(values, 90.0, "#0072B2", THEME)
+    light = colours[:, :3].astype(int).sum(axis=1)
+    assert (np.diff(light[:4]) > 0).all()
+    assert light[3] == light[4]
+    assert colours[5, 3] == 0
+
+
+@pytest.mark.parametrize("frames", [1, 7, 490])
+def test_each_kind_gives_a_strip_of_the_width(frames):
+    edges = np.linspace(0, frames, 301)
+    for lane in (
+        Lane("a", "#0072B2", "heat", np.linspace(90, 45, frames)),
+        Lane("b", "#0072B2", "marks", np.full(frames, Mark.CLICKED)),
+        Lane("c", "#0072B2", "bars", (Span(0, frames - 1),)),
+    ):
+        pixels = strip_pixels(lane, edges, 15, THEME)
+        assert pixels.shape == (15, 300, 4)
+        assert (pixels[7] != rgba(THEME.base)).any()
+
+
+@pytest.mark.parametrize("kind", ["heat", "marks", "bars"])
+def test_empty_lane_is_an_empty_strip(kind):
+    pixels = strip_pixels(
+        Lane("a", "#0072B2", kind, np.array([])), np.linspace(0, 9, 50), 15, THEME
+    )
+    assert (pixels == rgba(THEME.base)).all()
+
+
+def test_words_for_a_frame():
+    heat = Lane("a", "#0072B2", "heat", np.array([32.14, np.nan]), unit="deg")
+    assert heat.value_text(0) == "32.1 deg"
+    assert heat.value_text(1) == "not known"
+    assert heat.value_text(7) == ""
+    assert Lane("a", "#000000", "marks", np.array([Mark.FLAGGED])).value_text(0) == "flagged"
+    bars = Lane("episodes", "#000000", "bars", (Span(3, 5, "arms crossed"),))
+    assert [bars.value_text(k) for k in (2, 3, 5, 6)] == ["", "arms crossed", "arms crossed", ""]
+
+
+class TestScale:
+    scale = TimelineScale(frame_count=1000, left=100.0, width=800.0).whole()
+
+    def test_frames_and_positions_agree(self):
+        for scale in (self.scale, self.scale.zoomed(20.0, 500.0)):
+            for frame in range(int(scale.first) + 1, int(scale.last) - 1):
+                left, right = scale.x_of(frame), scale.x_of(frame + 1)
+                assert scale.frame_at((left + right) / 2) == frame
+
+    def test_zoom_keeps_what_is_under_the_cursor(self):
+        zoomed = self.scale.zoomed(8.0, 460.0)
+        assert zoomed.frame_at(460.0) == self.scale.frame_at(460.0)
+        assert zoomed.visible == pytest.approx(125.0)
+
+    def test_it_never_leaves_the_recording(self):
+        scale = self.scale.zoomed(10.0, 100.0).moved(-500.0)
+        assert scale.first == 0.0
+        assert scale.moved(1e9).last == pytest.approx(1000.0)
+        assert self.scale.zoomed(1e-6, 300.0).is_whole
+        assert self.scale.zoomed(1e9, 300.0).visible >= 8.0
+        assert self.scale.frame_at(-50.0) == 0
+        assert self.scale.frame_at(5000.0) == 999
+
+    def test_short_recording(self):
+        scale = TimelineScale(frame_count=3, left=0.0, width=300.0).whole()
+        assert scale.zoomed(4.0, 10.0).is_whole
+        assert scale.ticks()[0] == [0, 1, 2]
+
+    @pytest.mark.parametrize("frames", [1, 10, 490, 100_000, 12_345_678])
+    def test_ticks_have_room(self, frames):
+        scale = TimelineScale(frame_count=frames, left=0.0, width=900.0).whole()
+        ticks, step = scale.ticks()
+        assert 1 <= len(ticks) <= 13
+        assert all(tick % step == 0 for tick in ticks)

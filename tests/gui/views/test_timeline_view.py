@@ -1,0 +1,283 @@
+import statistics
+import time
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QWheelEvent
+
+from app.limb_colours import LIMB_COLOURS
+from app.theme import apply_theme
+from app.views.timeline_lanes import Lane, Mark, Span
+from app.views.timeline_painting import LANE_HEIGHT, RULER_HEIGHT
+from app.views.timeline_view import TimelineView
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.recording.landmarks import LANDMARKS
+
+LEFT = Qt.MouseButton.LeftButton
+
+
+def lanes_of(frames):
+    rng = np.random.default_rng(0)
+    marks = np.full(frames, Mark.INTERPOLATED)
+    marks[::10] = Mark.CLICKED
+    lanes = [Lane(name, "#0072B2", "marks", marks.copy()) for name in LANDMARKS]
+    lanes += [
+        Lane(limb, LIMB_COLOURS[limb], "heat", rng.uniform(0, 90, frames), 90.0, "deg")
+        for limb in LIMBS
+    ]
+    spans = tuple(Span(k, k + 5, "arms crossed") for k in range(0, frames, 50))
+    return [*lanes, Lane("episodes", "#CC79A7", "bars", spans)]
+
+
+@pytest.fixture
+def timeline(shown):
+    view = TimelineView()
+    view.set_range(490, 10.0)
+    view.set_lanes(lanes_of(490))
+    return shown(view, 1000, 330)
+
+
+def at(view, frame, y=RULER_HEIGHT + 5):
+    return QPoint(round(view.scale.x_of(frame + 0.5)), y)
+
+
+def drag(qtbot, view, start, end, y=RULER_HEIGHT + 5, modifier=Qt.KeyboardModifier.NoModifier):
+    port = view.viewport()
+    qtbot.mousePress(port, LEFT, modifier, at(view, start, y))
+    for frame in np.linspace(start, end, 5).round().astype(int)[1:]:
+        qtbot.mouseMove(port, at(view, int(frame), y))
+    qtbot.mouseRelease(port, LEFT, modifier, at(view, end, y))
+
+
+def wheel(view, x, steps, modifier=Qt.KeyboardModifier.NoModifier):
+    position = QPointF(x, 100)
+    event = QWheelEvent(
+        position,
+        view.viewport().mapToGlobal(position),
+        QPoint(),
+        QPoint(0, 120 * steps),
+        Qt.MouseButton.NoButton,
+        modifier,
+        Qt.ScrollPhase.NoScrollPhase,
+        False,
+    )
+    view.wheelEvent(event)
+
+
+def colour_at(view, position):
+    return view.viewport().grab().toImage().pixelColor(position)
+
+
+class TestScrubbing:
+    def test_click_goes_to_the_frame(self, qtbot, timeline):
+        with qtbot.waitSignal(timeline.frame_requested) as caught:
+            qtbot.mouseClick(timeline.viewport(), LEFT, pos=at(timeline, 213))
+        assert caught.args == [213]
+        assert timeline.frame == 213
+
+    def test_drag_scrubs(self, qtbot, timeline):
+        requested = []
+        timeline.frame_requested.connect(requested.append)
+        drag(qtbot, timeline, 100, 140)
+        assert requested == [100, 110, 120, 130, 140]
+        assert timeline.selection is None
+
+    def test_set_frame_is_silent(self, qtbot, timeline):
+        with qtbot.assertNotEmitted(timeline.frame_requested):
+            timeline.set_frame(77)
+        assert timeline.frame == 77
+
+    def test_frames_outside_are_not_asked_for(self, qtbot, timeline):
+        timeline.set_frame(489)
+        with qtbot.assertNotEmitted(timeline.frame_requested):
+            qtbot.keyClick(timeline, Qt.Key.Key_Right)
+        timeline.set_frame(100_000)
+        assert timeline.frame == 489
+
+    def test_playhead_is_seen_at_its_frame(self, timeline, dark):
+        for frame in (30, 400):
+            timeline.set_frame(frame)
+            image = timeline.viewport().grab().toImage()
+            x = round(timeline.scale.x_of(frame + 0.5))
+            names = {image.pixelColor(x + d, 300).name() for d in (-1, 0, 1)}
+            assert names & {dark.playhead}
+            assert image.pixelColor(x + 20, 300).name() != dark.playhead
+
+    @pytest.mark.parametrize(
+        ("key", "modifier", "frame"),
+        [
+            (Qt.Key.Key_Right, Qt.KeyboardModifier.NoModifier, 201),
+            (Qt.Key.Key_Left, Qt.KeyboardModifier.NoModifier, 199),
+            (Qt.Key.Key_Right, Qt.KeyboardModifier.ShiftModifier, 210),
+            (Qt.Key.Key_PageUp, Qt.KeyboardModifier.NoModifier, 190),
+            (Qt.Key.Key_Home, Qt.KeyboardModifier.NoModifier, 0),
+            (Qt.Key.Key_End, Qt.KeyboardModifier.NoModifier, 489),
+        ],
+    )
+    def test_keys(self, qtbot, timeline, key, modifier, frame):
+        timeline.set_frame(200)
+        with qtbot.waitSignal(timeline.frame_requested) as caught:
+            qtbot.keyClick(timeline, key, modifier)
+        assert caught.args == [frame]
+
+
+class TestSelection:
+    def test_drag_in_the_ruler_selects(self, qtbot, timeline):
+        drag(qtbot, timeline, 300, 240, y=10)
+        assert timeline.selection == range(240, 301)
+
+    def test_shift_and_drag_selects_and_leaves_the_playhead(self, qtbot, timeline):
+        timeline.set_frame(5)
+        with qtbot.waitSignal(timeline.selection_changed):
+            drag(qtbot, timeline, 100, 180, modifier=Qt.KeyboardModifier.ShiftModifier)
+        assert timeline.selection == range(100, 181)
+        assert timeline.frame == 5
+
+    def test_click_in_the_ruler_seeks_and_clears(self, qtbot, timeline):
+        timeline.set_selection(range(10, 20))
+        with qtbot.waitSignals([timeline.selection_changed, timeline.frame_requested]):
+            qtbot.mouseClick(timeline.viewport(), LEFT, pos=at(timeline, 321, 10))
+        assert timeline.selection is None
+        assert timeline.frame == 321
+
+    def test_keys_set_and_clear_it(self, qtbot, timeline):
+        timeline.set_frame(100)
+        qtbot.keyClick(timeline, Qt.Key.Key_BracketLeft)
+        assert timeline.selection == range(100, 490)
+        timeline.set_frame(150)
+        qtbot.keyClick(timeline, Qt.Key.Key_BracketRight)
+        assert timeline.selection == range(100, 151)
+        with qtbot.waitSignal(timeline.selection_changed) as caught:
+            qtbot.keyClick(timeline, Qt.Key.Key_Escape)
+        assert caught.args == [None]
+
+    def test_it_is_shaded(self, timeline):
+        inside, outside = at(timeline, 250, 320), at(timeline, 350, 320)
+        before = colour_at(timeline, inside)
+        assert before == colour_at(timeline, outside)
+        timeline.set_selection(range(240, 260))
+        assert colour_at(timeline, inside) != before
+        assert colour_at(timeline, outside) == before
+
+
+class TestZoom:
+    def test_wheel_zooms_at_the_cursor(self, qtbot, timeline):
+        x = at(timeline, 213).x()
+        with qtbot.waitSignal(timeline.visible_range_changed):
+            wheel(timeline, x, 8)
+        assert timeline.scale.visible < 200
+        assert timeline.scale.frame_at(x) == 213
+
+    def test_page_turns_with_the_playhead(self, timeline):
+        timeline.set_visible_range(100, 150)
+        timeline.set_frame(320)
+        assert timeline.scale.first <= 320 < timeline.scale.last
+        assert timeline.scale.visible == pytest.approx(50)
+
+    def test_shift_and_wheel_moves(self, timeline):
+        timeline.set_visible_range(100, 150)
+        wheel(timeline, 500, -1, Qt.KeyboardModifier.ShiftModifier)
+        assert timeline.scale.first == pytest.approx(105)
+
+    def test_scroll_bar_moves(self, timeline):
+        timeline.set_visible_range(0, 49)
+        timeline.horizontalScrollBar().setValue(timeline.horizontalScrollBar().maximum())
+        assert timeline.scale.last == pytest.approx(490)
+
+    def test_keys(self, qtbot, timeline):
+        timeline.set_frame(213)
+        for _ in range(4):
+            qtbot.keyClick(timeline, Qt.Key.Key_Plus)
+        assert timeline.scale.first < 213 < timeline.scale.last < 490
+        qtbot.keyClick(timeline, Qt.Key.Key_0)
+        assert timeline.scale.is_whole
+
+    def test_more_lanes_than_room_scroll(self, qapp, timeline):
+        timeline.resize(1000, 150)
+        qapp.processEvents()
+        assert timeline.lane_at(RULER_HEIGHT + 1).name == LANDMARKS[0]
+        bar = timeline.verticalScrollBar()
+        assert bar.maximum() > 0
+        bar.setValue(2 * LANE_HEIGHT)
+        assert timeline.lane_at(RULER_HEIGHT + 1).name == LANDMARKS[2]
+
+
+class TestLanes:
+    def test_tooltip_has_frame_time_and_value(self, timeline):
+        y = RULER_HEIGHT + 15 * LANE_HEIGHT + 5
+        text = timeline.tooltip_at(QPointF(at(timeline, 52, y)))
+        assert text == "frame 52   5.20 s\nepisodes: arms crossed"
+        y = RULER_HEIGHT + 5
+        assert "left_shoulder: clicked" in timeline.tooltip_at(QPointF(at(timeline, 40, y)))
+
+    def test_click_on_a_name_says_it(self, qtbot, timeline):
+        with qtbot.waitSignal(timeline.lane_clicked) as caught:
+            position = QPoint(20, RULER_HEIGHT + LANE_HEIGHT + 5)
+            qtbot.mouseClick(timeline.viewport(), LEFT, pos=position)
+        assert caught.args == [LANDMARKS[1]]
+
+    def test_heat_is_seen_where_it_is(self, timeline):
+        values = np.zeros(490)
+        values[100:110] = 90.0
+        timeline.set_lanes([Lane("error", "#D55E00", "heat", values, 90.0)])
+        assert colour_at(timeline, at(timeline, 105)).lightness() > 180
+        assert colour_at(timeline, at(timeline, 130)).lightness() < 60
+
+    def test_one_bad_frame_among_many_is_seen(self, timeline):
+        values = np.zeros(100_000)
+        values[43_210] = 90.0
+        timeline.set_range(100_000, 10.0)
+        timeline.set_lanes([Lane("error", "#D55E00", "heat", values, 90.0)])
+        image = timeline.viewport().grab().toImage()
+        x = int(timeline.scale.x_of(43_210))
+        assert max(image.pixelColor(x + d, RULER_HEIGHT + 5).lightness() for d in (-1, 0, 1)) > 180
+
+    def test_theme_repaints(self, qapp, timeline):
+        corner = QPoint(5, 328)
+        before = colour_at(timeline, corner)
+        apply_theme(qapp, "light")
+        qapp.processEvents()
+        assert colour_at(timeline, corner).lightness() > before.lightness() + 100
+
+    def test_nothing_open_is_painted_and_takes_keys(self, qtbot, shown):
+        view = shown(TimelineView(), 500, 120)
+        with qtbot.assertNotEmitted(view.frame_requested):
+            qtbot.keyClick(view, Qt.Key.Key_Right)
+            qtbot.mouseClick(view.viewport(), LEFT, pos=QPoint(300, 60))
+            wheel(view, 300, 1)
+        assert not view.grab().isNull()
+
+
+def painting_seconds(view, work, repeats=15):
+    times = []
+    for k in range(repeats):
+        start = time.perf_counter()
+        work(k)
+        view.viewport().repaint()
+        times.append(time.perf_counter() - start)
+    return statistics.median(times)
+
+
+class TestCost:
+    def test_painting_does_not_grow_with_the_recording(self, shown):
+        seconds = {}
+        for frames in (2_000, 100_000):
+            view = shown(TimelineView(), 1000, 330)
+            view.set_range(frames, 10.0)
+            view.set_lanes(lanes_of(frames))
+            view.viewport().repaint()
+            seconds[frames] = painting_seconds(
+                view, lambda k, v=view, n=frames: v.set_visible_range(k, n / 2 + k)
+            )
+        assert seconds[100_000] < 3 * seconds[2_000] + 0.004, seconds
+
+    def test_scrubbing_reads_no_data(self, shown, monkeypatch):
+        view = shown(TimelineView(), 1000, 330)
+        view.set_range(100_000, 10.0)
+        view.set_lanes(lanes_of(100_000))
+        view.viewport().repaint()
+        monkeypatch.setattr(view, "_painted", lambda: pytest.fail("the lanes were painted again"))
+        view.set_frame(500)
+        view.viewport().repaint()
+        assert painting_seconds(view, lambda k: view.set_frame(1000 * k)) < 0.02
