@@ -7,7 +7,6 @@ single precision and counts frames with 16 bits; frame numbers are the recording
 
 from __future__ import annotations
 
-import struct
 from pathlib import Path
 from typing import Any
 
@@ -16,13 +15,11 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.atomic import replacing
+from stereotrack_core.interop.c3d_layout import C3DContent, parse_c3d
 from stereotrack_core.interop.gaps import checked_fps, contiguous
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
 _LAST_FRAME = 0xFFFF - 1
-_BIG_ENDIAN = bytes([86])
-"""Processor type of the parameter section that means big endian (MIPS)."""
-
 _METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 
 
@@ -92,61 +89,42 @@ def read_c3d(path: Path) -> tuple[LandmarkTrajectory, float]:
         For a damaged file, other axes, an unknown unit, or a file without any of the nine
         landmarks.
     """
-    import ezc3d
-
-    if not path.is_file():
-        raise InputError("there is no such file", where=str(path), remedy="Check the path.")
     try:
-        file = ezc3d.c3d(str(path))
-    except (OSError, ValueError, RuntimeError, IndexError, MemoryError) as error:
-        raise InputError("the file is damaged or is not a C3D file", where=str(path)) from error
-    stored = np.asarray(file["data"]["points"], dtype=np.float64)
-    header, point = file["header"]["points"], file["parameters"]["POINT"]
-    if stored.shape[2] < _stated_frames(path):
-        raise InputError("the file ends before its last frame", where=str(path))
-    metres = _metres(path, point)
-    labels = [str(label).strip() for label in point["LABELS"]["value"]]
-    known = [name for name in LANDMARKS if name in labels]
+        content = parse_c3d(path.read_bytes())
+    except OSError as error:
+        raise InputError(
+            f"the file cannot be read ({error.strerror})", where=str(path), remedy="Check the path."
+        ) from error
+    except ValueError as error:
+        raise InputError(str(error), where=str(path)) from error
+    metres = _metres(path, content)
+    known = [name for name in LANDMARKS if name in content.labels]
     if not known:
         raise InputError(
             "none of the nine landmarks is in the file",
             where=f"{path}, POINT:LABELS",
             remedy=f"The points are named {', '.join(LANDMARKS)}.",
         )
-    frame = np.arange(header["first_frame"], header["last_frame"] + 1, dtype=np.int64)
-    points = np.full((len(frame), len(LANDMARKS), 3), np.nan)
+    count = len(content.points)
+    points = np.full((count, len(LANDMARKS), 3), np.nan)
     for name in known:
-        points[:, LANDMARKS.index(name)] = metres * stored[:3, labels.index(name)].T
-    return LandmarkTrajectory(frame, points), float(point["RATE"]["value"][0])
+        points[:, LANDMARKS.index(name)] = metres * content.points[:, content.labels.index(name)]
+    frame = np.arange(content.first_frame, content.first_frame + count, dtype=np.int64)
+    return LandmarkTrajectory(frame, points), content.rate
 
 
-def _stated_frames(path: Path) -> int:
-    """Frames that the file's header states; ezc3d shortens it to what is there."""
-    with path.open("rb") as file:
-        header = file.read(10)
-        file.seek(512 * (header[0] - 1) + 3)
-        big_endian = file.read(1) == _BIG_ENDIAN
-    first, last = struct.unpack_from(">HH" if big_endian else "<HH", header, 6)
-    return int(last) - int(first) + 1
-
-
-def _metres(path: Path, point: Any) -> float:
+def _metres(path: Path, content: C3DContent) -> float:
     """Metres per unit; refuses units and axes that would be taken wrongly."""
-
-    def text(name: str) -> str:
-        values = point[name]["value"] if name in point else []
-        return str(values[0]).strip() if len(values) else ""
-
-    metres = _METRES.get(text("UNITS"))
+    metres = _METRES.get(content.units)
     if metres is None:
         raise InputError(
-            f"the unit {text('UNITS')!r} is not known",
+            f"the unit {content.units!r} is not known",
             where=f"{path}, POINT:UNITS",
             remedy="Write m or mm.",
         )
-    if text("Y_SCREEN") not in ("", "+Z"):
+    if content.vertical not in ("", "+Z"):
         raise InputError(
-            f"the vertical axis is {text('Y_SCREEN')}",
+            f"the vertical axis is {content.vertical}",
             where=f"{path}, POINT:Y_SCREEN",
             remedy="Turn the data so that z is up and write +Z.",
         )

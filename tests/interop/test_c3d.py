@@ -51,7 +51,7 @@ def test_damaged_file(tmp_path, random, body_trajectory, size):
     path = tmp_path / "a.c3d"
     write_c3d(path, body_trajectory(random, range(20)), 10.0)
     path.write_bytes(path.read_bytes()[:size])
-    with pytest.raises(InputError, match=r"damaged|ends before"):
+    with pytest.raises(InputError, match=r"damaged|ends before|not a C3D"):
         read_c3d(path)
 
 
@@ -75,5 +75,44 @@ def test_files_that_would_be_taken_wrongly(tmp_path, random, body_trajectory, ke
 
 
 def test_missing_file(tmp_path):
-    with pytest.raises(InputError, match="no such file"):
+    with pytest.raises(InputError, match="cannot be read"):
         read_c3d(tmp_path / "none.c3d")
+
+
+def test_same_points_as_another_reader(tmp_path, random):
+    """Other labels, analog channels, missing points: ezc3d writes and reads, we read."""
+    file = ezc3d.c3d()
+    names = ["ankle", *LANDMARKS[:4], "knee"]
+    point = file["parameters"]["POINT"]
+    point["RATE"]["value"], point["UNITS"]["value"], point["LABELS"]["value"] = [50.0], ["m"], names
+    analog = file["parameters"]["ANALOG"]
+    analog["RATE"]["value"], analog["LABELS"]["value"] = [200.0], ["force", "emg"]
+    points = np.ones((4, 6, 12))
+    points[:3] = random.normal(size=(3, 6, 12))
+    points[:3, 2, 5] = np.nan
+    file["data"]["points"] = points
+    file["data"]["analogs"] = random.normal(size=(1, 2, 48))
+    file["header"]["points"]["first_frame"] = 30
+    file.write(str(tmp_path / "a.c3d"))
+    found, fps = read_c3d(tmp_path / "a.c3d")
+    assert fps == 50.0
+    assert found.frame.tolist() == list(range(30, 42))
+    np.testing.assert_allclose(found.points[:, :4], points[:3, 1:5].transpose(2, 1, 0), atol=1e-6)
+    assert np.isnan(found.points[:, 4:]).all()
+
+
+def test_damage_anywhere_gives_a_sentence_or_numbers(tmp_path, random, body_trajectory):
+    path = tmp_path / "a.c3d"
+    write_c3d(path, body_trajectory(random, range(20)), 10.0)
+    whole = path.read_bytes()
+    refused = 0
+    for _ in range(500):
+        data = bytearray(whole)
+        for place in random.integers(0, len(data) if random.random() < 0.5 else 1500, 4):
+            data[place] = random.integers(0, 256)
+        path.write_bytes(data[: random.integers(0, len(data))] if random.random() < 0.2 else data)
+        try:
+            read_c3d(path)
+        except InputError:
+            refused += 1
+    assert refused > 100
