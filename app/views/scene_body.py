@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from vtkmodules.vtkCommonMath import vtkMatrix4x4
 from vtkmodules.vtkFiltersSources import vtkSphereSource
@@ -16,6 +18,7 @@ from stereotrack_core.arrays import FloatArray, IntArray
 
 _POINT_SIZE = 2.5
 _SIGMAS = 2.0
+_RIM = 0.012
 
 
 class CloudLayer:
@@ -37,41 +40,65 @@ class CloudLayer:
 
 
 class ModelLayer:
-    """One surface for each part of the body, in its limb's colour."""
+    """One surface for each part of the body, in its limb's colour.
+
+    The limb that is selected keeps its colour and gets a rim: the inner side of a surface that
+    stands a little away from it.
+    """
 
     def __init__(self, renderer: vtkRenderer) -> None:
         self._renderer = renderer
-        self._shapes: list[Shape] = []
+        self._surfaces: list[Shape] = []
+        self._rims: list[Shape] = []
 
     def show(self, content: SceneContent, visible: bool, theme: Theme) -> None:
         """Move the surfaces to where the body is now."""
-        while len(self._shapes) < len(content.meshes):
-            self._shapes.append(self._new_shape())
-        for index, shape in enumerate(self._shapes):
-            shown = visible and index < len(content.meshes)
-            shape.set_visible(shown)
-            if shown:
-                mesh = content.meshes[index]
-                shape.set_triangles(mesh.vertices, mesh.triangles)
-                self._colour(shape, mesh, content.highlighted, theme)
+        meshes = content.meshes if visible else ()
+        chosen = [mesh for mesh in meshes if mesh.limb == content.highlighted]
+        _fill(self._surfaces, len(meshes), self._new_surface)
+        _fill(self._rims, len(chosen), self._new_rim)
+        for shape, mesh in zip(self._surfaces, meshes, strict=False):
+            shape.set_triangles(mesh.vertices, mesh.triangles)
+            shape.set_colour(LIMB_COLOURS.get(mesh.limb, theme.disabled))
+        for shape, mesh in zip(self._rims, chosen, strict=False):
+            away = mesh.vertices + _RIM * vertex_normals(mesh.vertices, mesh.triangles)
+            shape.set_triangles(away, mesh.triangles)
+            shape.set_colour(theme.accent)
 
-    def _new_shape(self) -> Shape:
+    def _new_surface(self) -> Shape:
         shape = Shape(self._renderer, lit=True)
         properties = shape.actor.GetProperty()
         properties.SetInterpolationToFlat()
+        properties.SetAmbient(0.3)
+        properties.SetDiffuse(0.7)
         properties.SetSpecular(0.15)
         properties.SetSpecularPower(20.0)
         return shape
 
-    def _colour(self, shape: Shape, mesh: LimbMesh, highlighted: str, theme: Theme) -> None:
-        shape.set_colour(LIMB_COLOURS.get(mesh.limb, theme.disabled))
-        chosen = mesh.limb == highlighted
-        properties = shape.actor.GetProperty()
-        properties.SetAmbient(0.55 if chosen else 0.3)
-        properties.SetDiffuse(0.7)
-        properties.SetEdgeVisibility(chosen)
-        properties.SetEdgeColor(*unit_rgb(theme.accent))
-        properties.SetLineWidth(1.5)
+    def _new_rim(self) -> Shape:
+        shape = Shape(self._renderer)
+        shape.actor.GetProperty().SetFrontfaceCulling(True)
+        return shape
+
+
+def _fill(shapes: list[Shape], count: int, make: Callable[[], Shape]) -> None:
+    """Make shapes until there are `count`, and draw so many of them."""
+    while len(shapes) < count:
+        shapes.append(make())
+    for index, shape in enumerate(shapes):
+        shape.set_visible(index < count)
+
+
+def vertex_normals(vertices: FloatArray, triangles: IntArray) -> FloatArray:
+    """Unit normals (V, 3) outwards, from triangles that are counter-clockwise from outside."""
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    faces = np.cross(b - a, c - a)
+    normals = np.zeros_like(vertices)
+    for k in range(3):
+        np.add.at(normals, triangles[:, k], faces)
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    result: FloatArray = normals / np.maximum(lengths, 1e-12)
+    return result
 
 
 class EllipsoidLayer:

@@ -110,13 +110,17 @@ class TestModel:
         assert share_of_hue(left, LIMB_COLOURS["left_forearm"]) == 0.0
         assert share_of_hue(right, LIMB_COLOURS["left_forearm"]) > 0.002
 
-    def test_highlighting_changes_the_limb(self, bare):
+    def test_selected_limb_keeps_its_colour_and_gets_a_rim(self, bare, dark):
         bare.show_scene(SceneContent(meshes=MESHES))
-        before = pixels(bare.snapshot())
-        bare.set_highlighted("head")
-        after = pixels(bare.snapshot())
-        assert bare.content.highlighted == "head"
-        assert (np.abs(after - before).max(axis=2) > 20).sum() > 50
+        colour = LIMB_COLOURS["left_forearm"]
+        before = share_of_hue(bare.snapshot(), colour)
+        assert share_of_hue(bare.snapshot(), dark.accent) == 0.0
+        bare.set_highlighted("left_forearm")
+        assert bare.content.highlighted == "left_forearm"
+        assert share_of_hue(bare.snapshot(), dark.accent) > 0.001
+        assert share_of_hue(bare.snapshot(), colour) > 0.8 * before
+        bare.set_highlighted("")
+        assert share_of_hue(bare.snapshot(), dark.accent) == 0.0
 
     def test_leg_is_drawn_but_not_chosen(self, bare):
         bare.show_scene(SceneContent(meshes=(box("left_thigh", (0, 0, 1)),)))
