@@ -98,9 +98,10 @@ def cone_foot(row: Any, px: float, py: float, pz: float) -> Any:
         fx, fy, fz = radius * cx, s * radius * cy, u * height
         dx, dy, dz = px - fx, py - fy, pz - fz
         d = math.sqrt(dx * dx + dy * dy + dz * dz)
-        if rho < radius or d < 1e-9:
+        if rho < radius - 1e-9:
             return math.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0
-        return d, fx, fy, fz, dx / d, dy / d, dz / d
+        if d > 1e-9:
+            return d, fx, fy, fz, dx / d, dy / d, dz / d
     radius = r1 + u * dr
     fx, fy, fz = radius * cx, s * radius * cy, u * height
     nx, ny, nz = height * cx, height * cy / s, -dr

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+from stereotrack_core.body.cones import Cones
 from stereotrack_core.body.model import PlacedCones
 
 _SKIN = 1e-3
@@ -68,16 +69,21 @@ def visible(
 
 
 def segment_blocked(points: FloatArray, camera: FloatArray, placed: PlacedCones) -> BoolArray:
-    """Whether the segments (N,) from points (N, 3) to a camera (3,) meet the side of any cone.
+    """Whether the segments (N,) from points (N, 3) to a camera (3,) meet any cone.
 
     With s(t) = p + t d in a cone's frame the side is met where
     x^2 + y^2 = (r1 + (r2 - r1)/H z)^2 with 0 < t < 1 and 0 <= z <= H. A segment that enters
-    by an end cap leaves by the side or by the other cap, which lies inside the body.
+    by an end leaves by the side or by the other end; the shoulders' ends are not all covered.
     """
-    cones = placed.cones
     p = to_cone_frames(points, placed)
-    c = to_cone_frames(camera[None], placed)
-    d = c - p
+    d = to_cone_frames(camera[None], placed) - p
+    blocked = _meets_side(p, d, placed.cones) | _meets_base(p, d, placed.cones)
+    result: BoolArray = np.logical_or.reduce(blocked, axis=0)
+    return result
+
+
+def _meets_side(p: FloatArray, d: FloatArray, cones: Cones) -> BoolArray:
+    """Whether p + t d (C, N, 3), y divided by the flatness, meets the cones' sides (C, N)."""
     slope = ((cones.r2 - cones.r1) / cones.height)[:, None]
     radius = cones.r1[:, None] + slope * p[..., 2]
     change = slope * d[..., 2]
@@ -93,5 +99,16 @@ def segment_blocked(points: FloatArray, camera: FloatArray, placed: PlacedCones)
             z = p[..., 2] + t * d[..., 2]
         on_side = (z >= 0) & (z <= cones.height[:, None]) & (radius + t * change > 0)
         blocked |= real & on_side & (t > 0) & (t < 1)
-    result: BoolArray = np.logical_or.reduce(blocked, axis=0)
+    return blocked
+
+
+def _meets_base(p: FloatArray, d: FloatArray, cones: Cones) -> BoolArray:
+    """Whether p + t d (C, N, 3) meets the discs at the cones' bases (C, N).
+
+    The discs at the other ends need no look: whatever enters there leaves elsewhere.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = -p[..., 2] / d[..., 2]
+        across = np.hypot(p[..., 0] + t * d[..., 0], p[..., 1] + t * d[..., 1])
+        result: BoolArray = (t > 0) & (t < 1) & (across < cones.r1[:, None])
     return result
