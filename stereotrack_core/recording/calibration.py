@@ -14,7 +14,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import rotation_from_vector, vector_from_rotation
 from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.recording.toml_table import Table, load_toml
+from stereotrack_core.recording.toml_table import LARGEST, Table, load_toml
 
 DISTORTION_COUNTS = (4, 5, 8, 12, 14)
 METRES_PER_UNIT = {"m": 1.0, "mm": 0.001}
@@ -124,6 +124,9 @@ def _numbers(
         return None
     if not np.isfinite(array).all():
         table.complain(key, "it holds a value that is not finite", "Calibrate this camera again.")
+        return None
+    if (np.abs(array) > LARGEST).any():
+        table.complain(key, "it holds a value that is too large", "Calibrate this camera again.")
         return None
     return array
 

@@ -31,6 +31,9 @@ DISAGREEMENT_PX = 6.0
 LEAST_SPEED_PX = 3.0
 """Pixels per frame; slower points say nothing about time."""
 
+MOST_PLACES = 20_000_000
+"""Views times frames times points that fit into memory comfortably."""
+
 SHIFTS = np.round(np.arange(-2.0, 2.01, 0.05), 2)
 LEAST_SHIFT = 0.15
 LEAST_GAIN = 0.12
@@ -56,13 +59,13 @@ class Observations:
     pixels: FloatArray
 
 
-def check_consistency(recording: Recording) -> Iterator[Finding]:
+def check_consistency(recording: Recording, frame_count: int) -> Iterator[Finding]:
     """Views that contradict the others, in place or in time."""
     for file, column in FILES:
         if not (recording.folder / file).is_file():
             continue
         try:
-            seen = _observations(recording, file, column)
+            seen = _observations(recording, file, column, frame_count)
         except InputError:
             continue  # the format does not name this file: it may be laid out in another way
         if seen is None or len(seen.views) < 3:
@@ -84,7 +87,9 @@ def _cameras(recording: Recording) -> dict[str, Camera]:
     return {**recording.cameras, **views}
 
 
-def _observations(recording: Recording, file: str, column: str) -> Observations | None:
+def _observations(
+    recording: Recording, file: str, column: str, frame_count: int
+) -> Observations | None:
     path = recording.folder / file
     cameras = _cameras(recording)
     names: dict[str, int] = {}
@@ -98,16 +103,21 @@ def _observations(recording: Recording, file: str, column: str) -> Observations 
             x, y = float(cells["x"]), float(cells["y"])
         except ValueError:
             continue  # not seen there
+        frame = whole_number(cells["frame"], path, line, "frame")
+        if not (0 <= frame < frame_count and np.isfinite([x, y]).all()):
+            continue
         view = names.setdefault(cells["view"], len(names))
         point = points.setdefault(cells[column], len(points))
-        rows.append((view, whole_number(cells["frame"], path, line, "frame"), point, x, y))
+        rows.append((view, frame, point, x, y))
     if not rows:
         return None
     table = np.array(rows)
-    view, frame, point = table[:, :3].astype(np.int64).T
-    frames = np.arange(frame.min(), frame.max() + 1)
+    view_at, frame_at, point_at = table[:, :3].astype(np.int64).T
+    frames = np.arange(frame_at.min(), frame_at.max() + 1)
+    if len(names) * len(frames) * len(points) > MOST_PLACES:
+        return None
     pixels = np.full((len(names), len(frames), len(points), 2), np.nan)
-    pixels[view, frame - frames[0], point] = table[:, 3:]
+    pixels[view_at, frame_at - frames[0], point_at] = table[:, 3:]
     return Observations(tuple(names), frames, pixels)
 
 

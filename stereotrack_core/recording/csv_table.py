@@ -9,6 +9,9 @@ from pathlib import Path
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.toml_table import reason
 
+LARGEST = 2**31 - 1
+"""Frame numbers beyond this are slips."""
+
 
 def read_rows(path: Path, columns: Sequence[str]) -> list[tuple[int, dict[str, str]]]:
     """Line number and cells by column of every row that is not empty.
@@ -60,7 +63,7 @@ def whole_number(text: str, path: Path, line: int, column: str) -> int:
     """Whole number in a cell (``3`` or ``3.0``); InputError where it is none."""
     try:
         value = float(text)
-        if value == int(value):
+        if value == int(value) and abs(value) <= LARGEST:
             return int(value)
     except (ValueError, OverflowError):
         pass

@@ -68,8 +68,8 @@ def _check(recording: Recording, *, readable: bool, deep: bool) -> Iterator[Find
         yield from check_reference(recording, frame_count)
     if deep and readable and frame_count:
         yield from check_images(recording)
-    if deep:
-        yield from check_consistency(recording)
+    if deep and frame_count:
+        yield from check_consistency(recording, frame_count)
 
 
 def _check_stream(

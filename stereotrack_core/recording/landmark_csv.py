@@ -10,6 +10,7 @@ import numpy as np
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.csv_table import read_rows, whole_number
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+from stereotrack_core.recording.toml_table import LARGEST
 
 COLUMNS = ("frame", "landmark", "x", "y", "z")
 
@@ -66,6 +67,8 @@ def _coordinate(text: str, path: Path, line: int, axis: str) -> float:
         return float("nan")
     try:
         value = float(text)
+        if np.isfinite(value) and abs(value) > LARGEST:
+            raise ValueError
     except ValueError:
         raise InputError(
             f"line {line} has {text!r} as {axis}",

@@ -23,6 +23,9 @@ IMAGE_SUFFIXES = frozenset(
     {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".ppm", ".webp"}
 )
 
+WIDEST_GAP = 10_000
+"""Image numbers that may be missing altogether, besides every second one."""
+
 
 def inside(folder: Path, relative: str, where: str) -> Path:
     """Path of a file in the recording.
@@ -124,6 +127,13 @@ def _files(folder: Path, frames: str, where: str) -> dict[int, Path]:
             f"no file fits the pattern {frames!r}",
             where=where,
             remedy="Add the images or correct the pattern.",
+        )
+    if max(files) - min(files) > WIDEST_GAP + 2 * len(files):
+        raise InputError(
+            f"the images of {frames!r} are numbered from {min(files)} to {max(files)}, but there"
+            f" are only {len(files)}",
+            where=where,
+            remedy="Number them without large gaps, or remove what does not belong to them.",
         )
     return files
 

@@ -11,6 +11,9 @@ from typing import Any
 
 from stereotrack_core.errors import InputError
 
+LARGEST = 10**9
+"""No number that these files hold is larger; beyond it, it is a slip."""
+
 
 def load_toml(path: Path) -> dict[str, Any]:
     """Content of a TOML file.
@@ -91,12 +94,15 @@ class Table:
         ):
             self.complain(key, f"{value!r} is not a finite number", f"Write {key} = a number.")
             return None
+        if abs(value) > LARGEST:
+            self.complain(key, f"{value:g} is too large", f"Write {key} = a smaller number.")
+            return None
         return float(value)
 
     def whole_number(self, key: str, default: int) -> int:
         """A whole number; `default` where it is missing or wrong."""
         value = self.values.get(key, default)
-        if isinstance(value, bool) or not isinstance(value, int):
+        if isinstance(value, bool) or not isinstance(value, int) or abs(value) > LARGEST:
             self.complain(key, f"{value!r} is not a whole number", f"Write {key} = {default}.")
             return default
         return value

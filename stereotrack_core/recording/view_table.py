@@ -16,6 +16,8 @@ STREAM_KEYS: dict[str, tuple[str, ...]] = {
 
 EXAMPLE = 'camera = "...", frames = "..."'
 
+LARGEST_UNIT_M = 1.0
+
 
 def parse_view(table: Table) -> View | None:
     """The view, or None where something essential is missing (with complaints)."""
@@ -71,9 +73,9 @@ def _stream(view: Table, key: str, *, required: bool = True) -> Stream | None:
 def _depth_unit(view: Table) -> float:
     table = view.table("depth")
     unit = 0.001 if table is None else table.number("unit", 0.001)
-    if unit is not None and unit <= 0:
+    if unit is not None and not 0 < unit <= LARGEST_UNIT_M:
         view.complain("depth.unit", f"{unit:g} metres per count is impossible", "Write e.g. 0.001.")
-    return unit if unit is not None and unit > 0 else 0.001
+    return unit if unit is not None and 0 < unit <= LARGEST_UNIT_M else 0.001
 
 
 def _display_rotation(table: Table) -> int:

@@ -108,6 +108,29 @@ def test_a_folder_that_is_not_there_is_named(tmp_path):
     assert [f.severity for f in examine(tmp_path / "nowhere")] == ["error"]
 
 
+def test_a_stray_number_is_told(small_recording):
+    folder = small_recording.folder
+    (folder / "N_left/007.png").rename(folder / "N_left/900000000.png")
+    with pytest.raises(InputError, match="numbered from 0 to 900000000, but there are only 8"):
+        open_recording(folder)
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new"),
+    [
+        ("recording.toml", "fps = 10.0", "fps = 1e300"),
+        ("calibration.toml", "40.0", "1e300"),
+        ("reference.csv", "1.400000", "1e300"),
+        ("reference.csv", "\n1,", "\n99999999999999999999,"),
+    ],
+)
+def test_numbers_beyond_reason_are_refused(small_recording, file, old, new):
+    change(small_recording.folder, file, old, new)
+    with pytest.raises(InputError, match=file):
+        open_recording(small_recording.folder)
+    assert examine(small_recording.folder, deep=True)
+
+
 def test_several_mistakes_are_told_at_once(small_recording):
     for name in ("fps 0", "units", "camera", "singular", "empty"):
         change(small_recording.folder, *MISTAKES[name][:3])
