@@ -1,0 +1,154 @@
+"""Parameters: declared once, checked where they are set."""
+
+import dataclasses
+from dataclasses import dataclass
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.parameters import ParameterGroup, parameter, parsed_settings
+
+
+@dataclass(frozen=True)
+class Inner(ParameterGroup):
+    width: float = parameter(
+        0.5, "Width.", group="Shape", unit="m", minimum=0.1, maximum=2.0, thesis=0.4
+    )
+    kind: str = parameter("round", "Kind.", group="Shape", choices=("round", "flat"))
+
+
+@dataclass(frozen=True)
+class Outer(ParameterGroup):
+    count: int = parameter(4, "Count.", group="Numbers", minimum=1)
+    gain: float = parameter(1.0, "Gain.", group="Numbers")
+    on: bool = parameter(True, "Switch.", group="Numbers")
+    inner: Inner = dataclasses.field(default_factory=Inner)
+
+
+def test_rows_come_in_order_with_everything_that_was_declared():
+    rows = {row.name: row for row in Outer.rows()}
+    assert list(rows) == ["count", "gain", "on", "width", "kind"]
+    width = rows["width"]
+    assert (width.type, width.default, width.unit, width.group) == (float, 0.5, "m", "Shape")
+    assert (width.minimum, width.maximum, width.thesis) == (0.1, 2.0, 0.4)
+    assert rows["kind"].choices == ("round", "flat")
+    assert rows["count"].thesis is None
+
+
+def test_values_are_flat():
+    expected = {"count": 4, "gain": 1.0, "on": True, "width": 0.5, "kind": "round"}
+    assert Outer().values() == expected
+
+
+def test_replacing_leaves_the_original_and_reaches_into_groups():
+    first = Outer()
+    second = first.replaced(count="7", width="0.25", kind="flat", on="no")
+    assert second.values() == {"count": 7, "gain": 1.0, "on": False, "width": 0.25, "kind": "flat"}
+    assert first == Outer()
+    assert second.replaced(**first.values()) == first
+
+
+@given(
+    count=st.integers(1, 10**6),
+    gain=st.floats(allow_nan=False, allow_infinity=False),
+    on=st.booleans(),
+    width=st.floats(0.1, 2.0),
+)
+def test_what_is_printed_can_be_set(count, gain, on, width):
+    made = Outer(count=count, gain=gain, on=on, inner=Inner(width=width))
+    texts = [f"{name}={value}" for name, value in made.values().items()]
+    assert Outer().replaced(**parsed_settings(texts)) == made
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "right"),
+    [
+        ("width", 0.09, "from 0.1 to 2 m"),
+        ("width", "2.1", "from 0.1 to 2 m"),
+        ("width", "wide", "a number"),
+        ("width", "nan", "from 0.1 to 2 m"),
+        ("width", None, "a number"),
+        ("count", 0, "from 1"),
+        ("count", 2.5, "a whole number"),
+        ("count", "2.5", "a whole number"),
+        ("count", float("inf"), "a whole number"),
+        ("gain", float("nan"), "of any size"),
+        ("gain", "inf", "of any size"),
+        ("gain", float("-inf"), "of any size"),
+        ("on", "perhaps", "yes or no"),
+        ("on", None, "yes or no"),
+        ("kind", "square", "one of round, flat"),
+    ],
+)
+def test_wrong_values_are_refused_with_a_sentence(name, value, right):
+    with pytest.raises(InputError) as refused:
+        Outer().replaced(**{name: value})
+    assert refused.value.where == name
+    assert right in refused.value.remedy
+    assert repr(value) in refused.value.what
+
+
+def test_wrong_values_are_refused_by_the_constructor_too():
+    with pytest.raises(InputError, match="width"):
+        Inner(width=3.0)
+    with pytest.raises(InputError, match="count"):
+        Outer(count=-1)
+
+
+@pytest.mark.parametrize("word", ["true", "Yes", " ON ", "1", True, 1])
+def test_words_for_yes(word):
+    assert Outer().replaced(on=word).on is True
+
+
+@pytest.mark.parametrize("word", ["false", "No", "off", "0", False, 0])
+def test_words_for_no(word):
+    assert Outer().replaced(on=word).on is False
+
+
+def test_values_get_their_declared_type():
+    made = Outer(count=5.0, gain=2)
+    assert type(made.count) is int
+    assert type(made.gain) is float
+
+
+def test_a_huge_whole_number_is_just_a_number():
+    assert Outer().replaced(count="1" + 400 * "0").count == 10**400
+
+
+def test_unknown_names_are_refused_with_the_known_ones():
+    with pytest.raises(InputError) as refused:
+        Outer().replaced(widht=1.0)
+    assert "'widht'" in refused.value.what
+    assert "count, gain, kind, on, width" in refused.value.remedy
+
+
+def test_groups_are_frozen():
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        Outer().count = 3
+
+
+def test_settings_are_read_from_texts():
+    assert parsed_settings([" a = 1", "b=x=y", "c="]) == {"a": "1", "b": "x=y", "c": ""}
+    assert parsed_settings([]) == {}
+
+
+@pytest.mark.parametrize("text", ["a", "=3", " = 3", ""])
+def test_texts_that_are_no_settings_are_refused(text):
+    with pytest.raises(InputError, match="NAME=VALUE"):
+        parsed_settings([text])
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "words"),
+    [
+        (None, None, "of any size"),
+        (1.0, None, "from 1 m"),
+        (None, 2.0, "up to 2 m"),
+        (1.0, 2.0, "from 1 to 2 m"),
+    ],
+)
+def test_ranges_in_words(low, high, words):
+    row = dataclasses.replace(Inner.rows()[0], minimum=low, maximum=high)
+    assert row.range_text() == words
