@@ -42,6 +42,7 @@ docs: ready
 pictures: ready
 	@mkdir -p docs
 	QT_QPA_PLATFORM=offscreen $(PY) -m app demo demo --headless --screenshot docs/workbench.png
+	$(PY) tools/shrink_pictures.py docs/workbench.png
 
 lock: ready
 	$(PY) -m venv --clear build/uv

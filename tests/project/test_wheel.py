@@ -39,7 +39,7 @@ class Installed:
             stdin=subprocess.DEVNULL,
             capture_output=True,
             text=True,
-            timeout=500,
+            timeout=580,
         )
         assert done.returncode == 0, done.stderr
         return done
