@@ -1,7 +1,10 @@
 """The commands on a tiny rendered recording, from its making to its errors."""
 
 import json
+import os
 import shutil
+import signal
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -126,14 +129,12 @@ def test_track_refuses_wrong_input_before_working(
 
 
 def test_track_that_is_stopped_keeps_what_it_has(run, recording, tmp_path, monkeypatch):
-    from contextlib import contextmanager
-
     @contextmanager
-    def after_three():
-        asked = iter([False, False, True])
-        yield lambda: next(asked)
+    def interrupting(what, total):
+        assert total == 10
+        yield lambda done: os.kill(os.getpid(), signal.SIGINT) if done == 3 else None
 
-    monkeypatch.setattr(tracking_job, "stoppable", after_three)
+    monkeypatch.setattr(tracking_job, "progress", interrupting)
     path = tmp_path / "run.npz"
     ended = run("track", recording, "-o", path, "--preset", "fast", "--json")
     assert ended.status == 1
