@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QEvent, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QKeyEvent
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from PySide6.QtGui import QColor, QKeyEvent, QResizeEvent
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from app.limb_colours import limb_words
 from app.theme import current_theme
@@ -31,7 +31,8 @@ class ErrorPlot(QWidget):
     threshold_changed : float
         The line was dragged to this value.
     visible_range_changed : float, float
-        First and last frame that are visible.
+        The person zoomed or moved; borders of the visible frames as in
+        :meth:`set_visible_range`.
     """
 
     frame_requested = Signal(int)
@@ -50,6 +51,8 @@ class ErrorPlot(QWidget):
         self._curves: tuple[Curve, ...] = ()
         self._items: list[pg.PlotCurveItem] = []
         self._frame = 0
+        self._frame_count = 0
+        self._quiet = False
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAccessibleName(f"Plot of the {title} over frames")
         self.setAccessibleDescription(_HELP)
@@ -58,7 +61,6 @@ class ErrorPlot(QWidget):
         self._plot = pg.PlotWidget(self)
         self._plot.setFocusProxy(self)
         self._plot.setMenuEnabled(False)
-        self._plot.setLabel("left", title, units=None)
         self._plot.hideButtons()
         self._plot.setMinimumHeight(80)
         self._box = self._plot.getViewBox()
@@ -67,7 +69,13 @@ class ErrorPlot(QWidget):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
-        layout.addWidget(self._legend)
+        head = QHBoxLayout()
+        head.setContentsMargins(8, 0, 0, 0)
+        self._heading = QLabel(title, self)
+        self._heading.setProperty("role", "heading")
+        head.addWidget(self._heading)
+        head.addWidget(self._legend, 1)
+        layout.addLayout(head)
         layout.addWidget(self._plot, 1)
         self._box.sigXRangeChanged.connect(self._on_range_changed)
         self._box.sigResized.connect(self._thin)
@@ -98,15 +106,24 @@ class ErrorPlot(QWidget):
         hidden = self._legend.hidden_limbs
         return tuple(curve for curve in self._curves if curve.limb not in hidden)
 
+    def set_range(self, frame_count: int) -> None:
+        """Let the axis be that of a recording of `frame_count` frames."""
+        self._frame_count = frame_count
+        self.show_everything()
+
     def set_curves(self, curves: Sequence[Curve]) -> None:
-        """Show these curves; zoom is kept while the frames stay the same."""
-        old = self._extent()
+        """Show these curves; what a person has zoomed to is kept."""
+        first, last = self._box.viewRange()[0]
+        low, high = self._extent()
+        was_whole = not self._curves or (first <= low + 0.5 and high - 0.5 <= last)
         self._curves = tuple(curves)
         for item in self._items:
             self._plot.removeItem(item)
         self._items = [self._new_item(curve) for curve in self._curves]
         self._legend.set_curves(self._curves)
-        if self._extent() != old:
+        self._fit_heading()
+        self._limit()
+        if was_whole and self._extent() != (low, high):
             self.show_everything()
         self._on_toggled()
 
@@ -122,18 +139,22 @@ class ErrorPlot(QWidget):
         self._threshold.blockSignals(blocked)
 
     def set_visible_range(self, first: float, last: float) -> None:
-        """Zoom to the frames from `first` to `last`."""
-        self._box.setXRange(first, last, padding=0)
+        """Zoom to the frames from `first` up to `last` without emitting a signal.
+
+        As in the timeline, frame k covers the stretch from k to k + 1 and is drawn in its middle.
+        """
+        self._quiet = True
+        self._box.setXRange(first - 0.5, last - 0.5, padding=0)
+        self._quiet = False
 
     def set_left_margin(self, width: float) -> None:
         """Let the frames begin at `width` pixels, under or over a timeline's."""
         self._plot.getAxis("left").setWidth(width)
 
     def show_everything(self) -> None:
-        """Zoom so that all curves are seen."""
-        first, last = self._extent()
-        self._box.setLimits(xMin=first - 1, xMax=last + 1, minXRange=4)
-        self._box.setXRange(first, last, padding=0)
+        """Zoom so that all frames are seen, without emitting a signal."""
+        self._limit()
+        self.set_visible_range(*self._extent())
         self._fit_values()
 
     def crossing(self, direction: int) -> int | None:
@@ -173,10 +194,17 @@ class ErrorPlot(QWidget):
         return item
 
     def _extent(self) -> tuple[float, float]:
-        ends = [(c.frame[0], c.frame[-1]) for c in self._curves if len(c.frame)]
+        """Borders of all frames."""
+        if self._frame_count:
+            return 0.0, float(self._frame_count)
+        ends = [(c.frame[0], c.frame[-1] + 1) for c in self._curves if len(c.frame)]
         if not ends:
             return 0.0, 1.0
         return float(min(a for a, _ in ends)), float(max(b for _, b in ends))
+
+    def _limit(self) -> None:
+        first, last = self._extent()
+        self._box.setLimits(xMin=first - 0.5, xMax=last - 0.5, minXRange=min(4.0, last - first))
 
     def _fit_values(self) -> None:
         tops = [np.nanmax(c.value) for c in self.shown_curves if np.isfinite(c.value).any()]
@@ -198,8 +226,9 @@ class ErrorPlot(QWidget):
 
     def _on_range_changed(self) -> None:
         self._thin()
-        first, last = self._box.viewRange()[0]
-        self.visible_range_changed.emit(float(first), float(last))
+        if not self._quiet:
+            first, last = self._box.viewRange()[0]
+            self.visible_range_changed.emit(first + 0.5, last + 0.5)
 
     def _on_threshold(self) -> None:
         self.threshold_changed.emit(self.threshold)
@@ -212,7 +241,7 @@ class ErrorPlot(QWidget):
 
     def _request(self, frame: int) -> None:
         first, last = self._extent()
-        frame = int(min(max(frame, first), last))
+        frame = int(min(max(frame, first), last - 1))
         if frame != self._frame:
             self.set_frame(frame)
             self.frame_requested.emit(frame)
@@ -225,8 +254,18 @@ class ErrorPlot(QWidget):
             self._request(self._frame + ten)
         elif event.key() == Qt.Key.Key_A and not event.modifiers():
             self.show_everything()
+            self.visible_range_changed.emit(*self._extent())
         else:
             super().keyPressEvent(event)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit_heading()
+
+    def _fit_heading(self) -> None:
+        # the switches come first; where they leave no room the axis has to do
+        wanted = self._heading.sizeHint().width() + self._legend.wanted_width + 24
+        self._heading.setVisible(wanted <= self.width())
 
     def changeEvent(self, event: QEvent) -> None:
         if event.type() == QEvent.Type.PaletteChange:
@@ -241,8 +280,7 @@ class ErrorPlot(QWidget):
             axis.setPen(theme.plot_grid)
             axis.setTextPen(theme.muted)
             axis.setGrid(70)
-        self._plot.setLabel("left", f"error in {self._unit}", color=theme.muted)
-        self._plot.setLabel("bottom", "frame", color=theme.muted)
+        self._plot.setLabel("left", self._unit, color=theme.muted)
         self._threshold.setPen(pg.mkPen(theme.error, width=1.5, style=Qt.PenStyle.DotLine))
         self._threshold.setHoverPen(pg.mkPen(theme.error, width=3.0))
         self._threshold.label.setColor(QColor(theme.error))

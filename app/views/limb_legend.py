@@ -77,14 +77,18 @@ class LimbLegend(QWidget):
         super().resizeEvent(event)
         self._fit_width()
 
-    def _fit_width(self) -> None:
-        # where it gets narrow the names go, and the colours stay with their tooltips
+    @property
+    def wanted_width(self) -> int:
+        """Width in pixels at which every switch has its name beside it."""
         metrics = self.fontMetrics()
         words = [limb_words(limb) for limb in self._buttons] + [name for name, _ in self._runs]
-        wanted = sum(metrics.horizontalAdvance(word) + 44 for word in words)
+        return sum(metrics.horizontalAdvance(word) + 38 for word in words)
+
+    def _fit_width(self) -> None:
+        # where it gets narrow the names go, and the colours stay with their tooltips
         style = (
             Qt.ToolButtonStyle.ToolButtonTextBesideIcon
-            if wanted <= self.width()
+            if self.wanted_width <= self.width()
             else Qt.ToolButtonStyle.ToolButtonIconOnly
         )
         for button in self._buttons.values():

@@ -63,7 +63,8 @@ class TimelineView(QAbstractScrollArea):
     lane_clicked : str
         The name of a lane was clicked.
     visible_range_changed : float, float
-        Zoom or place has changed; first and last frame that are visible.
+        The person zoomed or moved, or a page was turned; borders of the visible frames, where
+        frame k covers the stretch from k to k + 1.
     """
 
     frame_requested = Signal(int)
@@ -145,11 +146,12 @@ class TimelineView(QAbstractScrollArea):
         self.viewport().update()
 
     def set_visible_range(self, first: float, last: float) -> None:
-        """Zoom to the frames from `first` to `last`."""
+        """Zoom to the frames from `first` up to `last` without emitting a signal."""
         count = self._scale.frame_count
         factor = self._scale.visible / max(last - first, 1.0)
         scale = self._scale.zoomed(factor, self._scale.left)
-        self._set_scale(scale.moved(min(max(first, 0.0), count) - scale.first))
+        self._scale = scale.moved(min(max(first, 0.0), count) - scale.first)
+        self._scale_changed()
 
     def lane_at(self, y: float) -> Lane | None:
         """Return the lane at a height of the viewport."""

@@ -3,11 +3,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QWheelEvent
 
 from app.limb_colours import LIMB_COLOURS
 from app.theme import apply_theme, current_theme
 from app.views.error_curves import Curve, next_crossing, thinned
 from app.views.error_plot import ErrorPlot
+from app.views.timeline_lanes import Lane
+from app.views.timeline_view import TimelineView
 from stereotrack_core.body.limbs import LIMBS
 
 LEFT = Qt.MouseButton.LeftButton
@@ -220,14 +223,57 @@ class TestPlot:
         assert plot.width() == 300
         assert plot.legend.button("head").toolButtonStyle() != beside
 
-    def test_zoom_is_told_and_kept(self, qtbot, plot):
+    def test_wheel_zooms_and_tells(self, qtbot, plot):
+        place = QPointF(position(plot, 245, 5))
+        port = plot._plot.viewport()
+        event = QWheelEvent(
+            place,
+            port.mapToGlobal(place),
+            QPoint(),
+            QPoint(0, 360),
+            Qt.MouseButton.NoButton,
+            Qt.KeyboardModifier.NoModifier,
+            Qt.ScrollPhase.NoScrollPhase,
+            False,
+        )
         with qtbot.waitSignal(plot.visible_range_changed) as caught:
+            plot._plot.wheelEvent(event)
+        first, last = caught.args
+        assert 0 < first < 245 < last < 490
+
+    def test_zoom_is_set_in_silence_and_kept(self, qtbot, plot):
+        with qtbot.assertNotEmitted(plot.visible_range_changed):
             plot.set_visible_range(100, 200)
-        assert caught.args == pytest.approx([100, 200])
-        plot.set_curves(curves_of(490))
-        assert plot._box.viewRange()[0] == pytest.approx([100, 200])
-        qtbot.keyClick(plot, Qt.Key.Key_A)
-        assert plot._box.viewRange()[0] == pytest.approx([0, 489])
+            plot.set_curves(curves_of(490))
+            plot.set_curves(curves_of(495))
+        assert plot._box.viewRange()[0] == pytest.approx([99.5, 199.5])
+        with qtbot.waitSignal(plot.visible_range_changed) as caught:
+            qtbot.keyClick(plot, Qt.Key.Key_A)
+        assert caught.args == [0, 495]
+        assert plot._box.viewRange()[0] == pytest.approx([-0.5, 494.5])
+
+    def test_curves_that_grow_stay_in_sight(self, plot):
+        plot.set_curves(curves_of(600))
+        assert plot._box.viewRange()[0] == pytest.approx([-0.5, 599.5])
+
+    def test_axis_of_the_recording(self, plot):
+        plot.set_range(1000)
+        plot.set_curves(curves_of(20))
+        assert plot._box.viewRange()[0] == pytest.approx([-0.5, 999.5])
+
+    def test_frames_stand_over_those_of_the_timeline(self, qapp, plot, shown):
+        timeline = TimelineView()
+        timeline.set_range(490, 10.0)
+        timeline.set_lanes([Lane("left upper arm error", "#0072B2", "heat", np.zeros(490))])
+        shown(timeline, 900, 120)
+        plot.set_left_margin(timeline.scale.left)
+        qapp.processEvents()
+        for first, last in ((0, 490), (100, 150)):
+            timeline.set_visible_range(first, last)
+            plot.set_visible_range(timeline.scale.first, timeline.scale.last)
+            for frame in (first, (first + last) // 2, last - 1):
+                x = plot._plot.mapFromScene(plot._box.mapViewToScene(QPointF(frame, 0))).x()
+                assert x == pytest.approx(timeline.scale.x_of(frame + 0.5), abs=4)
 
     def test_arrow_keys_step(self, qtbot, plot):
         plot.set_frame(100)
