@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 PARTS = ("chain", "correction", "window")
 _WINDOW_SECONDS = 600.0
+_BUSY = 0.7
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -56,8 +57,11 @@ def run(args: Namespace) -> int:
         if getattr(args, name) < 1:
             raise InputError("at least 1 is needed", where=f"--{name}", remedy="Give 1 or more.")
     parts = args.only or PARTS
+    load = _load_per_core()
+    if load > _BUSY:
+        say(f"The machine is busy (load {load:.1f} per core), so the figures will be off.")
     folder = _recording(args.recording) if set(parts) & {"chain", "window"} else None
-    facts: dict[str, Any] = {"cores": os.cpu_count(), "recording": folder}
+    facts: dict[str, Any] = {"cores": os.cpu_count(), "load_per_core": load, "recording": folder}
     tables: list[Table] = []
     if folder is not None and "chain" in parts:
         speeds = _chain(folder, args.frames, args.rounds)
@@ -79,6 +83,13 @@ def run(args: Namespace) -> int:
         for table in tables:
             put_table(table)
     return OK
+
+
+def _load_per_core() -> float:
+    """Processes per core that want to work, over the last minute; 0 where it is not known."""
+    if not hasattr(os, "getloadavg"):
+        return 0.0
+    return os.getloadavg()[0] / (os.cpu_count() or 1)
 
 
 def _recording(given: Path | None) -> Path:

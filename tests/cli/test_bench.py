@@ -66,3 +66,11 @@ def test_window_that_cannot_be_measured(run, recording, monkeypatch, options, wo
     assert ended.status == 0
     assert ended.json["window"] is None
     assert words in ended.err
+
+
+@pytest.mark.parametrize("load", [0.0, 3.0])
+def test_busy_machine_is_told(run, few_sizes, monkeypatch, load):
+    monkeypatch.setattr(bench, "_load_per_core", lambda: load)
+    ended = run("bench", "--only", "correction", "--json")
+    assert ended.json["load_per_core"] == load
+    assert ("busy" in ended.err) == (load > 1)
