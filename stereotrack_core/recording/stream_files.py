@@ -15,7 +15,7 @@ from stereotrack_core.recording.numbered import (
 )
 from stereotrack_core.recording.pictures import PictureKind
 from stereotrack_core.recording.stream_source import DamagedFrame, StreamSource
-from stereotrack_core.recording.timestamps import open_container
+from stereotrack_core.recording.timestamps import open_container, video_stream
 from stereotrack_core.recording.toml_table import reason
 from stereotrack_core.recording.video import VideoStream
 
@@ -71,7 +71,7 @@ def picture_size(folder: Path, frames: str, where: str) -> tuple[int, int]:
         return image_size(path, where)
     try:
         with open_container(path) as container:
-            context = container.streams.video[0].codec_context
+            context = video_stream(container).codec_context
             width, height = int(context.width), int(context.height)
     except (av.FFmpegError, OSError, IndexError) as error:
         raise _no_video(frames, where, error) from None

@@ -35,6 +35,14 @@ def open_container(path: Path) -> Any:
     return av.open(str(path), options=OPEN_OPTIONS, metadata_errors="replace")
 
 
+def video_stream(container: Any) -> Any:
+    """The first video stream; IndexError where there is none or nobody knows its codec."""
+    stream = container.streams.video[0]
+    if stream.codec_context is None:
+        raise IndexError
+    return stream
+
+
 class FrameTimes:
     """Time stamps of the frames of one video, growing while the background thread reads.
 
@@ -114,7 +122,7 @@ class FrameTimes:
     def _run(self) -> None:
         try:
             with open_container(self._path) as container:
-                stream = container.streams.video[0]
+                stream = video_stream(container)
                 if not self._take_stored_index(stream):
                     self._read_packets(container, stream)
         except (av.FFmpegError, OSError, IndexError) as error:
@@ -138,7 +146,7 @@ class FrameTimes:
         if not increasing or not keys or keys[0] != stored[0][0]:
             return False
         with open_container(self._path) as trial:
-            packets = trial.demux(trial.streams.video[0])
+            packets = trial.demux(video_stream(trial))
             for (time, key, _), packet in zip(stored[: 2 * REORDER_DEPTH], packets, strict=False):
                 if (packet.pts, packet.dts, packet.is_keyframe) != (time, time, key):
                     return False

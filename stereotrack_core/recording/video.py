@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from stereotrack_core.recording.pictures import PictureKind, picture_of
 from stereotrack_core.recording.stream_source import DamagedFrame, Keep
-from stereotrack_core.recording.timestamps import FrameTimes, open_container
+from stereotrack_core.recording.timestamps import FrameTimes, open_container, video_stream
 from stereotrack_core.recording.toml_table import reason
 
 KEPT_ON_THE_WAY = 24
@@ -55,7 +55,7 @@ class VideoStream:
 
     def _open(self) -> None:
         self._container = open_container(self._path)
-        self._stream = self._container.streams.video[0]
+        self._stream = video_stream(self._container)
         self._stream.codec_context.thread_count = 1  # streams are decoded in parallel instead
         self._stream.codec_context.options = {"err_detect": "explode"}
         self._frames = self._decode()
