@@ -106,9 +106,9 @@ class DepthChain:
         count = min(self.parameters.background_samples, len(frames))
         sampled = [frames[i] for i in np.unique(np.linspace(0, len(frames) - 1, count).astype(int))]
         sets = [reader.frame_set(k) for k in sampled]
-        for chain in chains:
-            seen = [s.views[chain.name] for s in sets if chain.name in s.views]
-            chain.learn_frames(seen)
+        seen = [[s.views[c.name] for s in sets if c.name in s.views] for c in chains]
+        for _ in self._pool.map(ViewChain.learn_frames, chains, seen):
+            pass  # the loop raises what a thread raised
 
     def process(self, frame_set: FrameSet) -> Cloud:
         """The cloud of one frame set; views that give nothing are named in `problems`."""

@@ -152,7 +152,7 @@ class DepthParameters(ParameterGroup):
         maximum=1.0,
     )
     background_percentile: float = parameter(
-        20.0,
+        5.0,
         "Percentile of a pixel's disparities that is taken for the background.",
         group=_BACKGROUND,
         unit="%",

@@ -54,7 +54,7 @@ class ViewBackground:
         if self._p.background_mode == "percentile":
             self._set(percentile_model(disparities, self._p.background_percentile))
             if pictures:
-                self._picture = np.median(np.stack(pictures), axis=0).astype(np.uint8)
+                self._picture = _median_picture(pictures)
         elif self._p.background_mode == "average":
             whole = Region.whole(self._source.geometry.width, self._source.geometry.height)
             for disparity in disparities:
@@ -118,3 +118,10 @@ class ViewBackground:
         closed = cv2.morphologyEx(differs, cv2.MORPH_CLOSE, kernel)
         result: BoolArray = closed.astype(bool)
         return result
+
+
+def _median_picture(pictures: Sequence[ImageArray]) -> ImageArray:
+    stack = np.stack(pictures, axis=-1)
+    stack.sort(axis=-1)
+    median: ImageArray = np.ascontiguousarray(stack[..., len(pictures) // 2])
+    return median
