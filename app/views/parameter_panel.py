@@ -96,6 +96,7 @@ class ParameterPanel(QWidget):
     def _make_head(self, presets: Sequence[str]) -> None:
         self.preset_box = QComboBox(self)
         self.preset_box.addItems(list(presets))
+        self.preset_box.setCurrentIndex(-1)
         self.preset_box.setPlaceholderText("own settings")
         self.preset_box.setAccessibleName("Preset")
         self.preset_box.setToolTip("Take all values from a preset")

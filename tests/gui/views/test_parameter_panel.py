@@ -189,6 +189,9 @@ class TestPresets:
         assert caught.args == [PRESETS[1]]
 
     def test_own_settings_are_no_preset(self, panel):
+        assert panel.preset_box.currentText() == ""
+        panel.set_preset(PRESETS[1])
+        assert panel.preset_box.currentText() == PRESETS[1]
         panel.set_preset("")
         assert panel.preset_box.currentText() == ""
 
