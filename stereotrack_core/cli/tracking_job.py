@@ -118,7 +118,7 @@ def track_recording(
             show(frame.frame - frames.start + 1)
 
         run = track(
-            recording,
+            dataclasses.replace(recording, reference=None),  # the tracker never sees the truth
             settings,
             frames=frames,
             views=views,

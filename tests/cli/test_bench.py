@@ -8,6 +8,8 @@ import pytest
 from stereotrack_core.cli import bench
 from stereotrack_core.evaluation.benchmarks import correction_speed
 
+pytestmark = pytest.mark.xdist_group("cli")
+
 
 @pytest.fixture
 def few_sizes(monkeypatch):

@@ -16,6 +16,8 @@ from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.interop.run_file import RUN_SUFFIXES, read_run, read_trajectory
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
+pytestmark = pytest.mark.xdist_group("cli")  # one small recording serves them all
+
 MEASURES = {
     *("torso_position", "torso_long", "torso_cross", "upper_arms", "forearms"),
     *("left_upper_arm", "right_upper_arm", "left_forearm", "right_forearm"),
@@ -44,6 +46,17 @@ def test_track_writes_a_complete_run(run, recording, tracked):
     assert stored.meta["recording_folder"] == str(recording)
     assert stored.meta["wall_seconds"] > 0
     assert stored.tracked.any()
+
+
+def test_tracker_never_sees_the_reference(run, recording, tracked, tmp_path):
+    other = tmp_path / "other"
+    shutil.copytree(recording, other)
+    text = (other / "reference.csv").read_text()
+    (other / "reference.csv").write_text(text.replace("left_", "x_").replace("right_", "left_"))
+    ended = run("track", other, "-o", tmp_path / "run.npz", "--preset", "fast", "--frames", ":4")
+    assert ended.status == 0
+    found = read_run(tmp_path / "run.npz")
+    np.testing.assert_array_equal(found.landmarks, read_run(tracked).landmarks[:4])
 
 
 @pytest.mark.parametrize("suffix", RUN_SUFFIXES)
