@@ -7,6 +7,7 @@ The origin lies on the floor under the hips' midpoint.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -105,8 +106,9 @@ def between(a: JointState, b: JointState, share: float) -> JointState:
     return moved(a, share * difference(a, b))
 
 
+@cache
 def rest_joints(person: Person) -> FloatArray:
-    """Where each bone begins at rest: (len(BONES), 3) metres."""
+    """Where each bone begins at rest: (len(BONES), 3) metres, read-only."""
     hip_z = person.ankle_height + person.leg * 0.998
     shoulder_z = hip_z + person.torso_length
     joints = np.zeros((len(BONES), 3))
@@ -124,8 +126,10 @@ def rest_joints(person: Person) -> FloatArray:
         joints[BONE[f"forearm_{side}"]] = shoulder + [s * person.upper_arm, 0, 0]
         joints[BONE[f"hand_{side}"]] = shoulder + [s * person.arm, 0, 0]
         joints[BONE[f"thigh_{side}"]] = hip
-        joints[BONE[f"shank_{side}"]] = hip + (ankle - hip) * (person.thigh / person.leg)
+        knee = two_links(ankle - hip, person.thigh, person.shank, np.array([0, 1.0, 0]))
+        joints[BONE[f"shank_{side}"]] = hip + person.thigh * knee.first
         joints[BONE[f"foot_{side}"]] = ankle
+    joints.flags.writeable = False
     return joints
 
 

@@ -1,0 +1,123 @@
+import hashlib
+
+import numpy as np
+import pytest
+
+from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.simulation.make import simulate
+from stereotrack_core.simulation.options import SceneOptions
+
+SMALL = SceneOptions(width=160, height=120, focal=100.0)
+TINY = {"frames": 3, "views": "NO", "options": SMALL}
+
+
+def digest(folder):
+    return {
+        path.name: hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.iterdir())
+    }
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("made") / "tiny"
+    simulate(folder, person="P4", motion="point", **TINY)
+    return folder
+
+
+def test_what_is_made_opens_as_a_recording(recording):
+    opened = open_recording(recording)
+    assert opened.name == "tiny"
+    assert [view.name for view in opened.views] == ["N", "O"]
+    assert {view.kind for view in opened.views} == {"stereo"}
+    assert opened.subject.name == "P4"
+    assert opened.segments[0].name == "t-pose"
+    with FrameReader(opened, colour=False) as reader:
+        assert reader.frame_count == 3
+        images = reader.frame_set(2).views["O"]
+        assert images.image.shape == images.left.shape == (120, 160)
+        assert reader.background("N")[1].shape == (120, 160)
+
+
+def test_truth_covers_every_frame_and_landmark(recording):
+    truth = open_recording(recording).reference
+    np.testing.assert_array_equal(truth.frame, [0, 1, 2])
+    assert np.isfinite(truth.points).all()
+
+
+def test_lengths_of_the_subject_are_those_of_the_truth(recording):
+    opened = open_recording(recording)
+    shoulders, elbows = opened.reference.points[:, 0:2], opened.reference.points[:, 2:4]
+    length = np.linalg.norm(shoulders - elbows, axis=2)
+    np.testing.assert_allclose(length, opened.subject.upper_arm_length, atol=2e-4)
+
+
+def test_same_seed_gives_the_same_files_and_another_seed_others(recording, tmp_path):
+    simulate(tmp_path / "tiny", person="P4", motion="point", **TINY)
+    assert digest(tmp_path / "tiny") == digest(recording)
+    simulate(tmp_path / "other" / "tiny", person="P4", motion="point", seed=1, **TINY)
+    other = digest(tmp_path / "other" / "tiny")
+    assert other["N_left.mp4"] != digest(recording)["N_left.mp4"]
+    assert other["calibration.toml"] != digest(recording)["calibration.toml"]
+
+
+def test_colour_recording_without_backgrounds(tmp_path):
+    options = SMALL.replaced(colour=True, background_images=False, clothes="striped")
+    simulate(tmp_path / "c", frames=1, views="W", options=options)
+    with FrameReader(open_recording(tmp_path / "c")) as reader:
+        image = reader.frame_set(0).views["W"].image
+        assert image.shape == (120, 160, 3)
+        assert np.ptp(image.astype(int), axis=2).max() > 20
+        assert reader.background("W") is None
+    assert not list((tmp_path / "c").glob("*.png"))
+
+
+def test_progress_is_told_frame_by_frame(tmp_path):
+    told = []
+    simulate(tmp_path / "r", **TINY, on_progress=lambda done, of: told.append((done, of)))
+    assert told == [(1, 3), (2, 3), (3, 3)]
+
+
+def test_stopping_leaves_nothing_behind(tmp_path):
+    told = []
+    with pytest.raises(Cancelled):
+        simulate(
+            tmp_path / "r",
+            **TINY,
+            on_progress=lambda done, of: told.append(done),
+            cancelled=lambda: len(told) == 2,
+        )
+    assert told == [1, 2]
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_empty_folder_is_filled_and_a_full_one_refused(tmp_path):
+    (tmp_path / "empty").mkdir()
+    simulate(tmp_path / "empty", frames=1, views="N", options=SMALL)
+    assert open_recording(tmp_path / "empty").name == "empty"
+    with pytest.raises(InputError, match="something already"):
+        simulate(tmp_path / "empty", frames=1, views="N", options=SMALL)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "where"),
+    [
+        ({"frames": 0}, "--frames"),
+        ({"seed": -1}, "--seed"),
+        ({"person": "P7"}, "--person"),
+        ({"motion": "swim"}, "--motion"),
+        ({"views": "NX"}, "--views"),
+    ],
+)
+def test_wrong_wishes_are_refused_and_leave_nothing(tmp_path, wrong, where):
+    with pytest.raises(InputError, match=where):
+        simulate(tmp_path / "r", **wrong)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_odd_size_is_refused_and_leaves_nothing(tmp_path):
+    with pytest.raises(InputError, match="even"):
+        simulate(tmp_path / "r", frames=1, views="N", options=SMALL.replaced(width=161))
+    assert list(tmp_path.iterdir()) == []

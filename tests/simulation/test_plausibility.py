@@ -1,0 +1,120 @@
+"""What the real matcher makes of the pictures: nothing here is put in by the renderer."""
+
+import cv2
+import numpy as np
+import pytest
+
+from stereotrack_core.simulation.motions import T_POSE
+from stereotrack_core.simulation.postures import Posture, Stand, state_of
+from stereotrack_core.simulation.render import Posed
+from stereotrack_core.simulation.shading import SHIRT, SLEEVE, TROUSERS
+from stereotrack_core.simulation.skeleton import posed_bones
+from tests.simulation.scenes import scene
+
+FULL = {"width": 640, "height": 480, "focal": 400.0}
+WINDOW = 11
+FOCAL_TIMES_BASELINE = 400.0 * 0.12
+
+
+def matched(left, right):
+    matcher = cv2.StereoBM.create(64, WINDOW)
+    matcher.setUniquenessRatio(10)
+    matcher.setTextureThreshold(10)
+    return matcher.compute(left, right) / 16.0
+
+
+def cloth_away_from_edges(stuff):
+    """Pixels whose window, with the matcher's own filters, sees one piece of clothing only."""
+    kernel = np.ones((WINDOW + 8, WINDOW + 8), np.uint8)
+    upper = np.isin(stuff, (SHIRT, SLEEVE)).astype(np.uint8)
+    lower = (stuff == TROUSERS).astype(np.uint8)
+    return (cv2.erode(upper, kernel) | cv2.erode(lower, kernel)) > 0
+
+
+def measured(made, frames):
+    """Per picture: disparity, true disparity, what is seen."""
+    for frame in frames:
+        people, _ = made.people(frame)
+        for view in sorted({name[0] for name in made.cameras}):
+            pictures = (made.picture(f"{view}_{side}", people, frame) for side in ("left", "right"))
+            seen = made.renderers[f"{view}_left"].seen(people)
+            yield matched(*pictures), FOCAL_TIMES_BASELINE / seen.depth, seen.stuff
+
+
+def shares(clothes, person):
+    made = scene(person, ("travolta",), 60, ("N", "O"), clothes=clothes, **FULL)
+    whole, inner = [], []
+    for found, _, stuff in measured(made, (5, 45)):
+        cloth = np.isin(stuff, (SHIRT, SLEEVE, TROUSERS))
+        whole.append((found[cloth] > 0).mean())
+        inner.append((found[cloth_away_from_edges(stuff)] > 0).mean())
+    return np.mean(whole), np.mean(inner)
+
+
+@pytest.mark.parametrize("clothes", ["strong", "striped"])
+def test_half_to_nine_tenths_of_textured_clothes_are_matched(clothes):
+    _, inner = shares(clothes, "P2")
+    assert 0.5 < inner < 0.9
+
+
+def test_less_than_three_tenths_of_plain_clothes_are_matched():
+    whole, inner = shares("plain", "P2")
+    assert inner < 0.3
+    assert whole < shares("strong", "P2")[0] - 0.15
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("person", ["P1", "P3", "P4"])
+def test_shares_hold_for_everybody(person):
+    assert 0.5 < shares("strong", person)[1] < 0.93
+    assert 0.5 < shares("striped", person)[1] < 0.93
+    assert shares("plain", person)[1] < 0.33
+
+
+def test_matches_lie_on_the_surface():
+    made = scene("P4", ("t-pose",), 2, ("N", "O"), **FULL)
+    for found, truth, stuff in measured(made, (0,)):
+        cloth = cloth_away_from_edges(stuff) & (found > 0)
+        error = (found - truth)[cloth]
+        assert abs(np.median(error)) < 0.2
+        assert np.percentile(np.abs(error), 90) < 0.8
+
+
+def test_halo_is_about_half_a_window_wide():
+    made = scene("P2", ("t-pose",), 2, ("N", "O"), **FULL)
+    widths = []
+    for found, truth, stuff in measured(made, (0,)):
+        person = (stuff >= 0).astype(np.uint8)
+        around = np.ones((31, 31), np.uint8)
+        nearest = cv2.dilate(np.where(person, truth, 0).astype(np.float32), around)
+        halo = (person == 0) & (np.abs(found - nearest) < 1.5) & (found > truth + 1.5)
+        widths.append(cv2.distanceTransform(1 - person, cv2.DIST_L2, 5)[halo])
+    widest = np.percentile(np.concatenate(widths), 95)
+    assert WINDOW / 4 < widest < WINDOW
+
+
+def range_noise(made, away):
+    """Standard deviation in metres of the depth of well matched cloth, `away` metres off."""
+    person = made.actor.person
+    camera = made.cameras["N_left"]
+    forward = -camera.position_world[:2] / np.linalg.norm(camera.position_world[:2])
+    place = camera.position_world[:2] + away * forward
+    errors, depths = [], []
+    for frame, posture in enumerate((T_POSE, Posture())):
+        state = state_of(person, posture, Stand(place))
+        people = [Posed(made.actor, *made.actor.posed(posed_bones(person, state)))]
+        pictures = (made.picture(f"N_{side}", people, frame) for side in ("left", "right"))
+        found = matched(*pictures)
+        seen = made.renderers["N_left"].seen(people)
+        cloth = np.isin(seen.stuff, (SHIRT, SLEEVE, TROUSERS)) & (found > 0)
+        cloth &= np.abs(found - FOCAL_TIMES_BASELINE / seen.depth) < 1.0
+        errors.append((FOCAL_TIMES_BASELINE / found[cloth]) - seen.depth[cloth])
+        depths.append(seen.depth[cloth])
+    return np.concatenate(errors).std(), np.concatenate(depths).mean()
+
+
+def test_noise_of_the_range_grows_with_the_square_of_the_distance():
+    made = scene("P2", ("t-pose",), 2, ("N",), furnished=False, **FULL)
+    noise, depth = np.array([range_noise(made, away) for away in (1.8, 2.6, 3.6, 5.0)]).T
+    exponent = np.polyfit(np.log(depth), np.log(noise), 1)[0]
+    assert 1.5 < exponent < 2.5

@@ -1,0 +1,62 @@
+import numpy as np
+import pytest
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.simulation.options import SceneOptions
+from stereotrack_core.simulation.rig import COMPASS, stereo_rig, view_names
+
+ALL = tuple("NOSW")
+
+
+def test_left_lens_is_one_baseline_to_the_left_of_the_right_one():
+    cameras = stereo_rig(ALL, SceneOptions(baseline=0.12), 0)
+    for view in ALL:
+        right = cameras[f"{view}_right"]
+        left_in_right = right.camera_from_world.apply(cameras[f"{view}_left"].position_world)
+        np.testing.assert_allclose(left_in_right, [-0.12, 0, 0], atol=1e-12)
+
+
+@pytest.mark.parametrize("view", ALL)
+def test_cameras_stand_where_their_names_say_and_see_the_middle(view):
+    camera = stereo_rig(ALL, SceneOptions(), 5)[f"{view}_right"]
+    place = camera.position_world
+    assert place[:2] @ np.array(COMPASS[view]) == pytest.approx(3.0, abs=0.15)
+    assert place[2] == pytest.approx(2.1, abs=0.1)
+    pixel = camera.project(np.array([0.0, 0.0, 1.0]))
+    assert np.abs(pixel - [319.5, 239.5]).max() < 20
+    up = camera.project(np.array([0.0, 0.0, 1.5]))
+    assert up[1] < pixel[1]
+
+
+def test_a_view_stands_at_the_same_place_whichever_others_there_are():
+    alone = stereo_rig(("S",), SceneOptions(distorted=True, askew=True), 3)["S_left"]
+    among = stereo_rig(ALL, SceneOptions(distorted=True, askew=True), 3)["S_left"]
+    np.testing.assert_array_equal(alone.matrix, among.matrix)
+    np.testing.assert_array_equal(
+        alone.camera_from_world.rotation, among.camera_from_world.rotation
+    )
+
+
+def test_askew_lenses_are_neither_parallel_nor_alike():
+    cameras = stereo_rig(("N",), SceneOptions(askew=True), 0)
+    left, right = cameras["N_left"], cameras["N_right"]
+    relative = left.camera_from_world.rotation @ right.camera_from_world.rotation.T
+    degrees = np.degrees(np.arccos((np.trace(relative) - 1) / 2))
+    assert 0.1 < degrees < 6
+    assert not np.allclose(left.matrix, right.matrix)
+
+
+def test_straight_lenses_have_no_distortion():
+    for camera in stereo_rig(ALL, SceneOptions(), 0).values():
+        assert not camera.distortions.any()
+
+
+@pytest.mark.parametrize(("text", "names"), [("NS", ("N", "S")), ("N+O", ("N", "O"))])
+def test_views_may_be_joined_or_run_together(text, names):
+    assert view_names(text) == names
+
+
+@pytest.mark.parametrize("text", ["", "X", "NN", "North"])
+def test_wrong_views_are_refused(text):
+    with pytest.raises(InputError, match="--views"):
+        view_names(text)

@@ -1,0 +1,64 @@
+import numpy as np
+import pytest
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from stereotrack_core.simulation.people import PEOPLE
+from stereotrack_core.simulation.skeleton import rest_joints
+from stereotrack_core.simulation.surface import Flesh, flesh_distance, rest_surface
+
+
+@pytest.fixture(scope="module", params=list(PEOPLE))
+def person(request):
+    return PEOPLE[request.param]
+
+
+@pytest.fixture(scope="module")
+def surface(person):
+    return rest_surface(person)
+
+
+def test_surface_is_closed_and_in_one_piece(surface):
+    edges = np.concatenate([surface.triangles[:, [a, b]] for a, b in ((0, 1), (1, 2), (2, 0))])
+    directed, counts = np.unique(edges, axis=0, return_counts=True)
+    assert counts.max() == 1
+    backwards = {tuple(edge) for edge in directed[:, ::-1]}
+    assert backwards == {tuple(edge) for edge in directed}
+    n = len(surface.vertices)
+    graph = coo_matrix((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), (n, n))
+    assert connected_components(graph)[0] == 1
+
+
+def test_volume_is_that_of_a_person(person, surface):
+    a, b, c = np.moveaxis(surface.vertices[surface.triangles], 1, 0)
+    litres = 1000 * np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6
+    index = litres / person.stature**2
+    assert 17 < index < 30
+
+
+def test_normals_point_outwards(surface):
+    a, b, c = np.moveaxis(surface.vertices[surface.triangles], 1, 0)
+    facets = np.cross(b - a, c - a)
+    mean = surface.normals[surface.triangles].mean(axis=1)
+    assert (np.einsum("ij,ij->i", facets, mean) > 0).mean() > 0.99
+
+
+def test_person_is_as_tall_as_said_and_stands_on_the_floor(person, surface):
+    assert surface.vertices[:, 2].max() == pytest.approx(person.stature, abs=0.015)
+    assert surface.vertices[:, 2].min() == pytest.approx(0.0, abs=0.015)
+    reach = rest_joints(person)[:, 0].max() + person.hand
+    assert surface.vertices[:, 0].max() == pytest.approx(reach, abs=0.02)
+
+
+def test_round_cone_has_the_distance_of_a_ball_where_it_is_one():
+    centre = np.array([0.1, -0.2, 0.3])
+    ball = Flesh(centre, 0.05, centre, 0.05)
+    points = np.random.default_rng(0).normal(size=(50, 3))
+    expected = np.linalg.norm(points - centre, axis=1) - 0.05
+    np.testing.assert_allclose(flesh_distance(ball, points), expected)
+
+
+def test_flattened_piece_is_thin_along_its_direction():
+    piece = Flesh(np.zeros(3), 0.06, np.array([0.2, 0, 0]), 0.06, (0.0, 0.0, 1.0), 3.0)
+    on_surface = np.array([[0.1, 0.06, 0.0], [0.1, 0.0, 0.02]])
+    np.testing.assert_allclose(flesh_distance(piece, on_surface), 0, atol=1e-12)
