@@ -1,0 +1,92 @@
+"""Clouds and depth images of a body in a known pose."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stereotrack_core.body.manifold import displaced
+from stereotrack_core.body.model import placed_cones
+from stereotrack_core.body.pose import Pose, hanging_pose, rotation_towards
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.geometry.rotation import angle_between
+from tests.oracle.occlusion import solids_of
+
+CAMERAS = np.array([[0.0, 3.0, 2.1], [3.0, 0.0, 2.1], [0.0, -3.0, 2.1], [-3.0, 0.0, 2.1]])
+
+
+def pose_with_arms(right, right_fore, left, left_fore, place=(0.05, -0.1, 0.95)) -> Pose:
+    """Upright pose; directions of the arms in the torso's frame, (x, y, z) to the right."""
+    pose = hanging_pose(np.array(place))
+    turned = pose.rotations.copy()
+    for upper, fore, along, fore_along in ((3, 5, right, right_fore), (2, 4, left, left_fore)):
+        turned[upper] = rotation_towards(turned[upper], _unit(along))
+        turned[fore] = rotation_towards(np.eye(3), turned[upper].T @ _unit(fore_along))
+    return Pose(pose.position, turned)
+
+
+def _unit(vector):
+    return np.asarray(vector, dtype=float) / np.linalg.norm(vector)
+
+
+POSES = {
+    "t": pose_with_arms([1, 0, 0], [1, 0.05, 0], [-1, 0, 0], [-1, 0.05, 0]),
+    "pointing": pose_with_arms([1, 0.6, -0.3], [0.2, 1, 0.3], [-0.9, 0.5, 0.4], [-0.3, 0.6, 1]),
+    "reaching": pose_with_arms([0.8, 0.8, 0.2], [0.5, 1, 0.1], [-0.8, 0.1, -0.5], [-0.5, 1, -0.2]),
+}
+
+
+def disturbed(pose, joints, rng, position=0.03, torso=6.0, limbs=10.0) -> Pose:
+    """The pose moved and turned at random; lengths in metres, angles in degrees."""
+    delta = rng.normal(size=6 + 2 * len(joints))
+    delta[:3] *= position / np.linalg.norm(delta[:3])
+    delta[3:6] *= np.radians(torso) / np.linalg.norm(delta[3:6])
+    tangents = delta[6:].reshape(-1, 2)
+    tangents *= np.radians(limbs) / np.linalg.norm(tangents, axis=1, keepdims=True)
+    return displaced(pose, delta, tuple(joints))
+
+
+def surface_points(body, pose, count, rng, noise=0.0):
+    """World points (N, 3), even over the outer surface of the body, disturbed by noise."""
+    frames = body.frames(pose)
+    cones = body.cones
+    area = np.pi * (cones.r1 + cones.r2) * cones.height
+    cone = rng.choice(len(area), 2 * count, p=area / area.sum())
+    h, angle = rng.random(len(cone)), 2 * np.pi * rng.random(len(cone))
+    radius = cones.r1[cone] + h * (cones.r2 - cones.r1)[cone]
+    local = np.stack(
+        [
+            radius * np.cos(angle),
+            cones.flatness[cone] * radius * np.sin(angle),
+            h * cones.height[cone],
+        ],
+        axis=1,
+    )
+    in_part = np.einsum("nij,nj->ni", cones.rotations[cone], local) + cones.origins[cone]
+    part = cones.part[cone]
+    world = np.einsum("nij,nj->ni", frames.rotations[part], in_part) + frames.origins[part]
+    outside = np.ones(len(world), dtype=bool)
+    for c, (turn, origin, r1, r2, height, s) in enumerate(solids_of(placed_cones(body, frames))):
+        p = (world - origin) @ turn
+        inner = np.hypot(p[:, 0], p[:, 1] / s) < r1 + (r2 - r1) * p[:, 2] / height - 1e-3
+        outside &= ~(inner & (p[:, 2] > 0) & (p[:, 2] < height) & (cone != c))
+    kept = world[outside][:count]
+    return kept + noise * rng.normal(size=kept.shape)
+
+
+def cloud_of(points, frame=0) -> Cloud:
+    """Cloud without the images it came from."""
+    n = len(points)
+    return Cloud(
+        frame=frame,
+        points=np.asarray(points, dtype=np.float64),
+        view=np.zeros(n, dtype=np.int64),
+        pixels=np.zeros((n, 2), dtype=np.int64),
+        view_names=("N",),
+        depths={},
+    )
+
+
+def angle_errors(body, found, true):
+    """Angles (6,) in degrees between the limbs' directions of two poses."""
+    a, b = (body.frames(pose).rotations[:6, :, 2] for pose in (found, true))
+    return np.degrees(angle_between(a, b))
