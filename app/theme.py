@@ -136,8 +136,9 @@ def _show(app: QApplication, theme: Theme) -> None:
     pyqtgraph.setConfigOptions(
         background=theme.plot_background, foreground=theme.muted, antialias=True
     )
-    app.setStyleSheet(_style_sheet(theme))
+    # the other way round widgets that are there already keep the old palette
     app.setPalette(palette(theme))
+    app.setStyleSheet(_style_sheet(theme))
     refresh_icons(app)
 
 

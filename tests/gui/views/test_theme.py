@@ -1,7 +1,19 @@
 import pytest
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QColor, QPalette
 from PySide6.QtSvg import QSvgRenderer
-from PySide6.QtWidgets import QToolButton
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QDockWidget,
+    QLabel,
+    QMainWindow,
+    QPushButton,
+    QSlider,
+    QTableWidget,
+    QToolButton,
+    QWidget,
+)
 
 from app.icons import icon, icon_names, set_icon
 from app.limb_colours import LANDMARK_LIMBS, LIMB_COLOURS, limb_rgb, limb_words
@@ -66,6 +78,25 @@ def test_theme_reaches_palette_and_tokens(qapp, dark):
     assert current_theme() == light
     assert chosen_theme() == "light"
     assert qapp.palette().color(QPalette.ColorRole.WindowText) == QColor(light.text)
+
+
+@pytest.mark.parametrize("kind", [QPushButton, QLabel, QCheckBox, QComboBox, QSlider, QTableWidget])
+def test_widgets_that_are_there_already_change(qapp, qtbot, dark, kind):
+    window = QMainWindow()
+    qtbot.addWidget(window)
+    dock, inner = QDockWidget("panel", window), QWidget()
+    widget = kind(inner)
+    dock.setWidget(inner)
+    window.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, dock)
+    window.statusBar()
+    window.show()
+    for name in ("light", "dark"):
+        apply_theme(qapp, name)
+        qapp.processEvents()
+        theme, colours = load_theme(name), widget.palette()
+        assert colours.color(QPalette.ColorRole.Button).name() == theme.raised
+        assert colours.color(QPalette.ColorRole.Base).name() == theme.base
+        assert colours.color(QPalette.ColorRole.WindowText).name() == theme.text
 
 
 def test_system_theme_is_one_of_the_two(qapp, dark):
