@@ -69,8 +69,12 @@ class CommandPalette(QDialog):
     def _move(self, by: int) -> None:
         count = self.list.topLevelItemCount()
         if count:
-            row = self.list.indexOfTopLevelItem(self.list.currentItem())
-            self.list.setCurrentItem(self.list.topLevelItem(min(max(row + by, 0), count - 1)))
+            self._go_to(min(max(self.list.currentIndex().row() + by, 0), count - 1))
+
+    def _go_to(self, row: int) -> None:
+        item = self.list.topLevelItem(row)
+        if item is not None:
+            self.list.setCurrentItem(item)
 
     def _fill(self, text: str) -> None:
         self.list.clear()
@@ -82,7 +86,7 @@ class CommandPalette(QDialog):
         for column in (0, 1, 2):
             self.list.resizeColumnToContents(column)
         if found:
-            self.list.setCurrentItem(self.list.topLevelItem(0))
+            self._go_to(0)
         else:
             self._why.setText("No command has these letters.")
 

@@ -84,7 +84,7 @@ class FailureRelay(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._before: tuple[Callable[..., None], Callable[..., None]] | None = None
+        self._before: tuple[Callable[..., object], Callable[..., object]] | None = None
 
     def install(self) -> None:
         """Catch from now on what nobody catches."""

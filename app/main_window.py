@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import QSettings, Qt, QTimer, Signal, Slot
 from PySide6.QtGui import (
+    QAction,
     QCloseEvent,
     QDragEnterEvent,
     QDropEvent,
@@ -13,7 +14,6 @@ from PySide6.QtWidgets import (
     QApplication,
     QLabel,
     QMainWindow,
-    QMessageBox,
     QProgressBar,
     QStackedWidget,
     QToolButton,
@@ -21,24 +21,25 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app import window_panels
 from app.actions import ActionBook
-from app.command_palette import CommandPalette
 from app.commands import file_menu, playback_menu, track_menu, view_menu, window_menu
-from app.failures import Message, log_path, message_of
+from app.dialogs import Dialogs
+from app.failures import Message, message_of
 from app.file_work import FileWork, dropped_folder
 from app.icons import set_icon
+from app.panel_follower import PanelFollower
 from app.presenters.clouds import CloudPresenter
 from app.presenters.document import DocumentPresenter
 from app.presenters.instant import InstantPresenter
 from app.presenters.judging import JudgementPresenter
 from app.presenters.runs import RunList
 from app.presenters.tracking import TrackPresenter
-from app.shortcut_editor import ShortcutEditor
 from app.tasks.task import TaskList
 from app.theme import ThemeName, apply_theme
 from app.track_control import TrackControl
+from app.view_control import ViewControl
 from app.views.toolbars import add_toolbar
+from app.window_panels import FIRST_POSE, PanelWindow
 from app.workspaces.layout import (
     WORKSPACES,
     Workspace,
@@ -48,12 +49,11 @@ from app.workspaces.layout import (
     save_layout,
     workspace_named,
 )
-from stereotrack_core import __version__
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import View
 
 
-class MainWindow(QMainWindow):
+class MainWindow(PanelWindow):
     """Puts presenters and views together; computes nothing itself.
 
     Signals
@@ -70,13 +70,14 @@ class MainWindow(QMainWindow):
         self.workspace: Workspace | None = None
         self._close_wanted = False
         self._make_presenters()
-        window_panels.make_panels(self)
         self._make_centre()
         self._make_status_line()
         self.files = FileWork(self, self.settings)
+        self.view = ViewControl(self)
+        self.dialogs = Dialogs(self)
         self._refresh_timer = QTimer(self, singleShot=True, interval=30)
         self._refresh_timer.timeout.connect(self.refresh)
-        self.follower = window_panels.PanelFollower(self)
+        self.follower = PanelFollower(self)
         self._make_actions()
         self._connect()
         self.setAcceptDrops(True)
@@ -102,9 +103,7 @@ class MainWindow(QMainWindow):
         self.document = DocumentPresenter(self.tasks, self)
         self.clouds = CloudPresenter(self)
         self.track = TrackPresenter(self.runs, self)
-        self.tracker = TrackControl(
-            self.document, self.clouds, self.runs, self.track, window_panels.FIRST_POSE
-        )
+        self.tracker = TrackControl(self.document, self.clouds, self.runs, self.track, FIRST_POSE)
         self.judging = JudgementPresenter(self.document, self.runs)
         self.instant = InstantPresenter(
             self.document,
@@ -153,27 +152,20 @@ class MainWindow(QMainWindow):
             self.actions_book.add(menu.commands(self))
         self.actions_book.fill(self.menuBar())
         book = self.actions_book
-        spaces = [book.action(f"workspace_{space.name}") for space in WORKSPACES]
-        self.workspace_bar = add_toolbar(self, "Workspaces", spaces, words=True)
-        names = ("first", "previous", "play", "next", "last")
-        self.play_bar = add_toolbar(
-            self, "Playback", [book.action(name) for name in names], widgets=[self.transport]
-        )
-        names = ("run", "pause", "step", "iterate", "run_here", "stop")
-        self.track_bar = add_toolbar(self, "Tracker", [book.action(name) for name in names])
-        names = (
-            "overlay_outline",
-            "overlay_reference",
-            "overlay_points",
-            "overlay_correspondences",
-        )
-        other = [
-            book.action(name)
-            for name in ("arrange_grid", "arrange_one-and-more", "arrange_single", "loupe")
-        ]
-        self.view_bar = add_toolbar(
-            self, "Views", [*(book.action(name) for name in names), None, *other]
-        )
+
+        def named(names: tuple[str, ...]) -> list[QAction]:
+            return [book.action(name) for name in names]
+
+        spaces = tuple(f"workspace_{space.name}" for space in WORKSPACES)
+        self.workspace_bar = add_toolbar(self, "Workspaces", named(spaces), words=True)
+        go = ("first", "previous", "play", "next", "last")
+        self.play_bar = add_toolbar(self, "Playback", named(go), widgets=[self.transport])
+        track = ("run", "pause", "step", "iterate", "run_here", "stop")
+        self.track_bar = add_toolbar(self, "Tracker", named(track))
+        overlays = ("outline", "reference", "points", "correspondences")
+        other = ("arrange_grid", "arrange_one-and-more", "arrange_single", "keep_person", "loupe")
+        shown = [*named(tuple(f"overlay_{name}" for name in overlays)), None, *named(other)]
+        self.view_bar = add_toolbar(self, "Views", shown)
 
     def _connect(self) -> None:
         document, track = self.document, self.track
@@ -255,45 +247,6 @@ class MainWindow(QMainWindow):
                 f"No limb is above the threshold {where} this frame.", 4000
             )
 
-    def toggle_overlay(self, name: str) -> None:
-        """Switch an overlay."""
-        self.follower.change_display(overlays=self.grid.display.overlays ^ {name})
-        self.settings.setValue("overlays", sorted(self.grid.display.overlays))
-
-    def toggle_loupe(self) -> None:
-        """Switch the loupe."""
-        self.follower.change_display(loupe=not self.grid.display.loupe)
-
-    def toggle_single(self) -> None:
-        """Show the active view alone, or all."""
-        single = self.grid.arrangement == "single"
-        self.grid.set_arrangement("grid" if single else "single")
-
-    def zoom(self, factor: float) -> None:
-        """Zoom the active view about its middle."""
-        camera = self.grid.active_camera()
-        if camera is not None:
-            camera.zoom_by(factor)
-
-    def zoom_fit(self) -> None:
-        """Show whole pictures."""
-        for tile in self.grid.tiles.values():
-            tile.camera.fit()
-
-    def colour_points(self, kind: str) -> None:
-        """Colour the scene's points in another way."""
-        self.follower.colour_points(kind)
-
-    @property
-    def point_colour(self) -> str:
-        """How the scene's points are coloured."""
-        return self.follower.point_colour
-
-    def toggle_layer(self, layer: str) -> None:
-        """Show or hide a part of the scene."""
-        self.scene.set_layer_visible(layer, not self.scene.layer_visible(layer))
-        self.instant.tell_soon()
-
     def toggle_run(self) -> None:
         """Show or hide the active run."""
         active = self.runs.active
@@ -321,6 +274,7 @@ class MainWindow(QMainWindow):
         self.settings.setValue("workspace", space.name)
         if not restore_layout(self, self.settings, space):
             arrange(self, self.docks, space)
+        self.follower.look_at(cameras=space.name == "calibrate")
         self.instant.tell_soon()
         self.refresh_soon()
 
@@ -347,6 +301,14 @@ class MainWindow(QMainWindow):
             forget_layout(self.settings, self.workspace)
             arrange(self, self.docks, self.workspace)
 
+    def in_workspace(self, space: Workspace) -> bool:
+        """Whether this is the workspace that is shown."""
+        return self.workspace is space
+
+    def panel_shown(self, name: str) -> bool:
+        """Whether a panel is there, be it behind another one."""
+        return not self.docks[name].isHidden()
+
     def toggle_panel(self, name: str) -> None:
         """Show or hide a panel; one that was never placed comes to the right."""
         dock = self.docks[name]
@@ -365,40 +327,6 @@ class MainWindow(QMainWindow):
         if isinstance(app, QApplication):
             apply_theme(app, name)
             self.settings.setValue("theme", name)
-
-    # ---- dialogs
-
-    def show_palette(self) -> None:
-        """Search all commands, and do the one that is chosen."""
-        self.actions_book.refresh()
-        palette = CommandPalette(self.actions_book, self)
-        palette.accepted.connect(lambda: self._run_chosen(palette))
-        palette.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        palette.open()
-
-    def _run_chosen(self, palette: CommandPalette) -> None:
-        chosen = palette.chosen()
-        if chosen is not None:
-            # the palette is gone by then, so that a dialog of the command stands on its own
-            QTimer.singleShot(0, self.actions_book.action(chosen.id).trigger)
-
-    def show_shortcuts(self) -> None:
-        """Change shortcuts."""
-        editor = ShortcutEditor(self.actions_book, self)
-        editor.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        editor.open()
-
-    def show_about(self) -> None:
-        """Say which version this is."""
-        box = QMessageBox(self)
-        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        box.setWindowTitle("About stereotrack")
-        box.setText(f"<b>stereotrack {__version__}</b>")
-        box.setInformativeText(
-            "A workbench for tracking the movement of a person's upper body in recordings of "
-            f"several cameras.\n\nDetails of failures are in {log_path()}."
-        )
-        box.open()
 
     def show_error(self, error: BaseException) -> None:
         """Show what went wrong in words."""

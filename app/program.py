@@ -6,12 +6,12 @@ import signal
 from argparse import Namespace
 from pathlib import Path
 
-from PySide6.QtCore import QEventLoop, QTimer
+from PySide6.QtCore import QEventLoop, QSettings, QTimer
 from PySide6.QtWidgets import QApplication
 
 from app.failures import FailureRelay, open_log
 from app.icons import icon
-from app.main_window import MainWindow
+from app.main_window import MainWindow, user_settings
 from app.presenters.runs import RunEntry
 from app.tasks.garbage import GarbageTimer
 from app.theme import THEME_NAMES, ThemeName, apply_theme
@@ -38,11 +38,12 @@ class WindowProgram:
         self.app.setApplicationDisplayName("stereotrack")
         open_log()
         self._garbage = GarbageTimer(self.app)
-        self.window = MainWindow()
+        settings = user_settings()
+        apply_theme(self.app, stored_theme(settings))
+        self.window = MainWindow(settings)
         self._relay = FailureRelay()
         self._relay.install()
         self._relay.message.connect(self.window.messages.show_message)
-        apply_theme(self.app, self._theme())
         self.app.setWindowIcon(icon("model"))
         self._demo_frame: int | None = None
         self._in_picture = False
@@ -103,10 +104,6 @@ class WindowProgram:
             calm = calm + 1 if self.window.settled() else 0
         return calm >= _CALM_LOOKS
 
-    def _theme(self) -> ThemeName:
-        stored = self.window.settings.value("theme")
-        return next((name for name in THEME_NAMES if name == stored), "system")
-
     def _on_demo_tracked(self, entry: RunEntry) -> None:
         """Print what ``demo --headless`` prints, and keep the run beside the recording."""
         self.window.track.finished.disconnect(self._on_demo_tracked)
@@ -121,3 +118,9 @@ class WindowProgram:
         if place is not None:
             self.window.files.save_run(entry, place)
             say(f"The run is in {place}.")
+
+
+def stored_theme(settings: QSettings) -> ThemeName:
+    """The theme that was chosen last time."""
+    stored = settings.value("theme")
+    return next((name for name in THEME_NAMES if name == stored), "system")

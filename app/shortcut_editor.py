@@ -56,7 +56,7 @@ class ShortcutEditor(QDialog):
         self.set_button.clicked.connect(lambda: self._set(self.keys.keySequence().toString()))
         self.none_button.clicked.connect(lambda: self._set(""))
         self.default_button.clicked.connect(self._set_default)
-        self.list.setCurrentItem(self.list.topLevelItem(0))
+        self.choose(book.commands[0].id)
 
     def choose(self, name: str) -> None:
         """Choose a command by its id."""

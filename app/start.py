@@ -26,7 +26,7 @@ def start(arguments: Sequence[str]) -> int:
         return _refuse(error)
     picture = getattr(args, "screenshot", None)
     if getattr(args, "headless", False):
-        done = command_line([word for word in _without_screenshot(arguments)])
+        done = command_line(_without_screenshot(arguments))
         if done != OK:
             return done
     try:

@@ -2,41 +2,30 @@
 
 from __future__ import annotations
 
-import dataclasses
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import numpy as np
-from PySide6.QtCore import QObject, Slot
-from PySide6.QtWidgets import QDockWidget, QVBoxLayout, QWidget
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QDockWidget, QLabel, QMainWindow, QStackedWidget, QWidget
 
-from app.presenters.curves import curves_of, lanes_of
-from app.presenters.judgement import Judgement
-from app.presenters.pictures import Instant, pictures_of
-from app.presenters.runs import RunEntry
-from app.presenters.scene import PointColour, scene_of
-from app.presenters.status import number_rows, status_words
 from app.views.camera_grid import CameraGrid
 from app.views.display_panel import DisplayPanel
 from app.views.error_plot import ErrorPlot
 from app.views.findings_panel import FindingsPanel
 from app.views.message_bar import MessageBar
 from app.views.numbers_panel import NumbersPanel
-from app.views.overlays import OVERLAYS
 from app.views.parameter_panel import ParameterPanel
 from app.views.rig_panel import RigPanel
-from app.views.runs_panel import RunRow, RunsPanel
+from app.views.runs_panel import RunsPanel
 from app.views.scene_view import SceneView
 from app.views.timeline_view import TimelineView
 from app.views.transport import Transport
 from app.views.welcome import WelcomePage
-from stereotrack_core.tracking.presets import preset
 
 if TYPE_CHECKING:
-    from app.main_window import MainWindow
+    pass
 
 FIRST_POSE = "tpose"
-THRESHOLD_DEG = 20.0
-_TITLES = {
+TITLES = {
     "scene": "3-D scene",
     "plot": "Limbs over frames",
     "timeline": "Timeline",
@@ -49,283 +38,41 @@ _TITLES = {
 }
 
 
-def make_panels(w: MainWindow) -> None:
-    """Make all widgets of the window and put those that move into docks."""
-    w.grid = CameraGrid()
-    w.welcome = WelcomePage()
-    w.messages = MessageBar()
-    w.transport = Transport()
-    w.scene = SceneView()
-    w.timeline = TimelineView()
-    w.parameters = ParameterPanel()
-    w.runs_panel = RunsPanel()
-    w.numbers = NumbersPanel()
-    w.findings = FindingsPanel()
-    w.rig = RigPanel()
-    w.display_panel = DisplayPanel()
-    w.plot_place = QWidget()
-    QVBoxLayout(w.plot_place).setContentsMargins(0, 0, 0, 0)
-    widgets = {
-        "scene": w.scene, "plot": w.plot_place, "timeline": w.timeline,
-        "parameters": w.parameters, "runs": w.runs_panel, "numbers": w.numbers,
-        "findings": w.findings, "rig": w.rig, "display": w.display_panel,
-    }  # fmt: skip
-    w.docks = {}
-    for name, widget in widgets.items():
-        dock = QDockWidget(_TITLES[name], w)
-        dock.setObjectName(name)
-        dock.setWidget(widget)
-        w.docks[name] = dock
+class PanelWindow(QMainWindow):
+    """A window with all views and panels, not yet arranged and not yet connected."""
 
+    plot: ErrorPlot
 
-class PanelFollower(QObject):
-    """Fills the panels whenever a fact they show has changed, and tells what a person does there."""
-
-    def __init__(self, window: MainWindow) -> None:
-        super().__init__(window)
-        self._w = window
-        self._plot_title = ""
-        self.point_colour: PointColour = "view"
-        self._highlighted = ""
-        self._make_plot("angular error")
-        stored = window.settings.value("overlays")
-        if stored is not None:
-            names = [stored] if isinstance(stored, str) else list(stored)
-            self.change_display(overlays=frozenset(names) & frozenset(OVERLAYS))
-        self._connect()
-        self.show_settings()
-
-    # ---- connections
-
-    def _connect(self) -> None:
-        w = self._w
-        w.instant.ready.connect(self._on_instant)
-        w.document.frame_changed.connect(self._on_frame_changed)
-        w.document.count_changed.connect(self._on_count_changed)
-        w.document.findings_changed.connect(self._on_findings)
-        w.judging.judged.connect(self.show_judgements)
-        w.grid.kinds_changed.connect(w.instant.tell_soon)
-        w.grid.hovered.connect(w.pixel_label.setText)
-        w.grid.limb_clicked.connect(self.highlight)
-        w.scene.limb_clicked.connect(self.highlight)
-        w.timeline.frame_requested.connect(self._go_to)
-        w.timeline.selection_changed.connect(self._on_selection)
-        w.transport.frame_requested.connect(self._go_to)
-        w.display_panel.changed.connect(self._on_light)
-        w.parameters.settings_changed.connect(self._on_settings)
-        w.parameters.preset_requested.connect(self._on_preset)
-        w.runs_panel.activated.connect(lambda i: w.runs.activate(w.runs.entries[i]))
-        w.runs_panel.shown.connect(lambda i, shown: w.runs.show(w.runs.entries[i], visible=shown))
-        w.runs_panel.renamed.connect(lambda i, name: w.runs.rename(w.runs.entries[i], name))
-        w.docks["scene"].visibilityChanged.connect(w.instant.tell_soon)
-
-    def _make_plot(self, title: str) -> None:
-        """Make the plot anew when it shows another measure."""
-        if title == self._plot_title:
-            return
-        self._plot_title = title
-        w = self._w
-        layout = w.plot_place.layout()
-        if layout is None:
-            return
-        old = layout.takeAt(0)
-        if old is not None and old.widget() is not None:
-            old.widget().deleteLater()
-        w.plot = ErrorPlot(title=title, unit="deg")
-        w.plot.set_threshold(THRESHOLD_DEG)
-        w.plot.frame_requested.connect(self._go_to)
-        w.plot.visible_range_changed.connect(w.timeline.set_visible_range)
-        w.plot.set_frame(w.document.frame)
-        layout.addWidget(w.plot)
-
-    # ---- following
-
-    def show_recording(self) -> None:
-        """Show another recording, or none."""
-        w = self._w
-        recording = w.document.recording
-        w.grid.set_views(recording.views if recording is not None else ())
-        w.rig.show_rig(recording)
-        w.findings.show_findings(None)
-        w.pixel_label.setText("")
-        self._highlighted = ""
-        self._on_count_changed(w.document.frame_count)
-        w.timeline.set_selection(None)
-        self._on_selection(None)
-        self.show_judgements()
-        if recording is None:
-            w.setWindowTitle("stereotrack")
-        else:
-            w.setWindowTitle(f"{recording.name} – stereotrack")
-
-    def write_status(self) -> None:
-        """Say how things are in one line."""
-        w = self._w
-        tasks = w.tasks.tasks
-        doing = ", ".join(task.title for task in tasks)
-        w.state_label.setText(status_words(w.document, w.track, w.runs, doing))
-        working = bool(tasks)
-        w.cancel_button.setVisible(working)
-        w.progress.setVisible(working or w.track.entry is not None)
-        entry = w.track.entry
-        if working:
-            share = tasks[0].share
-            w.progress.setRange(0, 100 if share else 0)
-            w.progress.setValue(round(100 * share))
-        elif entry is not None:
-            w.progress.setRange(0, len(entry.wanted))
-            w.progress.setValue(len(entry.frames))
-        iteration = w.instant.iteration
-        if iteration is not None and iteration.frame == w.document.frame:
-            w.state_label.setText(f"frame {iteration.frame}: {iteration.words}")
-
-    @Slot()
-    def show_judgements(self) -> None:
-        """Curves, lanes, runs and numbers of the runs as they are now."""
-        w = self._w
-        recording = w.document.recording
-        judgement = w.judging.of(w.runs.active)
-        if judgement is not None:
-            self._make_plot(judgement.words)
-        w.plot.set_curves(curves_of(w.runs, w.judging.all()))
-        segments = recording.segments if recording is not None else ()
-        w.timeline.set_lanes(lanes_of(judgement, w.document.frame_count, segments))
-        w.runs_panel.show_rows([self._row(entry) for entry in w.runs.entries])
-        self._show_numbers()
-
-    def _row(self, entry: RunEntry) -> RunRow:
-        w = self._w
-        judgement = w.judging.of(entry)
-        numbers = entry.numbers()
-        frames = f"{numbers[0]} – {numbers[-1]}" if len(numbers) else "none yet"
-        if entry is w.track.entry:
-            frames = f"{len(numbers)} of {len(entry.wanted)}"
-        origin = f"from {entry.path}" if entry.path is not None else "not saved"
-        return RunRow(
-            name=entry.name,
-            dashed=entry is not w.runs.active,
-            visible=entry.visible,
-            active=entry is w.runs.active,
-            frames=frames,
-            score=score_words(judgement),
-            hint=f"Preset {entry.preset or 'unknown'}, {origin}. F2 renames it.",
-        )
-
-    def _show_numbers(self) -> None:
-        w = self._w
-        active = w.runs.active
-        tracked = active.at(w.document.frame) if active is not None else None
-        w.numbers.show_rows(number_rows(tracked, w.judging.of(active)))
-
-    @Slot(object)
-    def _on_instant(self, instant: Instant) -> None:
-        w = self._w
-        display = w.grid.display
-        w.grid.show_pictures(pictures_of(instant, w.grid.wanted(), display.overlays))
-        if w.scene.isVisible():
-            w.scene.show_scene(
-                scene_of(instant, instant.meshes, self.point_colour, self._highlighted)
-            )
-        w.refresh_soon()
-
-    @Slot(int)
-    def _on_frame_changed(self, frame: int) -> None:
-        w = self._w
-        w.timeline.set_frame(frame)
-        w.plot.set_frame(frame)
-        w.transport.set_frame(frame)
-        self._show_numbers()
-
-    @Slot(int)
-    def _on_count_changed(self, count: int) -> None:
-        w = self._w
-        recording = w.document.recording
-        fps = recording.fps if recording is not None else 1.0
-        w.timeline.set_range(count, fps)
-        w.transport.set_range(count, fps)
-
-    @Slot()
-    def _on_findings(self) -> None:
-        w = self._w
-        w.findings.show_findings(w.document.findings)
-        serious = [f for f in w.document.findings or () if f.severity != "note"]
-        title = _TITLES["findings"]
-        w.docks["findings"].setWindowTitle(f"{title} ({len(serious)})" if serious else title)
-
-    # ---- what a person does in the panels
-
-    @Slot(int)
-    def _go_to(self, frame: int) -> None:
-        self._w.document.pause()
-        self._w.document.go_to(frame)
-
-    @Slot(object)
-    def _on_selection(self, selection: range | None) -> None:
-        self._w.tracker.set_selection(selection)
-        self._w.refresh_soon()
-
-    @Slot(str)
-    def highlight(self, limb: str) -> None:
-        """Select a limb everywhere; the same again, or none, selects nothing."""
-        self._highlighted = "" if limb == self._highlighted else limb
-        self.change_display(highlighted=self._highlighted)
-        self._w.scene.set_highlighted(self._highlighted)
-
-    def change_display(self, **changes: Any) -> None:
-        """Change how pictures are displayed."""
-        w = self._w
-        w.grid.set_display(dataclasses.replace(w.grid.display, **changes))
-        w.instant.tell_soon()
-
-    @Slot(float, float)
-    def _on_light(self, brightness: float, contrast: float) -> None:
-        self._w.grid.set_display(
-            dataclasses.replace(self._w.grid.display, brightness=brightness, contrast=contrast)
-        )
-
-    def colour_points(self, kind: PointColour) -> None:
-        """Colour the scene's points in another way."""
-        self.point_colour = kind
-        self._w.instant.tell_soon()
-
-    @Slot(object)
-    def _on_settings(self, settings: Any) -> None:
-        w = self._w
-        w.track.settings = settings
-        w.clouds.set_parameters(settings.depth)
-        w.instant.tell_soon()
-        w.refresh_soon()
-
-    @Slot(str)
-    def _on_preset(self, name: str) -> None:
-        self._w.track.preset = name
-        self._on_settings(preset(name))
-        self.show_settings()
-
-    def show_settings(self) -> None:
-        """Show the settings of the next run or step."""
-        track = self._w.track
-        self._w.parameters.set_settings(track.settings, preset(track.preset))
-        self._w.parameters.set_preset(track.preset)
-        self._w.clouds.set_parameters(track.settings.depth)
-
-    def on_run_finished(self, entry: Any) -> None:
-        """Say in the status line how a run has ended."""
-        judgement = self._w.judging.of(entry)
-        words = score_words(judgement)
-        self._w.statusBar().showMessage(
-            f"{entry.name}: {len(entry.frames)} frames tracked. {words}".strip(), 8000
-        )
-
-
-def score_words(judgement: Judgement | None) -> str:
-    """Median over frames and arm segments, or how uncertain the tracker is where no truth is."""
-    if judgement is None:
-        return ""
-    arms = [values for limb, values in judgement.limbs.items() if "arm" in limb]
-    values = np.concatenate(arms) if arms else np.empty(0)
-    values = values[np.isfinite(values)]
-    if not len(values):
-        return ""
-    sign = "" if judgement.measure == "error" else "± "
-    return f"{sign}{np.median(values):.1f}°"
+    def __init__(self) -> None:
+        super().__init__()
+        self.grid = CameraGrid()
+        self.welcome = WelcomePage()
+        self.messages = MessageBar()
+        self.transport = Transport()
+        self.scene = SceneView()
+        self.timeline = TimelineView()
+        self.parameters = ParameterPanel()
+        self.runs_panel = RunsPanel()
+        self.numbers = NumbersPanel()
+        self.findings = FindingsPanel()
+        self.rig = RigPanel()
+        self.display_panel = DisplayPanel()
+        self.plot_stack = QStackedWidget()
+        self.no_curves = QLabel("When the tracker has run, the error of every limb is drawn here.")
+        self.no_curves.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.no_curves.setProperty("role", "muted")
+        self.plot_stack.addWidget(self.no_curves)
+        widgets = {
+            "scene": self.scene, "plot": self.plot_stack, "timeline": self.timeline,
+            "parameters": self.parameters, "runs": self.runs_panel, "numbers": self.numbers,
+            "findings": self.findings, "rig": self.rig, "display": self.display_panel,
+        }  # fmt: skip
+        self.docks: dict[str, QDockWidget] = {}
+        for name, widget in widgets.items():
+            dock = QDockWidget(TITLES[name], self)
+            dock.setObjectName(name)
+            dock.setWidget(widget)
+            self.docks[name] = dock
+        # the timeline is the scrubber: it stays where it is and needs no title
+        self.docks["timeline"].setTitleBarWidget(QWidget())
+        self.docks["timeline"].setFeatures(QDockWidget.DockWidgetFeature.NoDockWidgetFeatures)

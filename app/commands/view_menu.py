@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 from app.actions import Command
@@ -61,9 +62,9 @@ def _pictures(w: MainWindow) -> list[Command]:
     return [
         Command(
             f"show_{kind}", f"{_MENU}/Picture", text, _KIND_TIPS[kind],
-            lambda kind=kind: w.grid.set_kind(kind), _KIND_KEYS[kind],
+            partial(w.grid.set_kind, kind), _KIND_KEYS[kind],
             "disparity" if kind == "disparity" else "foreground" if kind == "foreground" else "",
-            lambda kind=kind: why_not(kind),
+            partial(why_not, kind),
         )
         for kind, text in PICTURE_KINDS.items()
     ]  # fmt: skip
@@ -76,9 +77,9 @@ def _overlays(w: MainWindow) -> list[Command]:
     return [
         Command(
             f"overlay_{name}", f"{_MENU}/Overlay", text, f"Switch {text.lower()} on or off.",
-            lambda name=name: w.toggle_overlay(name), _OVERLAY_KEYS[name],
-            _OVERLAY_ICONS.get(name, ""), lambda name=name: why_not(name),
-            lambda name=name: name in w.grid.display.overlays,
+            partial(w.view.toggle_overlay, name), _OVERLAY_KEYS[name],
+            _OVERLAY_ICONS.get(name, ""), partial(why_not, name),
+            partial(w.view.overlay_on, name),
         )
         for name, text in OVERLAYS.items()
     ]  # fmt: skip
@@ -87,8 +88,8 @@ def _overlays(w: MainWindow) -> list[Command]:
 def _arrangements(w: MainWindow) -> list[Command]:
     fixed = [
         Command(
-            f"arrange_{kind}", _MENU, text, tip, lambda kind=kind: w.grid.set_arrangement(kind),
-            keys, icon, lambda: no_recording(w), lambda kind=kind: w.grid.arrangement == kind,
+            f"arrange_{kind}", _MENU, text, tip, partial(w.grid.set_arrangement, kind),
+            keys, icon, lambda: no_recording(w), partial(w.view.arranged, kind),
         )
         for kind, (text, tip, keys, icon) in _ARRANGEMENTS.items()
     ]  # fmt: skip
@@ -96,7 +97,7 @@ def _arrangements(w: MainWindow) -> list[Command]:
         *fixed,
         Command(
             "arrange_single", _MENU, "One view alone", "Show the active view alone, or all again.",
-            w.toggle_single, "M", "single", lambda: no_recording(w),
+            w.view.toggle_single, "M", "single", lambda: no_recording(w),
             lambda: w.grid.arrangement == "single",
         ),
         Command(
@@ -113,19 +114,25 @@ def _arrangements(w: MainWindow) -> list[Command]:
 def _zoom(w: MainWindow) -> list[Command]:
     return [
         Command(
-            "zoom_in", _MENU, "Zoom in", "Enlarge the active view.", lambda: w.zoom(1.25),
+            "zoom_in", _MENU, "Zoom in", "Enlarge the active view.", lambda: w.view.zoom(1.25),
             "+", why_not=lambda: no_recording(w), section=True,
         ),
         Command(
-            "zoom_out", _MENU, "Zoom out", "Make the active view smaller.", lambda: w.zoom(0.8),
-            "-", why_not=lambda: no_recording(w),
+            "zoom_out", _MENU, "Zoom out", "Make the active view smaller.",
+            lambda: w.view.zoom(0.8), "-", why_not=lambda: no_recording(w),
         ),
         Command(
             "zoom_fit", _MENU, "Whole picture", "Show the whole picture in every view.",
-            w.zoom_fit, "0", "fit", lambda: no_recording(w),
+            w.view.zoom_fit, "0", "", lambda: no_recording(w),
         ),
         Command(
-            "loupe", _MENU, "Loupe", "Enlarge what is under the cursor.", w.toggle_loupe,
+            "keep_person", _MENU, "Keep the person in view",
+            "Enlarge the person in every view and follow it, until you zoom by hand.",
+            w.view.toggle_keep_person, "Z", "fit", lambda: no_recording(w),
+            lambda: w.grid.display.keep_person,
+        ),
+        Command(
+            "loupe", _MENU, "Loupe", "Enlarge what is under the cursor.", w.view.toggle_loupe,
             "L", "loupe", lambda: no_recording(w), lambda: w.grid.display.loupe,
         ),
     ]  # fmt: skip
@@ -141,7 +148,7 @@ def _light(w: MainWindow) -> list[Command]:
     commands = [
         Command(
             name, f"{_MENU}/Light", text, f"{text}, for the display only.",
-            lambda change=change: w.display_panel.change(**change), keys,
+            partial(w.display_panel.change, **change), keys,
             why_not=lambda: no_recording(w),
         )
         for name, text, keys, change in rows
@@ -156,16 +163,18 @@ def _light(w: MainWindow) -> list[Command]:
 def _scene(w: MainWindow) -> list[Command]:
     def colour(kind: PointColour, text: str) -> Command:
         return Command(
-            f"points_{kind}", f"{_MENU}/3-D scene", text, f"Colour the scene's {text[0].lower()}{text[1:]}.",
-            lambda: w.colour_points(kind), why_not=lambda: no_depth(w),
-            checked=lambda: w.point_colour == kind, icon="points",
+            f"points_{kind}", f"{_MENU}/3-D scene", text,
+            f"Colour the scene's {text[0].lower()}{text[1:]}.",
+            lambda: w.view.colour_points(kind), why_not=lambda: no_depth(w),
+            checked=lambda: w.view.point_colour == kind, icon="points",
         )  # fmt: skip
 
     layers = [
         Command(
-            f"scene_{layer}", f"{_MENU}/3-D scene", f"Show {words}", f"Show or hide {words} in the scene.",
-            lambda layer=layer: w.toggle_layer(layer), section=layer == "cloud",
-            checked=lambda layer=layer: w.scene.layer_visible(layer),
+            f"scene_{layer}", f"{_MENU}/3-D scene", f"Show {words}",
+            f"Show or hide {words} in the scene.",
+            partial(w.view.toggle_layer, layer), section=layer == "cloud",
+            checked=partial(w.scene.layer_visible, layer),
         )
         for layer, words in (
             ("cloud", "the measured points"), ("model", "the model"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 from app.actions import Command
@@ -29,9 +30,9 @@ def _workspaces(w: MainWindow) -> list[Command]:
     spaces = [
         Command(
             f"workspace_{space.name}", f"{_MENU}/Workspace", space.title, space.tip,
-            lambda space=space: w.show_workspace(space), f"Alt+{number}", space.icon,
-            lambda space=space: why_no_workspace(w, space),
-            lambda space=space: w.workspace is space,
+            partial(w.show_workspace, space), f"Alt+{number}", space.icon,
+            partial(why_no_workspace, w, space),
+            partial(w.in_workspace, space),
         )
         for number, space in enumerate(WORKSPACES, start=1)
     ]  # fmt: skip
@@ -48,8 +49,8 @@ def _panels(w: MainWindow) -> list[Command]:
         Command(
             f"panel_{name}", f"{_MENU}/Panel", dock.windowTitle(),
             f"Show or hide the panel {dock.windowTitle()}.",
-            lambda name=name: w.toggle_panel(name), why_not=lambda: no_recording(w),
-            checked=lambda dock=dock: not dock.isHidden(),
+            partial(w.toggle_panel, name), why_not=lambda: no_recording(w),
+            checked=partial(w.panel_shown, name),
         )
         for name, dock in w.docks.items()
     ]  # fmt: skip
@@ -70,11 +71,11 @@ def _help(w: MainWindow) -> list[Command]:
     return [
         Command(
             "palette", "&Help", "All commands …", "Search everything that can be done.",
-            w.show_palette, "Ctrl+K", "palette-of-commands",
+            w.dialogs.show_palette, "Ctrl+K", "palette-of-commands",
         ),
         Command(
             "shortcuts", "&Help", "Change shortcuts …", "Give commands other keys.",
-            w.show_shortcuts, "Ctrl+Alt+K", "settings",
+            w.dialogs.show_shortcuts, "Ctrl+Alt+K", "settings",
         ),
         Command(
             "close_message", "&Help", "Close the message", "Close the message above the views.",
@@ -82,7 +83,7 @@ def _help(w: MainWindow) -> list[Command]:
             lambda: "" if w.messages.message is not None else "No message is shown.",
         ),
         Command(
-            "about", "&Help", "About stereotrack", "Version, and where the log is.", w.show_about,
-            icon="info",
+            "about", "&Help", "About stereotrack", "Version, and where the log is.",
+            w.dialogs.show_about, icon="info",
         ),
     ]  # fmt: skip

@@ -11,6 +11,7 @@ from app.tasks.newest import NewestWins
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 
@@ -104,16 +105,17 @@ class CloudPresenter(QObject):
     def _measure(self, question: tuple[DepthParameters, int]) -> Cloud:
         """Make one cloud; in the worker's thread, which alone uses the chain."""
         parameters, frame = question
-        assert self._recording is not None
-        assert self._reader is not None
+        recording, reader = self._recording, self._reader
+        if recording is None or reader is None:
+            raise Cancelled
         if self._chain is None or self._chain.parameters != parameters:
             if self._chain is not None:
                 self._chain.close()
                 self._chain = None
-            chain = DepthChain(self._recording, parameters)
-            chain.learn_background(self._reader, range(self._reader.frame_count))
+            chain = DepthChain(recording, parameters)
+            chain.learn_background(reader, range(reader.frame_count))
             self._chain = chain
-        return self._chain.process(self._reader.frame_set(frame))
+        return self._chain.process(reader.frame_set(frame))
 
     @Slot(object, object)
     def _on_measured(self, question: tuple[DepthParameters, int], cloud: Cloud) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from app.limb_colours import LIMB_COLOURS, limb_words
 from app.presenters.judgement import MEASURED_LIMBS, Judgement
 from app.presenters.runs import RunList
-from app.views.error_plot import Curve
+from app.views.error_curves import Curve
 from app.views.timeline_lanes import Lane, Span
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.recording.description import Segment
@@ -18,24 +18,29 @@ FULL_DEG = 45.0
 """Angle that is shown in a lane's full colour; more than this is a lost limb."""
 
 
-def curves_of(runs: RunList, judgements: dict[int, Judgement]) -> tuple[Curve, ...]:
-    """One curve per limb and run that is shown; the active run's are solid."""
-    curves = []
+def curves_of(runs: RunList, judgements: dict[int, Judgement], count: int) -> tuple[Curve, ...]:
+    """One curve per limb and run that is shown; the active run's are solid.
+
+    All curves have all `count` frames of the recording, so that the plot stays under the
+    timeline's frames while a run grows.
+    """
+    curves: list[Curve] = []
+    every = np.arange(count)
     for entry in runs.entries:
         judgement = judgements.get(id(entry))
         if not entry.visible or judgement is None:
             continue
-        for limb in MEASURED_LIMBS:
-            curves.append(
-                Curve(
-                    name=entry.name,
-                    limb=limb,
-                    colour=LIMB_COLOURS[limb],
-                    style=runs.style(entry),
-                    frame=judgement.frame,
-                    value=judgement.limbs[limb],
-                )
+        curves.extend(
+            Curve(
+                name=entry.name,
+                limb=limb,
+                colour=LIMB_COLOURS[limb],
+                style=runs.style(entry),
+                frame=every,
+                value=_spread(judgement, judgement.limbs[limb], count),
             )
+            for limb in MEASURED_LIMBS
+        )
     return tuple(curves)
 
 

@@ -62,7 +62,8 @@ class Iterations:
         self._body = pipeline.body
         self._cloud = cloud
         # what both trackers have in common beyond the protocol is known at run time only
-        self._tracker: Any = copy.deepcopy(pipeline.tracker)
+        tracker: Any = pipeline.tracker
+        self._tracker = copy.deepcopy(tracker)
         if not started and len(cloud.points):
             self._tracker.start(t_pose_in_cloud(pipeline.body, cloud.points))
         self._count = int(self._tracker.parameters.iterations)

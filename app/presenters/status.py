@@ -49,15 +49,15 @@ def _tracker_words(document: DocumentPresenter, track: TrackPresenter, runs: Run
             )
         newest = entry.frames[max(entry.frames)]
         return _joined(f"{verb} {done} of {wanted}", frame_words(shown or newest))
-    if shown is not None:
-        assert runs.active is not None
-        return _joined(f"frame {document.frame}, run {runs.active.name}", frame_words(shown))
-    if runs.active is not None:
-        return f"frame {document.frame} is not part of the run {runs.active.name}"
-    assert document.recording is not None
-    count = document.frame_count
-    seconds = count / document.recording.fps
-    return f"{document.recording.name}: {count} frames, {seconds:.1f} s; nothing tracked yet"
+    active, recording = runs.active, document.recording
+    if active is not None and shown is not None:
+        return _joined(f"frame {document.frame}, run {active.name}", frame_words(shown))
+    if active is not None:
+        return f"frame {document.frame} is not part of the run {active.name}"
+    if recording is None:
+        return ""
+    seconds = document.frame_count / recording.fps
+    return f"{recording.name}: {document.frame_count} frames, {seconds:.1f} s; nothing tracked yet"
 
 
 def frame_words(tracked: TrackedFrame) -> str:

@@ -53,6 +53,7 @@ class TrackWorker:
         self.done = False
         self._allowed = 0.0
         self._stop = False
+        self._working = False
         self._results: list[TrackedFrame] = []
         self._condition = threading.Condition()
         self._thread = threading.Thread(target=self._run, name="track", daemon=True)
@@ -70,8 +71,8 @@ class TrackWorker:
 
     @property
     def running(self) -> bool:
-        """Whether the tracker has leave to go on."""
-        return not self.done and self._allowed > 0
+        """Whether a frame is in work, or the tracker has leave to go on."""
+        return not self.done and (self._allowed > 0 or self._working)
 
     def stop(self, seconds: float = 15.0) -> None:
         """End the thread; what was tracked stays."""
@@ -89,7 +90,8 @@ class TrackWorker:
     def _wait(self) -> bool:
         with self._condition:
             self._condition.wait_for(lambda: self._stop or self._allowed > 0)
-            return not self._stop
+            self._working = not self._stop
+            return self._working
 
     def _run(self) -> None:
         order = self.order
@@ -119,6 +121,7 @@ class TrackWorker:
                 with self._condition:
                     self._results.append(tracked)
                     self._allowed -= 1
+                    self._working = False
         finally:
             close: Callable[[], None] = getattr(frames, "close", lambda: None)
             close()

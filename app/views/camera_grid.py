@@ -49,8 +49,8 @@ class CameraTile(QFrame):
     kind_chosen = Signal(str, str)
     activated = Signal(str)
 
-    def __init__(self, view: View) -> None:
-        super().__init__()
+    def __init__(self, view: View, parent: QWidget) -> None:
+        super().__init__(parent)
         self.view = view
         self.camera = CameraView()
         self._name = QLabel(view.name)
@@ -97,7 +97,8 @@ class CameraTile(QFrame):
 
     def _lay_out(self) -> None:
         head = QHBoxLayout()
-        head.setContentsMargins(6, 2, 4, 2)
+        head.setContentsMargins(8, 2, 4, 2)
+        head.setSpacing(8)
         head.addWidget(self._name)
         head.addWidget(self._kind)
         head.addWidget(self._note, 1)
@@ -177,7 +178,7 @@ class CameraGrid(QWidget):
             tile.deleteLater()
         self._tiles = {}
         for view in views:
-            tile = CameraTile(view)
+            tile = CameraTile(view, self)
             tile.kind_chosen.connect(self._on_kind)
             tile.activated.connect(self.set_active)
             tile.camera.hovered.connect(self.hovered)

@@ -27,6 +27,8 @@ from app.views.picture import Picture, brightened
 LOUPE_SIZE = 170
 LOUPE_FACTOR = 4.0
 _CLICK_PIXELS = 4
+_MOST_ZOOM = 64.0
+_PERSON_SHARE, _LEAST_SHARE = 0.68, 0.4
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,8 @@ class Display:
     contrast : float
         Factor.
     loupe : bool
+    keep_person : bool
+        Whether views enlarge the person and follow it, until somebody zooms by hand.
     """
 
     overlays: frozenset[str] = frozenset({"outline", "reference"})
@@ -51,6 +55,7 @@ class Display:
     brightness: float = 0.0
     contrast: float = 1.0
     loupe: bool = False
+    keep_person: bool = False
 
 
 class CameraView(QWidget):
@@ -83,6 +88,7 @@ class CameraView(QWidget):
         self._cursor: QPointF | None = None
         self._drag: tuple[QPointF, QPointF] | None = None
         self._dragged = False
+        self._by_hand = False
         self.setMouseTracking(True)
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
@@ -109,6 +115,7 @@ class CameraView(QWidget):
         self._make_image()
         if self._image.size() != size_before:
             self.fit()
+        self._keep_person()
         self._tell_hover()
         self.update()
 
@@ -117,18 +124,22 @@ class CameraView(QWidget):
         old, self._display = self._display, display
         if (old.brightness, old.contrast) != (display.brightness, display.contrast):
             self._make_image()
+        if old.keep_person != display.keep_person:
+            self.fit()
+            self._keep_person()
         self.update()
 
     def fit(self) -> None:
         """Show the whole picture."""
-        self._zoom, self._centre = 1.0, None
+        self._zoom, self._centre, self._by_hand = 1.0, None, False
         self.update()
 
     def zoom_by(self, factor: float, at: QPointF | None = None) -> None:
         """Zoom by `factor`, keeping the picture's point under `at` (widget) where it is."""
         place = at if at is not None else QPointF(self.rect().center())
         fixed = self.pixel_at(place)
-        self._zoom = float(np.clip(self._zoom * factor, 1.0, 64.0))
+        self._by_hand = True
+        self._zoom = float(np.clip(self._zoom * factor, 1.0, _MOST_ZOOM))
         if self._zoom == 1.0:
             self._centre = None
         else:
@@ -190,6 +201,24 @@ class CameraView(QWidget):
         y = 0.5 * self.height() - scale * (0.5 * height + centre.y())
         return self._upright() * QTransform.fromScale(scale, scale) * QTransform.fromTranslate(x, y)
 
+    def _keep_person(self) -> None:
+        """Enlarge the person, and move only when it is about to leave what is seen."""
+        if not self._display.keep_person or self._by_hand or self._picture is None:
+            return
+        box = self._picture.overlay.person_box()
+        if box is None or self._image.isNull():
+            return
+        place = self._to_widget().mapRect(box)
+        seen = QRectF(self.rect())
+        share = max(place.width() / seen.width(), place.height() / seen.height())
+        if seen.contains(place) and share > _LEAST_SHARE:
+            return
+        zoom = self._zoom * _PERSON_SHARE / max(share, 1e-3)
+        self._zoom = float(np.clip(zoom, 1.0, _MOST_ZOOM))
+        width, height = self._upright_size()
+        centre = self._upright().map(box.center())
+        self._centre = centre - QPointF(0.5 * width, 0.5 * height)
+
     def _pan(self, by: QPointF) -> None:
         if self._centre is None:
             return
@@ -216,7 +245,8 @@ class CameraView(QWidget):
             self.painted.emit(self._picture.frame)
 
     def _paint_picture(self, painter: QPainter, transform: QTransform, scale: float) -> None:
-        assert self._picture is not None
+        if self._picture is None:
+            return
         painter.save()
         painter.setTransform(transform, True)
         # enlarged pixels stay squares, so that one sees what was measured
@@ -276,7 +306,7 @@ class CameraView(QWidget):
         if self._drag is not None:
             start, last = self._drag
             if (event.position() - start).manhattanLength() > _CLICK_PIXELS or self._dragged:
-                self._dragged = True
+                self._dragged = self._by_hand = True
                 self._pan(event.position() - last)
                 if self._zoom > 1.0:
                     self.setCursor(Qt.CursorShape.ClosedHandCursor)

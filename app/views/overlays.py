@@ -9,7 +9,7 @@ from typing import TypeAlias
 import cv2
 import numpy as np
 import pyqtgraph
-from PySide6.QtCore import QPointF, Qt
+from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QLinearGradient, QPainter, QPainterPath, QPen, QPolygonF
 
 from app.limb_colours import LANDMARK_LIMBS, LIMB_COLOURS
@@ -41,7 +41,7 @@ class PartShape:
     Attributes
     ----------
     limb : str
-    outline : (K, 2) float32, pixels
+    outline : (K, 2) float64, pixels
         Convex silhouette.
     axis : (2, 2) float64, pixels
         From the base's to the end's centre.
@@ -86,6 +86,20 @@ class Overlay:
     correspondences: FloatArray | None = None
     limbs: IntArray | None = None
 
+    def person_box(self) -> QRectF | None:
+        """Box around model, reference or points, whichever is there first; in pixels."""
+        parts = [shape.outline for shape in self.shapes]
+        if self.reference is not None:
+            parts.append(self.reference)
+        if not parts and self.points is not None and len(self.points):
+            parts.append(np.nanpercentile(self.points, (2.0, 98.0), axis=0))
+        corners = np.concatenate(parts) if parts else np.empty((0, 2))
+        corners = corners[np.isfinite(corners).all(axis=1)]
+        if len(corners) < 2:
+            return None
+        (left, top), (right, bottom) = corners.min(axis=0), corners.max(axis=0)
+        return QRectF(float(left), float(top), float(right - left), float(bottom - top))
+
 
 def part_shapes(
     meshes: Sequence[PartMesh], project: Projection, eye: FloatArray, *, wire: bool
@@ -111,7 +125,7 @@ def part_shapes(
         start += len(mesh.vertices)
         if not np.isfinite(own).all() or np.abs(own).max() > 1e5:
             continue
-        hull = cv2.convexHull(own.astype(np.float32))[:, 0]
+        hull = np.asarray(cv2.convexHull(own.astype(np.float32))[:, 0], dtype=np.float64)
         shapes.append(
             PartShape(
                 mesh.limb,
@@ -170,8 +184,12 @@ def paint_overlay(
     if "outline" in shown:
         _paint_outlines(painter, overlay.paths)
     _paint_highlight(painter, overlay.paths, highlighted)
-    if "correspondences" in shown and overlay.correspondences is not None:
-        _paint_correspondences(painter, overlay, scale)
+    if (
+        "correspondences" in shown
+        and overlay.correspondences is not None
+        and overlay.limbs is not None
+    ):
+        _paint_correspondences(painter, overlay.correspondences, overlay.limbs, scale)
     for landmarks in overlay.others:
         _paint_skeleton(painter, landmarks, Qt.PenStyle.DotLine, scale)
     if "reference" in shown and overlay.reference is not None:
@@ -241,18 +259,18 @@ def _paint_points(painter: QPainter, points: FloatArray, scale: float) -> None:
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
 
 
-def _paint_correspondences(painter: QPainter, overlay: Overlay, scale: float) -> None:
-    assert overlay.correspondences is not None
-    assert overlay.limbs is not None
+def _paint_correspondences(
+    painter: QPainter, correspondences: FloatArray, limbs: IntArray, scale: float
+) -> None:
     for index, limb in enumerate(LIMBS):
-        pairs = overlay.correspondences[overlay.limbs == index]
+        pairs = correspondences[limbs == index]
         pairs = pairs[np.isfinite(pairs).all(axis=(1, 2))]
         if len(pairs) == 0:
             continue
         colour = QColor(LIMB_COLOURS[limb])
         painter.setPen(_pen(colour.lighter(115), 1.2))
         painter.drawPath(_segments_path(pairs))
-        painter.setPen(_pen(QColor("white"), float(np.clip(1.2 * scale, 2.0, 5.0))))
+        painter.setPen(_pen(QColor("white"), float(np.clip(scale, 1.2, 3.0))))
         painter.drawPoints(_polygon(pairs[:, 0]))
 
 

@@ -29,6 +29,7 @@ class RigPanel(QWidget):
         super().__init__(parent)
         self.tree = QTreeWidget()
         self.tree.setHeaderLabels(list(_COLUMNS))
+        self.tree.setIndentation(14)
         self.tree.setAccessibleName("Cameras of the rig")
         for column, tip in enumerate(_COLUMNS.values()):
             header = self.tree.headerItem()
@@ -46,13 +47,15 @@ class RigPanel(QWidget):
         for view in recording.views:
             self.tree.addTopLevelItem(_view_item(view, recording))
         self.tree.expandAll()
-        for column in range(len(_COLUMNS)):
+        for column in range(1, len(_COLUMNS)):
             self.tree.resizeColumnToContents(column)
+        widest = max(self.fontMetrics().horizontalAdvance(name) for name in recording.cameras)
+        self.tree.setColumnWidth(0, widest + 3 * self.tree.indentation() + 8)
 
 
 def _view_item(view: View, recording: Recording) -> QTreeWidgetItem:
     reference = recording.reference_camera(view)
-    words = view.kind
+    words: str = view.kind
     if view.left is not None:
         left = recording.cameras[view.left.camera]
         baseline = float(np.linalg.norm(left.position_world - reference.position_world))
@@ -73,12 +76,16 @@ def camera_words(camera: Camera) -> Sequence[str]:
     return [
         camera.name,
         f"{camera.width} × {camera.height}",
-        f"{K[0, 0]:.1f}, {K[1, 1]:.1f}",
+        _pair(K[0, 0], K[1, 1]),
         f"{K[0, 2]:.1f}, {K[1, 2]:.1f}",
         f"{corner_distortion(camera):.1f} px",
         f"{place[0]:.2f}, {place[1]:.2f}, {place[2]:.2f}",
         direction_words(camera),
     ]
+
+
+def _pair(a: float, b: float) -> str:
+    return f"{a:.1f}" if abs(a - b) < 0.05 else f"{a:.1f}, {b:.1f}"
 
 
 def corner_distortion(camera: Camera) -> float:

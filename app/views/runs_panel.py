@@ -98,7 +98,8 @@ class RunsPanel(QWidget):
                 self._fill(self.tree.topLevelItem(place), row)
 
     def _fill(self, item: QTreeWidgetItem | None, row: RunRow) -> None:
-        assert item is not None
+        if item is None:
+            return
         item.setFlags(
             Qt.ItemFlag.ItemIsEnabled
             | Qt.ItemFlag.ItemIsSelectable
@@ -134,6 +135,6 @@ class RunsPanel(QWidget):
             self.renamed.emit(place, item.text(0))
 
     @Slot(QTreeWidgetItem, int)
-    def _on_clicked(self, item: QTreeWidgetItem, column: int) -> None:
+    def _on_clicked(self, item: QTreeWidgetItem, _column: int) -> None:
         if item.checkState(0) == Qt.CheckState.Checked:
             self.activated.emit(self.tree.indexOfTopLevelItem(item))

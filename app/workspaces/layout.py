@@ -8,6 +8,7 @@ from PySide6.QtCore import QSettings, Qt
 from PySide6.QtWidgets import QDockWidget, QMainWindow
 
 _VERSION = 1
+_USUAL_HEIGHT = 960
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         side=(("scene",), ("runs", "parameters", "numbers", "findings")),
         bottom=("plot", "timeline"),
         side_share=0.37,
-        bottom_heights=(150, 130),
+        bottom_heights=(160, 115),
         side_heights=(3, 2),
     ),
     Workspace(
@@ -75,7 +76,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         side=(("scene",), ("numbers", "runs")),
         bottom=("plot", "timeline"),
         side_share=0.33,
-        bottom_heights=(210, 150),
+        bottom_heights=(230, 150),
         side_heights=(1, 1),
     ),
     Workspace(
@@ -86,7 +87,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         side=(("parameters",), ("runs", "numbers")),
         bottom=("plot", "timeline"),
         side_share=0.40,
-        bottom_heights=(190, 120),
+        bottom_heights=(190, 115),
         side_heights=(3, 1),
     ),
     Workspace(
@@ -151,7 +152,9 @@ def _resize(window: QMainWindow, docks: dict[str, QDockWidget], space: Workspace
         window.resizeDocks(side, heights, Qt.Orientation.Vertical)
     bottom = [docks[name] for name in space.bottom]
     if bottom:
-        window.resizeDocks(bottom, list(space.bottom_heights), Qt.Orientation.Vertical)
+        share = window.height() / _USUAL_HEIGHT
+        heights = [round(share * height) for height in space.bottom_heights]
+        window.resizeDocks(bottom, heights, Qt.Orientation.Vertical)
 
 
 def save_layout(window: QMainWindow, settings: QSettings, space: Workspace) -> None:

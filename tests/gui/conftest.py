@@ -1,0 +1,78 @@
+"""A real window on a small recording; without a screen unless one is asked for."""
+
+from __future__ import annotations
+
+import os
+
+# before Qt is loaded: by default nothing is shown anywhere
+if os.environ.get("STEREOTRACK_TEST_DISPLAY") != "1":
+    os.environ["QT_QPA_PLATFORM"] = "offscreen"
+
+import gc
+import threading
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QSettings
+from PySide6.QtWidgets import QApplication
+
+from app.failures import FailureRelay
+from app.main_window import MainWindow
+from app.theme import apply_theme
+from stereotrack_core.simulation.make import simulate
+
+FRAMES = 8
+
+
+@pytest.fixture(scope="session")
+def small_recording(tmp_path_factory) -> Path:
+    """Two stereo views of a person in the T pose, rendered once."""
+    folder = tmp_path_factory.mktemp("recordings") / "small"
+    simulate(folder, person="P2", motion="t-pose", frames=FRAMES, views="NS", seed=3)
+    return folder
+
+
+@pytest.fixture
+def settings(tmp_path) -> QSettings:
+    return QSettings(str(tmp_path / "settings.ini"), QSettings.Format.IniFormat)
+
+
+@pytest.fixture
+def failures():
+    """Exceptions that nobody caught, of any thread; there shall be none."""
+    relay = FailureRelay()
+    seen = []
+    relay.message.connect(seen.append)
+    relay.install()
+    yield seen
+    relay.remove()
+
+
+@pytest.fixture
+def window(qtbot, settings, failures):
+    """The window with its welcome page."""
+    app = QApplication.instance()
+    apply_theme(app, "dark")
+    gc.disable()
+    made = MainWindow(settings)
+    qtbot.addWidget(made)
+    made.resize(1366, 768)
+    with qtbot.waitExposed(made):
+        made.show()
+    made.activateWindow()
+    qtbot.waitUntil(made.isActiveWindow, timeout=5_000)
+    yield made
+    made.close()
+    gc.enable()
+    left = [t.name for t in threading.enumerate() if t.name in {"track", "read frames"}]
+    assert not left, f"threads outlive the window: {left}"
+    assert not failures, [message.sentence() for message in failures]
+
+
+@pytest.fixture
+def opened(window, qtbot, small_recording):
+    """The window with the small recording open and painted."""
+    window.files.open(small_recording)
+    qtbot.waitUntil(lambda: window.document.frame_set is not None, timeout=30_000)
+    qtbot.waitUntil(window.settled, timeout=60_000)
+    return window

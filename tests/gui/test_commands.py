@@ -1,0 +1,145 @@
+"""Palette, shortcuts, and every command in every state."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QDialog, QFileDialog
+
+from app.actions import ActionBook
+from app.command_palette import CommandPalette, match_rank
+from app.shortcut_editor import ShortcutEditor
+
+pytestmark = pytest.mark.window
+
+
+def dialog_of(kind):
+    found = [w for w in QApplication.topLevelWidgets() if isinstance(w, kind) and w.isVisible()]
+    return found[-1] if found else None
+
+
+def test_the_palette_finds_and_does(opened, qtbot):
+    QTest.keyClick(opened, Qt.Key.Key_K, Qt.KeyboardModifier.ControlModifier)
+    qtbot.waitUntil(lambda: dialog_of(CommandPalette) is not None, timeout=5_000)
+    palette = dialog_of(CommandPalette)
+    qtbot.keyClicks(palette.search, "last frame")
+    assert palette.list.currentItem().text(0) == "Last frame"
+    qtbot.keyClick(palette.search, Qt.Key.Key_Return)
+    qtbot.waitUntil(lambda: opened.document.frame == 7, timeout=5_000)
+
+
+def test_the_palette_says_why_something_cannot_be_done(window, qtbot):
+    palette = CommandPalette(window.actions_book, window)
+    qtbot.addWidget(palette)
+    palette.search.setText("step one frame")
+    assert "Open a recording first" in palette._why.text()
+    palette._choose()
+    assert palette.chosen() is None
+
+
+def test_every_command_says_what_it_does(window):
+    for command in window.actions_book.commands:
+        assert command.tip.endswith((".", "!")), command.id
+        assert command.text, command.id
+        reason = command.why_not()
+        assert not reason or reason.endswith("."), command.id
+        assert window.actions_book.action(command.id).isEnabled() == (not reason)
+
+
+def test_no_two_commands_share_a_shortcut(window):
+    book: ActionBook = window.actions_book
+    used = {}
+    for command in book.commands:
+        keys = book.shortcut(command.id)
+        if keys:
+            assert keys not in used, f"{command.id} and {used.get(keys)} are both on {keys}"
+            used[keys] = command.id
+
+
+def test_a_shortcut_is_changed_kept_and_never_stolen(opened, qtbot, settings):
+    editor = ShortcutEditor(opened.actions_book, opened)
+    qtbot.addWidget(editor)
+    editor.choose("next")
+    editor.keys.setKeySequence("L")
+    qtbot.mouseClick(editor.set_button, Qt.MouseButton.LeftButton)
+    assert "Loupe" in editor.note.text()
+    assert opened.actions_book.shortcut("next") == "Right"
+    editor.keys.setKeySequence("J")
+    qtbot.mouseClick(editor.set_button, Qt.MouseButton.LeftButton)
+    assert settings.value("shortcuts/next") == "J"
+    QTest.keyClick(opened, Qt.Key.Key_J)
+    assert opened.document.frame == 1
+
+
+def test_matching_prefers_the_beginning(window):
+    play = window.actions_book.command("play")
+    assert match_rank("play", play) == 0
+    assert match_rank("pause", play) == 1
+    assert match_rank("speed", play) == 2
+    assert match_rank("xyz", play) is None
+
+
+@pytest.fixture
+def silent_dialogs(monkeypatch, tmp_path):
+    """File dialogs that are cancelled."""
+    monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *a, **k: "")
+    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *a, **k: ("", ""))
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *a, **k: ("", ""))
+
+
+def trigger_everything(window, qtbot, besides=()):
+    """Trigger every command that can be done, and close what opens."""
+    done = []
+    for command in window.actions_book.commands:
+        action = window.actions_book.action(command.id)
+        window.actions_book.refresh()
+        if command.id in {"quit", "demo", "close", *besides} or not action.isEnabled():
+            continue
+        action.trigger()
+        QApplication.processEvents()
+        for widget in QApplication.topLevelWidgets():
+            if isinstance(widget, QDialog) and widget.isVisible():
+                widget.close()
+        done.append(command.id)
+    return done
+
+
+def test_every_command_in_every_state(window, qtbot, failures, small_recording, silent_dialogs):
+    welcome = trigger_everything(window, qtbot)
+    assert "open" in welcome
+    window.files.open(small_recording)
+    qtbot.waitUntil(lambda: window.document.frame_set is not None, timeout=30_000)
+    qtbot.waitUntil(window.settled, timeout=60_000)
+    tracking = {"run", "step", "iterate", "run_here", "run_selection"}
+    quiet = trigger_everything(window, qtbot, besides=tracking)
+    assert len(quiet) > 50
+    window.actions_book.action("step").trigger()
+    qtbot.waitUntil(lambda: window.track.paused and len(window.track.entry.frames) == 1, timeout=60_000)
+    paused = trigger_everything(window, qtbot, besides={"remove_run"})
+    assert tracking - {"run_selection"} <= set(paused) | {"iterate", "run_here", "step"}
+    window.track.pause()
+    qtbot.waitUntil(lambda: not window.track.running, timeout=60_000)
+    window.track.stop()
+    idle = trigger_everything(window, qtbot, besides=tracking)
+    assert "save_run" in idle or window.runs.active is None
+    assert not failures
+    assert window.messages.message is None, window.messages.text()
+
+
+def test_mono_views_play_and_say_why_they_are_not_tracked(window, qtbot, shared_recording):
+    window.files.open(shared_recording("seated-4cam-rotated"))
+    qtbot.waitUntil(lambda: window.document.frame_set is not None, timeout=30_000)
+    qtbot.waitUntil(window.settled, timeout=60_000)
+    assert len(window.grid.tiles) == 4
+    assert {t.camera.picture.rotation for t in window.grid.tiles.values()} != {0}
+    action = window.actions_book.action("run")
+    assert not action.isEnabled()
+    assert "depth" in action.statusTip()
+
+
+def test_something_wrong_inside_is_said_without_a_traceback(window, qtbot, failures):
+    QTimer.singleShot(0, lambda: 1 / 0)
+    with qtbot.captureExceptions():
+        qtbot.wait(100)
+    failures.clear()

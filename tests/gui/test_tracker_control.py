@@ -1,0 +1,119 @@
+"""The tracker is run, held, stepped and stopped from the window."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+
+pytestmark = pytest.mark.window
+
+
+def trigger(window, name):
+    action = window.actions_book.action(name)
+    assert action.isEnabled(), action.statusTip()
+    action.trigger()
+
+
+def tracked(window) -> int:
+    return len(window.track.entry.frames) if window.track.entry is not None else 0
+
+
+def test_a_run_draws_while_it_works_and_ends_with_curves(opened, qtbot):
+    seen = []
+    opened.track.advanced.connect(lambda frame: seen.append(frame.frame))
+    QTest.keyClick(opened, Qt.Key.Key_F8)
+    qtbot.waitUntil(lambda: opened.track.entry is None and len(opened.runs.entries) == 1, timeout=90_000)
+    qtbot.waitUntil(opened.settled, timeout=30_000)
+    run = opened.runs.active
+    assert sorted(run.frames) == list(range(8))
+    assert seen == sorted(seen)
+    assert opened.document.frame == 7
+    judgement = opened.judging.of(run)
+    assert judgement.measure == "error"
+    assert np.nanmedian(judgement.limbs["torso"]) < 15
+    assert {lane.name for lane in opened.timeline._lanes} >= {"torso", "left forearm"}
+    assert opened.grid.tiles["N"].camera.picture.overlay.paths
+
+
+def test_step_tracks_one_frame_and_holds(opened, qtbot):
+    trigger(opened, "step")
+    qtbot.waitUntil(lambda: tracked(opened) == 1 and opened.track.paused, timeout=60_000)
+    opened.refresh()
+    trigger(opened, "step")
+    qtbot.waitUntil(lambda: tracked(opened) == 2 and opened.track.paused, timeout=60_000)
+    assert opened.document.frame == 1
+    assert "paused at 2 of 8" in opened.state_label.text() or opened.refresh() is None
+
+
+def test_pause_holds_and_run_goes_on_with_the_same_run(opened, qtbot):
+    trigger(opened, "run")
+    qtbot.waitUntil(lambda: tracked(opened) >= 1, timeout=60_000)
+    opened.track.pause()
+    qtbot.waitUntil(lambda: opened.track.paused, timeout=30_000)
+    run, count = opened.track.entry, tracked(opened)
+    qtbot.wait(400)
+    assert tracked(opened) <= count + 1
+    opened.refresh()
+    trigger(opened, "run")
+    qtbot.waitUntil(lambda: opened.track.entry is None, timeout=90_000)
+    assert opened.runs.entries == (run,)
+    assert len(run.frames) == 8
+
+
+def test_iterations_show_the_prediction_and_then_the_corrected_model(opened, qtbot):
+    shown = []
+    opened.track.iterated.connect(shown.append)
+    for count in (1, 2, 3):
+        opened.refresh()
+        trigger(opened, "iterate")
+        qtbot.waitUntil(lambda count=count: len(shown) == count, timeout=60_000)
+    assert shown[0].words == "predicted model"
+    assert shown[1].words.startswith("iteration 1 of")
+    assert shown[0].correspondences is not None
+    assert not np.allclose(shown[0].pose.position, shown[2].pose.position)
+    assert tracked(opened) == 0, "the tracker itself stays where it is"
+
+
+def test_changed_settings_apply_to_the_next_step_as_a_new_run(opened, qtbot):
+    trigger(opened, "step")
+    qtbot.waitUntil(lambda: tracked(opened) == 1 and opened.track.paused, timeout=60_000)
+    first = opened.track.entry
+    opened.parameters.settings_changed.emit(opened.track.settings.replaced(iterations=2))
+    opened.refresh()
+    trigger(opened, "step")
+    qtbot.waitUntil(lambda: opened.track.entry is not first and tracked(opened) == 1, timeout=60_000)
+    second = opened.track.entry
+    assert sorted(first.frames) == [0]
+    assert sorted(second.frames) == [1]
+    assert second.settings.tracking.iterations == 2
+
+
+def test_a_selection_is_tracked_alone(opened, qtbot):
+    opened.timeline.set_selection(range(2, 5))
+    opened.timeline.selection_changed.emit(range(2, 5))
+    opened.refresh()
+    trigger(opened, "run_selection")
+    qtbot.waitUntil(lambda: opened.track.entry is None, timeout=90_000)
+    assert sorted(opened.runs.active.frames) == [2, 3, 4]
+
+
+def test_a_run_is_saved_and_opened_again(opened, qtbot, tmp_path):
+    trigger(opened, "step")
+    qtbot.waitUntil(lambda: tracked(opened) == 1 and opened.track.paused, timeout=60_000)
+    opened.track.stop()
+    made = opened.runs.active
+    opened.files.save_run(made, tmp_path / "run.npz")
+    opened.files.open_run(tmp_path / "run.npz")
+    again = opened.runs.active
+    assert again is not made
+    np.testing.assert_array_equal(again.at(0).landmarks, made.at(0).landmarks)
+    np.testing.assert_allclose(again.at(0).pose.position, made.at(0).pose.position)
+
+
+def test_closing_while_tracking_ends_the_thread(opened, qtbot):
+    trigger(opened, "run")
+    qtbot.waitUntil(lambda: tracked(opened) >= 1, timeout=60_000)
+    opened.close()
+    assert opened.track.entry is None

@@ -1,0 +1,235 @@
+"""Somebody opens a recording, looks around and closes the window again."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
+from PySide6.QtGui import QDropEvent, QWheelEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from app.views.camera_view import CameraView
+from app.workspaces.layout import WORKSPACES
+
+pytestmark = pytest.mark.window
+
+
+def shown(window) -> set[int]:
+    """Frames that the views have."""
+    return {tile.camera.picture.frame for tile in window.grid.tiles.values()}
+
+
+def press(qtbot, window, key, modifier=Qt.KeyboardModifier.NoModifier):
+    window.activateWindow()
+    QTest.keyClick(window, key, modifier)
+
+
+def go(qtbot, window, frame):
+    window.document.go_to(frame)
+    qtbot.waitUntil(lambda: shown(window) == {frame}, timeout=10_000)
+
+
+def test_the_welcome_page_offers_ways_to_begin(window):
+    assert window.stack.currentWidget() is window.welcome
+    assert window.welcome.open_button.isVisible()
+    assert window.welcome.demo_button.isVisible()
+    assert "no recording" in window.state_label.text()
+
+
+def test_opening_shows_all_views_at_frame_zero(opened):
+    assert set(opened.grid.tiles) == {"N", "S"}
+    assert shown(opened) == {0}
+    assert opened.windowTitle().startswith("small")
+    assert opened.findings.verdict.text()
+
+
+def test_a_folder_without_a_recording_is_said_and_nothing_is_lost(opened, qtbot, tmp_path):
+    opened.files.open(tmp_path)
+    qtbot.waitUntil(lambda: opened.messages.message is not None, timeout=10_000)
+    words = opened.messages.text()
+    assert str(tmp_path) in words
+    assert "Traceback" not in words
+    assert opened.document.recording is not None
+
+
+def test_a_dropped_folder_is_opened(window, qtbot, small_recording):
+    data = QMimeData()
+    data.setUrls([QUrl.fromLocalFile(str(small_recording))])
+    event = QDropEvent(
+        QPointF(200, 200),
+        Qt.DropAction.CopyAction,
+        data,
+        Qt.MouseButton.LeftButton,
+        Qt.KeyboardModifier.NoModifier,
+    )
+    window.dropEvent(event)
+    qtbot.waitUntil(lambda: window.document.recording is not None, timeout=30_000)
+    assert window.files.recent() == [small_recording.resolve()]
+
+
+def test_arrow_keys_step_and_all_views_follow(opened, qtbot):
+    for key, frame in (
+        (Qt.Key.Key_Right, 1),
+        (Qt.Key.Key_Period, 2),
+        (Qt.Key.Key_Left, 1),
+        (Qt.Key.Key_Comma, 0),
+        (Qt.Key.Key_Left, 0),
+        (Qt.Key.Key_End, 7),
+        (Qt.Key.Key_Right, 7),
+        (Qt.Key.Key_Home, 0),
+    ):
+        press(qtbot, opened, key)
+        qtbot.waitUntil(lambda frame=frame: shown(opened) == {frame}, timeout=10_000)
+        assert opened.document.frame == frame
+        assert opened.transport.number.value() == frame
+        assert opened.timeline.frame == frame
+
+
+def test_a_frame_is_the_same_whichever_way_it_was_reached(opened, qtbot):
+    def pixels():
+        return {n: t.camera.picture.pixels.copy() for n, t in opened.grid.tiles.items()}
+
+    go(qtbot, opened, 4)
+    direct = pixels()
+    go(qtbot, opened, 7)
+    press(qtbot, opened, Qt.Key.Key_Left)
+    press(qtbot, opened, Qt.Key.Key_Left)
+    press(qtbot, opened, Qt.Key.Key_Left)
+    qtbot.waitUntil(lambda: shown(opened) == {4}, timeout=10_000)
+    for name, picture in pixels().items():
+        np.testing.assert_array_equal(picture, direct[name])
+
+
+def test_space_plays_to_the_end_and_stops_there(opened, qtbot):
+    seen = []
+    opened.document.frame_changed.connect(seen.append)
+    press(qtbot, opened, Qt.Key.Key_Space)
+    assert opened.document.playing
+    qtbot.waitUntil(lambda: not opened.document.playing, timeout=20_000)
+    assert opened.document.frame == 7
+    assert seen == sorted(seen)
+
+
+def test_the_wheel_zooms_at_the_cursor(opened, qtbot):
+    camera: CameraView = opened.grid.tiles["N"].camera
+    place = QPointF(camera.width() * 0.3, camera.height() * 0.4)
+    before = camera.pixel_at(place)
+    wheel = QWheelEvent(
+        place,
+        QPointF(camera.mapToGlobal(place.toPoint())),
+        QPoint(),
+        QPoint(0, 360),
+        Qt.MouseButton.NoButton,
+        Qt.KeyboardModifier.NoModifier,
+        Qt.ScrollPhase.NoScrollPhase,
+        False,
+    )
+    QApplication.sendEvent(camera, wheel)
+    assert camera.zoom > 1.5
+    after = camera.pixel_at(place)
+    assert abs(after.x() - before.x()) < 1e-6
+    assert abs(after.y() - before.y()) < 1e-6
+    qtbot.mouseDClick(camera, Qt.MouseButton.LeftButton, pos=place.toPoint())
+    assert camera.zoom == 1.0
+
+
+def test_dragging_moves_an_enlarged_picture(opened, qtbot):
+    camera = opened.grid.tiles["N"].camera
+    camera.zoom_by(4.0)
+    before = camera.place_of(300.0, 200.0)
+    start = camera.rect().center()
+    QTest.mousePress(camera, Qt.MouseButton.MiddleButton, pos=start)
+    QTest.mouseMove(camera, start + QPoint(10, 6))
+    QTest.mouseMove(camera, start + QPoint(30, 18))
+    QTest.mouseRelease(camera, Qt.MouseButton.MiddleButton, pos=start + QPoint(30, 18))
+    after = camera.place_of(300.0, 200.0)
+    assert (after - before).x() == pytest.approx(30, abs=1)
+    assert (after - before).y() == pytest.approx(18, abs=1)
+
+
+def test_the_pixel_under_the_cursor_is_told(opened, qtbot):
+    camera = opened.grid.tiles["S"].camera
+    place = camera.place_of(100.0, 50.0).toPoint()
+    QTest.mouseMove(camera, place + QPoint(1, 1))
+    QTest.mouseMove(camera, place)
+    qtbot.waitUntil(lambda: opened.pixel_label.text().startswith("S"), timeout=5_000)
+    expected = camera.pixel_at(QPointF(place))
+    assert f"x {expected.x():.1f}" in opened.pixel_label.text()
+
+
+@pytest.mark.parametrize("space", WORKSPACES, ids=lambda space: space.name)
+def test_every_workspace_fits_the_smallest_screen(opened, qtbot, space):
+    qtbot.mouseClick(
+        opened.workspace_bar.widgetForAction(
+            opened.actions_book.action(f"workspace_{space.name}")
+        ),
+        Qt.MouseButton.LeftButton,
+    )
+    qtbot.waitUntil(opened.settled, timeout=60_000)
+    assert opened.workspace is space
+    assert opened.width() <= 1366
+    assert opened.height() <= 768
+    for panels in (*space.side, space.bottom):
+        assert any(not opened.docks[name].visibleRegion().isEmpty() for name in panels) or (
+            not panels
+        )
+    for tile in opened.grid.tiles.values():
+        assert tile.camera.height() >= 100, "a view is squeezed"
+
+
+def test_a_changed_workspace_is_kept_and_can_be_reset(opened, qtbot):
+    book = opened.actions_book
+    book.action("workspace_review").trigger()
+    assert not opened.docks["numbers"].isHidden()
+    book.action("panel_numbers").trigger()
+    book.action("workspace_tune").trigger()
+    book.action("workspace_review").trigger()
+    assert opened.docks["numbers"].isHidden()
+    book.action("workspace_reset").trigger()
+    assert not opened.docks["numbers"].isHidden()
+
+
+def test_m_shows_the_active_view_alone(opened, qtbot):
+    qtbot.mouseClick(opened.grid.tiles["S"].camera, Qt.MouseButton.LeftButton)
+    press(qtbot, opened, Qt.Key.Key_M)
+    assert opened.grid.tiles["S"].isVisible()
+    assert not opened.grid.tiles["N"].isVisible()
+    press(qtbot, opened, Qt.Key.Key_M)
+    assert opened.grid.tiles["N"].isVisible()
+
+
+def test_keys_switch_overlays_one_by_one(opened, qtbot):
+    before = opened.grid.display.overlays
+    press(qtbot, opened, Qt.Key.Key_R)
+    assert opened.grid.display.overlays == before ^ {"reference"}
+    press(qtbot, opened, Qt.Key.Key_D)
+    assert opened.grid.display.overlays == before ^ {"reference", "points"}
+
+
+def test_the_reference_is_painted_where_the_camera_sees_it(opened, qtbot):
+    camera = opened.grid.tiles["N"].camera
+    with_reference = camera.grab().toImage()
+    head = camera.picture.overlay.reference[6]
+    place = camera.place_of(*head).toPoint()
+    assert with_reference.pixelColor(place).lightness() > 200, "the head's dot is white"
+    press(qtbot, opened, Qt.Key.Key_R)
+    assert camera.grab().toImage() != with_reference
+
+
+def test_disparity_and_foreground_are_shown_at_the_same_instant(opened, qtbot):
+    for key in (Qt.Key.Key_F3, Qt.Key.Key_F4, Qt.Key.Key_F5, Qt.Key.Key_F2, Qt.Key.Key_F1):
+        press(qtbot, opened, key)
+        qtbot.waitUntil(opened.settled, timeout=60_000)
+        kinds = {tile.camera.picture.kind for tile in opened.grid.tiles.values()}
+        assert kinds == {opened.grid.tiles["N"].kind}
+        assert all(t.camera.picture.pixels is not None for t in opened.grid.tiles.values())
+        press(qtbot, opened, Qt.Key.Key_Right)
+        qtbot.waitUntil(lambda: shown(opened) == {opened.document.frame}, timeout=30_000)
+
+
+def test_closing_the_recording_goes_back_to_the_welcome_page(opened, qtbot):
+    opened.actions_book.action("close").trigger()
+    assert opened.stack.currentWidget() is opened.welcome
+    assert opened.welcome.recent.count() == 1
+    assert not opened.actions_book.action("run").isEnabled()
