@@ -1,0 +1,105 @@
+"""Tiny recordings of depth images whose truth is known: rays cast on the cones of a body."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stereotrack_core.body.model import landmarks, placed_cones
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.recording.description import Recording, Stream, Subject, View
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.recording.writing import counts_of, write_png, write_recording_description
+from tests.oracle.occlusion import solids_of
+from tests.tracking.scenes import CAMERAS
+
+WIDTH, HEIGHT, FOCAL = 128, 104, 125.0
+VIEWS = ("N", "O", "S", "W")
+
+
+def camera_towards_the_middle(name, position) -> Camera:
+    """Camera at `position` that looks at a point 1 m above the middle of the room."""
+    forward = np.array([0.0, 0.0, 1.0]) - position
+    forward /= np.linalg.norm(forward)
+    right = np.cross(forward, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    rotation = np.stack([right, np.cross(forward, right), forward])
+    matrix = np.array(
+        [[FOCAL, 0, (WIDTH - 1) / 2], [0, FOCAL, (HEIGHT - 1) / 2], [0, 0, 1.0]], dtype=float
+    )
+    transform = RigidTransform(rotation, -rotation @ position)
+    return Camera(name, WIDTH, HEIGHT, matrix, np.zeros(4), False, transform)
+
+
+def rendered_depth(body, pose, camera):
+    """Depth along the camera's z (H, W) in metres, NaN beside the body."""
+    v, u = np.mgrid[:HEIGHT, :WIDTH]
+    rays = np.stack(
+        [(u - camera.matrix[0, 2]) / FOCAL, (v - camera.matrix[1, 2]) / FOCAL, np.ones_like(u)],
+        axis=-1,
+    )
+    start = camera.position_world
+    direction = rays.reshape(-1, 3) @ camera.camera_from_world.rotation
+    nearest = np.full(len(direction), np.inf)
+    for turn, origin, r1, r2, height, s in solids_of(placed_cones(body, body.frames(pose))):
+        flatten = np.array([1.0, 1.0 / s, 1.0])
+        p, d = (start - origin) @ turn * flatten, direction @ turn * flatten
+        slope = (r2 - r1) / height
+        # |p + t d|^2 across the axis equals (r1 + slope z)^2
+        a = d[:, 0] ** 2 + d[:, 1] ** 2 - (slope * d[:, 2]) ** 2
+        b = p[0] * d[:, 0] + p[1] * d[:, 1] - slope * d[:, 2] * (r1 + slope * p[2])
+        c = p[0] ** 2 + p[1] ** 2 - (r1 + slope * p[2]) ** 2
+        inside = b**2 - a * c
+        t = (-b - np.sqrt(np.maximum(inside, 0.0))) / a
+        z = p[2] + t * d[:, 2]
+        hit = (inside > 0) & (t > 0) & (z >= 0) & (z <= height)
+        nearest = np.where(hit, np.minimum(nearest, t), nearest)
+    return np.where(np.isfinite(nearest), nearest, np.nan).reshape(HEIGHT, WIDTH)
+
+
+def write_depth_recording(folder, body, poses, *, fps=10.0, missing=(), views=VIEWS) -> Recording:
+    """Recording with four depth views and a reference; `missing` frames show nothing."""
+    cameras = [
+        camera_towards_the_middle(name, position)
+        for name, position in zip(VIEWS, CAMERAS, strict=True)
+        if name in views
+    ]
+    described = tuple(
+        View(
+            camera.name,
+            "depth",
+            Stream(camera.name, f"{camera.name}/%04d.png"),
+            depth=Stream(camera.name, f"{camera.name}_depth/%04d.png"),
+            depth_unit=0.0005,
+            mask=Stream("", f"{camera.name}_mask/%04d.png"),
+        )
+        for camera in cameras
+    )
+    reference = LandmarkTrajectory(
+        np.arange(len(poses)), np.array([landmarks(body, pose) for pose in poses])
+    )
+    lengths = vars(body.skeleton.proportions)
+    recording = Recording(
+        folder,
+        "cones",
+        fps,
+        described,
+        {camera.name: camera for camera in cameras},
+        subject=Subject("P", **lengths),
+        reference=reference,
+    )
+    write_recording_description(recording)
+    for camera in cameras:
+        for kind in ("", "_depth", "_mask"):
+            (folder / f"{camera.name}{kind}").mkdir()
+        for k, pose in enumerate(poses):
+            depth = rendered_depth(body, pose, camera).astype(np.float32)
+            if k in missing:
+                depth[:] = np.nan
+            seen = np.isfinite(depth)
+            file = f"{k:04d}.png"
+            write_png(folder / camera.name / file, np.where(seen, 200, 90).astype(np.uint8))
+            write_png(folder / f"{camera.name}_depth" / file, counts_of(depth, 0.0005))
+            write_png(folder / f"{camera.name}_mask" / file, seen)
+    return open_recording(folder)

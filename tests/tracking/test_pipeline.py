@@ -1,0 +1,204 @@
+"""From a recording to a run."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from stereotrack_core.body.model import body_model, landmarks
+from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.run_file import read_run, write_run
+from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.tracking.frame import run_of
+from stereotrack_core.tracking.pipeline import Pipeline, track, usable_views
+from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.stored import body_of_run, pose_of_run
+from tests.tracking.recordings import write_depth_recording
+from tests.tracking.scenes import pose_with_arms
+
+FRAMES, MISSING = 6, 4
+
+
+def _pose(k):
+    return pose_with_arms(
+        [1, 0.12 * k, -0.05 * k],
+        [1, 0.3 * k, 0],
+        [-1, 0.1 * k, 0.06 * k],
+        [-1, 0.2 * k, 0.1 * k],
+        place=(0.02 * k, 0.0, 0.95),
+    )
+
+
+def _settings(name):
+    changes = {"search_arms": False, "data_points": 400} if name == "fast" else {}
+    return preset(name).replaced(pixel_step=1, speckle_size=0, **changes)
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    """Six frames of four depth views; the body is out of sight in one of them."""
+    body = body_model(AVERAGE, _settings("fast").body)
+    folder = tmp_path_factory.mktemp("recording") / "cones"
+    return write_depth_recording(folder, body, [_pose(k) for k in range(FRAMES)], missing={MISSING})
+
+
+@pytest.fixture(scope="module")
+def fast_run(recording):
+    return track(recording, _settings("fast"), preset="fast", seed=3)
+
+
+def _same(a, b):
+    for name in ("frame", "landmarks", "x", "P", "tracked", "coverage", "residual", "innovation"):
+        np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
+
+
+def test_the_run_follows_the_body(recording, fast_run):
+    np.testing.assert_array_equal(fast_run.frame, np.arange(FRAMES))
+    np.testing.assert_array_equal(fast_run.tracked, np.arange(FRAMES) != MISSING)
+    errors = np.linalg.norm(fast_run.landmarks - recording.reference.points, axis=-1)
+    assert np.nanmax(errors) < 0.06
+    assert np.nanmean(errors) < 0.025
+    assert np.isnan(fast_run.landmarks[MISSING]).all()
+    assert np.isnan(fast_run.x[MISSING]).all()
+
+
+def test_the_thesis_follows_it_too(recording):
+    run = track(recording, _settings("thesis"), preset="thesis", frames=range(4))
+    errors = np.linalg.norm(run.landmarks - recording.reference.points[:4], axis=-1)
+    assert run.tracked.all()
+    assert len(run.state_names) == run.x.shape[1] == 14
+    assert np.mean(errors) < 0.06
+
+
+def test_the_reference_is_never_seen(recording, fast_run):
+    without = dataclasses.replace(recording, reference=None)
+    _same(track(without, _settings("fast"), preset="fast", seed=3), fast_run)
+    wrong = LandmarkTrajectory(np.arange(FRAMES), np.full((FRAMES, len(LANDMARKS), 3), 7.0))
+    misled = dataclasses.replace(recording, reference=wrong)
+    _same(track(misled, _settings("fast"), preset="fast", seed=3), fast_run)
+
+
+def test_the_run_says_where_it_comes_from(recording, fast_run):
+    meta = fast_run.meta
+    assert (meta["preset"], meta["seed"], meta["views"]) == ("fast", 3, list("NOSW"))
+    assert (meta["recording"], meta["fps"], meta["init"]) == ("cones", 10.0, "tpose")
+    assert meta["parameters"] == _settings("fast").values()
+    assert meta["subject"]["torso_length"] == AVERAGE.torso_length
+    assert {"read", "track"} <= set(fast_run.stage_names)
+    assert fast_run.seconds.shape == (FRAMES, len(fast_run.stage_names))
+    assert (fast_run.seconds >= 0).all()
+
+
+def test_poses_of_a_stored_run_reproduce_its_landmarks(recording, fast_run, tmp_path):
+    write_run(tmp_path / "run.npz", fast_run)
+    stored = read_run(tmp_path / "run.npz")
+    body = body_of_run(stored)
+    for i in range(FRAMES):
+        pose = pose_of_run(stored, i)
+        if i == MISSING:
+            assert pose is None
+        else:
+            np.testing.assert_allclose(landmarks(body, pose), fast_run.landmarks[i], atol=1e-9)
+
+
+def test_states_that_are_not_a_bodys_are_refused(fast_run):
+    strange = dataclasses.replace(fast_run, state_names=("a",) * len(fast_run.state_names))
+    with pytest.raises(InputError, match="state_names"):
+        pose_of_run(strange, 0)
+
+
+def test_a_cancelled_run_keeps_what_it_has(recording, fast_run):
+    seen = []
+    run = track(
+        recording,
+        _settings("fast"),
+        seed=3,
+        frames=range(FRAMES),
+        on_frame=seen.append,
+        cancelled=lambda: len(seen) == 2,
+    )
+    assert [frame.frame for frame in seen] == list(run.frame) == [0, 1]
+    np.testing.assert_array_equal(run.x, fast_run.x[:2])
+
+
+def test_frames_are_handed_on_with_their_clouds(recording):
+    with Pipeline(recording, _settings("fast"), seed=3) as pipeline:
+        frames = list(pipeline.frames(range(2)))
+        run = run_of(frames, pipeline.origin())
+    for k, frame in enumerate(frames):
+        assert frame.frame == frame.cloud.frame == k
+        assert len(frame.cloud.points) > 1000
+        assert frame.correspondences is not None
+        assert frame.pose is not None
+        np.testing.assert_allclose(
+            landmarks(pipeline.body, frame.pose), frame.landmarks, atol=1e-12
+        )
+        light = frame.without_cloud()
+        assert len(light.cloud.points) == 0
+        assert light.correspondences is None
+        np.testing.assert_array_equal(light.landmarks, run.landmarks[k])
+
+
+def test_tracking_goes_on_where_it_was_left(recording, fast_run):
+    with Pipeline(recording, _settings("fast"), seed=3) as pipeline:
+        pipeline.prepare(range(FRAMES))
+        frames = [*pipeline.frames(range(2)), *pipeline.frames(range(2, 4))]
+        run = run_of(frames, pipeline.origin())
+    np.testing.assert_array_equal(run.x, fast_run.x[:4])
+
+
+def test_no_frames_give_an_empty_run(recording):
+    run = track(recording, _settings("fast"), frames=range(0))
+    assert run.landmarks.shape == (0, len(LANDMARKS), 3)
+    assert run.x.shape == (0, len(run.state_names))
+    assert run.P.shape == (0, len(run.state_names), len(run.state_names))
+    assert run.limb_sigma_deg.shape == (0, 6)
+
+
+def test_a_first_pose_can_be_given(recording):
+    run = track(recording, _settings("fast"), frames=range(3, 4), init=_pose(3))
+    errors = np.linalg.norm(run.landmarks[0] - recording.reference.points[3], axis=-1)
+    assert errors.max() < 0.06
+    assert run.meta["init"] == "pose"
+
+
+def test_a_shared_reader_stays_open(recording):
+    with FrameReader(recording, colour=False) as reader:
+        with Pipeline(recording, _settings("fast"), reader=reader) as pipeline:
+            assert next(iter(pipeline.frames(range(1)))).tracked
+        assert reader.frame_set(0).views.keys() == set("NOSW")
+
+
+def test_two_views_are_enough_to_go_on(recording):
+    run = track(recording, _settings("fast"), views=["S", "N"], frames=range(3))
+    assert run.meta["views"] == ["S", "N"]
+    assert run.tracked.all()
+
+
+@pytest.mark.parametrize("views", [["X"], ["N", "X"], []])
+def test_unknown_views_are_refused_with_the_known_ones(recording, views):
+    with pytest.raises(InputError, match="N, O, S, W") as refused:
+        Pipeline(recording, _settings("fast"), views=views)
+    assert refused.value.where == "--views"
+
+
+def test_views_without_depth_alone_are_refused(recording):
+    mono = dataclasses.replace(
+        recording,
+        views=tuple(
+            dataclasses.replace(view, kind="mono", depth=None, mask=None)
+            for view in recording.views
+        ),
+    )
+    with pytest.raises(InputError, match="no view gives depth"):
+        track(mono, _settings("fast"))
+
+
+def test_mono_views_are_left_out(recording):
+    first = dataclasses.replace(recording.views[0], kind="mono", depth=None, mask=None)
+    mixed = dataclasses.replace(recording, views=(first, *recording.views[1:]))
+    assert usable_views(mixed, None) == ("O", "S", "W")
+    with pytest.raises(InputError, match="named N"):
+        usable_views(mixed, ["N"])
