@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,6 +55,11 @@ class Cones:
     def __len__(self) -> int:
         return len(self.part)
 
+    def __getitem__(self, index: BoolArray | slice) -> Cones:
+        """Some of the cones."""
+        values = (getattr(self, field.name)[index] for field in dataclasses.fields(self))
+        return Cones(*values)
+
 
 @dataclass(frozen=True)
 class _Cone:
@@ -68,13 +74,6 @@ class _Cone:
     round_end: bool = False
 
 
-_FRAMES = {
-    (0.0, 0.0, 1.0): np.eye(3),
-    (1.0, 0.0, 0.0): np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]),
-    (-1.0, 0.0, 0.0): np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]),
-}
-
-
 def body_cones(proportions: Proportions, parameters: BodyParameters) -> Cones:
     """The 11 cones of the thesis, and four for the legs if the parameters ask for them."""
     rows = [*_trunk(proportions, parameters), *_arms(proportions, parameters)]
@@ -82,7 +81,7 @@ def body_cones(proportions: Proportions, parameters: BodyParameters) -> Cones:
         rows += _legs(proportions, parameters)
     return Cones(
         part=np.array([row.part for row in rows], dtype=np.int64),
-        rotations=np.stack([_FRAMES[row.axis] for row in rows]),
+        rotations=np.stack([_along(np.array(row.axis)) for row in rows]),
         origins=np.array([row.origin for row in rows]),
         r1=np.array([row.r1 for row in rows]),
         r2=np.array([row.r2 for row in rows]),
@@ -93,32 +92,46 @@ def body_cones(proportions: Proportions, parameters: BodyParameters) -> Cones:
     )
 
 
+def _along(axis: FloatArray) -> FloatArray:
+    """Rotation (3, 3) that turns z to the axis and keeps y, the flattened direction, upright."""
+    z = axis / np.linalg.norm(axis)
+    x = np.cross([0.0, 1.0, 0.0], z)
+    x /= np.linalg.norm(x)
+    return np.stack([x, np.cross(z, x), z], axis=1)
+
+
 def _trunk(p: Proportions, b: BodyParameters) -> list[_Cone]:
-    k, top = p.scale, p.torso_length
-    shoulder = 0.5 * p.shoulder_width - 0.03
-    inner = (0.075 * k, 0.07 * k, shoulder)
-    below, head = 0.05, 0.135 * k
-    middle = top + p.shoulder_to_head + b.head_rise
+    k, top, below = p.scale, p.torso_length, 0.05
+    length = top + below
+    lean = b.torso_forward_high - b.torso_forward_low
+    main = _Cone(
+        TORSO,
+        b.torso_radius_low * k,
+        b.torso_radius_high * k,
+        float(np.hypot(length, lean)),
+        origin=(0.0, b.torso_forward_low, -below),
+        axis=(0.0, lean, length),
+        flatness=b.torso_flatness,
+    )
+    return [main, *_shoulders(p, b), *_head(p, b)]
+
+
+def _shoulders(p: Proportions, b: BodyParameters) -> list[_Cone]:
+    k = p.scale * b.shoulder_radius_factor
+    reach, rise = 0.5 * p.shoulder_width - 0.03, p.torso_length + b.shoulder_rise
     return [
-        _Cone(
-            TORSO,
-            b.torso_radius_low * k,
-            b.torso_radius_high * k,
-            top + 0.05,
-            origin=(0.0, b.torso_forward, -below),
-            flatness=b.torso_flatness,
-        ),
-        _Cone(TORSO, *inner, origin=(-0.03, 0.0, top), axis=(-1.0, 0.0, 0.0)),
-        _Cone(TORSO, *inner, origin=(0.03, 0.0, top), axis=(1.0, 0.0, 0.0)),
-        _Cone(HEAD, 0.06 * k, 0.09 * k, head, origin=(0.0, b.head_forward, middle - top - head)),
-        _Cone(
-            HEAD,
-            0.09 * k,
-            0.055 * k,
-            head,
-            origin=(0.0, b.head_forward, middle - top),
-            round_end=True,
-        ),
+        _Cone(TORSO, 0.075 * k, 0.07 * k, reach, origin=(-0.03, 0.0, rise), axis=(-1.0, 0.0, 0.0)),
+        _Cone(TORSO, 0.075 * k, 0.07 * k, reach, origin=(0.03, 0.0, rise), axis=(1.0, 0.0, 0.0)),
+    ]
+
+
+def _head(p: Proportions, b: BodyParameters) -> list[_Cone]:
+    height, k = 0.135 * p.scale, p.scale * b.head_radius_factor
+    middle = p.shoulder_to_head + b.head_rise
+    neck, widest = (0.0, b.head_forward, middle - height), (0.0, b.head_forward, middle)
+    return [
+        _Cone(HEAD, 0.06 * k, 0.09 * k, height, origin=neck),
+        _Cone(HEAD, 0.09 * k, 0.055 * k, height, origin=widest, round_end=True),
     ]
 
 
@@ -134,6 +147,14 @@ def _arms(p: Proportions, b: BodyParameters) -> list[_Cone]:
 
 def _legs(p: Proportions, b: BodyParameters) -> list[_Cone]:
     k = p.scale * b.leg_radius_factor
-    thighs = [_Cone(t, 0.09 * k, 0.062 * k, p.thigh_length) for t in (LEFT_THIGH, RIGHT_THIGH)]
-    shanks = [_Cone(s, 0.06 * k, 0.05 * k, p.shank_length) for s in (LEFT_SHANK, RIGHT_SHANK)]
-    return [*thighs, *shanks]
+    # A leg hangs with its y axis to the back.
+    front = (0.0, -b.leg_forward, 0.0)
+    rows = [
+        _Cone(part, 0.09 * k, 0.062 * k, p.thigh_length, origin=front)
+        for part in (LEFT_THIGH, RIGHT_THIGH)
+    ]
+    rows += [
+        _Cone(part, 0.06 * k, 0.05 * k, p.shank_length, origin=front)
+        for part in (LEFT_SHANK, RIGHT_SHANK)
+    ]
+    return rows

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray
+from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.cones import Cones, body_cones
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.body.pose import PartFrames, Pose, part_frames
@@ -41,6 +41,10 @@ class PlacedCones:
     rotations: FloatArray
     origins: FloatArray
     cones: Cones
+
+    def __getitem__(self, index: BoolArray | slice) -> PlacedCones:
+        """Some of the cones."""
+        return PlacedCones(self.rotations[index], self.origins[index], self.cones[index])
 
 
 def body_model(proportions: Proportions, parameters: BodyParameters | None = None) -> BodyModel:

@@ -35,13 +35,32 @@ class BodyParameters(ParameterGroup):
     torso_flatness: float = parameter(
         0.62, "Depth of the torso over its width.", group=_GROUP, minimum=0.3, maximum=1.0
     )
-    torso_forward: float = parameter(
-        0.0,
-        "Shift of the torso's middle in front of the line from hips to shoulders.",
+    torso_forward_low: float = parameter(
+        0.02,
+        "Shift of the torso's middle in front of the hips.",
         group=_GROUP,
         unit="m",
         minimum=-0.2,
         maximum=0.2,
+    )
+    torso_forward_high: float = parameter(
+        0.01,
+        "Shift of the torso's middle in front of the shoulders.",
+        group=_GROUP,
+        unit="m",
+        minimum=-0.2,
+        maximum=0.2,
+    )
+    shoulder_rise: float = parameter(
+        0.0,
+        "Height of the shoulders' cones above the shoulder joints.",
+        group=_GROUP,
+        unit="m",
+        minimum=-0.2,
+        maximum=0.2,
+    )
+    shoulder_radius_factor: float = parameter(
+        1.0, "Factor on the radii of the shoulders.", group=_GROUP, minimum=0.3, maximum=3.0
     )
     head_rise: float = parameter(
         0.0,
@@ -51,8 +70,19 @@ class BodyParameters(ParameterGroup):
         minimum=-0.2,
         maximum=0.2,
     )
+    head_radius_factor: float = parameter(
+        1.0, "Factor on the radii of the head.", group=_GROUP, minimum=0.3, maximum=3.0
+    )
+    leg_forward: float = parameter(
+        0.01,
+        "Shift of the legs' middle in front of hips and knees.",
+        group=_GROUP,
+        unit="m",
+        minimum=-0.2,
+        maximum=0.2,
+    )
     head_forward: float = parameter(
-        0.0,
+        0.01,
         "Shift of the head's middle in front of the neck.",
         group=_GROUP,
         unit="m",

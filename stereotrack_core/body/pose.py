@@ -111,6 +111,15 @@ def t_pose(position: FloatArray, torso: FloatArray | None = None) -> Pose:
     return Pose(pose.position, rotations)
 
 
+def orthonormal(pose: Pose) -> Pose:
+    """Take away what rounding has added to rotations that are products of many.
+
+    The nearest rotation matrices, by singular value decomposition.
+    """
+    u, _, vt = np.linalg.svd(pose.rotations)
+    return Pose(pose.position, u @ vt)
+
+
 def rotation_towards(rotation: FloatArray, direction: FloatArray) -> FloatArray:
     """Turn `rotation` by the smallest angle so that its z axis points along `direction`.
 
@@ -126,7 +135,8 @@ def rotation_towards(rotation: FloatArray, direction: FloatArray) -> FloatArray:
     (..., 3, 3) float64
     """
     local = np.einsum("...ji,...j->...i", rotation, direction)
-    x, y, z = local[..., 0], local[..., 1], np.clip(local[..., 2], -1.0, 1.0)
+    local = local / np.linalg.norm(local, axis=-1, keepdims=True)
+    x, y, z = local[..., 0], local[..., 1], local[..., 2]
     aside = x * x + y * y
     opposite = (z < 0) & (aside < 1e-24)
     # 1 / (1 + z), without cancellation where z is nearly -1

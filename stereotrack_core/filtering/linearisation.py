@@ -37,8 +37,13 @@ class Linearisation:
     spread: FloatArray
 
 
-def linearised(Y: FloatArray, weights: SigmaWeights) -> Linearisation:
+def linearised(Y: FloatArray, weights: SigmaWeights, *, about: str = "mean") -> Linearisation:
     """Linearise by the images Y (2n + 1, m) of sigma points, in their order.
+
+    With `about` "mean" the affine function runs through the mean of the images, with "centre"
+    through the image of the middle point. Where a part of the state is hardly observed, say by
+    40 degrees, the mean of a point far from the joint lies well inside its circle, and the
+    difference pulls at everything else; the image of the middle point does not.
 
     The sigma points are the mean and the columns of +- c L, so that
     H = (P^-1 P_xz)' = (L^-T D)' with D the differences of opposite images over 2 c.
@@ -47,7 +52,8 @@ def linearised(Y: FloatArray, weights: SigmaWeights) -> Linearisation:
     mean = weights.mean @ Y
     D = (Y[1 : n + 1] - Y[n + 1 :]) / (2.0 * weights.spread)
     P_zz = weights.covariance @ (Y - mean) ** 2
-    return Linearisation(mean, D, np.maximum(P_zz - (D * D).sum(axis=0), 0.0))
+    spread = np.maximum(P_zz - (D * D).sum(axis=0), 0.0)
+    return Linearisation(Y[0] if about == "centre" else mean, D, spread)
 
 
 @dataclass(frozen=True, eq=False)

@@ -73,8 +73,8 @@ def _pushed_out(body: BodyModel, point: FloatArray, distance: float) -> FloatArr
     if not 0.0 <= point[2] <= body.skeleton.proportions.torso_length:
         return point
     cones = body.cones
-    axis = cones.origins[0]
-    height = point[2] - axis[2]
+    height = point[2] - cones.origins[0, 2]
+    axis = cones.origins[0] + height * cones.rotations[0, :, 2]
     radius = cones.r1[0] + (cones.r2[0] - cones.r1[0]) * height / cones.height[0]
     across = point[:2] - axis[:2]
     length = float(np.linalg.norm(across))

@@ -11,6 +11,7 @@ import numpy as np
 
 from stereotrack_core import __version__
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.recording.description import Recording
@@ -118,6 +119,8 @@ class Origin:
     init : str
         Where the first pose came from, in words.
     state_names : tuple of str
+    shape : BodyParameters
+        Of the body that was tracked: the settings', or what was fitted.
     """
 
     recording: Recording
@@ -128,6 +131,7 @@ class Origin:
     views: tuple[str, ...]
     init: str
     state_names: tuple[str, ...]
+    shape: BodyParameters
 
     def meta(self) -> dict[str, Any]:
         """JSON-serialisable description."""
@@ -137,6 +141,7 @@ class Origin:
             "version": __version__,
             "preset": self.preset,
             "parameters": self.settings.values(),
+            "body": self.shape.values(),
             "seed": self.seed,
             "views": list(self.views),
             "init": self.init,

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.body.cones import Cones
 from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import HANGING, PartFrames, Pose
 from stereotrack_core.body.skeleton import (
@@ -120,7 +119,7 @@ def _folded_elbows(pose: Pose, least_angle: float) -> list[DirectionResidual]:
     return rows
 
 
-_COLLISION_SIGMA = 0.01
+_COLLISION_SIGMA = 0.03
 """Metres; how firmly an arm is held off the torso."""
 
 
@@ -129,9 +128,7 @@ def _collisions(body: BodyModel, pose: Pose, clearance: float) -> list[Clearance
     if clearance <= 0.0:
         return []
     frames = body.frames(pose)
-    placed = placed_cones(body, frames)
-    trunk = _first_cone(placed.cones)
-    placed = type(placed)(placed.rotations[:1], placed.origins[:1], trunk)
+    placed = placed_cones(body, frames)[:1]
     rows = []
     for fore in FOREARMS:
         along = np.linspace(0.0, body.skeleton.lengths[fore], 4)
@@ -148,17 +145,3 @@ def _collisions(body: BodyModel, pose: Pose, clearance: float) -> list[Clearance
         variance = np.full(len(at_limit), _COLLISION_SIGMA**2)
         rows.append(ClearanceResidual(fore, points[close], outward, at_limit, variance))
     return rows
-
-
-def _first_cone(cones: Cones) -> Cones:
-    return Cones(
-        cones.part[:1],
-        cones.rotations[:1],
-        cones.origins[:1],
-        cones.r1[:1],
-        cones.r2[:1],
-        cones.height[:1],
-        cones.flatness[:1],
-        cones.round_base[:1],
-        cones.round_end[:1],
-    )

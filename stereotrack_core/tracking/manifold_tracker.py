@@ -5,13 +5,14 @@ from __future__ import annotations
 import time
 
 import numpy as np
+import scipy.linalg
 
-from stereotrack_core.arrays import FloatArray
+from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.angles import ALL_JOINTS, THESIS_JOINTS, state_names, state_of_pose
 from stereotrack_core.body.manifold import difference, displaced
 from stereotrack_core.body.model import BodyModel
-from stereotrack_core.body.pose import Pose, t_pose
-from stereotrack_core.body.skeleton import HEAD
+from stereotrack_core.body.pose import Pose, orthonormal, t_pose
+from stereotrack_core.body.skeleton import FOREARMS, HEAD, UPPER_ARMS
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.filtering.linearisation import posterior
 from stereotrack_core.filtering.sigma_points import scaled_weights, sigma_deviations
@@ -22,11 +23,15 @@ from stereotrack_core.tracking.limits import limit_residuals
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.process import process_noise
 from stereotrack_core.tracking.residuals import Residual, gathered
+from stereotrack_core.tracking.search.search import ArmSearch
 
 _STEP_LIMIT = 0.5
 """Radians and metres by which one iteration may move a number of the error state."""
 
 _WIDE_ITERATIONS = 2
+
+_WIDE_ARM = np.radians(40.0)
+"""Standard deviation of the arms' joints around a proposal."""
 
 
 class ManifoldTracker:
@@ -53,6 +58,7 @@ class ManifoldTracker:
         p = parameters
         self._weights = scaled_weights(len(self.Q), p.ut_alpha, p.ut_beta, p.ut_kappa)
         self._seed = seed
+        self._search = ArmSearch(body, parameters.search)
         self.start(t_pose(np.zeros(3)))
 
     def start(self, pose: Pose) -> None:
@@ -69,14 +75,13 @@ class ManifoldTracker:
         if len(cloud.points) < self.parameters.least_points:
             return self.lost(before, f"the cloud has only {len(cloud.points)} points")
         data = self.choose(cloud)
-        prior, P0 = self.pose, self.P
-        for i in range(self.parameters.iterations):
-            surface = self.correspond(data, i)
-            innovation = self.correct(prior, P0, surface)
-            if i == 0:
-                first = innovation
+        predicted, P0 = self.pose, self.P
+        surface, innovation = self.follow(data, predicted, P0)
+        if self.parameters.search.search_arms:
+            surface = self.search_arms(cloud, data, predicted, P0, surface)
+        self.pose = orthonormal(self.pose)
         self.movement = difference(self.pose, before, self.joints)
-        return self.estimate(cloud, surface, first, time.perf_counter() - begun)
+        return self.estimate(cloud, surface, innovation, time.perf_counter() - begun)
 
     def predict(self) -> None:
         """Predict a damped repetition of the last movement, with more uncertainty."""
@@ -90,6 +95,58 @@ class ManifoldTracker:
             return cloud.points
         rng = np.random.default_rng((self._seed, cloud.frame))
         return cloud.points[np.sort(rng.choice(there, wanted, replace=False))]
+
+    def follow(
+        self, data: FloatArray, prior: Pose, P0: FloatArray
+    ) -> tuple[SurfaceResidual, float]:
+        """Iterate correspondences and corrections; returns the last pairs and the innovation."""
+        surface = self.correspond(data, 0)
+        innovation = self.correct(prior, P0, surface)
+        for i in range(1, self.parameters.iterations):
+            surface = self.correspond(data, i)
+            self.correct(prior, P0, surface)
+        return surface, innovation
+
+    def search_arms(
+        self,
+        cloud: Cloud,
+        data: FloatArray,
+        predicted: Pose,
+        P0: FloatArray,
+        followed: SurfaceResidual,
+    ) -> SurfaceResidual:
+        """Put the arms elsewhere if both together explain the frame clearly better there."""
+        rng = np.random.default_rng((self._seed, cloud.frame, 1))
+        evidence = self._search.evidence(cloud, self.pose, rng)
+        best = (self.pose, self.P, followed)
+        least = (
+            self._search.cost(evidence, predicted, self.pose) - self._search.parameters.search_gain
+        )
+        here = self.pose
+        for _, proposed in self._search.best_pairs(evidence, predicted, here, rng):
+            surface = self.refine(data, proposed, P0)
+            cost = self._search.cost(evidence, predicted, self.pose)
+            if cost < least:
+                least, best = cost, (self.pose, self.P, surface)
+        self.pose, self.P, surface = best
+        return surface
+
+    def refine(self, data: FloatArray, proposed: Pose, P0: FloatArray) -> SurfaceResidual:
+        """Correct a proposed pose from a prior that is wide for the arms."""
+        P = P0.copy()
+        arms = [self._column(part) for part in (*UPPER_ARMS, *FOREARMS)]
+        columns = np.concatenate(arms)
+        P[columns] = P[:, columns] = 0.0
+        P[columns, columns] = _WIDE_ARM**2
+        self.pose, self.P = proposed, P
+        for i in range(self.parameters.search.search_iterations):
+            surface = self.correspond(data, i + 1)
+            self.correct(proposed, P, surface)
+        return surface
+
+    def _column(self, part: int) -> IntArray:
+        first = 6 + 2 * self.joints.index(part)
+        return np.arange(first, first + 2)
 
     def correspond(self, data: FloatArray, iteration: int) -> SurfaceResidual:
         """Give the data to the cones that are nearest at the present pose."""
@@ -106,7 +163,8 @@ class ManifoldTracker:
         )
         found = gathered(residuals, self.body, self.pose, self.P, self._weights, self.joints)
         from_prior = difference(prior, self.pose, self.joints)
-        dx, self.P = posterior(np.linalg.inv(P0), from_prior, found)
+        P0_inverse: FloatArray = scipy.linalg.inv(P0)
+        dx, self.P = posterior(P0_inverse, from_prior, found)
         self.pose = displaced(self.pose, np.clip(dx, -_STEP_LIMIT, _STEP_LIMIT), self.joints)
         return float(np.sqrt(np.mean(surface.distance**2 / surface.variance)))
 

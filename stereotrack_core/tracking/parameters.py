@@ -1,11 +1,13 @@
 """Parameters of the tracker; the thesis's values are those of section 4.2.1."""
 
+import dataclasses
 from dataclasses import dataclass
 
 from stereotrack_core.parameters import ParameterGroup, parameter
+from stereotrack_core.tracking.search.parameters import SearchParameters
 
 _METHOD, _NOISE, _DATA = "Method", "Noise", "Measurements"
-_SEARCH, _LIMITS = "Search for arms", "Limits and collisions"
+_LIMITS = "Limits and collisions"
 
 
 @dataclass(frozen=True)
@@ -141,7 +143,7 @@ class TrackingParameters(ParameterGroup):
         maximum=100000,
     )
     clearance: float = parameter(
-        0.045,
+        0.02,
         "Least distance of elbow and hand from the torso's surface.",
         group=_LIMITS,
         unit="m",
@@ -158,3 +160,13 @@ class TrackingParameters(ParameterGroup):
         maximum=170.0,
         thesis=30.0,
     )
+    fit_shape: bool = parameter(
+        True,
+        "Fit torso, head and legs to the first frames before tracking begins.",
+        group=_METHOD,
+        thesis=False,
+    )
+    fit_frames: int = parameter(
+        12, "Frames that the shape is fitted to.", group=_METHOD, minimum=4, maximum=200
+    )
+    search: SearchParameters = dataclasses.field(default_factory=SearchParameters)

@@ -27,10 +27,17 @@ from stereotrack_core.tracking.initialise import t_pose_in_cloud
 from stereotrack_core.tracking.manifold_tracker import ManifoldTracker
 from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.settings import Settings
+from stereotrack_core.tracking.shape_fit import SeenPose, fitted_shape
 from stereotrack_core.tracking.thesis import ThesisTracker
 
 FirstPose: TypeAlias = str | Pose
 """``"tpose"``: the T pose facing north; or a pose."""
+
+_LOOK_AHEAD = 5
+"""Frames in which somebody is looked for to fit the shape, for each frame that it needs."""
+
+_LEAST_SETTLED = 3
+"""Frames without which a fit would be worse than the default shape."""
 
 _AHEAD = 2
 """Clouds that are made while the tracker works on an earlier one."""
@@ -87,20 +94,20 @@ class Pipeline:
         self.body = body_model(proportions_of(recording.subject), settings.body)
         self.chain = DepthChain(recording, settings.depth, views=self.views)
         cameras = [recording.reference_camera(recording.view(name)) for name in self.views]
-        positions = np.array([camera.position_world for camera in cameras])
-        self.tracker = tracker_for(self.body, settings, positions, recording.fps, seed)
+        self._cameras = np.array([camera.position_world for camera in cameras])
+        self.shape = settings.body
+        self.tracker = self._tracker()
         self._init = init
         self._preset = preset
         self._owns_reader = reader is None
         self.reader = reader or FrameReader(recording, views=self.views, colour=False)
         self._started = False
-        self._learned = False
+        self._prepared = False
+        self._made: dict[int, tuple[Cloud, float]] = {}
 
     def frames(self, frames: range) -> Iterator[TrackedFrame]:
         """Track frames in their order; goes on from the last pose when called again."""
-        if not self._learned:
-            self.chain.learn_background(self.reader, frames)
-            self._learned = True
+        self.prepare(frames)
         with ThreadPoolExecutor(1, thread_name_prefix="cloud") as ahead:
             waiting: deque[Future[tuple[Cloud, float]]] = deque()
             upcoming = iter(frames)
@@ -110,6 +117,41 @@ class Pipeline:
                     yield self._tracked(*waiting.popleft().result())
             while waiting:
                 yield self._tracked(*waiting.popleft().result())
+
+    def prepare(self, frames: range) -> None:
+        """Learn the background and fit the body's shape; once, before the first frame."""
+        if self._prepared:
+            return
+        self._prepared = True
+        self.chain.learn_background(self.reader, frames)
+        if self.settings.tracking.fit_shape and self.settings.tracking.matching == "data_to_model":
+            self._fit_shape(frames)
+
+    def _fit_shape(self, frames: range) -> None:
+        """Follow the first frames in which somebody is there, and fit the shape to them."""
+        p = self.settings.tracking
+        tracker = ManifoldTracker(self.body, p, self._cameras, self.recording.fps, self.seed)
+        seen: list[SeenPose] = []
+        for frame in frames[: _LOOK_AHEAD * p.fit_frames]:
+            self._made[frame] = cloud, _ = self._cloud(frame)
+            if len(cloud.points) < p.least_points:
+                continue
+            if not seen:
+                tracker.start(self._first_pose(cloud))
+            estimate = tracker.step(cloud)
+            seen.append(SeenPose(tracker.choose(cloud), estimate.pose))
+            if len(seen) == p.fit_frames:
+                break
+        settled = seen[len(seen) // 3 :: 2]
+        if len(settled) < _LEAST_SETTLED:
+            return
+        lengths = self.body.skeleton.proportions
+        self.shape = fitted_shape(lengths, self.settings.body, settled, p, tracker.joints)
+        self.body = body_model(lengths, self.shape)
+        self.tracker = self._tracker()
+
+    def _tracker(self) -> Tracker:
+        return tracker_for(self.body, self.settings, self._cameras, self.recording.fps, self.seed)
 
     def origin(self) -> Origin:
         """Describe where the frames come from."""
@@ -122,6 +164,7 @@ class Pipeline:
             views=self.views,
             init=self._init if isinstance(self._init, str) else "pose",
             state_names=self.tracker.state_names,
+            shape=self.shape,
         )
 
     def close(self) -> None:
@@ -137,6 +180,8 @@ class Pipeline:
         self.close()
 
     def _cloud(self, frame: int) -> tuple[Cloud, float]:
+        if frame in self._made:
+            return self._made.pop(frame)
         begun = time.perf_counter()
         frame_set = self.reader.frame_set(frame)
         read = time.perf_counter() - begun

@@ -25,6 +25,11 @@ _CHANGES: Mapping[str, Mapping[str, Value]] = MappingProxyType(
                 "model_points": 64,
                 "clearance": 0.15,
                 "legs": False,
+                "fit_shape": False,
+                "search_arms": False,
+                "torso_forward_low": 0.0,
+                "torso_forward_high": 0.0,
+                "head_forward": 0.0,
                 "background_mode": "average",
             }
         ),

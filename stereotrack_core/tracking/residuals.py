@@ -56,7 +56,7 @@ def gathered(
     total = Information(np.zeros_like(P), np.zeros(len(P)))
     for residual in residuals:
         if len(residual.variance):
-            line = linearised(residual.predicted(frames), weights)
+            line = linearised(residual.predicted(frames), weights, about="centre")
             nu, R = residual.measured - line.mean, residual.variance + line.spread
             total += information(line.D, nu, R)
     return unwhitened(total, L)

@@ -30,7 +30,7 @@ def body_of_run(run: Run) -> BodyModel:
     """Body that a run was tracked with: its subject's proportions and its shape parameters."""
     subject = run.meta.get("subject")
     known = {row.name for row in BodyParameters.rows()}
-    stored = run.meta.get("parameters", {})
+    stored = run.meta.get("body", {})
     shape = BodyParameters().replaced(**{k: v for k, v in stored.items() if k in known})
     return body_model(proportions_of(Subject(**subject) if subject else None), shape)
 

@@ -1,0 +1,99 @@
+"""Compiled loops of the search: thousands of arms against hundreds of data in every frame."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numba
+
+
+@numba.njit(cache=True, nogil=True, fastmath=False)  # type: ignore[untyped-decorator]
+def arm_distances(points: Any, nodes: Any, radii: Any, result: Any) -> None:
+    """Fill unsigned distances (K, N) of points (N, 3) from the surfaces of arms (K, 4, 3)."""
+    for k in range(nodes.shape[0]):
+        for i in range(points.shape[0]):
+            best = math.inf
+            for s in range(3):
+                ax, ay, az = nodes[k, s, 0], nodes[k, s, 1], nodes[k, s, 2]
+                bx, by = nodes[k, s + 1, 0] - ax, nodes[k, s + 1, 1] - ay
+                bz = nodes[k, s + 1, 2] - az
+                px, py, pz = points[i, 0] - ax, points[i, 1] - ay, points[i, 2] - az
+                length = bx * bx + by * by + bz * bz
+                t = min(1.0, max(0.0, (px * bx + py * by + pz * bz) / length))
+                dx, dy, dz = px - t * bx, py - t * by, pz - t * bz
+                radius = radii[s, 0] + t * (radii[s, 1] - radii[s, 0])
+                d = abs(math.sqrt(dx * dx + dy * dy + dz * dz) - radius)
+                best = min(best, d)
+            result[k, i] = best
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def unexplained_sums(others: Any, own: Any, squared_scale: float, result: Any) -> None:
+    """Fill sums (K,) of d^2 / (d^2 + s^2), d the lesser of others (N,) and own (K, N)."""
+    for k in range(own.shape[0]):
+        total = 0.0
+        for i in range(own.shape[1]):
+            d = min(others[i], own[k, i])
+            total += d * d / (d * d + squared_scale)
+        result[k] = total
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def pair_sums(others: Any, left: Any, right: Any, squared_scale: float, result: Any) -> None:
+    """Fill sums (K, L) of d^2 / (d^2 + s^2) for all pairs of left (K, N) and right (L, N)."""
+    for k in range(left.shape[0]):
+        for m in range(right.shape[0]):
+            total = 0.0
+            for i in range(others.shape[0]):
+                d = min(others[i], left[k, i], right[m, i])
+                total += d * d / (d * d + squared_scale)
+            result[k, m] = total
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def count_sight(
+    points: Any,
+    radius: Any,
+    image: Any,
+    pinhole: Any,
+    see_through: float,
+    support: float,
+    seen: Any,
+) -> None:
+    """Count for every point how one view judges it.
+
+    Parameters
+    ----------
+    points : (M, 3) float64
+        On the arms' axes, in the frame of the depth camera.
+    radius : (M,) float64, metres
+        The surface lies nearer to the camera by this.
+    image : (H, W) float32
+        Range along z, NaN where not known.
+    pinhole : (3,) float64
+        Focal length and principal point.
+    see_through, support : float, 1/metres
+        Differences of inverse range.
+    seen : (M, 3) int64
+        Counters: seen through, supported, hidden.
+    """
+    height, width = image.shape
+    for i in range(points.shape[0]):
+        z = points[i, 2] - radius[i]
+        if z < 0.1:
+            continue
+        u = round(pinhole[0] * points[i, 0] / points[i, 2] + pinhole[1])
+        v = round(pinhole[0] * points[i, 1] / points[i, 2] + pinhole[2])
+        if u < 0 or v < 0 or u >= width or v >= height:
+            continue
+        measured = image[v, u]
+        if not measured > 0.0:
+            continue
+        difference = 1.0 / measured - 1.0 / z
+        if difference < -see_through:
+            seen[i, 0] += 1
+        elif abs(difference) < support:
+            seen[i, 1] += 1
+        elif difference > 0.0:
+            seen[i, 2] += 1

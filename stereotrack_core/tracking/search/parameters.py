@@ -1,0 +1,79 @@
+"""Parameters of the search for arms."""
+
+from dataclasses import dataclass
+
+from stereotrack_core.parameters import ParameterGroup, parameter
+
+_GROUP = "Search for arms"
+
+
+@dataclass(frozen=True)
+class SearchParameters(ParameterGroup):
+    """How many arms are proposed, and what speaks against one; costs are in data explained."""
+
+    search_arms: bool = parameter(
+        True, "Look for better places of both arms in every frame.", group=_GROUP, thesis=False
+    )
+    search_proposals: int = parameter(
+        220, "Proposals per arm and frame.", group=_GROUP, minimum=20, maximum=5000
+    )
+    search_data: int = parameter(
+        450,
+        "Data near the shoulders that arms are scored on.",
+        group=_GROUP,
+        minimum=50,
+        maximum=5000,
+    )
+    search_kept: int = parameter(
+        8,
+        "Best proposals per arm of which all pairs are scored.",
+        group=_GROUP,
+        minimum=1,
+        maximum=50,
+    )
+    search_refined: int = parameter(
+        3, "Best pairs that are refined by the filter.", group=_GROUP, minimum=1, maximum=20
+    )
+    search_iterations: int = parameter(
+        3, "Corrections that refine a pair.", group=_GROUP, minimum=1, maximum=20
+    )
+    search_gain: float = parameter(
+        3.0,
+        "A pair replaces the followed one only if its cost is less by more than this.",
+        group=_GROUP,
+        minimum=0.0,
+        maximum=1000.0,
+    )
+    see_through_px: float = parameter(
+        1.3,
+        "A view looks through an arm where its disparity is smaller by more than this.",
+        group=_GROUP,
+        unit="px",
+        minimum=0.1,
+        maximum=20.0,
+    )
+    support_px: float = parameter(
+        0.9,
+        "A view supports an arm where its disparity differs by less than this.",
+        group=_GROUP,
+        unit="px",
+        minimum=0.1,
+        maximum=20.0,
+    )
+    see_through_cost: float = parameter(
+        2.5,
+        "Cost of a place that a view looks through; two views count at most.",
+        group=_GROUP,
+        minimum=0.0,
+        maximum=100.0,
+    )
+    unsupported_cost: float = parameter(
+        1.5,
+        "Cost of a place that no view supports or hides.",
+        group=_GROUP,
+        minimum=0.0,
+        maximum=100.0,
+    )
+    only_hidden_cost: float = parameter(
+        0.75, "Cost of a place that views only hide.", group=_GROUP, minimum=0.0, maximum=100.0
+    )

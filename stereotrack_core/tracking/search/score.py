@@ -1,0 +1,118 @@
+"""What speaks for and against an arm (method.md 4, "How the hypotheses were scored")."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.model import BodyModel
+from stereotrack_core.body.pose import PartFrames
+from stereotrack_core.body.skeleton import TORSO
+from stereotrack_core.depth.cloud import Cloud, ViewDepth
+from stereotrack_core.geometry.rotation import angle_between
+from stereotrack_core.tracking.search.arms import LEFT, Arms, ArmShape
+from stereotrack_core.tracking.search.kernels import count_sight
+from stereotrack_core.tracking.search.parameters import SearchParameters
+
+_ALONG = np.linspace(0.0, 3.0, 11)[2:]
+"""Nine places along the arm: 0 shoulder, 1 elbow, 2 wrist, 3 finger tip."""
+
+_DEPTH_CAMERA_SCALE = 75.0
+"""Focal length times base line (pixels, metres) of the stereo camera whose uncertainty of range
+a depth camera is taken to have."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """What arms are scored against at one instant.
+
+    Attributes
+    ----------
+    frames : PartFrames
+        Of the present pose; proposals are in its torso's frame.
+    body : BodyModel
+    depths : tuple of ViewDepth
+    """
+
+    frames: PartFrames
+    body: BodyModel
+    depths: tuple[ViewDepth, ...]
+
+    @staticmethod
+    def of(cloud: Cloud, body: BodyModel, frames: PartFrames) -> Scene:
+        """Scene of one cloud."""
+        return Scene(frames, body, tuple(cloud.depths.values()))
+
+
+def places_along(shape: ArmShape, arms: Arms) -> tuple[FloatArray, FloatArray]:
+    """Nine places (K, 9, 3) along the axes of arms, torso's frame, and radii (9,) there."""
+    nodes = shape.nodes(arms)
+    segment = np.minimum(_ALONG.astype(int), 2)
+    t = _ALONG - segment
+    places = nodes[:, segment] * (1.0 - t)[:, None] + nodes[:, segment + 1] * t[:, None]
+    radii = shape.radii[segment, 0] * (1.0 - t) + shape.radii[segment, 1] * t
+    return places, radii
+
+
+def sight_cost(scene: Scene, shape: ArmShape, arms: Arms, p: SearchParameters) -> FloatArray:
+    """Cost (K,) of places where views look through the arm, or where no view supports it.
+
+    Pixels without a range prove nothing.
+    """
+    places, radii = places_along(shape, arms)
+    world = places.reshape(-1, 3) @ scene.frames.rotations[TORSO].T + scene.frames.origins[TORSO]
+    radius = np.tile(radii, len(arms))
+    seen = np.zeros((len(world), 3), dtype=np.int64)
+    for depth in scene.depths:
+        g = depth.geometry
+        pinhole = np.array([g.focal, g.c_x, g.c_y])
+        scale = g.focal * g.baseline if g.baseline > 0 else _DEPTH_CAMERA_SCALE
+        in_camera = g.world_from_depth.inverse().apply(world)
+        see_through, support = p.see_through_px / scale, p.support_px / scale
+        count_sight(in_camera, radius, depth.range_z, pinhole, see_through, support, seen)
+    through, supported, hidden = seen.reshape(len(arms), -1, 3).transpose(2, 0, 1)
+    unsupported = np.where(hidden > 0, p.only_hidden_cost, p.unsupported_cost)
+    cost = p.see_through_cost * np.minimum(through, 2) + np.where(supported > 0, 0.0, unsupported)
+    result: FloatArray = cost.sum(axis=1)
+    return result
+
+
+def anatomy_cost(scene: Scene, shape: ArmShape, arms: Arms) -> FloatArray:
+    """Cost (K,) of elbows bent too far, arms inside the torso, and arms where arms cannot be."""
+    upper, fore = arms.upper, arms.fore
+    if shape.side == LEFT:
+        upper, fore = upper * [-1.0, 1.0, 1.0], fore * [-1.0, 1.0, 1.0]
+    bend = angle_between(upper, fore)
+    folded = 12.0 * np.clip((bend - np.radians(140.0)) / np.radians(15.0), 0.0, 2.0)
+    behind = 6.0 * np.clip((-upper[:, 1] - 0.55) / 0.25, 0.0, 2.0)
+    across = 6.0 * np.clip((-upper[:, 0] - 0.60) / 0.25, 0.0, 2.0)
+    off = fore - np.einsum("ki,ki->k", fore, upper)[:, None] * upper
+    backward = 6.0 * np.clip((-off[:, 1] - 0.40) / 0.30, 0.0, 2.0) * (upper[:, 2] < 0.4)
+    result: FloatArray = folded + behind + across + backward
+    return result + _inside_torso_cost(scene, shape, arms)
+
+
+def _inside_torso_cost(scene: Scene, shape: ArmShape, arms: Arms) -> FloatArray:
+    places, _ = places_along(shape, arms)
+    cones = scene.body.cones
+    local = (places[:, 2:] - cones.origins[0]) @ cones.rotations[0]
+    height = local[..., 2]
+    radius = cones.r1[0] + (cones.r2[0] - cones.r1[0]) * height / cones.height[0]
+    flat = cones.flatness[0]
+    out = np.hypot(local[..., 0], local[..., 1] / flat)
+    off = (out - radius) * np.where(out > 0, flat, 1.0)
+    outside_ends = (height < 0) | (height > cones.height[0])
+    distance: FloatArray = np.where(outside_ends, 1.0, off)
+    cost = 3.0 * np.clip((0.02 - distance) / 0.03, 0.0, 2.0)
+    result: FloatArray = cost.sum(axis=1)
+    return result
+
+
+def change_cost(predicted: Arms, arms: Arms) -> FloatArray:
+    """Cost (K,) of the change against the predicted arm."""
+    upper = np.degrees(angle_between(arms.upper, predicted.upper)) / 30.0
+    fore = np.degrees(angle_between(arms.fore, predicted.fore)) / 40.0
+    result: FloatArray = 2.0 * (np.log1p(upper**2) + np.log1p(fore**2))
+    return result

@@ -1,0 +1,182 @@
+"""Propose arms, score both jointly, hand the best pairs on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.model import BodyModel, PlacedCones, placed_cones
+from stereotrack_core.body.pose import PartFrames, Pose
+from stereotrack_core.body.skeleton import FOREARMS, TORSO, UPPER_ARMS
+from stereotrack_core.body.surface import nearest_on_surface
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.tracking.confidence import COVERAGE_SCALE
+from stereotrack_core.tracking.search.arms import (
+    LEFT,
+    RIGHT,
+    Arms,
+    ArmShape,
+    arm_of_pose,
+    arm_shape,
+    with_arm,
+)
+from stereotrack_core.tracking.search.kernels import arm_distances, pair_sums, unexplained_sums
+from stereotrack_core.tracking.search.parameters import SearchParameters
+from stereotrack_core.tracking.search.proposals import proposals
+from stereotrack_core.tracking.search.score import (
+    Scene,
+    anatomy_cost,
+    change_cost,
+    sight_cost,
+)
+
+_UNEXPLAINED = 0.09
+"""Metres from every cone beyond which a datum is unexplained."""
+
+_SQUARED_SCALE = COVERAGE_SCALE**2
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """Data that speak about the arms at one instant.
+
+    Attributes
+    ----------
+    points : (N, 3) float64, torso's frame
+        Within reach of a shoulder.
+    body_distance : (N,) float64, metres
+        From torso, head and legs.
+    scene : Scene
+    weight : float
+        Of one datum, so that at most the wanted number counts.
+    """
+
+    points: FloatArray
+    body_distance: FloatArray
+    scene: Scene
+    weight: float
+
+
+class ArmSearch:
+    """Search for arms of one body.
+
+    Parameters
+    ----------
+    body : BodyModel
+    parameters : SearchParameters
+    """
+
+    def __init__(self, body: BodyModel, parameters: SearchParameters) -> None:
+        self.body = body
+        self.parameters = parameters
+        self.shapes = (arm_shape(body, LEFT), arm_shape(body, RIGHT))
+        self._reach = max(shape.reach for shape in self.shapes) + 0.1
+
+    def evidence(self, cloud: Cloud, pose: Pose, rng: np.random.Generator) -> Evidence:
+        """Choose the data near the shoulders and measure how the rest of the body explains them."""
+        frames = self.body.frames(pose)
+        torso = (cloud.points - frames.origins[TORSO]) @ frames.rotations[TORSO]
+        off = [np.linalg.norm(torso - shape.shoulder, axis=1) for shape in self.shapes]
+        near = np.flatnonzero(np.minimum(*off) < self._reach)
+        wanted = self.parameters.search_data
+        if len(near) > wanted:
+            near = np.sort(rng.choice(near, wanted, replace=False))
+        feet = nearest_on_surface(cloud.points[near], self._rest(frames), np.inf)
+        return Evidence(
+            np.ascontiguousarray(torso[near]),
+            np.abs(feet.distance),
+            Scene.of(cloud, self.body, frames),
+            min(1.0, wanted / max(1, len(near))),
+        )
+
+    def best_pairs(
+        self, evidence: Evidence, predicted: Pose, pose: Pose, rng: np.random.Generator
+    ) -> list[tuple[float, Pose]]:
+        """Cost and pose of the best pairs of arms, best first; the body stays as in `pose`."""
+        frames, before = self.body.frames(pose), self.body.frames(predicted)
+        present = [arm_of_pose(frames, side) for side in (LEFT, RIGHT)]
+        expected = [arm_of_pose(before, side) for side in (LEFT, RIGHT)]
+        at_present = [self._distances(evidence, s, present[s.side])[0] for s in self.shapes]
+        explained = np.minimum(evidence.body_distance, np.minimum(*at_present))
+        unexplained = evidence.points[explained > _UNEXPLAINED]
+        kept = []
+        for shape in self.shapes:
+            proposed = proposals(
+                shape,
+                expected[shape.side],
+                present[shape.side],
+                unexplained,
+                self.parameters.search_proposals,
+                rng,
+            )
+            other = at_present[1 - shape.side]
+            kept.append(self._best_of(evidence, shape, proposed, expected[shape.side], other))
+        return self._pairs(evidence, kept, pose)
+
+    def cost(self, evidence: Evidence, predicted: Pose, pose: Pose) -> float:
+        """Cost of one pose by the same measure, with the body where `pose` has it."""
+        frames, before = self.body.frames(pose), self.body.frames(predicted)
+        total, nearest = 0.0, evidence.body_distance
+        for shape in self.shapes:
+            arm = arm_of_pose(frames, shape.side)
+            total += self._own_cost(evidence, shape, arm, arm_of_pose(before, shape.side))[0]
+            nearest = np.minimum(nearest, self._distances(evidence, shape, arm)[0])
+        squared = nearest**2
+        return float(total + evidence.weight * np.sum(squared / (squared + _SQUARED_SCALE)))
+
+    def _best_of(
+        self,
+        evidence: Evidence,
+        shape: ArmShape,
+        arms: Arms,
+        expected: Arms,
+        other: FloatArray,
+    ) -> tuple[Arms, FloatArray, FloatArray]:
+        """Best arms with their distances and own costs, with and without the other arm there."""
+        distances = self._distances(evidence, shape, arms)
+        own = self._own_cost(evidence, shape, arms, expected)
+        chosen: dict[int, None] = {0: None}
+        for others in (evidence.body_distance, np.minimum(evidence.body_distance, other)):
+            explained = np.empty(len(arms))
+            unexplained_sums(others, distances, _SQUARED_SCALE, explained)
+            order = np.argsort(own + evidence.weight * explained, kind="stable")
+            chosen |= dict.fromkeys(int(k) for k in order[: self.parameters.search_kept])
+        index = list(chosen)
+        return arms[index], distances[index], own[index]
+
+    def _pairs(
+        self,
+        evidence: Evidence,
+        kept: list[tuple[Arms, FloatArray, FloatArray]],
+        pose: Pose,
+    ) -> list[tuple[float, Pose]]:
+        (left, left_distance, left_own), (right, right_distance, right_own) = kept
+        cost = np.empty((len(left), len(right)))
+        pair_sums(evidence.body_distance, left_distance, right_distance, _SQUARED_SCALE, cost)
+        cost *= evidence.weight
+        cost += left_own[:, None] + right_own
+        best = np.argsort(cost, axis=None, kind="stable")[: self.parameters.search_refined]
+        result = []
+        for flat in best:
+            k, m = np.unravel_index(flat, cost.shape)
+            moved = with_arm(pose, LEFT, left.upper[k], left.fore[k])
+            moved = with_arm(moved, RIGHT, right.upper[m], right.fore[m])
+            result.append((float(cost[k, m]), moved))
+        return result
+
+    def _own_cost(
+        self, evidence: Evidence, shape: ArmShape, arms: Arms, expected: Arms
+    ) -> FloatArray:
+        seen = sight_cost(evidence.scene, shape, arms, self.parameters)
+        return seen + anatomy_cost(evidence.scene, shape, arms) + change_cost(expected, arms)
+
+    def _distances(self, evidence: Evidence, shape: ArmShape, arms: Arms) -> FloatArray:
+        result = np.empty((len(arms), len(evidence.points)))
+        arm_distances(evidence.points, shape.nodes(arms), shape.radii, result)
+        return result
+
+    def _rest(self, frames: PartFrames) -> PlacedCones:
+        rest = ~np.isin(self.body.cones.part, [*UPPER_ARMS, *FOREARMS])
+        return placed_cones(self.body, frames)[rest]
