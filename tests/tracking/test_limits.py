@@ -1,0 +1,85 @@
+"""Limits as soft rows of the correction."""
+
+import numpy as np
+import pytest
+
+from stereotrack_core.body.angles import ALL_JOINTS, THESIS_JOINTS
+from stereotrack_core.body.manifold import difference, displaced
+from stereotrack_core.body.model import body_model
+from stereotrack_core.body.pose import hanging_pose
+from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.filtering.linearisation import posterior
+from stereotrack_core.filtering.sigma_points import scaled_weights
+from stereotrack_core.tracking.limits import ClearanceResidual, DirectionResidual, limit_residuals
+from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.residuals import gathered
+from tests.tracking.scenes import POSES, pose_with_arms
+
+BODY = body_model(AVERAGE)
+PARAMETERS = TrackingParameters(clearance=0.045, least_elbow_angle=30.0)
+IN_BELLY = pose_with_arms([0.5, 0.1, -1], [-1, 0.1, 0.1], [-1, 0, 0], [-1, 0.1, 0])
+FOLDED = pose_with_arms([1, 0, 0], [-1, 0.15, 0], [-1, 0, 0], [-1, 0.1, 0])
+
+
+def _rows(pose, kind, joints=THESIS_JOINTS, parameters=PARAMETERS):
+    found = limit_residuals(BODY, pose, parameters, joints)
+    return [row for row in found if isinstance(row, kind)]
+
+
+def _corrected(pose, rounds=8):
+    """The pose after corrections by its limits alone."""
+    n = 6 + 2 * len(ALL_JOINTS)
+    P0 = np.diag(np.r_[np.full(6, 1e-6), np.full(n - 6, 0.5)])
+    weights, prior, P = scaled_weights(n, 0.1, 2.0, 0.0), pose, P0
+    for _ in range(rounds):
+        rows = limit_residuals(BODY, pose, PARAMETERS, ALL_JOINTS)
+        found = gathered(rows, BODY, pose, P, weights, ALL_JOINTS)
+        dx, P = posterior(np.linalg.inv(P0), difference(prior, pose, ALL_JOINTS), found)
+        pose = displaced(pose, np.clip(dx, -0.5, 0.5), ALL_JOINTS)
+    return pose
+
+
+@pytest.mark.parametrize("name", POSES)
+def test_free_poses_have_no_rows(name):
+    assert limit_residuals(BODY, POSES[name], PARAMETERS, THESIS_JOINTS) == ()
+
+
+def test_head_and_legs_rest(rng):
+    rows = _rows(POSES["t"], DirectionResidual, ALL_JOINTS)
+    assert [row.part for row in rows] == [1, 6, 8, 7, 9]
+    frames = BODY.frames(POSES["t"])
+    one = type(frames)(frames.rotations[None], frames.origins[None])
+    for row in rows:
+        np.testing.assert_allclose(row.predicted(one), 0.0, atol=1e-12)
+    moved = displaced(POSES["t"], 0.3 * rng.normal(size=(1, 24)), ALL_JOINTS)
+    assert any(abs(row.predicted(BODY.frames(moved))).max() > 0.05 for row in rows)
+
+
+def test_a_folded_elbow_is_asked_to_open():
+    (row,) = _rows(FOLDED, DirectionResidual)
+    assert row.part == 5
+    np.testing.assert_allclose(row.measured, np.cos(np.radians(150.0)))
+    along = _corrected(FOLDED).rotations[5, :, 2]
+    before = FOLDED.rotations[5, :, 2]
+    assert np.degrees(np.arccos(before[2])) > 165
+    assert 145 < np.degrees(np.arccos(along[2])) < 160
+
+
+def test_an_arm_in_the_torso_is_pushed_out():
+    (row,) = _rows(IN_BELLY, ClearanceResidual)
+    assert row.part == 5
+    frames = BODY.frames(IN_BELLY)
+    here = row.predicted(type(frames)(frames.rotations[None], frames.origins[None]))[0]
+    assert (row.measured > here).all()
+    after = _rows(_corrected(IN_BELLY), ClearanceResidual)
+    deepest = (row.measured - here).max()
+    for left in after:
+        frames = BODY.frames(_corrected(IN_BELLY))
+        there = left.predicted(type(frames)(frames.rotations[None], frames.origins[None]))[0]
+        assert (left.measured - there).max() < 0.5 * deepest
+
+
+def test_no_clearance_asks_for_nothing():
+    parameters = TrackingParameters(clearance=0.0)
+    assert not _rows(IN_BELLY, ClearanceResidual, parameters=parameters)
+    assert not _rows(hanging_pose(np.zeros(3)), DirectionResidual)
