@@ -204,7 +204,9 @@ class ErrorPlot(QWidget):
 
     def _limit(self) -> None:
         first, last = self._extent()
+        self._quiet = True
         self._box.setLimits(xMin=first - 0.5, xMax=last - 0.5, minXRange=min(4.0, last - first))
+        self._quiet = False
 
     def _fit_values(self) -> None:
         tops = [np.nanmax(c.value) for c in self.shown_curves if np.isfinite(c.value).any()]

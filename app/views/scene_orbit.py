@@ -130,4 +130,4 @@ def orbit_around(points: FloatArray, view: str, aspect: float = 1.0) -> Orbit:
     low, high = points.min(axis=0), points.max(axis=0)
     radius = max(0.5 * float(np.linalg.norm(high - low)), 0.3)
     half = FIELD_OF_VIEW / 2 * min(1.0, max(aspect, 0.3))
-    return Orbit((low + high) / 2, azimuth, elevation, 1.05 * radius / float(np.sin(half)))
+    return Orbit((low + high) / 2, azimuth, elevation, 1.15 * radius / float(np.sin(half)))

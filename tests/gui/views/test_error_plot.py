@@ -256,6 +256,16 @@ class TestPlot:
         plot.set_curves(curves_of(600))
         assert plot._box.viewRange()[0] == pytest.approx([-0.5, 599.5])
 
+    def test_only_the_person_zooms_the_timeline(self, qtbot, shown):
+        plot = ErrorPlot()
+        with qtbot.assertNotEmitted(plot.visible_range_changed):
+            shown(plot, 700, 200)
+            for frames in (1, 2, 30, 5):
+                plot.set_curves(curves_of(frames))
+            plot.set_range(300)
+            plot.set_visible_range(0, 300)
+            plot.resize(500, 150)
+
     def test_axis_of_the_recording(self, plot):
         plot.set_range(1000)
         plot.set_curves(curves_of(20))
