@@ -170,7 +170,7 @@ class ErrorPlot(QWidget):
             movable=True,
             bounds=(0.0, 180.0 if self._unit == "deg" else None),
             label="{value:.0f} " + self._unit,
-            labelOpts={"position": 0.985, "anchors": [(1, 1), (1, 1)]},
+            labelOpts={"position": 0.985, "anchors": [(1, 0), (1, 1)]},
         )
         self._threshold.sigPositionChanged.connect(self._on_threshold)
         self._threshold.setToolTip("Threshold for next and previous; drag it")
@@ -210,8 +210,8 @@ class ErrorPlot(QWidget):
 
     def _fit_values(self) -> None:
         tops = [np.nanmax(c.value) for c in self.shown_curves if np.isfinite(c.value).any()]
-        top = max([*tops, self.threshold, 1e-6])
-        self._box.setYRange(0.0, 1.06 * float(top), padding=0)
+        top = max([1.06 * float(value) for value in tops] + [1.15 * self.threshold, 1e-6])
+        self._box.setYRange(0.0, top, padding=0)
 
     def _thin(self) -> None:
         first, last = self._box.viewRange()[0]

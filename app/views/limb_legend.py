@@ -58,8 +58,7 @@ class LimbLegend(QWidget):
         colours = {curve.limb: curve.colour for curve in curves}
         for limb in [limb for limb in self._buttons if limb not in colours]:
             button = self._buttons.pop(limb)
-            self._row.removeWidget(button)
-            button.deleteLater()
+            self._drop(button)
         for limb, colour in colours.items():
             if limb not in self._buttons:
                 self._add_button(limb, colour)
@@ -72,6 +71,11 @@ class LimbLegend(QWidget):
     def refresh(self) -> None:
         """Draw the runs' line styles in the colours of the theme that is shown now."""
         self._write_runs()
+
+    def _drop(self, widget: QWidget) -> None:
+        self._row.removeWidget(widget)
+        widget.hide()
+        widget.deleteLater()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -116,8 +120,7 @@ class LimbLegend(QWidget):
 
     def _write_runs(self) -> None:
         for label in self._labels:
-            self._row.removeWidget(label)
-            label.deleteLater()
+            self._drop(label)
         self._labels = []
         for name, style in self._runs:
             for label in (QLabel(self), QLabel(name, self)):

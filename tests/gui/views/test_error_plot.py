@@ -4,6 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
+from PySide6.QtWidgets import QLabel, QToolButton
 
 from app.limb_colours import LIMB_COLOURS
 from app.theme import apply_theme, current_theme
@@ -207,6 +208,13 @@ class TestPlot:
         assert {c.limb for c in plot.shown_curves} == set(LIMBS) - {"head"}
         plot.set_curves(curves_of(490))
         assert plot.legend.hidden_limbs == {"head"}
+
+    def test_legend_names_only_what_is_drawn(self, plot):
+        plot.set_curves([curve("head", np.zeros(10), name="one")])
+        shown = {b.text() for b in plot.legend.findChildren(QToolButton) if b.isVisible()}
+        runs = {label.text() for label in plot.legend.findChildren(QLabel) if label.isVisible()}
+        assert shown == {"head"}
+        assert runs - {""} == {"one"}
 
     def test_ctrl_and_click_shows_one_alone(self, qtbot, plot):
         button = plot.legend.button("head")
