@@ -8,7 +8,7 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 
-_STRETCH = 0.9995
+_STRETCH = 0.99985
 
 
 @dataclass(frozen=True, eq=False)

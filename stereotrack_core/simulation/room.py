@@ -12,13 +12,15 @@ from stereotrack_core.simulation.textures import PLAIN, STRONG, TILES, WOOD, Mat
 HALF = 4.5
 """Half the width of the room in metres; the room is square, and 3 m high."""
 HEIGHT = 3.0
+_DADO = 1.15
+"""Up to here the walls are papered with a strong texture."""
 _TILE = 0.06
 
 _MATERIALS = {
     "floor": Material(TILES, (0.46, 0.43, 0.40), (0.24, 0.23, 0.22), 0.45, 0.30),
-    "wall": Material(PLAIN, (0.66, 0.64, 0.58), (0.66, 0.64, 0.58), 1.0, 0.045),
-    "paper": Material(STRONG, (0.58, 0.60, 0.58), (0.36, 0.42, 0.44), 0.30, 0.08),
-    "ceiling": Material(PLAIN, (0.74, 0.74, 0.73), (0.74, 0.74, 0.73), 1.0, 0.02),
+    "wall": Material(PLAIN, (0.46, 0.45, 0.41), (0.46, 0.45, 0.41), 1.0, 0.045),
+    "paper": Material(STRONG, (0.48, 0.50, 0.48), (0.28, 0.34, 0.37), 0.30, 0.08),
+    "ceiling": Material(PLAIN, (0.56, 0.56, 0.55), (0.56, 0.56, 0.55), 1.0, 0.02),
     "wood": Material(WOOD, (0.42, 0.29, 0.18), (0.30, 0.20, 0.12), 0.09, 0.12),
     "books": Material(STRONG, (0.62, 0.25, 0.18), (0.16, 0.26, 0.40), 0.10, 0.15),
     "cushion": Material(STRONG, (0.22, 0.40, 0.30), (0.50, 0.56, 0.38), 0.12, 0.15),
@@ -77,20 +79,18 @@ def _sheet(
 
 def _walls() -> list[_Sheet]:
     h, w = HALF, 2 * HALF
-    low = 1.15
     sheets = [
         _sheet((-h, -h, 0), (w, 0, 0), (0, w, 0), "floor"),
         _sheet((-h, -h, HEIGHT), (0, w, 0), (w, 0, 0), "ceiling"),
     ]
-    for name_low, name_high, base, top in (("paper", "wall", low, HEIGHT - low),):
-        for z, tall, name in ((0.0, base, name_low), (low, top, name_high)):
-            up = (0.0, 0.0, tall)
-            sheets += [
-                _sheet((h, h, z), (-w, 0, 0), up, name),
-                _sheet((-h, -h, z), (w, 0, 0), up, name),
-                _sheet((h, -h, z), (0, w, 0), up, name),
-                _sheet((-h, h, z), (0, -w, 0), up, name),
-            ]
+    for z, tall, name in ((0.0, _DADO, "paper"), (_DADO, HEIGHT - _DADO, "wall")):
+        up = (0.0, 0.0, tall)
+        sheets += [
+            _sheet((h, h, z), (-w, 0, 0), up, name),
+            _sheet((-h, -h, z), (w, 0, 0), up, name),
+            _sheet((h, -h, z), (0, w, 0), up, name),
+            _sheet((-h, h, z), (0, -w, 0), up, name),
+        ]
     for x, wide in ((-2.4, 1.0), (1.3, 0.8)):
         sheets.append(_sheet((x, -h + 0.02, 1.45), (wide, 0, 0), (0, 0, 0.75), "picture"))
         sheets.append(_sheet((-x, h - 0.02, 1.45), (-wide, 0, 0), (0, 0, 0.75), "picture"))

@@ -14,9 +14,9 @@ from stereotrack_core.simulation.compiled import compiled
 
 LIGHT = np.array(
     [
-        [0.38, 0.52, 0.764, 0.22],
-        [-0.60, -0.48, 0.640, 0.20],
-        [0.0, 0.0, 0.0, 0.44],
+        [0.38, 0.52, 0.764, 0.09],
+        [-0.60, -0.48, 0.640, 0.08],
+        [0.0, 0.0, 0.0, 0.65],
     ]
 )
 """Direction towards a lamp and its strength: a lamp, a soft one (half Lambert), and light from

@@ -109,7 +109,7 @@ def between(a: JointState, b: JointState, share: float) -> JointState:
 @cache
 def rest_joints(person: Person) -> FloatArray:
     """Where each bone begins at rest: (len(BONES), 3) metres, read-only."""
-    hip_z = person.ankle_height + person.leg * 0.998
+    hip_z = person.ankle_height + person.leg * 0.9975
     shoulder_z = hip_z + person.torso_length
     joints = np.zeros((len(BONES), 3))
     joints[BONE["pelvis"]] = 0, 0, hip_z

@@ -25,9 +25,9 @@ _HAIR: dict[str, Colour] = {
 }
 _SHIRT: dict[str, tuple[Colour, Colour]] = {
     "P1": ((0.16, 0.30, 0.28), (0.36, 0.38, 0.40)),
-    "P2": ((0.20, 0.30, 0.42), (0.46, 0.40, 0.32)),
+    "P2": ((0.20, 0.30, 0.42), (0.42, 0.37, 0.30)),
     "P3": ((0.36, 0.20, 0.20), (0.44, 0.34, 0.20)),
-    "P4": ((0.34, 0.26, 0.44), (0.50, 0.40, 0.42)),
+    "P4": ((0.24, 0.18, 0.32), (0.33, 0.26, 0.28)),
 }
 _TROUSERS: dict[str, tuple[Colour, Colour]] = {
     "P1": ((0.15, 0.15, 0.17), (0.22, 0.21, 0.20)),
@@ -43,14 +43,14 @@ def worn(person: Person, clothes: str) -> tuple[Material, ...]:
     skin, hair = _SKIN[person.name], _HAIR[person.name]
     shirt, trousers = _SHIRT[person.name], _TROUSERS[person.name]
     if clothes == "strong":
-        upper = Material(STRONG, *shirt, 0.21, 0.01)
-        lower = Material(STRONG, *trousers, 0.18, 0.01)
+        upper = Material(STRONG, *shirt, 0.24, 0.01)
+        lower = Material(STRONG, *trousers, 0.21, 0.01)
     elif clothes == "striped":
         upper = Material(STRIPED, shirt[1], _darker(shirt[0]), 0.085, 0.02)
-        lower = Material(STRONG, *trousers, 0.18, 0.01)
+        lower = Material(STRONG, *trousers, 0.21, 0.01)
     else:
-        upper = Material(PLAIN, shirt[0], shirt[0], 1.0, 0.006)
-        lower = Material(PLAIN, trousers[0], trousers[0], 1.0, 0.006)
+        upper = Material(PLAIN, shirt[0], shirt[0], 1.0, 0.0)
+        lower = Material(PLAIN, trousers[0], trousers[0], 1.0, 0.0)
     return (
         Material(PLAIN, skin, skin, 1.0, 0.05),
         Material(STRONG, hair, _darker(hair), 0.03, 0.20),

@@ -1,14 +1,17 @@
 """What the real matcher makes of the pictures: nothing here is put in by the renderer."""
 
+import dataclasses
+
 import cv2
 import numpy as np
 import pytest
 
 from stereotrack_core.simulation.motions import T_POSE
-from stereotrack_core.simulation.postures import Posture, Stand, state_of
+from stereotrack_core.simulation.postures import Stand, state_of
 from stereotrack_core.simulation.render import Posed
 from stereotrack_core.simulation.shading import SHIRT, SLEEVE, TROUSERS
 from stereotrack_core.simulation.skeleton import posed_bones
+from stereotrack_core.simulation.textures import STRONG, Material, material_table
 from tests.simulation.scenes import scene
 
 FULL = {"width": 640, "height": 480, "focal": 400.0}
@@ -68,16 +71,19 @@ def test_less_than_three_tenths_of_plain_clothes_are_matched():
 def test_shares_hold_for_everybody(person):
     assert 0.5 < shares("strong", person)[1] < 0.93
     assert 0.5 < shares("striped", person)[1] < 0.93
-    assert shares("plain", person)[1] < 0.33
+    assert shares("plain", person)[1] < 0.3
 
 
 def test_matches_lie_on_the_surface():
-    made = scene("P4", ("t-pose",), 2, ("N", "O"), **FULL)
-    for found, truth, stuff in measured(made, (0,)):
+    """With cloth that leaves no doubt the disparity is that of the geometry, without bias."""
+    made = scene("P4", ("t-pose",), 2, ("N", "S"), gain_difference=0.0, noise=0.5, **FULL)
+    harlequin = Material(STRONG, (0.6, 0.6, 0.6), (0.1, 0.1, 0.1), 0.08, 0.1)
+    dressed = dataclasses.replace(made.actor, materials=material_table((harlequin,) * 6))
+    for found, truth, stuff in measured(dataclasses.replace(made, actor=dressed), (0,)):
         cloth = cloth_away_from_edges(stuff) & (found > 0)
         error = (found - truth)[cloth]
-        assert abs(np.median(error)) < 0.2
-        assert np.percentile(np.abs(error), 90) < 0.8
+        assert abs(np.median(error)) < 0.06
+        assert np.percentile(np.abs(error), 90) < 0.4
 
 
 def test_halo_is_about_half_a_window_wide():
@@ -94,23 +100,28 @@ def test_halo_is_about_half_a_window_wide():
 
 
 def range_noise(made, away):
-    """Standard deviation in metres of the depth of well matched cloth, `away` metres off."""
+    """Standard deviation in metres over pictures of the same scene that differ in noise.
+
+    The print of the cloth grows with the distance, so that it looks the same in pixels.
+    """
     person = made.actor.person
     camera = made.cameras["N_left"]
     forward = -camera.position_world[:2] / np.linalg.norm(camera.position_world[:2])
-    place = camera.position_world[:2] + away * forward
-    errors, depths = [], []
-    for frame, posture in enumerate((T_POSE, Posture())):
-        state = state_of(person, posture, Stand(place))
-        people = [Posed(made.actor, *made.actor.posed(posed_bones(person, state)))]
-        pictures = (made.picture(f"N_{side}", people, frame) for side in ("left", "right"))
-        found = matched(*pictures)
-        seen = made.renderers["N_left"].seen(people)
-        cloth = np.isin(seen.stuff, (SHIRT, SLEEVE, TROUSERS)) & (found > 0)
-        cloth &= np.abs(found - FOCAL_TIMES_BASELINE / seen.depth) < 1.0
-        errors.append((FOCAL_TIMES_BASELINE / found[cloth]) - seen.depth[cloth])
-        depths.append(seen.depth[cloth])
-    return np.concatenate(errors).std(), np.concatenate(depths).mean()
+    state = state_of(person, T_POSE, Stand(camera.position_world[:2] + away * forward))
+    materials = made.actor.materials.copy()
+    materials[:, 7] *= away / 3.0
+    dressed = dataclasses.replace(made.actor, materials=materials)
+    people = [Posed(dressed, *dressed.posed(posed_bones(person, state)))]
+    seen = made.renderers["N_left"].seen(people)
+    found = [
+        matched(*(made.picture(f"N_{side}", people, frame) for side in ("left", "right")))
+        for frame in range(4)
+    ]
+    cloth = np.isin(seen.stuff, (SHIRT, SLEEVE, TROUSERS))
+    for disparity in found:
+        cloth &= np.abs(disparity - FOCAL_TIMES_BASELINE / seen.depth) < 1.0
+    ranges = np.array([FOCAL_TIMES_BASELINE / disparity[cloth] for disparity in found])
+    return ranges.std(axis=0, ddof=1).mean(), seen.depth[cloth].mean()
 
 
 def test_noise_of_the_range_grows_with_the_square_of_the_distance():
