@@ -209,8 +209,9 @@ class TestPlot:
         plot.set_curves(curves_of(490))
         assert plot.legend.hidden_limbs == {"head"}
 
-    def test_legend_names_only_what_is_drawn(self, plot):
+    def test_legend_names_only_what_is_drawn(self, qapp, plot):
         plot.set_curves([curve("head", np.zeros(10), name="one")])
+        qapp.processEvents()
         shown = {b.text() for b in plot.legend.findChildren(QToolButton) if b.isVisible()}
         runs = {label.text() for label in plot.legend.findChildren(QLabel) if label.isVisible()}
         assert shown == {"head"}

@@ -117,7 +117,7 @@ class TestModel:
         assert share_of_hue(bare.snapshot(), dark.accent) == 0.0
         bare.set_highlighted("left_forearm")
         assert bare.content.highlighted == "left_forearm"
-        assert share_of_hue(bare.snapshot(), dark.accent) > 0.001
+        assert share_of_hue(bare.snapshot(), dark.accent) > 0.0004
         assert share_of_hue(bare.snapshot(), colour) > 0.8 * before
         bare.set_highlighted("")
         assert share_of_hue(bare.snapshot(), dark.accent) == 0.0
