@@ -16,6 +16,8 @@ from tests.tracking.scenes import CAMERAS
 
 WIDTH, HEIGHT, FOCAL = 128, 104, 125.0
 VIEWS = ("N", "O", "S", "W")
+UNIT = 0.0005
+"""Metres per count."""
 
 
 def camera_towards_the_middle(name, position) -> Camera:
@@ -58,36 +60,21 @@ def rendered_depth(body, pose, camera):
     return np.where(np.isfinite(nearest), nearest, np.nan).reshape(HEIGHT, WIDTH)
 
 
-def write_depth_recording(folder, body, poses, *, fps=10.0, missing=(), views=VIEWS) -> Recording:
+def write_depth_recording(folder, body, poses, *, fps=10.0, missing=()) -> Recording:
     """Recording with four depth views and a reference; `missing` frames show nothing."""
     cameras = [
         camera_towards_the_middle(name, position)
         for name, position in zip(VIEWS, CAMERAS, strict=True)
-        if name in views
     ]
-    described = tuple(
-        View(
-            camera.name,
-            "depth",
-            Stream(camera.name, f"{camera.name}/%04d.png"),
-            depth=Stream(camera.name, f"{camera.name}_depth/%04d.png"),
-            depth_unit=0.0005,
-            mask=Stream("", f"{camera.name}_mask/%04d.png"),
-        )
-        for camera in cameras
-    )
-    reference = LandmarkTrajectory(
-        np.arange(len(poses)), np.array([landmarks(body, pose) for pose in poses])
-    )
-    lengths = vars(body.skeleton.proportions)
+    points = np.array([landmarks(body, pose) for pose in poses])
     recording = Recording(
         folder,
         "cones",
         fps,
-        described,
+        tuple(_view(camera.name) for camera in cameras),
         {camera.name: camera for camera in cameras},
-        subject=Subject("P", **lengths),
-        reference=reference,
+        subject=Subject("P", **vars(body.skeleton.proportions)),
+        reference=LandmarkTrajectory(np.arange(len(poses)), points),
     )
     write_recording_description(recording)
     for camera in cameras:
@@ -97,9 +84,23 @@ def write_depth_recording(folder, body, poses, *, fps=10.0, missing=(), views=VI
             depth = rendered_depth(body, pose, camera).astype(np.float32)
             if k in missing:
                 depth[:] = np.nan
-            seen = np.isfinite(depth)
-            file = f"{k:04d}.png"
-            write_png(folder / camera.name / file, np.where(seen, 200, 90).astype(np.uint8))
-            write_png(folder / f"{camera.name}_depth" / file, counts_of(depth, 0.0005))
-            write_png(folder / f"{camera.name}_mask" / file, seen)
+            _write_frame(folder, camera.name, k, depth)
     return open_recording(folder)
+
+
+def _view(name) -> View:
+    return View(
+        name,
+        "depth",
+        Stream(name, f"{name}/%04d.png"),
+        depth=Stream(name, f"{name}_depth/%04d.png"),
+        depth_unit=UNIT,
+        mask=Stream("", f"{name}_mask/%04d.png"),
+    )
+
+
+def _write_frame(folder, name, k, depth):
+    seen, file = np.isfinite(depth), f"{k:04d}.png"
+    write_png(folder / name / file, np.where(seen, 200, 90).astype(np.uint8))
+    write_png(folder / f"{name}_depth" / file, counts_of(depth, UNIT))
+    write_png(folder / f"{name}_mask" / file, seen)
