@@ -103,6 +103,17 @@ def test_poses_of_a_stored_run_reproduce_its_landmarks(recording, fast_run, tmp_
             np.testing.assert_allclose(landmarks(body, pose), fast_run.landmarks[i], atol=1e-9)
 
 
+def test_the_shape_that_was_tracked_with_comes_back(recording, tmp_path):
+    settings = _settings("fast").replaced(torso_radius_low=0.15, fit_shape=True)
+    with Pipeline(recording, settings) as pipeline:
+        run = run_of(list(pipeline.frames(range(3))), pipeline.origin())
+        used = pipeline.body.cones
+    write_run(tmp_path / "run.npz", run)
+    stored = body_of_run(read_run(tmp_path / "run.npz")).cones
+    for field in dataclasses.fields(used):
+        np.testing.assert_array_equal(getattr(stored, field.name), getattr(used, field.name))
+
+
 def test_states_that_are_not_a_bodys_are_refused(fast_run):
     strange = dataclasses.replace(fast_run, state_names=("a",) * len(fast_run.state_names))
     with pytest.raises(InputError, match="state_names"):
