@@ -20,8 +20,8 @@ from stereotrack_core.recording.writing import (
 )
 from stereotrack_core.simulation.options import SceneOptions
 
-_CRF = 12
-"""Leaves the sensor's noise nearly as it is, at a fifth of the size of a lossless video."""
+_CRF = 16
+"""Leaves the sensor's noise nearly as it is, at less than half the size of a lossless video."""
 
 
 class RecordingStore:
