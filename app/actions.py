@@ -57,6 +57,11 @@ class Command:
     checked: Callable[[], bool] | None = None
     section: bool = False
 
+    @property
+    def place(self) -> str:
+        """Where it stands in the menus, as a person reads it."""
+        return self.menu.replace("&", "").replace("/", " › ")
+
 
 class ActionBook(QObject):
     """The commands as actions of a window; says which of them can be done, and why not.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QObject, Qt
-from PySide6.QtGui import QKeyEvent, QKeySequence
+from PySide6.QtGui import QIcon, QKeyEvent, QKeySequence, QPixmap
 from PySide6.QtWidgets import (
     QDialog,
     QLabel,
@@ -26,6 +26,7 @@ class CommandPalette(QDialog):
         super().__init__(parent)
         self._book = book
         self._chosen: Command | None = None
+        self._blank = _blank_icon()
         self.setWindowTitle("Commands")
         self.search = QLineEdit()
         self.search.setPlaceholderText("What do you want to do?")
@@ -93,9 +94,9 @@ class CommandPalette(QDialog):
     def _item(self, command: Command) -> QTreeWidgetItem:
         action = self._book.action(command.id)
         keys = action.shortcut().toString(QKeySequence.SequenceFormat.NativeText)
-        item = QTreeWidgetItem([command.text, command.menu.replace("/", " › "), keys])
+        item = QTreeWidgetItem([command.text, command.place, keys])
         item.setData(0, _ID, command.id)
-        item.setIcon(0, action.icon())
+        item.setIcon(0, self._blank if action.icon().isNull() else action.icon())
         if not action.isEnabled():
             muted = self.palette().brush(
                 self.palette().ColorGroup.Disabled, self.palette().ColorRole.Text
@@ -125,10 +126,17 @@ class CommandPalette(QDialog):
         self.accept()
 
 
+def _blank_icon() -> QIcon:
+    """Keep the names of commands without an icon in line with the others."""
+    pixmap = QPixmap(16, 16)
+    pixmap.fill(Qt.GlobalColor.transparent)
+    return QIcon(pixmap)
+
+
 def match_rank(text: str, command: Command) -> int | None:
     """How well a command fits what was typed: smaller is better, None is not at all."""
     wanted = text.strip().lower()
-    name, menu = command.text.lower(), command.menu.lower()
+    name, menu = command.text.lower(), command.place.lower()
     if name.startswith(wanted):
         return 0
     if all(word in name for word in wanted.split()):

@@ -46,7 +46,6 @@ class FileWork(QObject):
         self._track_when_open = False
         self._run_when_open: Path | None = None
         self._workspace_when_open: str | None = None
-        window.document.opened.connect(self._on_opened)
 
     @property
     def making_demo(self) -> bool:
@@ -122,7 +121,8 @@ class FileWork(QObject):
         self.open(places.recording, workspace="track")
 
     @Slot()
-    def _on_opened(self) -> None:
+    def on_opened(self) -> None:
+        """Do what was asked for together with opening; the window follows the recording already."""
         recording = self._window.document.recording
         if recording is None:
             return

@@ -128,6 +128,7 @@ class MainWindow(PanelWindow):
 
     def _make_status_line(self) -> None:
         self.state_label = QLabel()
+        self.state_label.setContentsMargins(8, 0, 0, 0)
         self.pixel_label = QLabel()
         self.progress = QProgressBar()
         self.progress.setMaximumWidth(160)
@@ -170,6 +171,7 @@ class MainWindow(PanelWindow):
     def _connect(self) -> None:
         document, track = self.document, self.track
         document.opened.connect(self._on_opened)
+        document.opened.connect(self.files.on_opened)
         document.closed.connect(self._on_closed)
         for signal in (document.message, self.clouds.message, track.message):
             signal.connect(self.messages.show_message)

@@ -68,6 +68,7 @@ class WindowProgram:
         self.window.follower.show_settings()
         track.finished.connect(self._on_demo_tracked)
         self._demo_frame = self.DEMO_FRAME
+        self.window.follower.change_display(keep_person=True)
         self.window.files.begin_demo(args.folder)
 
     def picture(self, path: Path) -> bool:

@@ -47,7 +47,7 @@ class ShortcutEditor(QDialog):
         self.note.setWordWrap(True)
         self._lay_out()
         for command in book.commands:
-            item = QTreeWidgetItem([command.text, command.menu.replace("/", " › "), ""])
+            item = QTreeWidgetItem([command.text, command.place, ""])
             item.setData(0, _ID, command.id)
             self.list.addTopLevelItem(item)
         self._refresh()

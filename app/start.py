@@ -82,6 +82,7 @@ def _show(args: Namespace, picture: Path | None) -> int:
     if args.command == "open":
         program.window.files.open(args.path, frame=args.frame, workspace=args.workspace)
     elif args.command == "demo" and args.headless:
+        program.window.follower.change_display(keep_person=True)
         places = demo_places(args.folder)
         program.window.files.open(
             places.recording, frame=program.DEMO_FRAME, workspace="track", run=places.run

@@ -51,9 +51,9 @@ def _tracker_words(document: DocumentPresenter, track: TrackPresenter, runs: Run
         return _joined(f"{verb} {done} of {wanted}", frame_words(shown or newest))
     active, recording = runs.active, document.recording
     if active is not None and shown is not None:
-        return _joined(f"frame {document.frame}, run {active.name}", frame_words(shown))
+        return _joined(f"frame {document.frame}, run “{active.name}”", frame_words(shown))
     if active is not None:
-        return f"frame {document.frame} is not part of the run {active.name}"
+        return f"frame {document.frame} is not part of the run “{active.name}”"
     if recording is None:
         return ""
     seconds = document.frame_count / recording.fps

@@ -52,20 +52,20 @@ class CameraTile(QFrame):
     def __init__(self, view: View, parent: QWidget) -> None:
         super().__init__(parent)
         self.view = view
-        self.camera = CameraView()
+        self.camera = CameraView(self)
         self._name = QLabel(view.name)
         self._name.setObjectName("tileName")
         font = self._name.font()
         font.setBold(True)
         self._name.setFont(font)
-        self._kind = QComboBox()
+        self._kind = QComboBox(self)
         self._kind.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._kind.setToolTip("What this view shows")
         self._kind.setAccessibleName(f"What view {view.name} shows")
         for kind in kinds_of(view):
             self._kind.addItem(kind_words(view, kind), kind)
         self._kind.setVisible(self._kind.count() > 1)
-        self._note = QLabel()
+        self._note = QLabel(self)
         self._note.setObjectName("tileNote")
         self._lay_out()
         self._kind.activated.connect(self._on_kind)

@@ -89,6 +89,7 @@ class CameraView(QWidget):
         self._drag: tuple[QPointF, QPointF] | None = None
         self._dragged = False
         self._by_hand = False
+        self.painted_frame = -1
         self.setMouseTracking(True)
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
@@ -242,6 +243,7 @@ class CameraView(QWidget):
                 self._paint_loupe(painter, self._cursor, QColor(theme.accent))
         painter.end()
         if self._picture is not None:
+            self.painted_frame = self._picture.frame
             self.painted.emit(self._picture.frame)
 
     def _paint_picture(self, painter: QPainter, transform: QTransform, scale: float) -> None:

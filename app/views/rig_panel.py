@@ -45,7 +45,9 @@ class RigPanel(QWidget):
         if recording is None:
             return
         for view in recording.views:
-            self.tree.addTopLevelItem(_view_item(view, recording))
+            item = _view_item(view, recording)
+            self.tree.addTopLevelItem(item)
+            item.setFirstColumnSpanned(True)
         self.tree.expandAll()
         for column in range(1, len(_COLUMNS)):
             self.tree.resizeColumnToContents(column)
@@ -61,7 +63,6 @@ def _view_item(view: View, recording: Recording) -> QTreeWidgetItem:
         baseline = float(np.linalg.norm(left.position_world - reference.position_world))
         words = f"stereo, baseline {1000.0 * baseline:.1f} mm"
     item = QTreeWidgetItem([f"View {view.name}: {words}"])
-    item.setFirstColumnSpanned(True)
     cameras = [reference]
     if view.left is not None:
         cameras.insert(0, recording.cameras[view.left.camera])

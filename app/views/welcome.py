@@ -93,6 +93,7 @@ class WelcomePage(QWidget):
         column.addSpacing(16)
         column.addWidget(_heading("Opened last"))
         column.addWidget(self._none)
+        self.recent.setMaximumHeight(240)
         column.addWidget(self.recent, 4)
         column.addWidget(_words(_HINT, muted=True))
         column.addWidget(_words("Ctrl+K lists everything that can be done.", muted=True))

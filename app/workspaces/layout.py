@@ -165,7 +165,11 @@ def save_layout(window: QMainWindow, settings: QSettings, space: Workspace) -> N
 def restore_layout(window: QMainWindow, settings: QSettings, space: Workspace) -> bool:
     """Arrange a workspace as it was kept; False where nothing fitting was."""
     state = settings.value(f"workspaces/{space.name}")
-    return state is not None and window.restoreState(state, _VERSION)
+    if state is None:
+        return False
+    for dock in window.findChildren(QDockWidget):
+        window.removeDockWidget(dock)
+    return window.restoreState(state, _VERSION)
 
 
 def forget_layout(settings: QSettings, space: Workspace) -> None:

@@ -115,7 +115,9 @@ def test_every_command_in_every_state(window, qtbot, failures, small_recording, 
     quiet = trigger_everything(window, qtbot, besides=tracking)
     assert len(quiet) > 50
     window.actions_book.action("step").trigger()
-    qtbot.waitUntil(lambda: window.track.paused and len(window.track.entry.frames) == 1, timeout=60_000)
+    qtbot.waitUntil(
+        lambda: window.track.paused and len(window.track.entry.frames) == 1, timeout=60_000
+    )
     paused = trigger_everything(window, qtbot, besides={"remove_run"})
     assert tracking - {"run_selection"} <= set(paused) | {"iterate", "run_here", "step"}
     window.track.pause()

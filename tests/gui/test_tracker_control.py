@@ -24,7 +24,9 @@ def test_a_run_draws_while_it_works_and_ends_with_curves(opened, qtbot):
     seen = []
     opened.track.advanced.connect(lambda frame: seen.append(frame.frame))
     QTest.keyClick(opened, Qt.Key.Key_F8)
-    qtbot.waitUntil(lambda: opened.track.entry is None and len(opened.runs.entries) == 1, timeout=90_000)
+    qtbot.waitUntil(
+        lambda: opened.track.entry is None and len(opened.runs.entries) == 1, timeout=90_000
+    )
     qtbot.waitUntil(opened.settled, timeout=30_000)
     run = opened.runs.active
     assert sorted(run.frames) == list(range(8))
@@ -83,7 +85,9 @@ def test_changed_settings_apply_to_the_next_step_as_a_new_run(opened, qtbot):
     opened.parameters.settings_changed.emit(opened.track.settings.replaced(iterations=2))
     opened.refresh()
     trigger(opened, "step")
-    qtbot.waitUntil(lambda: opened.track.entry is not first and tracked(opened) == 1, timeout=60_000)
+    qtbot.waitUntil(
+        lambda: opened.track.entry is not first and tracked(opened) == 1, timeout=60_000
+    )
     second = opened.track.entry
     assert sorted(first.frames) == [0]
     assert sorted(second.frames) == [1]

@@ -1,0 +1,112 @@
+"""How long the window takes from a key press until all views are painted; prints JSON."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from app.screen import load_qt, prepare
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Open a recording, fill the cache, step through it by key, and say what a step takes."""
+    options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument("recording", type=Path)
+    options.add_argument("--frames", type=int, default=40, help="frames that are stepped through")
+    options.add_argument("--workspace", default="annotate", help="workspace that is measured")
+    args = options.parse_args(arguments)
+    prepare(needs_screen=False)
+    load_qt()
+    result = measure(args.recording, args.frames, args.workspace)
+    sys.stdout.write(json.dumps(result, indent=2) + "\n")
+    return 0
+
+
+def measure(recording: Path, frames: int, workspace: str) -> dict[str, Any]:
+    """Milliseconds of a step over frames that are in the cache.
+
+    Parameters
+    ----------
+    recording : Path
+        Folder of the recording.
+    frames : int
+        Number of frames that are stepped through, forth and back.
+    workspace : str
+        Name of the workspace.
+    """
+    from PySide6.QtCore import QSettings, Qt
+    from PySide6.QtTest import QTest
+    from PySide6.QtWidgets import QApplication
+
+    from app.main_window import MainWindow
+    from app.tasks.garbage import GarbageTimer
+    from app.theme import apply_theme
+
+    existing = QApplication.instance()
+    app = existing if isinstance(existing, QApplication) else QApplication(["stereotrack"])
+    with tempfile.TemporaryDirectory() as folder:
+        settings = QSettings(str(Path(folder) / "bench.ini"), QSettings.Format.IniFormat)
+        apply_theme(app, "dark")
+        garbage = GarbageTimer()
+        window = MainWindow(settings)
+        window.show()
+        window.activateWindow()
+        window.files.open(recording)
+        _until(lambda: window.document.frame_set is not None and window.settled())
+        window.show_workspace_named(workspace)
+        count = min(frames, window.document.frame_count - 1)
+        for frame in range(count + 1):
+            window.document.go_to(frame)
+            _until(lambda frame=frame: _painted(window) == {frame})
+        times = []
+        for key, step in ((Qt.Key.Key_Left, -1), (Qt.Key.Key_Right, 1)):
+            for _ in range(count):
+                wanted = window.document.frame + step
+                begun = time.perf_counter()
+                QTest.keyClick(window, key)
+                _until(lambda wanted=wanted: _painted(window) == {wanted})
+                times.append(1000.0 * (time.perf_counter() - begun))
+        size = next(iter(window.document.frame_set.views.values())).image.shape
+        views = len(window.grid.tiles)
+        window.close()
+        garbage.deleteLater()
+    return {
+        "frame_step_ms": {
+            "median": round(float(np.median(times)), 2),
+            "p95": round(float(np.percentile(times, 95)), 2),
+            "max": round(float(np.max(times)), 2),
+        },
+        "steps": len(times),
+        "views": views,
+        "image_size": [int(size[1]), int(size[0])],
+        "workspace": workspace,
+        "platform": app.platformName(),
+    }
+
+
+def _painted(window: Any) -> set[int]:
+    """Frames that the visible views have painted."""
+    return {window.grid.tiles[name].camera.painted_frame for name in window.grid.visible_views()}
+
+
+def _until(condition: Any, seconds: float = 120.0) -> None:
+    """Let events happen until a condition holds."""
+    from PySide6.QtCore import QCoreApplication, QEventLoop
+
+    end = time.perf_counter() + seconds
+    while not condition():
+        QCoreApplication.processEvents(QEventLoop.ProcessEventsFlag.AllEvents, 2)
+        if time.perf_counter() > end:
+            raise TimeoutError("the window did not paint in time")
+        time.sleep(0.0002)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,82 @@
+"""Start-up: pictures without a screen, clear refusals, everything else to the command line."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+from PySide6.QtGui import QImage
+
+pytestmark = pytest.mark.window
+
+
+@pytest.fixture
+def program(tmp_path):
+    """Function that starts the program in a process of its own, without a screen."""
+    environment = {k: v for k, v in os.environ.items() if k not in {"DISPLAY", "WAYLAND_DISPLAY"}}
+    environment.pop("QT_QPA_PLATFORM", None)
+    environment["XDG_CONFIG_HOME"] = str(tmp_path / "config")
+    environment["XDG_STATE_HOME"] = str(tmp_path / "state")
+    environment["QT_QPA_PLATFORM_PLUGIN_PATH"] = str(tmp_path / "nowhere")
+
+    def start(*arguments, module="app"):
+        command = [sys.executable, "-m", module, *map(str, arguments)]
+        return subprocess.run(
+            command, env=environment, capture_output=True, text=True, timeout=300, check=False
+        )
+
+    return start
+
+
+def test_a_picture_is_made_without_a_screen(program, small_recording, tmp_path):
+    picture = tmp_path / "window.png"
+    done = program(
+        "open", small_recording, "--frame", 3, "--workspace", "review", "--screenshot", picture
+    )
+    assert done.returncode == 0, done.stderr
+    image = QImage(str(picture))
+    assert image.width() >= 1366
+    colours = {
+        image.pixel(x, y) for x in range(0, image.width(), 40) for y in range(0, image.height(), 40)
+    }
+    assert len(colours) > 50, "the picture is not blank"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        (["open", "/nowhere/at/all", "--screenshot", "x.png"], "/nowhere/at/all"),
+        (["open", "RECORDING", "--workspace", "dance", "--screenshot", "x.png"], "dance"),
+        (["open", "RECORDING", "--screenshot", "/nowhere/x.png"], "/nowhere/x.png"),
+        (["open", "RECORDING", "--frame", "many"], "many"),
+        (["open", "RECORDING"], "screen"),
+    ],
+)
+def test_what_cannot_be_done_is_refused_in_a_sentence(program, small_recording, arguments, word):
+    done = program(*[small_recording if a == "RECORDING" else a for a in arguments])
+    assert done.returncode == 2
+    assert word in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_other_commands_are_the_command_line_s(program, small_recording):
+    done = program("info", small_recording)
+    assert done.returncode == 0
+    assert "small" in done.stdout
+
+
+def test_help_of_a_window_command_needs_no_qt(program):
+    done = program("open", "--help")
+    assert done.returncode == 0
+    assert "--screenshot" in done.stdout
+
+
+def test_the_benchmark_of_the_window_prints_json(program, small_recording):
+    done = program(small_recording, "--frames", 4, module="app.bench")
+    assert done.returncode == 0, done.stderr
+    facts = json.loads(done.stdout)
+    assert facts["views"] == 2
+    assert 0 < facts["frame_step_ms"]["median"] < 1000
