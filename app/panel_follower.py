@@ -152,7 +152,8 @@ class PanelFollower(QObject):
         w.plot_stack.setCurrentWidget(w.plot if w.judging.all() else w.no_curves)
         w.plot.set_curves(curves_of(w.runs, w.judging.all(), w.document.frame_count))
         segments = recording.segments if recording is not None else ()
-        w.timeline.set_lanes(lanes_of(judgement, w.document.frame_count, segments))
+        reference = recording.reference if recording is not None else None
+        w.timeline.set_lanes(lanes_of(judgement, w.document.frame_count, segments, reference))
         w.plot.set_left_margin(w.timeline.scale.left)
         w.runs_panel.show_rows([self._row(entry) for entry in w.runs.entries])
         self._show_numbers()

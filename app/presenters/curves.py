@@ -11,8 +11,9 @@ from app.presenters.judgement import MEASURED_LIMBS, Judgement
 from app.presenters.runs import RunList
 from app.views.error_curves import Curve
 from app.views.timeline_lanes import Lane, Span
-from stereotrack_core.arrays import FloatArray
+from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.recording.description import Segment
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 FULL_DEG = 45.0
 """Angle that is shown in a lane's full colour; more than this is a lost limb."""
@@ -45,15 +46,24 @@ def curves_of(runs: RunList, judgements: dict[int, Judgement], count: int) -> tu
 
 
 def lanes_of(
-    judgement: Judgement | None, count: int, segments: Sequence[Segment]
+    judgement: Judgement | None,
+    count: int,
+    segments: Sequence[Segment],
+    reference: LandmarkTrajectory | None,
 ) -> tuple[Lane, ...]:
-    """Lanes of the active run: a heat strip per limb, what the cloud has that the model has not,
-    stretches that are not tracked, and the recording's own segments.
+    """Lanes of the recording and of the active run.
+
+    The recording's segments and where its reference is known; then a heat strip per limb, what
+    the cloud has that the model has not, and stretches that are not tracked.
     """
     lanes = []
     if segments:
         named = [Span(s.first, s.end - 1, s.name) for s in segments]
         lanes.append(Lane("segments", "#9a86c8", "bars", named))
+    if reference is not None:
+        known = reference.frame[np.isfinite(reference.points).any(axis=(1, 2))]
+        if len(known):
+            lanes.append(Lane("reference", "#9a86c8", "bars", _stretches(known, "known")))
     if judgement is None:
         return tuple(lanes)
     for limb in MEASURED_LIMBS:
@@ -63,7 +73,7 @@ def lanes_of(
     lanes.append(Lane("unexplained", "#CC79A7", "heat", coverage, 30.0, "% of the cloud"))
     lost = judgement.frame[~judgement.tracked]
     if len(lost):
-        lanes.append(Lane("not tracked", "#d05050", "bars", _stretches(lost)))
+        lanes.append(Lane("not tracked", "#d05050", "bars", _stretches(lost, "not tracked")))
     return tuple(lanes)
 
 
@@ -74,7 +84,7 @@ def _spread(judgement: Judgement, values: FloatArray, count: int) -> FloatArray:
     return result
 
 
-def _stretches(frames: np.ndarray[tuple[int], np.dtype[np.int64]]) -> list[Span]:
+def _stretches(frames: IntArray, label: str) -> list[Span]:
     """Successive frame numbers as spans."""
     breaks = np.flatnonzero(np.diff(frames) > 1) + 1
-    return [Span(int(part[0]), int(part[-1]), "not tracked") for part in np.split(frames, breaks)]
+    return [Span(int(part[0]), int(part[-1]), label) for part in np.split(frames, breaks)]

@@ -211,6 +211,15 @@ class DocumentPresenter(QObject):
         self.opened.emit()
         if self._count == 0 and final:
             self.message.emit(_no_frames(opened.recording))
+        elif final and self._start_frame >= self._count:
+            self.message.emit(
+                Message(
+                    "note",
+                    f"there is no frame {self._start_frame}",
+                    opened.recording.name,
+                    f"Its frames go from 0 to {self._count - 1}; the last one is shown.",
+                )
+            )
         self.go_to(self._start_frame)
         self._tasks.begin(
             "examining the recording",

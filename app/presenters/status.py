@@ -56,8 +56,11 @@ def _tracker_words(document: DocumentPresenter, track: TrackPresenter, runs: Run
         return f"frame {document.frame} is not part of the run “{active.name}”"
     if recording is None:
         return ""
-    seconds = document.frame_count / recording.fps
-    return f"{recording.name}: {document.frame_count} frames, {seconds:.1f} s; nothing tracked yet"
+    count = document.frame_count
+    length = f"{count} frame{'' if count == 1 else 's'}, {count / recording.fps:.1f} s"
+    deep = any(view.kind != "mono" for view in recording.views)
+    state = "nothing tracked yet" if deep else "no view gives depth, so it is not tracked"
+    return f"{recording.name}: {length}; {state}"
 
 
 def frame_words(tracked: TrackedFrame) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import threading
 import time
 from collections.abc import Callable
@@ -12,7 +13,7 @@ from PySide6.QtCore import QObject, QTimer, Signal, Slot
 from app.failures import message_of
 from app.presenters.iterations import Iterations
 from app.presenters.runs import RunEntry, RunList
-from stereotrack_core.body.model import body_model
+from stereotrack_core.body.model import BodyModel, body_model
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.cloud import Cloud
@@ -48,6 +49,7 @@ class TrackWorker:
     def __init__(self, order: Order) -> None:
         self.order = order
         self.origin: Origin | None = None
+        self.body: BodyModel | None = None
         self.pipeline: Pipeline | None = None
         self.error: Exception | None = None
         self.done = False
@@ -103,7 +105,8 @@ class TrackWorker:
                 reader=order.reader,
                 preset=order.preset,
             ) as pipeline:
-                self.origin = pipeline.origin()
+                pipeline.prepare(order.frames)
+                self.body, self.origin = pipeline.body, pipeline.origin()
                 self.pipeline = pipeline
                 self._follow(pipeline)
         except Exception as error:  # noqa: BLE001 - handed to the window, which shows it
@@ -210,9 +213,9 @@ class TrackPresenter(QObject):
         body = body_model(proportions_of(recording.subject), self.settings.body)
         name = self._runs.next_name(self.preset, changed=changed)
         self._entry = RunEntry(name, self.preset, self.settings, body, frames)
-        self._worker = TrackWorker(
-            Order(recording, self.settings, self.preset, frames, init, reader)
-        )
+        # the tracker never sees the truth
+        unaided = dataclasses.replace(recording, reference=None)
+        self._worker = TrackWorker(Order(unaided, self.settings, self.preset, frames, init, reader))
         self._begun = time.perf_counter()
         self._worker.allow(allowed)
         self._timer.start()
@@ -291,7 +294,7 @@ class TrackPresenter(QObject):
             return
         ended = worker.done  # asked before the results are fetched, so that none is left behind
         results = worker.taken()
-        entry.origin = worker.origin
+        entry.origin, entry.body = worker.origin, worker.body or entry.body
         for tracked in results:
             entry.frames[tracked.frame] = tracked.without_cloud()
         if results:

@@ -79,4 +79,4 @@ def test_the_benchmark_of_the_window_prints_json(program, small_recording):
     assert done.returncode == 0, done.stderr
     facts = json.loads(done.stdout)
     assert facts["views"] == 2
-    assert 0 < facts["frame_step_ms"]["median"] < 1000
+    assert 0 < facts["frame_step_ms"] < 1000

@@ -7,6 +7,8 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
+from stereotrack_core.tracking.pipeline import track
+
 pytestmark = pytest.mark.window
 
 
@@ -39,6 +41,16 @@ def test_a_run_draws_while_it_works_and_ends_with_curves(opened, qtbot):
     assert opened.grid.tiles["N"].camera.picture.overlay.paths
 
 
+def test_the_window_s_run_is_the_command_line_s(opened, qtbot):
+    trigger(opened, "run")
+    qtbot.waitUntil(lambda: opened.track.entry is None, timeout=90_000)
+    by_window = opened.runs.active.run()
+    by_core = track(opened.document.recording, opened.track.settings, preset="accurate")
+    np.testing.assert_array_equal(by_window.landmarks, by_core.landmarks)
+    np.testing.assert_array_equal(by_window.P, by_core.P)
+    assert by_window.meta == by_core.meta
+
+
 def test_step_tracks_one_frame_and_holds(opened, qtbot):
     trigger(opened, "step")
     qtbot.waitUntil(lambda: tracked(opened) == 1 and opened.track.paused, timeout=60_000)
@@ -46,7 +58,8 @@ def test_step_tracks_one_frame_and_holds(opened, qtbot):
     trigger(opened, "step")
     qtbot.waitUntil(lambda: tracked(opened) == 2 and opened.track.paused, timeout=60_000)
     assert opened.document.frame == 1
-    assert "paused at 2 of 8" in opened.state_label.text() or opened.refresh() is None
+    opened.refresh()
+    assert "paused at 2 of 8" in opened.state_label.text()
 
 
 def test_pause_holds_and_run_goes_on_with_the_same_run(opened, qtbot):
