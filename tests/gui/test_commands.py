@@ -140,8 +140,14 @@ def test_mono_views_play_and_say_why_they_are_not_tracked(window, qtbot, shared_
     assert "depth" in action.statusTip()
 
 
-def test_something_wrong_inside_is_said_without_a_traceback(window, qtbot, failures):
+def test_something_wrong_inside_is_said_without_a_traceback(window, qtbot, failures, monkeypatch):
+    failed = []
+    monkeypatch.setattr("app.failures.LOG.error", lambda *a, **k: failed.append(k["exc_info"][1]))
     QTimer.singleShot(0, lambda: 1 / 0)
-    with qtbot.captureExceptions():
-        qtbot.wait(100)
-    failures.clear()
+    qtbot.waitUntil(lambda: bool(failures), timeout=5_000)
+    message = failures.pop()
+    window.messages.show_message(message)
+    assert "Something went wrong inside the program" in window.messages.text()
+    assert "Traceback" not in window.messages.text()
+    assert isinstance(failed[0], ZeroDivisionError), "the details are in the log"
+    assert window.isVisible()
