@@ -41,8 +41,7 @@ def measure(recording: Path, frames: int, workspace: str) -> dict[str, Any]:
     workspace : str
         Name of the workspace.
     """
-    from PySide6.QtCore import QSettings, Qt
-    from PySide6.QtTest import QTest
+    from PySide6.QtCore import QSettings
     from PySide6.QtWidgets import QApplication
 
     from app.main_window import MainWindow
@@ -65,14 +64,7 @@ def measure(recording: Path, frames: int, workspace: str) -> dict[str, Any]:
         for frame in range(count + 1):
             window.document.go_to(frame)
             _until(lambda frame=frame: _painted(window) == {frame})
-        times = []
-        for key, step in ((Qt.Key.Key_Left, -1), (Qt.Key.Key_Right, 1)):
-            for _ in range(count):
-                wanted = window.document.frame + step
-                begun = time.perf_counter()
-                QTest.keyClick(window, key)
-                _until(lambda wanted=wanted: _painted(window) == {wanted})
-                times.append(1000.0 * (time.perf_counter() - begun))
+        times = _steps(window, count)
         cameras = window.document.recording.cameras if window.document.recording else {}
         sizes = sorted({f"{camera.width}x{camera.height}" for camera in cameras.values()})
         views = len(window.grid.tiles)
@@ -93,6 +85,22 @@ def measure(recording: Path, frames: int, workspace: str) -> dict[str, Any]:
 def _painted(window: Any) -> set[int]:
     """Frames that the visible views have painted."""
     return {window.grid.tiles[name].camera.painted_frame for name in window.grid.visible_views()}
+
+
+def _steps(window: Any, count: int) -> list[float]:
+    """Milliseconds from a key press to the last repaint, back and forth over cached frames."""
+    from PySide6.QtCore import Qt
+    from PySide6.QtTest import QTest
+
+    times = []
+    for key, step in ((Qt.Key.Key_Left, -1), (Qt.Key.Key_Right, 1)):
+        for _ in range(count):
+            wanted = window.document.frame + step
+            begun = time.perf_counter()
+            QTest.keyClick(window, key)
+            _until(lambda wanted=wanted: _painted(window) == {wanted})
+            times.append(1000.0 * (time.perf_counter() - begun))
+    return times
 
 
 def _until(condition: Any, seconds: float = 120.0) -> None:

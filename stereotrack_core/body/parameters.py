@@ -36,7 +36,7 @@ class BodyParameters(ParameterGroup):
         0.62, "Depth of the torso over its width.", group=_GROUP, minimum=0.3, maximum=1.0
     )
     torso_forward_low: float = parameter(
-        0.02,
+        0.03,
         "Shift of the torso's middle in front of the hips.",
         group=_GROUP,
         unit="m",
@@ -44,7 +44,7 @@ class BodyParameters(ParameterGroup):
         maximum=0.2,
     )
     torso_forward_high: float = parameter(
-        0.01,
+        0.015,
         "Shift of the torso's middle in front of the shoulders.",
         group=_GROUP,
         unit="m",
@@ -74,7 +74,7 @@ class BodyParameters(ParameterGroup):
         1.0, "Factor on the radii of the head.", group=_GROUP, minimum=0.3, maximum=3.0
     )
     leg_forward: float = parameter(
-        0.01,
+        0.015,
         "Shift of the legs' middle in front of hips and knees.",
         group=_GROUP,
         unit="m",
@@ -82,7 +82,7 @@ class BodyParameters(ParameterGroup):
         maximum=0.2,
     )
     head_forward: float = parameter(
-        0.01,
+        0.015,
         "Shift of the head's middle in front of the neck.",
         group=_GROUP,
         unit="m",

@@ -42,8 +42,8 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--init",
         default="tpose",
         metavar="auto|tpose|FILE",
-        help="where the first pose comes from: the T pose facing north (default), or a run or "
-        "landmarks file that knows the first frame",
+        help="where the first pose comes from: the T pose facing north (default), found without "
+        "help (auto), or a run or landmarks file that knows the first frame",
     )
     parser.add_argument("--smooth", action="store_true", help="go over the run backwards as well")
     add_json(parser)

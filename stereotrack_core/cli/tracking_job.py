@@ -155,20 +155,14 @@ def first_pose(text: str, frame: int) -> FirstPose:
     InputError
         For a file that does not know `frame`.
     """
-    if text == "tpose":
-        return "tpose"
-    if text == "auto":
-        raise InputError(
-            "finding the first pose without help is not available yet",
-            where="--init",
-            remedy="Give tpose, or a run or landmarks file.",
-        )
+    if text in {"auto", "tpose"}:
+        return text
     path = Path(text)
     if not path.suffix and not path.exists():
         raise InputError(
             f"{text!r} is not a way to begin",
             where="--init",
-            remedy="Give tpose, or the name of a run or landmarks file.",
+            remedy="Give auto, tpose, or the name of a run or landmarks file.",
         )
     return _pose_in_file(path, frame)
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.model import BodyModel, placed_cones
-from stereotrack_core.body.pose import PartFrames
+from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.surface import nearest_on_surface
 
 COVERAGE_SCALE = 0.05
@@ -29,6 +29,11 @@ def coverage_of(points: FloatArray, body: BodyModel, frames: PartFrames) -> floa
     thin = points[:: max(1, len(points) // _COVERAGE_POINTS)]
     feet = nearest_on_surface(thin, placed_cones(body, frames), np.inf)
     return coverage(feet.distance)
+
+
+def surface_distances(points: FloatArray, body: BodyModel, pose: Pose) -> FloatArray:
+    """Signed distances (N,) of points (N, 3), world, from the body in a pose."""
+    return nearest_on_surface(points, placed_cones(body, body.frames(pose)), np.inf).distance
 
 
 def coverage(distance: FloatArray) -> float:

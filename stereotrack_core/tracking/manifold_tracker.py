@@ -16,9 +16,10 @@ from stereotrack_core.body.skeleton import FOREARMS, HEAD, UPPER_ARMS
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.filtering.linearisation import posterior
 from stereotrack_core.filtering.sigma_points import scaled_weights, sigma_deviations
-from stereotrack_core.tracking.confidence import coverage_of
+from stereotrack_core.tracking.confidence import coverage, coverage_of, surface_distances
 from stereotrack_core.tracking.data_to_model import SurfaceResidual, Trust, surface_residual
 from stereotrack_core.tracking.estimate import Correspondences, Estimate, limb_sigma_deg
+from stereotrack_core.tracking.initialise import standing_poses
 from stereotrack_core.tracking.limits import limit_residuals
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.process import process_noise
@@ -29,6 +30,16 @@ _STEP_LIMIT = 0.5
 """Radians and metres by which one iteration may move a number of the error state."""
 
 _WIDE_ITERATIONS = 2
+
+_ARM = np.radians(40.0) ** 2
+_START = np.array([0.1, 0.1, 0.1, *np.radians([20.0, 20.0, 20.0])]) ** 2
+"""Variances of position, rotation and joints of a first pose."""
+
+_HEADINGS = 8
+"""Directions that a body is tried in when nothing is known."""
+
+_ALL_DATA = 450.0
+"""Weight of all data against the search's cost, which counts those near the shoulders."""
 
 _WIDE_ARM = np.radians(40.0)
 """Standard deviation of the arms' joints around a proposal."""
@@ -62,10 +73,11 @@ class ManifoldTracker:
         self.start(t_pose(np.zeros(3)))
 
     def start(self, pose: Pose) -> None:
-        """Begin from a pose, as uncertain as one step of the process makes it."""
+        """Begin from a pose that is roughly right."""
         self.pose = pose
-        self.P = self.Q.copy()
+        self.P = np.diag(np.concatenate([_START[:3], _START[3:6], np.full(len(self.Q) - 6, _ARM)]))
         self.movement = np.zeros(len(self.Q))
+        self._present = True
 
     def step(self, cloud: Cloud) -> Estimate:
         """Follow to the next cloud (method.md 4D)."""
@@ -75,13 +87,39 @@ class ManifoldTracker:
         if len(cloud.points) < self.parameters.least_points:
             return self.lost(before, f"the cloud has only {len(cloud.points)} points")
         data = self.choose(cloud)
-        predicted, P0 = self.pose, self.P
-        surface, innovation = self.follow(data, predicted, P0)
-        if self.parameters.search.search_arms:
-            surface = self.search_arms(cloud, data, predicted, P0, surface)
+        if not self._present:
+            self.acquire(cloud, data)
+        surface, innovation = self.track(cloud, data)
+        if coverage(surface_distances(data, self.body, self.pose)) > self.parameters.lost_coverage:
+            return self.lost(before, "the cloud does not look like the body")
         self.pose = orthonormal(self.pose)
         self.movement = difference(self.pose, before, self.joints)
         return self.estimate(cloud, surface, innovation, time.perf_counter() - begun)
+
+    def track(self, cloud: Cloud, data: FloatArray) -> tuple[SurfaceResidual, float]:
+        """Correct the predicted pose; returns the last pairs and the innovation."""
+        predicted, P0 = self.pose, self.P
+        surface, innovation = self.follow(data, predicted, P0)
+        hurried = self.widened(predicted, P0)
+        if hurried is not None:
+            P0 = hurried
+            surface, _ = self.follow(data, predicted, P0)
+        if self.parameters.search.search_arms:
+            surface = self.search_arms(cloud, data, predicted, P0, surface)
+        return surface, innovation
+
+    def acquire(self, cloud: Cloud, data: FloatArray) -> None:
+        """Find the body without knowing where it was: stand it there, facing all around."""
+        found = []
+        for pose in standing_poses(self.body, cloud.points, _HEADINGS):
+            self.start(pose)
+            self.track(cloud, data)
+            rng = np.random.default_rng((self._seed, cloud.frame, 2))
+            evidence = self._search.evidence(cloud, self.pose, rng)
+            unexplained = coverage(surface_distances(data, self.body, self.pose))
+            cost = self._search.cost(evidence, self.pose, self.pose)
+            found.append((cost + _ALL_DATA * unexplained, self.pose))
+        self.start(min(found, key=lambda candidate: candidate[0])[1])
 
     def predict(self) -> None:
         """Predict a damped repetition of the last movement, with more uncertainty."""
@@ -106,6 +144,22 @@ class ManifoldTracker:
             surface = self.correspond(data, i)
             self.correct(prior, P0, surface)
         return surface, innovation
+
+    def widened(self, predicted: Pose, P0: FloatArray) -> FloatArray | None:
+        """Widen the prior where the data ask for more movement than it allows for.
+
+        Position, rotation and every joint are judged alone by the distance that they were moved
+        over its expected value; None where nothing moved unexpectedly far. A narrow prior holds
+        still limbs still, and yet nothing that moves fast is held back.
+        """
+        moved = difference(self.pose, predicted, self.joints) ** 2 / np.diagonal(P0)
+        groups = [moved[:3].mean(), moved[3:6].mean(), *moved[6:].reshape(-1, 2).mean(axis=1)]
+        ratio = np.sqrt(np.repeat(groups, [3, 3] + [2] * len(self.joints)))
+        factor = np.where(ratio > self.parameters.hurry, ratio, 1.0)
+        if not np.any(factor > 1.0):
+            return None
+        wider: FloatArray = P0 * np.outer(factor, factor)
+        return wider
 
     def search_arms(
         self,
@@ -166,11 +220,14 @@ class ManifoldTracker:
         P0_inverse: FloatArray = scipy.linalg.inv(P0)
         dx, self.P = posterior(P0_inverse, from_prior, found)
         self.pose = displaced(self.pose, np.clip(dx, -_STEP_LIMIT, _STEP_LIMIT), self.joints)
+        if not len(surface.distance):
+            return float("nan")
         return float(np.sqrt(np.mean(surface.distance**2 / surface.variance)))
 
     def lost(self, before: Pose, reason: str) -> Estimate:
         """State a frame in which nothing could be measured; the body is expected to stay."""
         self.pose, self.movement = before, np.zeros_like(self.movement)
+        self._present = False
         x = state_of_pose(before, self.joints)
         return Estimate(False, reason, before, x, self.P.copy())
 

@@ -39,7 +39,7 @@ class TrackingParameters(ParameterGroup):
         0.0, "Third parameter of the scaled unscented transform.", group=_METHOD, minimum=0.0
     )
     sigma_position: float = parameter(
-        0.1,
+        0.03,
         "Movement of the body expected between two frame sets at 10 Hz.",
         group=_NOISE,
         unit="m",
@@ -48,7 +48,7 @@ class TrackingParameters(ParameterGroup):
         thesis=0.1,
     )
     sigma_rotation: float = parameter(
-        20.0,
+        5.0,
         "Rotation of the torso expected between two frame sets at 10 Hz.",
         group=_NOISE,
         unit="deg",
@@ -57,7 +57,7 @@ class TrackingParameters(ParameterGroup):
         thesis=20.0,
     )
     sigma_joint: float = parameter(
-        40.0,
+        10.0,
         "Rotation of a joint expected between two frame sets at 10 Hz.",
         group=_NOISE,
         unit="deg",
@@ -73,6 +73,14 @@ class TrackingParameters(ParameterGroup):
         minimum=0.001,
         maximum=1.0,
         thesis=0.02,
+    )
+    hurry: float = parameter(
+        1.5,
+        "A prior is widened where the data move the body by more than so many of its standard "
+        "deviations.",
+        group=_NOISE,
+        minimum=0.5,
+        maximum=100.0,
     )
     velocity: float = parameter(
         0.0,
@@ -98,7 +106,7 @@ class TrackingParameters(ParameterGroup):
         thesis=64,
     )
     data_points: int = parameter(
-        900,
+        2000,
         "Measured points that look for the model.",
         group=_DATA,
         minimum=50,
@@ -141,6 +149,13 @@ class TrackingParameters(ParameterGroup):
         group=_DATA,
         minimum=1,
         maximum=100000,
+    )
+    lost_coverage: float = parameter(
+        0.6,
+        "A frame whose cloud is unexplained to more than this share is not tracked.",
+        group=_DATA,
+        minimum=0.0,
+        maximum=1.0,
     )
     clearance: float = parameter(
         0.02,

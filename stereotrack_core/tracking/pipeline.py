@@ -9,6 +9,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeAlias
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.model import BodyModel, body_model, landmarks
@@ -31,7 +32,7 @@ from stereotrack_core.tracking.shape_fit import SeenPose, fitted_shape
 from stereotrack_core.tracking.thesis import ThesisTracker
 
 FirstPose: TypeAlias = str | Pose
-"""``"tpose"``: the T pose facing north; or a pose."""
+"""``"auto"``: found without help; ``"tpose"``: the T pose facing north; or a pose."""
 
 _LOOK_AHEAD = 5
 """Frames in which somebody is looked for to fit the shape, for each frame that it needs."""
@@ -100,6 +101,8 @@ class Pipeline:
         self._init = init
         self._preset = preset
         self._owns_reader = reader is None
+        # Matrices of 24 columns gain nothing from a second thread and lose much on a busy machine.
+        self._blas = threadpool_limits(1, user_api="blas")
         self.reader = reader or FrameReader(recording, views=self.views, colour=False)
         self._started = False
         self._prepared = False
@@ -170,6 +173,7 @@ class Pipeline:
     def close(self) -> None:
         """Close the reader, unless it is shared."""
         self.chain.close()
+        self._blas.restore_original_limits()
         if self._owns_reader:
             self.reader.close()
 
@@ -204,6 +208,11 @@ class Pipeline:
     def _first_pose(self, cloud: Cloud) -> Pose:
         if isinstance(self._init, Pose):
             return self._init
+        if self._init == "auto":
+            p = self.settings.tracking
+            seeker = ManifoldTracker(self.body, p, self._cameras, self.recording.fps, self.seed)
+            seeker.acquire(cloud, seeker.choose(cloud))
+            return seeker.pose
         return t_pose_in_cloud(self.body, cloud.points)
 
 
@@ -225,7 +234,7 @@ def usable_views(recording: Recording, views: Sequence[str] | None) -> tuple[str
             where="--views",
             remedy=f"Known are: {', '.join(deep)}.",
         )
-    return tuple(views)
+    return tuple(dict.fromkeys(views))
 
 
 def track(

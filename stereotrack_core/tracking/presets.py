@@ -30,10 +30,15 @@ _CHANGES: Mapping[str, Mapping[str, Value]] = MappingProxyType(
                 "torso_forward_low": 0.0,
                 "torso_forward_high": 0.0,
                 "head_forward": 0.0,
+                "low_pass": 0.8,
+                "edge_images": False,
+                "match_left_right": -1,
+                "disparity_from_volume": False,
                 "background_mode": "average",
+                "outlier_repeat": True,
             }
         ),
-        "fast": MappingProxyType({"data_points": 500, "iterations": 4}),
+        "fast": MappingProxyType({"data_points": 700, "iterations": 4, "match_region": "changed"}),
     }
 )
 

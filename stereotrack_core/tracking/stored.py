@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 from stereotrack_core.body.angles import ALL_JOINTS, pose_of_state, state_names
 from stereotrack_core.body.model import BodyModel, body_model
 from stereotrack_core.body.parameters import BodyParameters
@@ -32,7 +34,9 @@ def body_of_run(run: Run) -> BodyModel:
     known = {row.name for row in BodyParameters.rows()}
     stored = run.meta.get("body", {})
     shape = BodyParameters().replaced(**{k: v for k, v in stored.items() if k in known})
-    return body_model(proportions_of(Subject(**subject) if subject else None), shape)
+    fields = {field.name for field in dataclasses.fields(Subject)}
+    measured = {k: v for k, v in (subject or {}).items() if k in fields}
+    return body_model(proportions_of(Subject(**measured)), shape)
 
 
 def _joints_of(names: tuple[str, ...]) -> tuple[int, ...]:

@@ -114,6 +114,8 @@ class ThesisTracker:
             if not len(sampled):
                 return self.lost("no part of the body is in sight of any camera")
             pairs = self.closest(sampled, tree)
+            if not len(pairs.e):
+                return self.lost("every model point lies on its measured point")
             innovations.append(self.correct(pairs))
         self.avoid_collisions()
         return self.estimate(cloud, pairs, innovations[0], time.perf_counter() - begun)

