@@ -5,7 +5,7 @@
 # Number of processes that run tests.
 WORKERS = 2
 PY = .venv/bin/python
-PYTEST = QT_QPA_PLATFORM=offscreen $(PY) -m pytest --timeout 600
+PYTEST = QT_QPA_PLATFORM=offscreen OPENBLAS_NUM_THREADS=1 $(PY) -m pytest --timeout 600
 
 help:
 	@echo 'make demo       track the demo recording, print its errors, show it in the workbench'

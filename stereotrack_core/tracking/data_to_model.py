@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.body.jacobian import Columns, point_jacobian
 from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import PartFrames
 from stereotrack_core.body.skeleton import PARTS
@@ -46,6 +47,10 @@ class SurfaceResidual:
         """The data on their directions (m,): z = n . p."""
         result: FloatArray = np.einsum("mi,mi->m", self.direction, self.data)
         return result
+
+    def jacobian(self, frames: PartFrames, columns: Columns) -> FloatArray:
+        """Derivatives (m, n) of the feet on their directions."""
+        return point_jacobian(self.foot, self.direction, self.part, frames, columns)
 
     def predicted(self, frames: PartFrames) -> FloatArray:
         """The feet on the same directions (S, m) for stacked poses: z_hat = n . foot(x)."""

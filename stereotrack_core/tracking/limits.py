@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.jacobian import Columns, point_jacobian
 from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import HANGING, PartFrames, Pose
 from stereotrack_core.body.skeleton import (
@@ -32,6 +33,10 @@ _REST_SIGMA = {
 """Standard deviation of the limbs that no measure counts from straight; they only take data."""
 
 
+_ELBOW_SIGMA = np.radians(3.0)
+"""How firmly an elbow is kept from folding farther than its limit."""
+
+
 @dataclass(frozen=True, eq=False)
 class DirectionResidual:
     """Components of a part's direction across an axis that is fixed to its parent.
@@ -49,6 +54,16 @@ class DirectionResidual:
     across: FloatArray
     measured: FloatArray
     variance: FloatArray
+
+    def jacobian(self, frames: PartFrames, columns: Columns) -> FloatArray:
+        """Derivatives (m, n): only the part's own joint turns it against its parent."""
+        J = np.zeros((len(self.measured), columns.n))
+        own = frames.rotations[self.parent].T @ frames.rotations[self.part]
+        at = columns.first[self.part]
+        if at >= 0:
+            J[:, at] = -self.across @ own[:, 1]
+            J[:, at + 1] = self.across @ own[:, 0]
+        return J
 
     def predicted(self, frames: PartFrames) -> FloatArray:
         """Components (S, m)."""
@@ -77,6 +92,15 @@ class ClearanceResidual:
     outward: FloatArray
     measured: FloatArray
     variance: FloatArray
+
+    def jacobian(self, frames: PartFrames, columns: Columns) -> FloatArray:
+        """Derivatives (m, n): the torso's own movement changes nothing."""
+        part = np.full(len(self.points), self.part, dtype=np.int64)
+        world = frames.apply(part, self.points)
+        outward = self.outward @ frames.rotations[TORSO].T
+        J = point_jacobian(world, outward, part, frames, columns)
+        J[:, :6] = 0.0
+        return J
 
     def predicted(self, frames: PartFrames) -> FloatArray:
         """Places along the outward directions (S, m)."""
@@ -111,16 +135,21 @@ def _folded_elbows(pose: Pose, least_angle: float) -> list[DirectionResidual]:
     for fore in FOREARMS:
         along = pose.rotations[fore, :, 2]
         bend = float(np.arccos(np.clip(along[2], -1.0, 1.0)))
-        if bend > np.pi - least_angle:
-            limit = np.cos(np.pi - least_angle)
-            axis = np.array([[0.0, 0.0, 1.0]])
-            variance = np.full(1, np.radians(3.0) ** 2)
-            rows.append(DirectionResidual(fore, PARENTS[fore], axis, np.array([limit]), variance))
+        excess = bend - (np.pi - least_angle)
+        if excess > 0.0:
+            side = along[:2] / max(float(np.linalg.norm(along[:2])), 1e-9)
+            further = np.append(np.cos(bend) * side, -np.sin(bend))[None]
+            variance = np.full(1, _ELBOW_SIGMA**2)
+            back = np.array([-excess])
+            rows.append(DirectionResidual(fore, PARENTS[fore], further, back, variance))
     return rows
 
 
 _COLLISION_SIGMA = 0.03
 """Metres; how firmly an arm is held off the torso."""
+
+_CHECKED = 4
+"""Places along a forearm, from elbow to hand, whose distance from the torso is checked."""
 
 
 def _collisions(body: BodyModel, pose: Pose, clearance: float) -> list[ClearanceResidual]:
@@ -128,20 +157,22 @@ def _collisions(body: BodyModel, pose: Pose, clearance: float) -> list[Clearance
     if clearance <= 0.0:
         return []
     frames = body.frames(pose)
-    placed = placed_cones(body, frames)[:1]
+    length = body.skeleton.lengths[FOREARMS[0]]
+    points = np.linspace(0.0, length, _CHECKED)[:, None] * np.array([0.0, 0.0, 1.0])
+    world = np.concatenate(
+        [points @ frames.rotations[fore].T + frames.origins[fore] for fore in FOREARMS]
+    )
+    feet = nearest_on_surface(world, placed_cones(body, frames)[:1], 0.5)
+    to_torso = frames.rotations[TORSO]
+    outward = feet.direction @ to_torso
+    foot = (feet.foot - frames.origins[TORSO]) @ to_torso
+    at_limit = np.einsum("mi,mi->m", outward, foot) + clearance
+    close = ((feet.cone == 0) & (feet.distance < clearance)).reshape(len(FOREARMS), -1)
     rows = []
-    for fore in FOREARMS:
-        along = np.linspace(0.0, body.skeleton.lengths[fore], 4)
-        points = along[:, None] * np.array([0.0, 0.0, 1.0])
-        world = frames.apply(np.full(len(points), fore), points)
-        feet = nearest_on_surface(world, placed, 0.5)
-        close = (feet.cone == 0) & (feet.distance < clearance)
-        if not close.any():
-            continue
-        to_torso = frames.rotations[TORSO]
-        outward = feet.direction[close] @ to_torso
-        foot = (feet.foot[close] - frames.origins[TORSO]) @ to_torso
-        at_limit = np.einsum("mi,mi->m", outward, foot) + clearance
-        variance = np.full(len(at_limit), _COLLISION_SIGMA**2)
-        rows.append(ClearanceResidual(fore, points[close], outward, at_limit, variance))
+    for side, fore in enumerate(FOREARMS):
+        kept = np.flatnonzero(close[side])
+        if len(kept):
+            at = kept + side * _CHECKED
+            variance = np.full(len(kept), _COLLISION_SIGMA**2)
+            rows.append(ClearanceResidual(fore, points[kept], outward[at], at_limit[at], variance))
     return rows

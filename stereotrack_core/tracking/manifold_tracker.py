@@ -9,6 +9,7 @@ import scipy.linalg
 
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.angles import ALL_JOINTS, THESIS_JOINTS, state_names, state_of_pose
+from stereotrack_core.body.jacobian import columns_of
 from stereotrack_core.body.manifold import difference, displaced
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import Pose, orthonormal, t_pose
@@ -23,8 +24,15 @@ from stereotrack_core.tracking.initialise import standing_poses
 from stereotrack_core.tracking.limits import limit_residuals
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.process import process_noise
-from stereotrack_core.tracking.residuals import Residual, gathered
+from stereotrack_core.tracking.residuals import (
+    Residual,
+    gathered,
+    gathered_by_sigma_points,
+)
 from stereotrack_core.tracking.search.search import ArmSearch
+
+_COARSE = 2
+"""All iterations but the last use every second datum; the variances make up for it."""
 
 _STEP_LIMIT = 0.5
 """Radians and metres by which one iteration may move a number of the error state."""
@@ -68,6 +76,7 @@ class ManifoldTracker:
         self.Q = process_noise(parameters, len(self.state_names), fps)
         p = parameters
         self._weights = scaled_weights(len(self.Q), p.ut_alpha, p.ut_beta, p.ut_kappa)
+        self._columns = columns_of(self.joints)
         self._seed = seed
         self._search = ArmSearch(body, parameters.search)
         self.start(t_pose(np.zeros(3)))
@@ -109,9 +118,9 @@ class ManifoldTracker:
         return surface, innovation
 
     def acquire(self, cloud: Cloud, data: FloatArray) -> None:
-        """Find the body without knowing where it was: stand it there, facing all around."""
+        """Find the body: where it was last, or standing in the cloud and facing anywhere."""
         found = []
-        for pose in standing_poses(self.body, cloud.points, _HEADINGS):
+        for pose in (self.pose, *standing_poses(self.body, cloud.points, _HEADINGS)):
             self.start(pose)
             self.track(cloud, data)
             rng = np.random.default_rng((self._seed, cloud.frame, 2))
@@ -138,11 +147,11 @@ class ManifoldTracker:
         self, data: FloatArray, prior: Pose, P0: FloatArray
     ) -> tuple[SurfaceResidual, float]:
         """Iterate correspondences and corrections; returns the last pairs and the innovation."""
-        surface = self.correspond(data, 0)
-        innovation = self.correct(prior, P0, surface)
-        for i in range(1, self.parameters.iterations):
-            surface = self.correspond(data, i)
-            self.correct(prior, P0, surface)
+        innovation, last = 0.0, self.parameters.iterations - 1
+        for i in range(self.parameters.iterations):
+            surface = self.correspond(data if i == last else data[::_COARSE], i)
+            found = self.correct(prior, P0, surface)
+            innovation = found if i == 0 else innovation
         return surface, innovation
 
     def widened(self, predicted: Pose, P0: FloatArray) -> FloatArray | None:
@@ -194,7 +203,7 @@ class ManifoldTracker:
         P[columns, columns] = _WIDE_ARM**2
         self.pose, self.P = proposed, P
         for i in range(self.parameters.search.search_iterations):
-            surface = self.correspond(data, i + 1)
+            surface = self.correspond(data[::_COARSE], i + 1)
             self.correct(proposed, P, surface)
         return surface
 
@@ -215,7 +224,12 @@ class ManifoldTracker:
             surface,
             *limit_residuals(self.body, self.pose, self.parameters, self.joints),
         )
-        found = gathered(residuals, self.body, self.pose, self.P, self._weights, self.joints)
+        if self.parameters.linearisation == "sigma_points":
+            found = gathered_by_sigma_points(
+                residuals, self.body, self.pose, self.P, self._weights, self.joints
+            )
+        else:
+            found = gathered(residuals, self.body, self.pose, self._columns)
         from_prior = difference(prior, self.pose, self.joints)
         P0_inverse: FloatArray = scipy.linalg.inv(P0)
         dx, self.P = posterior(P0_inverse, from_prior, found)

@@ -22,6 +22,13 @@ class TrackingParameters(ParameterGroup):
         choices=("data_to_model", "model_to_data"),
         thesis="model_to_data",
     )
+    linearisation: str = parameter(
+        "derivatives",
+        "How data that look for the model are linearised: by derivatives, or by sigma points of "
+        "the posterior, which costs several times as much.",
+        group=_METHOD,
+        choices=("derivatives", "sigma_points"),
+    )
     iterations: int = parameter(
         6, "Corrections per frame set.", group=_METHOD, minimum=1, maximum=50, thesis=4
     )

@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
+import scipy.linalg
 
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.jacobian import Columns
 from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose
@@ -32,12 +34,31 @@ class Residual(Protocol):
         """Diagonal of R (m,)."""
         ...
 
+    def jacobian(self, frames: PartFrames, columns: Columns) -> FloatArray:
+        """Derivatives (m, n) of the prediction by the error state, at one pose."""
+        ...
+
     def predicted(self, frames: PartFrames) -> FloatArray:
         """z_hat (S, m) for stacked poses."""
         ...
 
 
 def gathered(
+    residuals: tuple[Residual, ...], body: BodyModel, pose: Pose, columns: Columns
+) -> Information:
+    """Linearise all residuals at a pose by their derivatives and gather their information."""
+    frames = body.frames(pose)
+    stacked = PartFrames(frames.rotations[None], frames.origins[None])
+    total = Information(np.zeros((columns.n, columns.n)), np.zeros(columns.n))
+    for residual in residuals:
+        if len(residual.variance):
+            nu = residual.measured - residual.predicted(stacked)[0]
+            J = residual.jacobian(frames, columns)
+            total += information(J.T, nu, residual.variance)
+    return total
+
+
+def gathered_by_sigma_points(
     residuals: tuple[Residual, ...],
     body: BodyModel,
     pose: Pose,
@@ -45,11 +66,11 @@ def gathered(
     weights: SigmaWeights,
     joints: tuple[int, ...],
 ) -> Information:
-    """Linearise all residuals by the same sigma points and gather their information.
+    """Linearise all residuals by the same sigma points of the posterior (method.md 4D).
 
     The linearisation's own error is added to the noise; without it P is too confident.
     """
-    L = np.asarray(np.linalg.cholesky(P), dtype=np.float64)
+    L: FloatArray = scipy.linalg.cholesky(P, lower=True)
     root = weights.spread * L.T
     dX = np.concatenate([np.zeros((1, len(P))), root, -root])
     frames = body.frames(displaced(pose, dX, joints))

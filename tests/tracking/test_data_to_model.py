@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.body.angles import ALL_JOINTS
+from stereotrack_core.body.jacobian import columns_of
 from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import body_model, placed_cones
 from stereotrack_core.body.pose import Pose
@@ -11,7 +12,7 @@ from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.surface import nearest_on_surface
 from stereotrack_core.filtering.sigma_points import scaled_weights
 from stereotrack_core.tracking.data_to_model import Trust, surface_residual
-from stereotrack_core.tracking.residuals import gathered
+from stereotrack_core.tracking.residuals import gathered, gathered_by_sigma_points
 from tests.tracking.scenes import POSES, surface_points
 
 BODY = body_model(AVERAGE)
@@ -78,12 +79,17 @@ def test_no_data_within_reach_give_no_rows(prepared):
     assert residual.predicted(one).shape == (1, 0)
 
 
-def test_information_is_that_of_a_numerical_jacobian(prepared):
+@pytest.mark.parametrize("way", ["derivatives", "sigma points"])
+def test_information_is_that_of_a_numerical_jacobian(prepared, way):
     """Close to the mean, statistical linearisation is the derivative."""
     _, _, residual = prepared
     pose, n = POSES["pointing"], 6 + 2 * len(ALL_JOINTS)
     P = np.diag(np.linspace(0.5e-6, 2e-6, n))
-    found = gathered((residual,), BODY, pose, P, scaled_weights(n, 0.1, 2.0, 0.0), ALL_JOINTS)
+    weights = scaled_weights(n, 0.1, 2.0, 0.0)
+    if way == "sigma points":
+        found = gathered_by_sigma_points((residual,), BODY, pose, P, weights, ALL_JOINTS)
+    else:
+        found = gathered((residual,), BODY, pose, columns_of(ALL_JOINTS))
 
     def predicted(delta):
         return residual.predicted(BODY.frames(displaced(pose, delta, ALL_JOINTS)))

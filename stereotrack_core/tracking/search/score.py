@@ -23,6 +23,10 @@ _DEPTH_CAMERA_SCALE = 75.0
 """Focal length times base line (pixels, metres) of the stereo camera whose uncertainty of range
 a depth camera is taken to have."""
 
+_DEEP = -0.03
+"""Metres from the torso's surface, negative inside, from which an arm's axis is too deep: bodies
+give way where arms lie on them."""
+
 
 @dataclass(frozen=True, eq=False)
 class Scene:
@@ -105,7 +109,7 @@ def _inside_torso_cost(scene: Scene, shape: ArmShape, arms: Arms) -> FloatArray:
     off = (out - radius) * np.where(out > 0, flat, 1.0)
     outside_ends = (height < 0) | (height > cones.height[0])
     distance: FloatArray = np.where(outside_ends, 1.0, off)
-    cost = 3.0 * np.clip((0.02 - distance) / 0.03, 0.0, 2.0)
+    cost = 3.0 * np.clip((_DEEP - distance) / 0.03, 0.0, 2.0)
     result: FloatArray = cost.sum(axis=1)
     return result
 

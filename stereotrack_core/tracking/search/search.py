@@ -12,7 +12,6 @@ from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import FOREARMS, TORSO, UPPER_ARMS
 from stereotrack_core.body.surface import nearest_on_surface
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.tracking.confidence import COVERAGE_SCALE
 from stereotrack_core.tracking.search.arms import (
     LEFT,
     RIGHT,
@@ -35,7 +34,9 @@ from stereotrack_core.tracking.search.score import (
 _UNEXPLAINED = 0.09
 """Metres from every cone beyond which a datum is unexplained."""
 
-_SQUARED_SCALE = COVERAGE_SCALE**2
+_SQUARED_SCALE = 0.035**2
+"""Square of the metres at which a datum counts as half unexplained: less than an arm's radius, so
+that an arm on the torso is told from the torso."""
 
 
 @dataclass(frozen=True, eq=False)
