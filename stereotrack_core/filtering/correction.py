@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import lapack
 
 from stereotrack_core.arrays import FloatArray
 
@@ -53,13 +54,24 @@ def correct(
         Innovation z - z_hat.
     R : (m,) float64
         Variances of the measurements.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        Where the innovation's covariance is singular.
     """
     V = dY / R
     G = V @ dY.T
     q = V @ nu
-    M = np.eye(len(Wc)) + G * Wc
-    solved = np.linalg.solve(M, np.column_stack([q, G * Wc]))
+    k = len(Wc)
+    GW = G * Wc
+    right = np.empty((k, k + 1), order="F")
+    right[:, 0], right[:, 1:] = q, GW
+    # For 29 unknowns the checks around numpy's solve cost as much as the solution.
+    *_, solved, info = lapack.dgesv(np.eye(k) + GW, right, overwrite_a=1, overwrite_b=1)
+    if info:
+        raise np.linalg.LinAlgError("the innovation's covariance is singular")
     weighted = dX.T * Wc
     dx = weighted @ solved[:, 0]
-    after = P - weighted @ solved[:, 1:] @ dX
+    after = P - weighted @ (solved[:, 1:] @ dX)
     return Correction(dx, 0.5 * (after + after.T))
