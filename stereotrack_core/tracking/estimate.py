@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.depth.cloud import Cloud
@@ -31,6 +31,26 @@ class Correspondences:
     model: FloatArray
     limb: IntArray
     weight: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Prior:
+    """What a frame's correction began from, seen from the frame before.
+
+    Attributes
+    ----------
+    movement : (n,) float64
+        Displacement from the last frame's pose that was expected.
+    P : (n, n) float64
+        Covariance that was really used, as far as it was widened.
+    carried : (n,) bool
+        False for numbers that were not predicted but looked for anew, as those of arms that
+        the search has put elsewhere.
+    """
+
+    movement: FloatArray
+    P: FloatArray
+    carried: BoolArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +77,8 @@ class Estimate:
         Root mean square angle of each limb's direction, in the order of ``LIMBS``.
     correspondences : Correspondences or None
     seconds : mapping from stage name to seconds
+    prior : Prior or None
+        None where the frame was not predicted from the one before.
     """
 
     tracked: bool
@@ -70,6 +92,7 @@ class Estimate:
     limb_sigma_deg: FloatArray = field(default_factory=lambda: np.full(len(LIMBS), np.nan))
     correspondences: Correspondences | None = None
     seconds: Mapping[str, float] = field(default_factory=dict)
+    prior: Prior | None = None
 
 
 class Tracker(Protocol):

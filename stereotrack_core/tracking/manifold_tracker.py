@@ -19,7 +19,7 @@ from stereotrack_core.filtering.linearisation import posterior
 from stereotrack_core.filtering.sigma_points import scaled_weights, sigma_deviations
 from stereotrack_core.tracking.confidence import coverage, coverage_of, surface_distances
 from stereotrack_core.tracking.data_to_model import SurfaceResidual, Trust, surface_residual
-from stereotrack_core.tracking.estimate import Correspondences, Estimate, limb_sigma_deg
+from stereotrack_core.tracking.estimate import Correspondences, Estimate, Prior, limb_sigma_deg
 from stereotrack_core.tracking.initialise import standing_poses
 from stereotrack_core.tracking.limits import limit_residuals
 from stereotrack_core.tracking.parameters import TrackingParameters
@@ -86,7 +86,8 @@ class ManifoldTracker:
         self.pose = pose
         self.P = np.diag(np.concatenate([_START[:3], _START[3:6], np.full(len(self.Q) - 6, _ARM)]))
         self.movement = np.zeros(len(self.Q))
-        self._present = True
+        self._prior: Prior | None = None
+        self._present = self._anew = True
 
     def step(self, cloud: Cloud) -> Estimate:
         """Follow to the next cloud (method.md 4D)."""
@@ -103,6 +104,7 @@ class ManifoldTracker:
             return self.lost(before, "the cloud does not look like the body")
         self.pose = orthonormal(self.pose)
         self.movement = difference(self.pose, before, self.joints)
+        self._prior, self._anew = None if self._anew else self._prior, False
         return self.estimate(cloud, surface, innovation, time.perf_counter() - begun)
 
     def track(self, cloud: Cloud, data: FloatArray) -> tuple[SurfaceResidual, float]:
@@ -113,8 +115,12 @@ class ManifoldTracker:
         if hurried is not None:
             P0 = hurried
             surface, _ = self.follow(data, predicted, P0)
+        carried = np.ones(len(P0), dtype=np.bool_)
         if self.parameters.search.search_arms:
-            surface = self.search_arms(cloud, data, predicted, P0, surface)
+            followed = surface
+            surface = self.search_arms(cloud, data, predicted, P0, followed)
+            carried[self._arm_columns()] = surface is followed
+        self._prior = Prior(self.parameters.velocity * self.movement, P0, carried)
         return surface, innovation
 
     def acquire(self, cloud: Cloud, data: FloatArray) -> None:
@@ -197,8 +203,7 @@ class ManifoldTracker:
     def refine(self, data: FloatArray, proposed: Pose, P0: FloatArray) -> SurfaceResidual:
         """Correct a proposed pose from a prior that is wide for the arms."""
         P = P0.copy()
-        arms = [self._column(part) for part in (*UPPER_ARMS, *FOREARMS)]
-        columns = np.concatenate(arms)
+        columns = self._arm_columns()
         P[columns] = P[:, columns] = 0.0
         P[columns, columns] = _WIDE_ARM**2
         self.pose, self.P = proposed, P
@@ -206,6 +211,9 @@ class ManifoldTracker:
             surface = self.correspond(data[::_COARSE], i + 1)
             self.correct(proposed, P, surface)
         return surface
+
+    def _arm_columns(self) -> IntArray:
+        return np.concatenate([self._column(part) for part in (*UPPER_ARMS, *FOREARMS)])
 
     def _column(self, part: int) -> IntArray:
         first = 6 + 2 * self.joints.index(part)
@@ -267,4 +275,5 @@ class ManifoldTracker:
             limb_sigma_deg=limb_sigma_deg(spread, self._weights.covariance),
             correspondences=Correspondences(surface.data, surface.foot, surface.part, weight),
             seconds={"track": seconds},
+            prior=self._prior,
         )

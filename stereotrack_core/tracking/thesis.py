@@ -18,7 +18,7 @@ from stereotrack_core.filtering.correction import correct
 from stereotrack_core.filtering.sigma_points import scaled_weights, sigma_deviations
 from stereotrack_core.tracking.collisions import Clearance, collisions_avoided
 from stereotrack_core.tracking.confidence import coverage_of
-from stereotrack_core.tracking.estimate import Correspondences, Estimate, limb_sigma_deg
+from stereotrack_core.tracking.estimate import Correspondences, Estimate, Prior, limb_sigma_deg
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.process import process_noise
 
@@ -95,16 +95,21 @@ class ThesisTracker:
         self._weights = scaled_weights(len(self.Q), p.ut_alpha, p.ut_beta, p.ut_kappa)
         self.x = np.zeros(len(self.Q))
         self.P = self.Q.copy()
+        self._prior: Prior | None = None
+        self._anew = True
 
     def start(self, pose: Pose) -> None:
         """Begin from a pose, as uncertain as one step of the process makes it."""
         self.x = state_of_pose(pose, THESIS_JOINTS)
         self.P = self.Q.copy()
+        self._anew = True
 
     def step(self, cloud: Cloud) -> Estimate:
         """Follow to the next cloud (3.2.3 and 3.2.4)."""
         begun = time.perf_counter()
         self.predict()
+        carried = np.ones(len(self.x), dtype=np.bool_)
+        self._prior = None if self._anew else Prior(np.zeros(len(self.x)), self.P, carried)
         if len(cloud.points) < self.parameters.least_points:
             return self.lost(f"the cloud has only {len(cloud.points)} points")
         tree = cKDTree(cloud.points, balanced_tree=False, compact_nodes=False)
@@ -118,6 +123,7 @@ class ThesisTracker:
                 return self.lost("every model point lies on its measured point")
             innovations.append(self.correct(pairs))
         self.avoid_collisions()
+        self._anew = False
         return self.estimate(cloud, pairs, innovations[0], time.perf_counter() - begun)
 
     def predict(self) -> None:
@@ -189,4 +195,5 @@ class ThesisTracker:
                 pairs.measured, model, pairs.sampled.part, np.ones(len(model))
             ),
             seconds={"track": seconds},
+            prior=self._prior,
         )
