@@ -45,16 +45,16 @@ def add_arguments(parser: ArgumentParser) -> None:
         help="where the first pose comes from: the T pose facing north (default), found without "
         "help (auto), or a run or landmarks file that knows the first frame",
     )
-    parser.add_argument("--smooth", action="store_true", help="go over the run backwards as well")
+    parser.add_argument(
+        "--smooth",
+        action="store_true",
+        help="go over the run backwards as well: steadier poses, short gaps bridged",
+    )
     add_json(parser)
 
 
 def run(args: Namespace) -> int:
     """Track and write the run."""
-    if args.smooth:
-        raise InputError(
-            "smoothing is not available yet", where="--smooth", remedy="Track without it."
-        )
     if args.seed < 0:
         raise InputError("a seed is not negative", where="--seed", remedy="Give 0 or more.")
     from stereotrack_core.interop.run_file import run_suffix
@@ -75,7 +75,14 @@ def run(args: Namespace) -> int:
         frames = frames_within(args.frames, reader.frame_count)
     init = first_pose(args.init, frames.start)
     job = track_recording(
-        recording, settings, frames, preset=args.preset, views=views, seed=args.seed, init=init
+        recording,
+        settings,
+        frames,
+        preset=args.preset,
+        views=views,
+        seed=args.seed,
+        init=init,
+        smooth=args.smooth,
     )
     if not len(job.run.frame):
         say("Stopped before the first frame; nothing was written.")

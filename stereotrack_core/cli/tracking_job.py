@@ -13,6 +13,7 @@ import numpy as np
 
 from stereotrack_core.cli.output import Table, number
 from stereotrack_core.cli.progress import progress, stoppable
+from stereotrack_core.cli.tracking_gaps import Blindness, Gap, ViewProblems, gaps_of
 from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
@@ -21,15 +22,6 @@ if TYPE_CHECKING:
     from stereotrack_core.tracking.pipeline import FirstPose
     from stereotrack_core.tracking.run import Run
     from stereotrack_core.tracking.settings import Settings
-
-
-@dataclass(frozen=True)
-class Gap:
-    """A stretch of frames, half-open, that are not tracked for one reason."""
-
-    first: int
-    end: int
-    reason: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +35,8 @@ class TrackingJob:
     wanted : int
         Frames that were asked for.
     gaps : tuple of Gap
+    blind : tuple of Blindness
+        Where a view gave nothing although it was used; also in the run's meta as ``blind``.
     stopped : bool
         Whether it was stopped before the last frame.
     """
@@ -50,6 +44,7 @@ class TrackingJob:
     run: Run
     wanted: int
     gaps: tuple[Gap, ...]
+    blind: tuple[Blindness, ...]
     stopped: bool
 
     def facts(self) -> dict[str, Any]:
@@ -62,6 +57,9 @@ class TrackingJob:
             "frames": len(run.frame),
             "tracked": int(tracked.sum()),
             "not_tracked": self.gaps,
+            "blind_views": self.blind,
+            "smoothed": bool(run.meta.get("smoothed", False)),
+            "bridged": list(run.meta.get("bridged", [])),
             "stopped": self.stopped,
             "frames_per_second": len(run.frame) / seconds if seconds > 0 else None,
             "mean_coverage": _mean(run.coverage[tracked]),
@@ -82,7 +80,10 @@ class TrackingJob:
             ("residual", f"{number(facts['mean_residual_mm'])} mm"),
             ("frames per second", number(facts["frames_per_second"] or np.nan)),
         ]
+        if facts["smoothed"]:
+            rows.append(("smoothed, bridged frames", str(len(facts["bridged"]))))
         rows += [(f"not tracked {gap.first}:{gap.end}", gap.reason) for gap in self.gaps]
+        rows += [(f"view {b.view} blind {b.first}:{b.end}", b.reason) for b in self.blind]
         return Table(title, ("what", ">value"), rows)
 
 
@@ -104,15 +105,18 @@ def track_recording(
     views: Sequence[str] | None = None,
     seed: int = 0,
     init: FirstPose = "tpose",
+    smooth: bool = False,
 ) -> TrackingJob:
     """Track, show progress, and keep what there is when stopped with Ctrl-C."""
     from stereotrack_core.tracking.pipeline import track
 
     reasons: list[tuple[int, str]] = []
+    problems = ViewProblems()
     begun = time.perf_counter()
     with progress("Tracking", len(frames)) as show, stoppable() as stopped:
 
         def note(frame: TrackedFrame) -> None:
+            problems.note(frame.frame, frame.cloud.problems)
             if not frame.tracked:
                 reasons.append((frame.frame, frame.reason))
             show(frame.frame - frames.start + 1)
@@ -127,24 +131,23 @@ def track_recording(
             preset=preset,
             on_frame=note,
             cancelled=stopped,
+            smooth=smooth,
         )
-    meta = {**run.meta, "wall_seconds": time.perf_counter() - begun}
+    bridged = set(run.meta["bridged"])
+    reasons = [(frame, reason) for frame, reason in reasons if frame not in bridged]
+    blind = problems.stretches()
+    meta = {
+        **run.meta,
+        "wall_seconds": time.perf_counter() - begun,
+        "blind": [dataclasses.asdict(stretch) for stretch in blind],
+    }
     return TrackingJob(
         run=dataclasses.replace(run, meta=meta),
         wanted=len(frames),
-        gaps=_gaps(reasons),
+        gaps=gaps_of(reasons),
+        blind=blind,
         stopped=len(run.frame) < len(frames),
     )
-
-
-def _gaps(reasons: Sequence[tuple[int, str]]) -> tuple[Gap, ...]:
-    gaps: list[Gap] = []
-    for frame, reason in reasons:
-        if gaps and gaps[-1].end == frame and gaps[-1].reason == reason:
-            gaps[-1] = dataclasses.replace(gaps[-1], end=frame + 1)
-        else:
-            gaps.append(Gap(frame, frame + 1, reason))
-    return tuple(gaps)
 
 
 def first_pose(text: str, frame: int) -> FirstPose:

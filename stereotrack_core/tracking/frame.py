@@ -121,6 +121,10 @@ class Origin:
     state_names : tuple of str
     shape : BodyParameters
         Of the body that was tracked: the settings', or what was fitted.
+    smoothed : bool
+        Whether the frames went through the backward pass.
+    bridged : tuple of int
+        Frames that were not tracked and whose poses come from the backward pass alone.
     """
 
     recording: Recording
@@ -132,6 +136,8 @@ class Origin:
     init: str
     state_names: tuple[str, ...]
     shape: BodyParameters
+    smoothed: bool = False
+    bridged: tuple[int, ...] = ()
 
     def meta(self) -> dict[str, Any]:
         """JSON-serialisable description."""
@@ -150,6 +156,8 @@ class Origin:
             "recording_folder": str(self.recording.folder.resolve()),
             "fingerprint": self.fingerprint,
             "subject": None if subject is None else asdict(subject),
+            "smoothed": self.smoothed,
+            "bridged": list(self.bridged),
         }
         json.dumps(meta)
         return meta

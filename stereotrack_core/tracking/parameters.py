@@ -191,4 +191,12 @@ class TrackingParameters(ParameterGroup):
     fit_frames: int = parameter(
         12, "Frames that the shape is fitted to.", group=_METHOD, minimum=4, maximum=200
     )
+    longest_bridge: float = parameter(
+        0.5,
+        "Longest gap of frames that are not tracked over which the backward pass goes on.",
+        group="Smoothing",
+        unit="s",
+        minimum=0.0,
+        maximum=10.0,
+    )
     search: SearchParameters = dataclasses.field(default_factory=SearchParameters)

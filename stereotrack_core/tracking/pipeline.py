@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -29,6 +30,7 @@ from stereotrack_core.tracking.manifold_tracker import ManifoldTracker
 from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.shape_fit import SeenPose, fitted_shape
+from stereotrack_core.tracking.smoothing import error_state_of, smoothed
 from stereotrack_core.tracking.thesis import ThesisTracker
 
 FirstPose: TypeAlias = str | Pose
@@ -170,6 +172,14 @@ class Pipeline:
             shape=self.shape,
         )
 
+    def smoothed_run(self, frames: Sequence[TrackedFrame]) -> Run:
+        """Go over successive frames backwards and put them together to a run."""
+        state = error_state_of(self.tracker)
+        p = self.settings.tracking
+        back = smoothed(frames, self.body, state, p, self.recording.fps)
+        origin = dataclasses.replace(self.origin(), smoothed=True, bridged=back.bridged)
+        return run_of(back.frames, origin)
+
     def close(self) -> None:
         """Close the reader, unless it is shared."""
         self.chain.close()
@@ -248,6 +258,7 @@ def track(
     preset: str = "",
     on_frame: Callable[[TrackedFrame], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
+    smooth: bool = False,
 ) -> Run:
     """Track a recording; a run that is cancelled keeps the frames it has.
 
@@ -261,6 +272,8 @@ def track(
         Called after every frame.
     cancelled : callable, optional
         Asked after every frame whether to stop.
+    smooth : bool
+        Go over the frames backwards as well.
     """
     found: list[TrackedFrame] = []
     with Pipeline(
@@ -273,4 +286,6 @@ def track(
                 on_frame(tracked)
             if cancelled is not None and cancelled():
                 break
+        if smooth:
+            return pipeline.smoothed_run(found)
         return run_of(found, pipeline.origin())

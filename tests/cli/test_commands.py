@@ -114,7 +114,6 @@ def test_track_goes_on_from_a_file(run, recording, tracked, tmp_path):
         (["-o", "run.pkl"], "suffix"),
         (["-o", "absent/run.npz"], "no such folder"),
         (["-o", "{recording}/run.npz"], "never written to"),
-        (["--smooth"], "not available yet"),
         (["--init", "nowhere"], "--init"),
         (["--init", "nowhere.npz"], "no such file"),
         (["--preset", "luck"], "thesis"),

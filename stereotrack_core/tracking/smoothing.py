@@ -1,0 +1,272 @@
+"""The backward pass over tracked frames (method.md 4I): Rauch-Tung-Striebel, on the manifold too.
+
+Every frame keeps its pose, its covariance and its prior, nothing else: memory stays flat.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Protocol
+
+import numpy as np
+import scipy.linalg
+
+from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.body.angles import THESIS_JOINTS, pose_of_state, state_of_pose
+from stereotrack_core.body.manifold import difference, displaced
+from stereotrack_core.body.model import BodyModel, landmarks
+from stereotrack_core.body.pose import Pose, orthonormal
+from stereotrack_core.errors import InputError
+from stereotrack_core.filtering.linearisation import Information, posterior
+from stereotrack_core.filtering.sigma_points import scaled_weights, sigma_deviations
+from stereotrack_core.filtering.smoothing import backward_step
+from stereotrack_core.tracking.estimate import Estimate, Prior, Tracker, limb_sigma_deg
+from stereotrack_core.tracking.frame import TrackedFrame
+from stereotrack_core.tracking.manifold_tracker import ManifoldTracker
+from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.process import process_noise
+from stereotrack_core.tracking.thesis import ThesisTracker
+
+_JUMP = np.pi / 2
+"""Change of an arm's angles between two frames that is no movement but another chart."""
+
+
+class ErrorState(Protocol):
+    """How estimates differ and how they are displaced: the tracker's own error state."""
+
+    def difference(self, to: Estimate, origin: Estimate) -> FloatArray:
+        """Error state (n,) that displaces `origin` to `to`."""
+        ...
+
+    def displaced(self, at: Estimate, delta: FloatArray) -> Estimate:
+        """The estimate with its pose and state displaced."""
+        ...
+
+    def poses(self, at: Estimate, deltas: FloatArray) -> Pose:
+        """Stacked poses of displacements (S, n)."""
+        ...
+
+    def continuous(self, delta: FloatArray) -> BoolArray:
+        """Numbers (n,) whose change from frame to frame can be a movement."""
+        ...
+
+
+@dataclass(frozen=True)
+class ManifoldErrorState:
+    """Error states of :mod:`body.manifold`.
+
+    The covariance is taken as it is from pose to pose; that leaves out half of the turn between
+    them, as the tracker's own correction does.
+    """
+
+    joints: tuple[int, ...]
+
+    def difference(self, to: Estimate, origin: Estimate) -> FloatArray:
+        """Error state (n,) that displaces `origin` to `to`."""
+        return difference(to.pose, origin.pose, self.joints)
+
+    def displaced(self, at: Estimate, delta: FloatArray) -> Estimate:
+        """The estimate with its pose and state displaced."""
+        pose = orthonormal(displaced(at.pose, delta, self.joints))
+        return replace(at, pose=pose, x=state_of_pose(pose, self.joints))
+
+    def poses(self, at: Estimate, deltas: FloatArray) -> Pose:
+        """Stacked poses of displacements (S, n)."""
+        return displaced(at.pose, deltas, self.joints)
+
+    def continuous(self, delta: FloatArray) -> BoolArray:
+        """All numbers: the manifold has no charts."""
+        return np.ones(len(delta), dtype=np.bool_)
+
+
+class AdditiveErrorState:
+    """The thesis's state of Euler angles: differences are taken number by number."""
+
+    def difference(self, to: Estimate, origin: Estimate) -> FloatArray:
+        """Difference (n,) of the states, angles by the short way round."""
+        delta = to.x - origin.x
+        delta[3:] = np.arctan2(np.sin(delta[3:]), np.cos(delta[3:]))
+        return delta
+
+    def displaced(self, at: Estimate, delta: FloatArray) -> Estimate:
+        """The estimate with its pose and state displaced."""
+        x = at.x + delta
+        return replace(at, pose=pose_of_state(x, THESIS_JOINTS), x=x)
+
+    def poses(self, at: Estimate, deltas: FloatArray) -> Pose:
+        """Stacked poses of displacements (S, n)."""
+        return pose_of_state(at.x + deltas, THESIS_JOINTS)
+
+    def continuous(self, delta: FloatArray) -> BoolArray:
+        """Without arms whose angles jump: the tracker restates them when it avoids collisions."""
+        kept = np.ones(len(delta), dtype=np.bool_)
+        for first in (6, 10):
+            kept[first : first + 4] = np.all(np.abs(delta[first : first + 4]) < _JUMP)
+        return kept
+
+
+@dataclass(frozen=True, eq=False)
+class Smoothed:
+    """Frames after the backward pass.
+
+    Attributes
+    ----------
+    frames : tuple of TrackedFrame
+        Coverage, residual and innovation remain those of the forward pass; NaN where bridged.
+    bridged : tuple of int
+        Numbers of the frames that were not tracked and lie in a gap that was bridged.
+    """
+
+    frames: tuple[TrackedFrame, ...]
+    bridged: tuple[int, ...]
+
+
+def error_state_of(tracker: Tracker) -> ErrorState:
+    """Error state of a tracker.
+
+    Raises
+    ------
+    InputError
+        For a tracker whose error state is not known here.
+    """
+    if isinstance(tracker, ManifoldTracker):
+        return ManifoldErrorState(tracker.joints)
+    if isinstance(tracker, ThesisTracker):
+        return AdditiveErrorState()
+    raise InputError(
+        f"the backward pass is not made for the tracker {type(tracker).__name__}",
+        where="--smooth",
+        remedy="Track without it.",
+    )
+
+
+def smoothed(
+    frames: Sequence[TrackedFrame],
+    body: BodyModel,
+    state: ErrorState,
+    parameters: TrackingParameters,
+    fps: float,
+) -> Smoothed:
+    """Go over tracked frames backwards.
+
+    Parameters
+    ----------
+    frames : sequence of TrackedFrame
+        Successive; their clouds are not needed.
+    body : BodyModel
+        Body that was tracked.
+    state : ErrorState
+    parameters : TrackingParameters
+    fps : float
+        Frame sets per second.
+    """
+    if not frames:
+        return Smoothed((), ())
+    begun = time.perf_counter()
+    Q = process_noise(parameters, len(frames[0].estimate.x), fps)
+    found = _backwards([frame.estimate for frame in frames], state, Q, parameters, fps)
+    found = [_with_sigma(estimate, body, state, parameters) for estimate in found]
+    spent = (time.perf_counter() - begun) / len(frames)
+    made = tuple(
+        replace(
+            frame,
+            estimate=estimate,
+            landmarks=landmarks(body, estimate.pose) if estimate.tracked else frame.landmarks,
+            seconds={**frame.seconds, "smooth": spent},
+        )
+        for frame, estimate in zip(frames, found, strict=True)
+    )
+    pairs = zip(frames, made, strict=True)
+    return Smoothed(made, tuple(b.frame for a, b in pairs if b.tracked and not a.tracked))
+
+
+def _with_sigma(
+    estimate: Estimate, body: BodyModel, state: ErrorState, p: TrackingParameters
+) -> Estimate:
+    if not estimate.tracked:
+        return estimate
+    weights = scaled_weights(len(estimate.P), p.ut_alpha, p.ut_beta, p.ut_kappa)
+    spread = body.frames(state.poses(estimate, sigma_deviations(estimate.P, weights)))
+    return replace(estimate, limb_sigma_deg=limb_sigma_deg(spread, weights.covariance))
+
+
+def _backwards(
+    estimates: list[Estimate],
+    state: ErrorState,
+    Q: FloatArray,
+    parameters: TrackingParameters,
+    fps: float,
+) -> list[Estimate]:
+    """Smooth each stretch that hangs together, the last one first."""
+    found = list(estimates)
+    longest = int(parameters.longest_bridge * fps + 1e-9)
+    tracked = [i for i, estimate in enumerate(estimates) if estimate.tracked]
+    for first, k in reversed(list(pairwise(tracked))):
+        prior = estimates[k].prior
+        if k == first + 1:
+            if prior is not None:
+                found[first] = _one_back(estimates[first], prior, found[k], state)
+        elif k - first - 1 <= longest:
+            _bridge(found, first, k, state, Q, parameters.hurry)
+    return found
+
+
+def _one_back(filtered: Estimate, prior: Prior, after: Estimate, state: ErrorState) -> Estimate:
+    """Smooth a frame by the smoothed frame after it."""
+    predicted = state.displaced(filtered, prior.movement)
+    ahead = state.difference(after, predicted)
+    carried = prior.carried & state.continuous(ahead)
+    step = backward_step(filtered.P, prior.P, carried, after.P)
+    return replace(state.displaced(filtered, step.gain @ ahead), P=step.P)
+
+
+def _bridge(
+    found: list[Estimate], first: int, k: int, state: ErrorState, Q: FloatArray, hurry: float
+) -> None:
+    """Fill the frames between `first` and `k`, and smooth `first`, by a random walk."""
+    before, steps = found[first], k - first
+    moved = state.difference(found[k], before)
+    if not np.all(state.continuous(moved)):
+        return
+    noise = _hurried(Q, moved, before.P + steps * Q, hurry)
+    nothing, everything = np.zeros(len(Q)), np.ones(len(Q), dtype=np.bool_)
+    if found[k].prior is None:
+        found[k] = _joined(found[k], before, before.P + steps * noise, state)
+    for i in reversed(range(steps)):
+        waiting = replace(before, P=before.P + i * noise)
+        prior = Prior(nothing, before.P + (i + 1) * noise, everything)
+        back = _one_back(waiting, prior, found[first + i + 1], state)
+        found[first + i] = back if i == 0 else _as_bridge(back)
+
+
+def _joined(after: Estimate, before: Estimate, P: FloatArray, state: ErrorState) -> Estimate:
+    """Add what was known before the gap to a frame that was found without it."""
+    known = Information(scipy.linalg.inv(after.P), np.zeros(len(P)))
+    dx, joined = posterior(scipy.linalg.inv(P), state.difference(before, after), known)
+    return replace(state.displaced(after, dx), P=joined)
+
+
+def _as_bridge(estimate: Estimate) -> Estimate:
+    unknown = float("nan")
+    return replace(
+        estimate,
+        reason="",
+        coverage=unknown,
+        residual=unknown,
+        innovation=unknown,
+        correspondences=None,
+        prior=None,
+    )
+
+
+def _hurried(Q: FloatArray, moved: FloatArray, P: FloatArray, hurry: float) -> FloatArray:
+    """Noise that allows for the movement over a gap, as the tracker widens its priors."""
+    squared = moved**2 / np.diagonal(P)
+    groups = [squared[:3], squared[3:6], *squared[6:].reshape(-1, 2)]
+    ratio = np.concatenate([np.full(len(g), np.sqrt(g.mean())) for g in groups])
+    factor = np.where(ratio > hurry, ratio, 1.0)
+    wider: FloatArray = Q * np.outer(factor, factor)
+    return wider
