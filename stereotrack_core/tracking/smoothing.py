@@ -30,6 +30,9 @@ from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.process import process_noise
 from stereotrack_core.tracking.thesis import ThesisTracker
 
+_ARMS = (slice(6, 10), slice(10, 14))
+"""Numbers of each arm in the states of both trackers."""
+
 _JUMP = np.pi / 2
 """Change of an arm's angles between two frames that is no movement but another chart."""
 
@@ -103,8 +106,8 @@ class AdditiveErrorState:
     def continuous(self, delta: FloatArray) -> BoolArray:
         """Without arms whose angles jump: the tracker restates them when it avoids collisions."""
         kept = np.ones(len(delta), dtype=np.bool_)
-        for first in (6, 10):
-            kept[first : first + 4] = np.all(np.abs(delta[first : first + 4]) < _JUMP)
+        for arm in _ARMS:
+            kept[arm] = np.all(np.abs(delta[arm]) < _JUMP)
         return kept
 
 
@@ -208,6 +211,9 @@ def _backwards(
         prior = estimates[k].prior
         if k == first + 1:
             if prior is not None:
+                prior, found[k] = _stayed(
+                    estimates[first], prior, found[k], state, parameters.hurry
+                )
                 found[first] = _one_back(estimates[first], prior, found[k], state)
         elif k - first - 1 <= longest:
             _bridge(found, first, k, state, Q, parameters.hurry)
@@ -221,6 +227,38 @@ def _one_back(filtered: Estimate, prior: Prior, after: Estimate, state: ErrorSta
     carried = prior.carried & state.continuous(ahead)
     step = backward_step(filtered.P, prior.P, carried, after.P)
     return replace(state.displaced(filtered, step.gain @ ahead), P=step.P)
+
+
+def _stayed(
+    filtered: Estimate, prior: Prior, after: Estimate, state: ErrorState, hurry: float
+) -> tuple[Prior, Estimate]:
+    """Carry over the arms that were looked for anew and yet found where they were expected.
+
+    What was expected of them was not used in that search; it is added here.
+    """
+    if prior.carried.all():
+        return prior, after
+    behind = state.difference(state.displaced(filtered, prior.movement), after)
+    squared = behind**2 / np.diagonal(prior.P)
+    anew = np.zeros(len(behind), dtype=np.bool_)
+    for arm in _ARMS:
+        anew[arm] = not prior.carried[arm].all() and squared[arm].mean() < hurry**2
+    if not anew.any():
+        return prior, after
+    prior = replace(prior, carried=prior.carried | anew)
+    expected = _added_information(prior, ~anew)
+    known = Information(scipy.linalg.inv(after.P), np.zeros(len(behind)))
+    dx, P = posterior(expected, behind, known)
+    return prior, replace(state.displaced(after, dx), P=P)
+
+
+def _added_information(prior: Prior, used: BoolArray) -> FloatArray:
+    """What the carried part of a prior says beyond its `used` part (n, n)."""
+    total = np.zeros_like(prior.P)
+    for part, sign in ((prior.carried, 1.0), (prior.carried & used, -1.0)):
+        block = np.ix_(part, part)
+        total[block] += sign * scipy.linalg.inv(prior.P[block])
+    return 0.5 * (total + total.T)
 
 
 def _bridge(
