@@ -87,7 +87,7 @@ class DepthParameters(ParameterGroup):
         thesis=-1,
     )
     match_region: str = parameter(
-        "whole",
+        "changed",
         "Match the whole image, or only around what differs from the empty scene's picture"
         " (quicker; elsewhere the empty scene's disparity stands).",
         group=_MATCH,

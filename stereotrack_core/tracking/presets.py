@@ -34,11 +34,20 @@ _CHANGES: Mapping[str, Mapping[str, Value]] = MappingProxyType(
                 "edge_images": False,
                 "match_left_right": -1,
                 "disparity_from_volume": False,
+                "match_region": "whole",
                 "background_mode": "average",
                 "outlier_repeat": True,
             }
         ),
-        "fast": MappingProxyType({"data_points": 700, "iterations": 4, "match_region": "changed"}),
+        "fast": MappingProxyType(
+            {
+                "data_points": 800,
+                "iterations": 4,
+                "search_proposals": 120,
+                "search_refined": 2,
+                "search_iterations": 2,
+            }
+        ),
     }
 )
 
