@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from argparse import ArgumentParser
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -158,6 +159,12 @@ def check_output(path: Path, recording: Recording | None = None) -> Path:
         )
     if path.is_dir():
         raise InputError("this is a folder", where=str(path), remedy="Name a file in it.")
+    if not os.access(path.parent, os.W_OK):
+        raise InputError(
+            "nothing can be written to this folder",
+            where=str(path.parent),
+            remedy="Choose a folder that you may write to.",
+        )
     if recording is not None and path.resolve().is_relative_to(recording.folder.resolve()):
         raise InputError(
             "this is inside the recording, which is never written to",

@@ -68,6 +68,16 @@ def parse_calibration(path: Path, complaints: list[InputError]) -> dict[str, Cam
     return cameras
 
 
+def stated_names(path: Path) -> frozenset[str] | None:
+    """Names of all cameras in the file, usable or not; None where the file cannot be read."""
+    try:
+        content = load_toml(path)
+    except InputError:
+        return None
+    sections = [values for values in content.values() if isinstance(values, Mapping)]
+    return frozenset(str(values["name"]) for values in sections if "name" in values)
+
+
 def _metres_per_unit(content: Mapping[str, Any], path: Path, complaints: list[InputError]) -> float:
     metadata = content.get("metadata")
     units = metadata.get("units") if isinstance(metadata, Mapping) else None

@@ -53,13 +53,13 @@ def check_lengths(
         )
 
 
-def check_times(where: str, times: FloatArray, fps: float) -> Iterator[Finding]:
-    """Time stamps in seconds of a video against the recording's rate."""
+def check_times(where: str, times: FloatArray, fps: float | None) -> Iterator[Finding]:
+    """Time stamps in seconds of a video against the recording's rate, where that is known."""
     steps = np.diff(times)
     if len(steps) < 2:
         return
     usual = float(np.median(steps))
-    if usual > 0 and abs(1 / usual - fps) > 0.05 * fps:
+    if fps is not None and usual > 0 and abs(1 / usual - fps) > 0.05 * fps:
         yield Finding(
             "note",
             where,
@@ -102,10 +102,13 @@ def check_segments(recording: Recording, frame_count: int) -> Iterator[Finding]:
     """Segments behind the end of the recording."""
     for segment in recording.segments:
         if segment.end > frame_count:
+            span = f"goes to frame {segment.end}"
+            if segment.first >= frame_count:
+                span = f"begins at frame {segment.first}"
             yield Finding(
                 "warning",
                 f"segments.csv, {segment.name}",
-                f"it goes to frame {segment.end}, but the recording has {frame_count} frames",
+                f"it {span}, but the recording has {frame_count} frames",
                 "Correct the segment, or look whether a stream is too short.",
             )
 
@@ -117,6 +120,11 @@ def check_reference(recording: Recording, frame_count: int) -> Iterator[Finding]
         return
     where = "reference.csv"
     yield from _check_names(recording)
+    if not np.isfinite(reference.points).all(axis=2).any():
+        yield Finding(
+            "warning", where, "it knows no landmark", "Add rows frame,landmark,x,y,z in metres."
+        )
+        return
     outside = int(((reference.frame < 0) | (reference.frame >= frame_count)).sum())
     if outside:
         yield Finding(

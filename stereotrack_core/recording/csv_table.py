@@ -37,23 +37,27 @@ def read_rows(path: Path, columns: Sequence[str]) -> list[tuple[int, dict[str, s
             remedy="It has to be a UTF-8 text file with commas.",
         ) from None
     header = [name.strip() for name in lines[0]] if lines else []
+    foreign = any(sign in name for name in header for sign in ";\t")
     missing = [name for name in columns if name not in header]
     if missing:
         raise InputError(
             f"the column {missing[0]!r} is missing in the first line",
             where=str(path),
-            remedy=f"Write the first line as {','.join(columns)}.",
+            remedy=f"Write the first line as {','.join(columns)}"
+            + (", with commas between the values and decimal points." if foreign else "."),
         )
     place = {name: header.index(name) for name in columns}
     rows = []
     for number, line in enumerate(lines[1:], start=2):
         if not any(cell.strip() for cell in line):
             continue
-        if len(line) <= max(place.values()):
+        if len(line) <= max(place.values()) or any(cell.strip() for cell in line[len(header) :]):
             raise InputError(
                 f"line {number} has {len(line)} values instead of {len(header)}",
                 where=str(path),
-                remedy="Add what is missing or delete the line.",
+                remedy="Add what is missing or delete the line."
+                if len(line) < len(header)
+                else "Write decimal points, and commas only between the values.",
             )
         rows.append((number, {name: line[i].strip() for name, i in place.items()}))
     return rows

@@ -45,17 +45,18 @@ def examine(folder: Path, deep: bool = False) -> tuple[Finding, ...]:
     recording = describe(folder, complaints)
     findings = [Finding.of(error) for error in complaints]
     if recording is not None:
-        findings += _check(recording, readable=not complaints, deep=deep)
+        paced = not any((error.where or "").endswith(", fps") for error in complaints)
+        findings += _check(recording, readable=not complaints, paced=paced, deep=deep)
     return tuple(sorted(findings, key=lambda finding: ORDER[finding.severity]))
 
 
-def _check(recording: Recording, *, readable: bool, deep: bool) -> Iterator[Finding]:
+def _check(recording: Recording, *, readable: bool, paced: bool, deep: bool) -> Iterator[Finding]:
     yield from check_cameras(recording)
     yield from check_subject(recording)
     counts: dict[str, tuple[int, Stream]] = {}
     for view in recording.views:
         for key, stream in view.streams().items():
-            yield from _check_stream(recording, view, key, stream, counts)
+            yield from _check_stream(recording, view, key, stream, counts, paced)
         yield from _check_background(view)
     yield from check_lengths(recording, counts)
     lasting = [
@@ -63,7 +64,7 @@ def _check(recording: Recording, *, readable: bool, deep: bool) -> Iterator[Find
         for n, stream in counts.values()
     ]
     frame_count = max(0, min(lasting, default=0))
-    if counts:
+    if frame_count:
         yield from check_segments(recording, frame_count)
         yield from check_reference(recording, frame_count)
     if deep and readable and frame_count:
@@ -78,6 +79,7 @@ def _check_stream(
     key: str,
     stream: Stream,
     counts: dict[str, tuple[int, Stream]],
+    paced: bool,
 ) -> Iterator[Finding]:
     where = f"recording.toml, view {view.name}, {key}"
     try:
@@ -96,12 +98,14 @@ def _check_stream(
                 "Add them; the view is absent in these frames.",
             )
         if isinstance(source, VideoStream):
-            yield from _check_video(where, stream, source, recording.fps)
+            yield from _check_video(where, stream, source, recording.fps if paced else None)
     finally:
         source.close()
 
 
-def _check_video(where: str, stream: Stream, video: VideoStream, fps: float) -> Iterator[Finding]:
+def _check_video(
+    where: str, stream: Stream, video: VideoStream, fps: float | None
+) -> Iterator[Finding]:
     times = video.times
     if times.damage:
         yield Finding(

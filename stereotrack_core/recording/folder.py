@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.recording.calibration import parse_calibration
+from stereotrack_core.recording.calibration import parse_calibration, stated_names
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.landmark_csv import read_landmarks
 from stereotrack_core.recording.segments_file import read_segments
@@ -58,10 +58,10 @@ def describe(folder: Path, complaints: list[InputError]) -> Recording | None:
         table.complain("fps", "the key is missing", "Add fps = frame sets per second.")
     elif fps is not None and fps <= 0:
         table.complain("fps", f"{fps:g} frame sets per second is impossible", "Write fps > 0.")
-    cameras = _cameras(folder, table)
+    cameras, unusable = _cameras(folder, table)
     views = _views(table)
     for view in views:
-        _check_streams(folder, table, view, cameras)
+        _check_streams(folder, table, view, cameras, unusable)
     return Recording(
         folder=folder,
         name=name,
@@ -94,16 +94,19 @@ def _check_format(table: Table) -> None:
         )
 
 
-def _cameras(folder: Path, table: Table) -> Mapping[str, Camera]:
+def _cameras(folder: Path, table: Table) -> tuple[Mapping[str, Camera], frozenset[str] | None]:
+    """The usable cameras, and the names of the others; None for these where nobody knows them."""
     relative = table.text("calibration", required=True)
     if relative is None:
-        return {}
+        return {}, None
     try:
         path = inside(folder, relative, f"{table.where}, calibration")
     except InputError as error:
         table.complaints.append(error)
-        return {}
-    return parse_calibration(path, table.complaints)
+        return {}, None
+    cameras = parse_calibration(path, table.complaints)
+    stated = stated_names(path)
+    return cameras, None if stated is None else stated - set(cameras)
 
 
 def _optional(folder: Path, table: Table, key: str, read: Callable[[Path], T]) -> T | None:
@@ -142,11 +145,18 @@ def _views(table: Table) -> tuple[View, ...]:
     return tuple(views)
 
 
-def _check_streams(folder: Path, table: Table, view: View, cameras: Mapping[str, Camera]) -> None:
+def _check_streams(
+    folder: Path,
+    table: Table,
+    view: View,
+    cameras: Mapping[str, Camera],
+    unusable: frozenset[str] | None,
+) -> None:
     """Files are there, cameras are known, and the sizes agree."""
     for key, stream in view.streams().items():
         where = f"{table.where}, view {view.name}, {key}"
-        if stream.camera and stream.camera not in cameras:
+        told = unusable is None or stream.camera in unusable
+        if stream.camera and stream.camera not in cameras and not told:
             known = ", ".join(cameras) or "none"
             table.complaints.append(
                 InputError(

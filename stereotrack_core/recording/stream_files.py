@@ -37,16 +37,24 @@ def inside(folder: Path, relative: str, where: str) -> Path:
     """
     path = Path(relative)
     leaves = path.is_absolute() or PureWindowsPath(relative).drive != "" or "\0" in relative
-    root = folder.resolve()
-    full = root if leaves else (root / path).resolve()
+    try:
+        root = folder.resolve()
+        full = root if leaves else (root / path).resolve()
+        shown = full.parent if is_pattern(relative) else full
+        there = shown.exists()
+    except (OSError, RuntimeError) as error:  # no permission; links that lead in a circle
+        raise InputError(
+            f"the path {relative!r} cannot be followed ({reason(error, 'links in a circle')})",
+            where=where,
+            remedy="Make it readable, or replace the link by the file.",
+        ) from None
     if leaves or not full.is_relative_to(root):
         raise InputError(
             f"the path {relative!r} leaves the folder of the recording",
             where=where,
             remedy="Write a path relative to the folder and keep the files in it.",
         )
-    shown = full.parent if is_pattern(relative) else full
-    if not shown.exists():
+    if not there:
         raise InputError(
             f"there is no {'folder' if is_pattern(relative) else 'file'} {shown.name!r}",
             where=where,

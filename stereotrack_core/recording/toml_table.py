@@ -43,9 +43,11 @@ def load_toml(path: Path) -> dict[str, Any]:
         ) from None
 
 
-def reason(error: Exception) -> str:
+def reason(error: Exception, otherwise: str = "") -> str:
     """The reason within an error of the operating system or a codec, in a few words."""
-    return getattr(error, "strerror", None) or type(error).__name__
+    if isinstance(error, UnicodeDecodeError):
+        return f"byte {error.start} is no text"
+    return getattr(error, "strerror", None) or otherwise or type(error).__name__
 
 
 @dataclass(frozen=True)
