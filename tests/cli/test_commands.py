@@ -82,6 +82,38 @@ def test_track_repeats_itself(run, recording, tmp_path):
     assert a.meta["seed"] == 5
 
 
+def test_track_goes_back_over_the_run(run, recording, tmp_path):
+    options = ("--preset", "fast", "--frames", ":5", "--set", "least_points=50")
+    files = {name: tmp_path / f"{name}.npz" for name in ("plain", "a", "b")}
+    facts = run("track", recording, "-o", files["plain"], *options, "--json").json
+    assert not facts["smoothed"]
+    for name in ("a", "b"):
+        facts = run("track", recording, "-o", files[name], *options, "--smooth", "--json").json
+        assert (facts["smoothed"], facts["bridged"], facts["not_tracked"]) == (True, [], [])
+        assert "smooth" in facts["median_stage_ms"]
+    plain, a, b = (read_run(path) for path in files.values())
+    assert a.meta["smoothed"]
+    np.testing.assert_array_equal(a.x, b.x)
+    np.testing.assert_array_equal(a.frame, plain.frame)
+    assert (a.x[:-1] != plain.x[:-1]).any(axis=1).all()
+    assert run("evaluate", files["a"], "--json").status == 0
+
+
+def test_track_says_which_frames_it_bridged(run, recording, tracked, tmp_path):
+    path, bridges = tmp_path / "run.npz", ("--smooth", "--set", "longest_bridge=1")
+    ended = run("track", recording, "-o", path, "--preset", "fast", *bridges)
+    stored = read_run(path)
+    assert f"{len(stored.meta['bridged'])}" in ended.out
+    assert "smoothed, bridged frames" in ended.out
+    facts = run("track", recording, "-o", path, "--preset", "fast", *bridges, "--json").json
+    assert facts["bridged"] == stored.meta["bridged"]
+    seen = np.flatnonzero(read_run(tracked).tracked)
+    assert facts["bridged"] == sorted({*range(seen[0], seen[-1])} - {*seen.tolist()})
+    lost = {frame for gap in facts["not_tracked"] for frame in range(gap["first"], gap["end"])}
+    assert not lost & set(facts["bridged"])
+    assert sorted({*range(10)} - lost) == stored.frame[stored.tracked].tolist()
+
+
 def test_first_pose_from_a_file(recording, tracked):
     body = body_model(AVERAGE)
     for path, tolerance in ((tracked, 1e-9), (recording / "reference.csv", 1e-5)):

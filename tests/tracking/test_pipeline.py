@@ -64,6 +64,42 @@ def test_the_run_follows_the_body(recording, fast_run):
     assert np.isnan(fast_run.x[MISSING]).all()
 
 
+@pytest.fixture(scope="module")
+def smooth_run(recording):
+    return track(recording, _settings("fast"), preset="fast", seed=3, smooth=True)
+
+
+def test_smoothing_fills_a_frame_without_points_and_says_so(recording, fast_run, smooth_run):
+    assert (fast_run.meta["smoothed"], fast_run.meta["bridged"]) == (False, [])
+    assert (smooth_run.meta["smoothed"], smooth_run.meta["bridged"]) == (True, [MISSING])
+    assert smooth_run.tracked.all()
+    errors = np.linalg.norm(smooth_run.landmarks - recording.reference.points, axis=-1)
+    assert errors[MISSING].mean() < 0.05
+    seen = np.arange(FRAMES) != MISSING
+    assert errors[seen].mean() < 0.025
+    larger = fast_run.P[seen] - smooth_run.P[seen]
+    assert np.linalg.eigvalsh(larger).min() > -1e-9
+    assert np.trace(smooth_run.P[0]) < np.trace(fast_run.P[0])
+    np.testing.assert_array_equal(smooth_run.coverage, fast_run.coverage)
+    assert np.isnan(smooth_run.coverage[MISSING])
+
+
+def test_smoothed_poses_reproduce_their_landmarks(smooth_run, tmp_path):
+    write_run(tmp_path / "run.npz", smooth_run)
+    stored = read_run(tmp_path / "run.npz")
+    assert stored.meta["bridged"] == [MISSING]
+    body = body_of_run(stored)
+    for i in range(FRAMES):
+        again = landmarks(body, pose_of_run(stored, i))
+        np.testing.assert_allclose(again, smooth_run.landmarks[i], atol=1e-9)
+
+
+def test_a_smoothed_run_that_is_cancelled_keeps_what_it_has(recording):
+    run = track(recording, _settings("fast"), seed=3, smooth=True, cancelled=lambda: True)
+    assert list(run.frame) == [0]
+    assert run.meta["smoothed"]
+
+
 def test_the_thesis_follows_it_too(recording):
     run = track(recording, _settings("thesis"), preset="thesis", frames=range(4))
     errors = np.linalg.norm(run.landmarks - recording.reference.points[:4], axis=-1)

@@ -1,0 +1,247 @@
+"""The backward pass on a moving body whose pose is known."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from stereotrack_core.body.manifold import difference, displaced
+from stereotrack_core.body.model import landmarks
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.errors import InputError
+from stereotrack_core.tracking.estimate import Estimate, Prior
+from stereotrack_core.tracking.frame import TrackedFrame
+from stereotrack_core.tracking.smoothing import AdditiveErrorState, error_state_of, smoothed
+from tests.tracking.scenes import POSES, angle_errors, cloud_of, pose_with_arms, surface_points
+
+BOTH = pytest.mark.parametrize("name", ["thesis", "manifold"])
+FPS, FRAMES = 10.0, 14
+ARM = slice(10, 14)
+"""The right arm's numbers."""
+
+
+def _pose(k):
+    bend = 0.5 * np.sin(0.25 * k)
+    return pose_with_arms(
+        [1, 0.6 * bend, -0.3 * bend],
+        [1, 1.2 * bend, 0.1],
+        [-1, 0.5 * bend, 0.4 * bend],
+        [-1, bend, 0.1],
+        place=(0.05 + 0.01 * k, -0.1, 0.95),
+    )
+
+
+def _followed(tracker, rng, missing=(), frames=FRAMES, points=350, noise=0.03):
+    """Frames of a body that moves, seen by few and noisy points."""
+    tracker.start(_pose(0))
+    found = []
+    for k in range(frames):
+        seen = surface_points(tracker.body, _pose(k), points, rng, noise)
+        cloud = cloud_of(seen[:0] if k in missing else seen, k)
+        estimate = tracker.step(cloud)
+        places = landmarks(tracker.body, estimate.pose)
+        if not estimate.tracked:
+            places = np.full_like(places, np.nan)
+        frame = TrackedFrame(k, estimate, places, cloud, {"track": 0.01})
+        found.append(frame.without_cloud())
+    return found
+
+
+def _back(tracker, frames, **changes):
+    p = dataclasses.replace(tracker.parameters, **changes)
+    return smoothed(frames, tracker.body, error_state_of(tracker), p, FPS)
+
+
+def _errors(tracker, frames):
+    """Mean angle of the limbs in degrees and distance of the torso in metres."""
+    poses = [(frame.pose, _pose(frame.frame)) for frame in frames if frame.tracked]
+    angles = [angle_errors(tracker.body, found, true) for found, true in poses]
+    return np.mean(angles), np.mean([np.linalg.norm(a.position - b.position) for a, b in poses])
+
+
+@pytest.mark.parametrize(
+    ("name", "share"),  # the thesis's filter is far too certain to take much back
+    [("thesis", (0.97, 1.0)), ("manifold", (0.9, 0.9))],
+)
+def test_smoothing_comes_closer_to_the_truth(make_tracker, name, share):
+    before, after = [], []
+    for seed in range(3):
+        tracker = make_tracker(name, seed=seed, sigma_joint=10.0, effective_points=60.0)
+        frames = _followed(tracker, np.random.default_rng(seed))
+        before.append(_errors(tracker, frames))
+        after.append(_errors(tracker, _back(tracker, frames).frames))
+    assert (np.mean(after, axis=0) < share * np.mean(before, axis=0)).all()
+
+
+@BOTH
+def test_smoothing_makes_nothing_less_certain(make_tracker, rng, name):
+    tracker = make_tracker(name)
+    frames = _followed(tracker, rng)
+    back = _back(tracker, frames).frames
+    for a, b in zip(frames, back, strict=True):
+        np.testing.assert_array_equal(b.P, b.P.T)
+        assert np.linalg.eigvalsh(b.P).min() > 0
+        assert np.linalg.eigvalsh(a.P - b.P).min() > -1e-9
+        assert (b.limb_sigma_deg <= a.limb_sigma_deg + 0.2).all()
+    np.testing.assert_array_equal(back[-1].x, frames[-1].x)
+    np.testing.assert_array_equal(back[-1].P, frames[-1].P)
+    assert np.trace(back[3].P) < np.trace(frames[3].P)
+
+
+@BOTH
+def test_what_comes_back_is_consistent_and_repeats(make_tracker, rng, name):
+    tracker = make_tracker(name)
+    frames = _followed(tracker, rng, missing={5}, frames=8)
+    back, again = _back(tracker, frames), _back(tracker, frames)
+    assert back.bridged == again.bridged == (5,)
+    for a, b, c in zip(frames, back.frames, again.frames, strict=True):
+        np.testing.assert_array_equal(b.x, c.x)
+        np.testing.assert_array_equal(b.P, c.P)
+        np.testing.assert_allclose(b.landmarks, landmarks(tracker.body, b.pose), atol=1e-12)
+        np.testing.assert_array_equal(a.coverage, b.coverage)
+        np.testing.assert_array_equal(a.residual, b.residual)
+        assert b.seconds["smooth"] > 0
+
+
+@BOTH
+def test_a_short_gap_is_bridged_between_its_ends(make_tracker, rng, name):
+    tracker, missing = make_tracker(name), {5, 6, 7}
+    frames = _followed(tracker, rng, missing=missing, points=2500, noise=0.005)
+    back = _back(tracker, frames, longest_bridge=0.3)
+    assert back.bridged == (5, 6, 7)
+    assert all(frame.tracked and not frame.reason for frame in back.frames)
+    for k in missing:
+        frame = back.frames[k]
+        assert np.isnan([frame.coverage, frame.residual, frame.innovation]).all()
+        assert np.isfinite(frame.limb_sigma_deg).all()
+        assert np.linalg.norm(frame.pose.position - _pose(k).position) < 0.04
+        assert angle_errors(tracker.body, frame.pose, _pose(k)).mean() < 6.0
+    sigma = [np.trace(frame.P) for frame in back.frames]
+    assert sigma[6] > max(sigma[5], sigma[7]) > min(sigma[5], sigma[7]) > max(sigma[4], sigma[8])
+    x = [frame.pose.position[0] for frame in back.frames]
+    assert x[4] < x[5] < x[6] < x[7] < x[8]
+
+
+@BOTH
+def test_over_a_long_gap_the_smoother_starts_anew(make_tracker, rng, name):
+    tracker, missing = make_tracker(name), {5, 6, 7}
+    frames = _followed(tracker, rng, missing=missing)
+    back = _back(tracker, frames, longest_bridge=0.2)
+    assert back.bridged == ()
+    assert {frame.frame for frame in back.frames if not frame.tracked} == missing
+    for part in (slice(0, 5), slice(8, None)):
+        alone = _back(tracker, frames[part])
+        for a, b in zip(back.frames[part], alone.frames, strict=True):
+            np.testing.assert_array_equal(a.x, b.x)
+            np.testing.assert_array_equal(a.P, b.P)
+    for k in missing:
+        assert np.isnan(back.frames[k].landmarks).all()
+
+
+def test_gaps_at_the_ends_stay(make_tracker, rng):
+    tracker = make_tracker("thesis")
+    frames = _followed(tracker, rng, missing={0, 6}, frames=7)
+    back = _back(tracker, frames)
+    assert back.bridged == ()
+    assert [frame.tracked for frame in back.frames] == [False, *[True] * 5, False]
+
+
+def _two_frames(tracker, jump, carried):
+    """A frame, and the next in which the torso has moved and the right arm has turned."""
+    n = len(tracker.Q)
+    P, nothing = 0.01 * np.eye(n), np.zeros(n)
+    turned = np.zeros(n)
+    turned[0], turned[ARM] = 0.05, jump
+    later = displaced(POSES["t"], turned, tracker.joints)
+    prior = Prior(nothing, P + tracker.Q, carried)
+    estimates = [
+        Estimate(True, "", POSES["t"], nothing, P),
+        Estimate(True, "", later, nothing, P, prior=prior),
+    ]
+    empty = cloud_of(np.empty((0, 3)))
+    return [
+        TrackedFrame(k, estimate, np.zeros((9, 3)), empty, {})
+        for k, estimate in enumerate(estimates)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("jump", "searched", "arm_follows"),
+    [(0.1, False, True), (0.1, True, True), (1.0, True, False), (1.0, False, True)],
+)
+def test_nothing_comes_back_over_a_jump_of_an_arm(make_tracker, jump, searched, arm_follows):
+    tracker = make_tracker("manifold")
+    carried = np.ones(len(tracker.Q), dtype=bool)
+    carried[6:14] = not searched
+    frames = _two_frames(tracker, jump, carried)
+    back = _back(tracker, frames).frames
+    step = difference(back[0].pose, POSES["t"], tracker.joints)
+    assert 0 < step[0] < 0.05
+    assert (step[ARM] > 1e-3).all() == arm_follows
+    assert (np.diagonal(back[0].P)[ARM] < 0.0099).all() == arm_follows
+    if not arm_follows:
+        np.testing.assert_allclose(step[ARM], 0.0, atol=1e-12)
+
+
+def test_an_arm_that_was_searched_for_and_stayed_learns_from_before(make_tracker):
+    tracker = make_tracker("manifold")
+    searched = np.ones(len(tracker.Q), dtype=bool)
+    searched[6:14] = False
+    frames = _two_frames(tracker, 0.1, searched)
+    back = _back(tracker, frames).frames
+    step = difference(back[1].pose, POSES["t"], tracker.joints)
+    expected = 0.1 / (1 + 0.01 / (0.01 + np.diagonal(tracker.Q)[ARM]))
+    np.testing.assert_allclose(step[ARM], expected, rtol=1e-6)
+    assert step[0] == pytest.approx(0.05)
+    assert (np.diagonal(back[1].P)[ARM] < 0.0099).all()
+
+
+def test_the_search_says_that_an_arm_has_jumped(make_tracker, rng):
+    lost = pose_with_arms([0.1, 0.1, -1], [0.1, 0.2, -1], [-0.9, 0.5, 0.4], [-0.3, 0.6, 1])
+    tracker = make_tracker("manifold", search_arms=True)
+    tracker.start(lost)
+    first = tracker.step(cloud_of(surface_points(tracker.body, lost, 2500, rng, 0.005), 0))
+    points = surface_points(tracker.body, POSES["pointing"], 2500, rng, 0.005)
+    found = tracker.step(cloud_of(points, 1))
+    assert first.prior is None
+    assert not found.prior.carried[6:14].any()
+    assert found.prior.carried[:6].all()
+    frames = [
+        TrackedFrame(k, estimate, np.zeros((9, 3)), cloud_of(points, k), {})
+        for k, estimate in enumerate((first, found))
+    ]
+    back = _back(tracker, frames).frames
+    assert angle_errors(tracker.body, back[0].pose, first.pose)[[3, 5]].max() < 1.0
+
+
+def test_the_prior_is_the_one_that_was_used(make_tracker, rng):
+    tracker = make_tracker("manifold")
+    tracker.start(POSES["t"])
+    first = tracker.step(cloud_of(surface_points(tracker.body, POSES["t"], 2500, rng), 0))
+    still = tracker.step(cloud_of(surface_points(tracker.body, POSES["t"], 2500, rng), 1))
+    np.testing.assert_allclose(still.prior.P, first.P + tracker.Q, atol=1e-12)
+    moved = Pose(POSES["t"].position + np.array([0.0, 0.15, 0.0]), POSES["t"].rotations)
+    hurried = tracker.step(cloud_of(surface_points(tracker.body, moved, 2500, rng), 2))
+    usual = np.diagonal(still.P + tracker.Q)
+    assert (np.diagonal(hurried.prior.P)[:3] > 1.5 * usual[:3]).all()
+
+
+def test_angles_go_the_short_way_and_restated_arms_are_jumps(make_tracker):
+    state, tracker = AdditiveErrorState(), make_tracker("thesis")
+    at = tracker.lost("")
+    origin = dataclasses.replace(at, x=np.r_[np.zeros(5), 3.1, np.zeros(8)])
+    to = dataclasses.replace(at, x=np.r_[np.zeros(5), -3.1, 3.0, np.zeros(7)])
+    delta = state.difference(to, origin)
+    assert delta[5] == pytest.approx(2 * np.pi - 6.2)
+    np.testing.assert_array_equal(state.continuous(delta), [True] * 6 + [False] * 4 + [True] * 4)
+
+
+def test_no_frames_stay_no_frames(make_tracker):
+    assert _back(make_tracker("manifold"), []).frames == ()
+
+
+def test_an_unknown_tracker_is_refused():
+    with pytest.raises(InputError, match="--smooth"):
+        error_state_of(object())
