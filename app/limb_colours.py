@@ -20,6 +20,9 @@ LIMB_COLOURS: MappingProxyType[str, str] = MappingProxyType(
 )
 """Colour of each limb as #rrggbb."""
 
+EXTRA_COLOURS: MappingProxyType[str, str] = MappingProxyType({"unexplained %": "#CC79A7"})
+"""Curves that are no angle of a limb and are drawn when asked for."""
+
 LANDMARK_LIMBS: MappingProxyType[str, str] = MappingProxyType(
     {
         "left_shoulder": "left_upper_arm",

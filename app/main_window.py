@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from PySide6.QtCore import QSettings, Qt, QTimer, Signal, Slot
 from PySide6.QtGui import (
     QAction,
@@ -33,13 +35,15 @@ from app.presenters.document import DocumentPresenter
 from app.presenters.instant import InstantPresenter
 from app.presenters.judging import JudgementPresenter
 from app.presenters.runs import RunList
+from app.presenters.scene import POINT_COLOURS
 from app.presenters.tracking import TrackPresenter
 from app.tasks.task import TaskList
 from app.theme import ThemeName, apply_theme
 from app.track_control import TrackControl
 from app.view_control import ViewControl
+from app.views.scene_bar import SceneBar
 from app.views.toolbars import add_toolbar
-from app.window_panels import FIRST_POSE, PanelWindow
+from app.window_panels import FIRST_POSE, TITLES, PanelWindow
 from app.workspaces.layout import (
     WORKSPACES,
     Workspace,
@@ -167,6 +171,14 @@ class MainWindow(PanelWindow):
         other = ("arrange_grid", "arrange_one-and-more", "arrange_single", "keep_person", "loupe")
         shown = [*named(tuple(f"overlay_{name}" for name in overlays)), None, *named(other)]
         self.view_bar = add_toolbar(self, "Views", shown)
+        self._make_scene_bar(named)
+
+    def _make_scene_bar(self, named: Callable[[tuple[str, ...]], list[QAction]]) -> None:
+        layers = named(tuple(f"scene_{layer}" for layer in view_menu.SCENE_LAYERS))
+        sides = named(tuple(f"scene_from_{side}" for side in view_menu.SCENE_SIDES))
+        colours = named(tuple(f"points_{kind}" for kind in POINT_COLOURS))
+        menus = [("Colour of the points", "settings", colours), ("Standard views", "scene", sides)]
+        self.docks["scene"].setTitleBarWidget(SceneBar(TITLES["scene"], layers, menus))
 
     def _connect(self) -> None:
         document, track = self.document, self.track
@@ -203,6 +215,7 @@ class MainWindow(PanelWindow):
             and not self.track.running
             and self.judging.settled()
             and self.instant.settled()
+            and self.follower.settled()
             and not self._refresh_timer.isActive()
         )
 
@@ -329,6 +342,7 @@ class MainWindow(PanelWindow):
         if isinstance(app, QApplication):
             apply_theme(app, name)
             self.settings.setValue("theme", name)
+            self.instant.tell_soon()
 
     def show_error(self, error: BaseException) -> None:
         """Show what went wrong in words."""

@@ -6,23 +6,28 @@ import dataclasses
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from PySide6.QtCore import QObject, Slot
+from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Slot
 
+from app.presenters.certainty import ellipsoids_of
 from app.presenters.curves import curves_of, lanes_of
 from app.presenters.judgement import Judgement
 from app.presenters.pictures import Instant, pictures_of
 from app.presenters.runs import RunEntry
 from app.presenters.scene import PointColour, scene_of
 from app.presenters.status import number_rows, status_words
+from app.theme import current_theme
 from app.views.error_plot import ErrorPlot
 from app.views.overlays import OVERLAYS
 from app.views.runs_panel import RunRow
-from app.views.scene_orbit import orbit_around
+from app.views.scene_content import Ellipsoid
 from app.window_panels import TITLES
 from stereotrack_core.tracking.presets import preset
 
 if TYPE_CHECKING:
     from app.main_window import MainWindow
+
+_SCENE_DELAY_MS = 30
+_SCENE_PATIENCE_MS = 150
 
 
 class PanelFollower(QObject):
@@ -34,7 +39,10 @@ class PanelFollower(QObject):
         self._plot_title = ""
         self.point_colour: PointColour = "view"
         self._highlighted = ""
-        self._rig_seen = False
+        self._scene_timer = QTimer(self, singleShot=True, interval=_SCENE_DELAY_MS)
+        self._scene_timer.timeout.connect(self._show_scene)
+        self._scene_waits = QElapsedTimer()
+        self._rig_held = False
         self._make_plot("angular error")
         stored = window.settings.value("overlays")
         if stored is not None:
@@ -75,12 +83,10 @@ class PanelFollower(QObject):
         if cameras and recording is not None:
             places = [camera.position_world for camera in recording.cameras.values()]
             feet = [place * (1.0, 1.0, 0.0) for place in places]
-            orbit = orbit_around(np.array(places + feet), "home")
-            # the cameras stand in a ring, so the ball around them is mostly empty
-            self._w.scene.set_orbit(orbit.zoomed(1.7))
-        elif self._rig_seen:
-            self._w.scene.set_view("home")
-        self._rig_seen = cameras
+            self._w.scene.hold(np.array(places + feet))
+        elif self._rig_held:
+            self._w.scene.hold(None)
+        self._rig_held = cameras
 
     def _make_plot(self, title: str) -> None:
         """Make the plot anew when it shows another measure."""
@@ -91,12 +97,15 @@ class PanelFollower(QObject):
         old = w.plot_stack.widget(0) if w.plot_stack.count() > 1 else None
         if old is not None:
             w.timeline.visible_range_changed.disconnect(w.plot.set_visible_range)
+            w.timeline.margins_changed.disconnect(w.plot.set_margins)
             w.plot_stack.removeWidget(old)
             old.deleteLater()
         w.plot = ErrorPlot(title=title, unit="deg")
         w.plot.frame_requested.connect(self._go_to)
         w.plot.visible_range_changed.connect(w.timeline.set_visible_range)
         w.timeline.visible_range_changed.connect(w.plot.set_visible_range)
+        w.timeline.margins_changed.connect(w.plot.set_margins)
+        w.plot.set_margins(*w.timeline.margins)
         w.plot.set_frame(w.document.frame)
         w.plot_stack.insertWidget(0, w.plot)
 
@@ -108,6 +117,8 @@ class PanelFollower(QObject):
         recording = w.document.recording
         w.grid.set_views(recording.views if recording is not None else ())
         w.rig.show_rig(recording)
+        w.scene.begin_anew()
+        self._rig_held = False
         w.findings.show_findings(None)
         w.pixel_label.setText("")
         self._highlighted = ""
@@ -154,9 +165,18 @@ class PanelFollower(QObject):
         segments = recording.segments if recording is not None else ()
         reference = recording.reference if recording is not None else None
         w.timeline.set_lanes(lanes_of(judgement, w.document.frame_count, segments, reference))
-        w.plot.set_left_margin(w.timeline.scale.left)
+        w.timeline.set_hint(self._hint())
         w.runs_panel.show_rows([self._row(entry) for entry in w.runs.entries])
         self._show_numbers()
+
+    def _hint(self) -> str:
+        w = self._w
+        if w.document.recording is None:
+            return ""
+        if not w.clouds.available:
+            return "No view of this recording gives depth, so there is nothing to track."
+        keys = w.actions_book.shortcut("run")
+        return f"A lane for each limb comes here when the tracker runs ({keys})."
 
     def _row(self, entry: RunEntry) -> RunRow:
         w = self._w
@@ -166,6 +186,8 @@ class PanelFollower(QObject):
         if entry is w.track.entry:
             frames = f"{len(numbers)} of {len(entry.wanted)}"
         origin = f"from {entry.path}" if entry.path is not None else "not saved"
+        fps = entry.frames_per_second()
+        speed = f", {fps:.1f} frames per second" if fps is not None else ""
         return RunRow(
             name=entry.name,
             dashed=entry is not w.runs.active,
@@ -173,7 +195,7 @@ class PanelFollower(QObject):
             active=entry is w.runs.active,
             frames=frames,
             score=score_words(judgement),
-            hint=f"Preset {entry.preset or 'unknown'}, {origin}. F2 renames it.",
+            hint=f"Preset {entry.preset or 'unknown'}, {origin}{speed}. F2 renames it.",
         )
 
     def _show_numbers(self) -> None:
@@ -187,11 +209,36 @@ class PanelFollower(QObject):
         w = self._w
         display = w.grid.display
         w.grid.show_pictures(pictures_of(instant, w.grid.wanted(), display.overlays))
-        if w.scene.isVisible():
-            w.scene.show_scene(
-                scene_of(instant, instant.meshes, self.point_colour, self._highlighted)
-            )
+        self._show_scene_soon()
         w.refresh_soon()
+
+    def _show_scene_soon(self) -> None:
+        """Draw the scene when the views are painted; while a key is held down, now and then."""
+        if not self._scene_timer.isActive():
+            self._scene_waits.start()
+        if not self._scene_timer.isActive() or self._scene_waits.elapsed() < _SCENE_PATIENCE_MS:
+            self._scene_timer.start()
+
+    @Slot()
+    def _show_scene(self) -> None:
+        w, instant = self._w, self._w.instant.told
+        if instant is None or not w.scene.isVisible():
+            return
+        entry = w.runs.active
+        tracked = entry.at(instant.frame_set.index) if entry is not None else None
+        ellipsoids: tuple[Ellipsoid, ...] = ()
+        if entry is not None and tracked is not None and w.scene.layer_visible("ellipsoids"):
+            ellipsoids = ellipsoids_of(entry, tracked)
+        w.scene.show_scene(
+            scene_of(
+                instant, instant.meshes, self.point_colour, self._highlighted, ellipsoids,
+                dark=current_theme().is_dark,
+            )
+        )  # fmt: skip
+
+    def settled(self) -> bool:
+        """Whether everything shown follows the facts."""
+        return not self._scene_timer.isActive()
 
     @Slot(int)
     def _on_frame_changed(self, frame: int) -> None:

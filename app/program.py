@@ -102,7 +102,8 @@ class WindowProgram:
             QTimer.singleShot(_LOOK_MS, loop.quit)
             loop.exec()
             waited += _LOOK_MS / 1000.0
-            calm = calm + 1 if self.window.settled() else 0
+            done = self.window.settled() and self.window.scene.at_rest()
+            calm = calm + 1 if done else 0
         return calm >= _CALM_LOOKS
 
     def _on_demo_tracked(self, entry: RunEntry) -> None:
@@ -114,7 +115,7 @@ class WindowProgram:
         last = max(entry.frames) + 1
         errors = errors_against(entry.trajectory(), recording.reference).between(0, last)
         title = f"Demo recording, preset {entry.preset}, {len(entry.frames)} frames"
-        put_table(error_table(summarise(errors), title))
+        put_table(error_table(summarise(errors), title, entry.frames_per_second()))
         put_table(segment_table(summarise_segments(errors, recording.segments)))
         if place is not None:
             self.window.files.save_run(entry, place)

@@ -13,6 +13,12 @@ from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.pipeline import FirstPose
 
+FIRST_POSES: dict[str, tuple[str, str]] = {
+    "tpose": ("T pose", "Begin with the person facing north, both arms stretched out sideways."),
+    "auto": ("Found without help", "Begin with whatever pose the person has in the first frame."),
+}
+"""Where a run's first pose may come from, as a title and a sentence."""
+
 
 class TrackControl(QObject):
     """Run, step, iterate, from here, a selection; follows the tracker with the views.
@@ -20,7 +26,8 @@ class TrackControl(QObject):
     Parameters
     ----------
     first_pose : str or Pose
-        Where the first pose comes from when no run has one.
+        Where the first pose comes from when no run has one: a key of :data:`FIRST_POSES`, or a
+        pose.
     """
 
     def __init__(
@@ -33,7 +40,7 @@ class TrackControl(QObject):
     ) -> None:
         super().__init__()
         self._document, self._clouds, self._runs, self._track = document, clouds, runs, track
-        self._first_pose = first_pose
+        self.first_pose = first_pose
         self._selection: range | None = None
         self._iterate_at: int | None = None
         self.follow = True
@@ -77,6 +84,14 @@ class TrackControl(QObject):
         if self._selection:
             self._begin(self._selection, float("inf"))
 
+    def choose_first_pose(self, name: str) -> None:
+        """Begin the next run with a key of :data:`FIRST_POSES`."""
+        self.first_pose = name
+
+    def begins_with(self, name: str) -> bool:
+        """Whether the next run begins with this key of :data:`FIRST_POSES`."""
+        return self.first_pose == name
+
     def toggle_follow(self) -> None:
         """Show each frame as it is tracked, or stay."""
         self.follow = not self.follow
@@ -104,7 +119,7 @@ class TrackControl(QObject):
         return self._track.begin(
             recording,
             frames,
-            start if start is not None else self._first_pose,
+            start if start is not None else self.first_pose,
             self._clouds.reader,
             allowed=allowed,
         )

@@ -58,7 +58,10 @@ class PanelWindow(QMainWindow):
         self.rig = RigPanel()
         self.display_panel = DisplayPanel()
         self.plot_stack = QStackedWidget()
-        self.no_curves = QLabel("When the tracker has run, the error of every limb is drawn here.")
+        self.no_curves = QLabel(
+            "When the tracker has run, the error of every limb is drawn here: against the "
+            "reference where there is one, else as the tracker itself sees it."
+        )
         self.no_curves.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.no_curves.setProperty("role", "muted")
         self.plot_stack.addWidget(self.no_curves)
@@ -73,6 +76,8 @@ class PanelWindow(QMainWindow):
             dock.setObjectName(name)
             dock.setWidget(widget)
             self.docks[name] = dock
+        # the plot says by itself what it shows, and its height is wanted for curves
+        self.docks["plot"].setTitleBarWidget(QWidget())
         # the timeline is the scrubber: it stays where it is and needs no title
         self.docks["timeline"].setTitleBarWidget(QWidget())
         self.docks["timeline"].setFeatures(QDockWidget.DockWidgetFeature.NoDockWidgetFeatures)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 from app.actions import Command
 from app.commands.reasons import no_depth, no_run, running
+from app.track_control import FIRST_POSES
 
 if TYPE_CHECKING:
     from app.main_window import MainWindow
@@ -55,6 +57,14 @@ def commands(w: MainWindow) -> list[Command]:
             "run_selection", _MENU, "Run the selection", "Track the selected frames as a new run.",
             w.tracker.run_selection, "Ctrl+Shift+F8", "selection",
             lambda: idle() or no_selection(),
+        ),
+        *(
+            Command(
+                f"first_pose_{name}", f"{_MENU}/First pose", title, tip,
+                partial(w.tracker.choose_first_pose, name), why_not=lambda: no_depth(w),
+                checked=partial(w.tracker.begins_with, name),
+            )
+            for name, (title, tip) in FIRST_POSES.items()
         ),
         Command(
             "follow", _MENU, "Follow the tracker", "Show each frame as it is tracked.",

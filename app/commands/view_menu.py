@@ -27,6 +27,10 @@ _OVERLAY_ICONS = {
 _KIND_KEYS: dict[PictureKind, str] = {
     "image": "F1", "left": "F2", "disparity": "F3", "foreground": "F4", "depth": "F5"
 }  # fmt: skip
+_LAYER_TIPS = {
+    "ellipsoids": "Show or hide, in the scene, two standard deviations of the places of hands and "
+    "elbows, as the tracker sees them.",
+}
 _KIND_TIPS: dict[PictureKind, str] = {
     "image": "Show the reference images: the right one of a stereo view.",
     "left": "Show the left images of the stereo views.",
@@ -40,6 +44,15 @@ _ARRANGEMENTS: dict[Arrangement, tuple[str, str, str, str]] = {
         "One large, others small", "Show the active view large.", "Shift+M", "one-and-more",
     ),
 }  # fmt: skip
+
+
+SCENE_LAYERS = {
+    "cloud": "points", "model": "model", "reference": "reference", "cameras": "camera",
+    "floor": "grid", "ellipsoids": "ellipsoid",
+}  # fmt: skip
+"""Icons of the scene's layers."""
+
+SCENE_SIDES = ("home", "front", "side", "top")
 
 
 def commands(w: MainWindow) -> list[Command]:
@@ -172,13 +185,28 @@ def _scene(w: MainWindow) -> list[Command]:
     layers = [
         Command(
             f"scene_{layer}", f"{_MENU}/3-D scene", f"Show {words}",
-            f"Show or hide {words} in the scene.",
+            _LAYER_TIPS.get(layer, f"Show or hide {words} in the scene."),
             partial(w.view.toggle_layer, layer), section=layer == "cloud",
-            checked=partial(w.scene.layer_visible, layer),
+            icon=SCENE_LAYERS[layer], checked=partial(w.scene.layer_visible, layer),
         )
         for layer, words in (
             ("cloud", "the measured points"), ("model", "the model"),
             ("reference", "the reference"), ("cameras", "the cameras"), ("floor", "the floor"),
+            ("ellipsoids", "where hands and elbows may be"),
         )
     ]  # fmt: skip
-    return [*(colour(kind, text) for kind, text in POINT_COLOURS.items()), *layers]
+    sides = [
+        Command(
+            f"scene_from_{view}", f"{_MENU}/3-D scene", text, f"{tip} Key {key} in the scene.",
+            partial(w.scene.set_view, view), icon="scene", section=view == "home",
+            why_not=lambda: no_recording(w),
+        )
+        for view, text, tip, key in (
+            ("home", "Look from the corner", "Look from ahead and a little aside.", "R"),
+            ("front", "Look from the front", "Look south, at a person who faces north.", "F"),
+            ("side", "Look from the side", "Look west.", "S"),
+            ("top", "Look from above", "Look down; north is up.", "T"),
+        )
+    ]  # fmt: skip
+    colours = [colour(kind, text) for kind, text in POINT_COLOURS.items()]
+    return [*colours, *layers, *sides]

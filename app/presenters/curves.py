@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from app.limb_colours import LIMB_COLOURS, limb_words
+from app.limb_colours import EXTRA_COLOURS, LIMB_COLOURS, limb_words
 from app.presenters.judgement import MEASURED_LIMBS, Judgement
 from app.presenters.runs import RunList
 from app.views.error_curves import Curve
@@ -31,16 +31,19 @@ def curves_of(runs: RunList, judgements: dict[int, Judgement], count: int) -> tu
         judgement = judgements.get(id(entry))
         if not entry.visible or judgement is None:
             continue
+        values = {limb: (LIMB_COLOURS[limb], judgement.limbs[limb]) for limb in MEASURED_LIMBS}
+        for name, colour in EXTRA_COLOURS.items():
+            values[name] = (colour, 100.0 * judgement.coverage)
         curves.extend(
             Curve(
                 name=entry.name,
                 limb=limb,
-                colour=LIMB_COLOURS[limb],
+                colour=colour,
                 style=runs.style(entry),
                 frame=every,
-                value=_spread(judgement, judgement.limbs[limb], count),
+                value=_spread(judgement, value, count),
             )
-            for limb in MEASURED_LIMBS
+            for limb, (colour, value) in values.items()
         )
     return tuple(curves)
 
@@ -53,8 +56,9 @@ def lanes_of(
 ) -> tuple[Lane, ...]:
     """Lanes of the recording and of the active run.
 
-    The recording's segments and where its reference is known; then a heat strip per limb, what
-    the cloud has that the model has not, and stretches that are not tracked.
+    The recording's segments, and where its reference is known unless that is everywhere; then a
+    heat strip per limb, what the cloud has that the model has not, and stretches that are not
+    tracked.
     """
     lanes = []
     if segments:
@@ -62,7 +66,7 @@ def lanes_of(
         lanes.append(Lane("segments", "#9a86c8", "bars", named))
     if reference is not None:
         known = reference.frame[np.isfinite(reference.points).any(axis=(1, 2))]
-        if len(known):
+        if len(known) and len(known) < count:
             lanes.append(Lane("reference", "#9a86c8", "bars", _stretches(known, "known")))
     if judgement is None:
         return tuple(lanes)
@@ -70,7 +74,8 @@ def lanes_of(
         values = _spread(judgement, judgement.limbs[limb], count)
         lanes.append(Lane(limb_words(limb), LIMB_COLOURS[limb], "heat", values, FULL_DEG, "°"))
     coverage = _spread(judgement, 100.0 * judgement.coverage, count)
-    lanes.append(Lane("unexplained", "#CC79A7", "heat", coverage, 30.0, "% of the cloud"))
+    colour = EXTRA_COLOURS["unexplained %"]
+    lanes.append(Lane("unexplained", colour, "heat", coverage, 60.0, "% of the cloud"))
     lost = judgement.frame[~judgement.tracked]
     if len(lost):
         lanes.append(Lane("not tracked", "#d05050", "bars", _stretches(lost, "not tracked")))

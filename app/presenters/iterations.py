@@ -12,7 +12,6 @@ from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.estimate import Correspondences, Estimate
-from stereotrack_core.tracking.initialise import t_pose_in_cloud
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.thesis import ThesisTracker
 
@@ -65,7 +64,7 @@ class Iterations:
         tracker: Any = pipeline.tracker
         self._tracker = copy.deepcopy(tracker)
         if not started and len(cloud.points):
-            self._tracker.start(t_pose_in_cloud(pipeline.body, cloud.points))
+            self._tracker.start(pipeline._first_pose(cloud))
         self._count = int(self._tracker.parameters.iterations)
         self._pose = _predicted_pose(self._tracker)
         self._done = -1

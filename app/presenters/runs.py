@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal, TypeAlias
 
@@ -46,6 +46,8 @@ class RunEntry:
         The run as it was read.
     origin : Origin or None
         Where its frames come from; known when tracking has begun.
+    wall_seconds : float
+        Time that the tracker has worked on it, without pauses.
     """
 
     name: str
@@ -58,6 +60,7 @@ class RunEntry:
     path: Path | None = None
     stored: Run | None = None
     origin: Origin | None = None
+    wall_seconds: float = 0.0
 
     def at(self, frame: int) -> TrackedFrame | None:
         """What the run knows about a frame."""
@@ -81,7 +84,14 @@ class RunEntry:
         """Put the run together to be saved; None while nothing is known of its origin."""
         if self.stored is not None:
             return self.stored
-        return run_of(list(self.ordered()), self.origin) if self.origin is not None else None
+        if self.origin is None:
+            return None
+        run = run_of(list(self.ordered()), self.origin)
+        return replace(run, meta={**run.meta, "wall_seconds": self.wall_seconds})
+
+    def frames_per_second(self) -> float | None:
+        """How fast it was tracked; None where that is not known."""
+        return len(self.frames) / self.wall_seconds if self.wall_seconds > 0 else None
 
 
 class RunList(QObject):
@@ -181,8 +191,9 @@ def entry_of_run(run: Run, path: Path) -> RunEntry:
     wanted = range(int(numbers[0]), int(numbers[-1]) + 1) if len(numbers) else range(0)
     preset = str(run.meta.get("preset", ""))
     return RunEntry(
-        path.stem, preset, None, body_of_run(run), wanted, frames, path=path, stored=run
-    )
+        path.stem, preset, None, body_of_run(run), wanted, frames, path=path, stored=run,
+        wall_seconds=float(run.meta.get("wall_seconds") or 0.0),
+    )  # fmt: skip
 
 
 def _stored_frame(run: Run, i: int) -> TrackedFrame:

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from app.limb_colours import limb_rgb
 from app.presenters.pictures import Instant
-from app.views.scene_content import SceneContent
+from app.views.scene_content import Ellipsoid, SceneContent
 from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.mesh import PartMesh
@@ -26,18 +26,29 @@ POINT_COLOURS: dict[PointColour, str] = {
 _VIEW_COLOURS = np.array(
     [[245, 214, 88], [126, 196, 255], [190, 150, 255], [140, 222, 150], [255, 160, 140]], np.uint8
 )
+_VIEW_COLOURS_ON_LIGHT = np.array(
+    [[158, 128, 0], [28, 110, 190], [122, 70, 200], [30, 130, 60], [196, 70, 50]], np.uint8
+)
 _FULL_DISTANCE = 0.1
 _IMAGE_WIDTH = 160
 
 
 def scene_of(
-    instant: Instant, meshes: Sequence[PartMesh], colour: PointColour, highlighted: str
+    instant: Instant,
+    meshes: Sequence[PartMesh],
+    colour: PointColour,
+    highlighted: str,
+    ellipsoids: Sequence[Ellipsoid] = (),
+    *,
+    dark: bool = True,
 ) -> SceneContent:
-    """Cloud, model, reference and cameras with their images."""
+    """Cloud, model, reference and cameras with their images, for a dark or light background."""
     cloud = instant.cloud
     points = cloud.points if cloud is not None else np.empty((0, 3))
     colours = (
-        point_colours(cloud, meshes, colour) if cloud is not None else np.empty((0, 3), np.uint8)
+        point_colours(cloud, meshes, colour, dark=dark)
+        if cloud is not None
+        else np.empty((0, 3), np.uint8)
     )
     recording = instant.recording
     cameras = tuple(recording.reference_camera(view) for view in recording.views)
@@ -49,18 +60,22 @@ def scene_of(
         cameras=cameras,
         camera_images=_small_images(instant),
         highlighted=highlighted,
+        ellipsoids=tuple(ellipsoids),
     )
 
 
-def point_colours(cloud: Cloud, meshes: Sequence[PartMesh], colour: PointColour) -> ImageArray:
+def point_colours(
+    cloud: Cloud, meshes: Sequence[PartMesh], colour: PointColour, *, dark: bool = True
+) -> ImageArray:
     """Colours (N, 3) of a cloud; without a model they go by view."""
     if colour == "view" or not meshes:
-        result: ImageArray = _VIEW_COLOURS[cloud.view % len(_VIEW_COLOURS)]
+        palette = _VIEW_COLOURS if dark else _VIEW_COLOURS_ON_LIGHT
+        result: ImageArray = palette[cloud.view % len(palette)]
         return result
     distance, limb = _nearest(cloud.points, meshes)
     if colour == "limb":
-        palette = np.array([limb_rgb(name) for name in LIMBS], dtype=np.uint8)
-        return palette[limb]
+        by_limb = np.array([limb_rgb(name) for name in LIMBS], dtype=np.uint8)
+        return by_limb[limb]
     share = np.clip(distance / _FULL_DISTANCE, 0.0, 1.0)
     grey = (255.0 * share).astype(np.uint8)[:, None]
     mapped = cv2.applyColorMap(grey, cv2.COLORMAP_VIRIDIS)[:, 0, ::-1]

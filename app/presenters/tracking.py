@@ -53,6 +53,7 @@ class TrackWorker:
         self.pipeline: Pipeline | None = None
         self.error: Exception | None = None
         self.done = False
+        self.worked_seconds = 0.0
         self._allowed = 0.0
         self._stop = False
         self._working = False
@@ -97,6 +98,7 @@ class TrackWorker:
 
     def _run(self) -> None:
         order = self.order
+        begun = time.perf_counter()
         try:
             with Pipeline(
                 order.recording,
@@ -106,6 +108,7 @@ class TrackWorker:
                 preset=order.preset,
             ) as pipeline:
                 pipeline.prepare(order.frames)
+                self.worked_seconds = time.perf_counter() - begun
                 self.body, self.origin = pipeline.body, pipeline.origin()
                 self.pipeline = pipeline
                 self._follow(pipeline)
@@ -118,10 +121,12 @@ class TrackWorker:
         frames = pipeline.frames(self.order.frames)
         try:
             while self._wait():
+                begun = time.perf_counter()
                 tracked = next(frames, None)
                 if tracked is None:
                     return
                 with self._condition:
+                    self.worked_seconds += time.perf_counter() - begun
                     self._results.append(tracked)
                     self._allowed -= 1
                     self._working = False
@@ -158,7 +163,6 @@ class TrackPresenter(QObject):
         self._runs = runs
         self._worker: TrackWorker | None = None
         self._entry: RunEntry | None = None
-        self._begun = 0.0
         self._iterations: Iterations | None = None
         self._cloud_to_iterate: Cloud | None = None
         self.settings = preset("accurate")
@@ -216,7 +220,6 @@ class TrackPresenter(QObject):
         # the tracker never sees the truth
         unaided = dataclasses.replace(recording, reference=None)
         self._worker = TrackWorker(Order(unaided, self.settings, self.preset, frames, init, reader))
-        self._begun = time.perf_counter()
         self._worker.allow(allowed)
         self._timer.start()
         self._runs.add(self._entry)
@@ -295,6 +298,7 @@ class TrackPresenter(QObject):
         ended = worker.done  # asked before the results are fetched, so that none is left behind
         results = worker.taken()
         entry.origin, entry.body = worker.origin, worker.body or entry.body
+        entry.wall_seconds = worker.worked_seconds
         for tracked in results:
             entry.frames[tracked.frame] = tracked.without_cloud()
         if results:

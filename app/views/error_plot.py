@@ -10,7 +10,7 @@ from PySide6.QtCore import QEvent, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
-from app.limb_colours import limb_words
+from app.limb_colours import EXTRA_COLOURS, limb_words
 from app.theme import current_theme
 from app.views.error_curves import Curve, next_crossing, thinned
 from app.views.limb_legend import LimbLegend
@@ -134,9 +134,10 @@ class ErrorPlot(QWidget):
 
     def set_threshold(self, value: float) -> None:
         """Move the threshold's line without emitting a signal."""
-        blocked = self._threshold.blockSignals(True)
+        # the line's own label listens to its signal
+        self._quiet = True
         self._threshold.setValue(value)
-        self._threshold.blockSignals(blocked)
+        self._quiet = False
 
     def set_visible_range(self, first: float, last: float) -> None:
         """Zoom to the frames from `first` up to `last` without emitting a signal.
@@ -147,9 +148,15 @@ class ErrorPlot(QWidget):
         self._box.setXRange(first - 0.5, last - 0.5, padding=0)
         self._quiet = False
 
-    def set_left_margin(self, width: float) -> None:
-        """Let the frames begin at `width` pixels, under or over a timeline's."""
-        self._plot.getAxis("left").setWidth(width)
+    def set_margins(self, left: float, right: float) -> None:
+        """Leave so many pixels beside the frames, so that they stand over a timeline's.
+
+        The timeline has the frame numbers then, and the plot leaves them out.
+        """
+        self._plot.getAxis("left").setWidth(left)
+        self._plot.getPlotItem().layout.setContentsMargins(0.0, 0.0, right, 0.0)
+        self._plot.getAxis("bottom").setStyle(showValues=False)
+        self._plot.getAxis("bottom").setHeight(6)
 
     def show_everything(self) -> None:
         """Zoom so that all frames are seen, without emitting a signal."""
@@ -159,7 +166,8 @@ class ErrorPlot(QWidget):
 
     def crossing(self, direction: int) -> int | None:
         """Frame of the next (1) or previous (-1) stretch above the threshold, if any."""
-        return next_crossing(self.shown_curves, self.threshold, self._frame, direction)
+        angles = [curve for curve in self.shown_curves if curve.limb not in EXTRA_COLOURS]
+        return next_crossing(angles, self.threshold, self._frame, direction)
 
     # ---- inside
 
@@ -233,7 +241,8 @@ class ErrorPlot(QWidget):
             self.visible_range_changed.emit(first + 0.5, last + 0.5)
 
     def _on_threshold(self) -> None:
-        self.threshold_changed.emit(self.threshold)
+        if not self._quiet:
+            self.threshold_changed.emit(self.threshold)
 
     def _on_clicked(self, event: object) -> None:
         position = event.scenePos()  # type: ignore[attr-defined]

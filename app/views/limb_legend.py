@@ -15,7 +15,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.limb_colours import limb_words
+from app.limb_colours import EXTRA_COLOURS, limb_words
 from app.theme import current_theme
 from app.views.error_curves import Curve, LineStyle
 
@@ -104,7 +104,7 @@ class LimbLegend(QWidget):
         button.setIcon(_swatch(colour))
         button.setIconSize(_SWATCH)
         button.setCheckable(True)
-        button.setChecked(True)
+        button.setChecked(limb not in EXTRA_COLOURS)
         button.setProperty("role", "legend")
         button.setToolTip(f"Show or hide the {limb_words(limb)}; Ctrl and click shows it alone")
         button.clicked.connect(lambda: self._on_clicked(limb))

@@ -16,7 +16,8 @@ from app.views.scene_geometry import Shape
 from app.views.scene_window import unit_rgb
 from stereotrack_core.arrays import FloatArray, IntArray
 
-_POINT_SIZE = 2.5
+_POINT_METRES = 0.009
+_POINT_SIZES = np.array([1.2, 4.0])
 _SIGMAS = 2.0
 _RIM = 0.012
 
@@ -28,10 +29,14 @@ class CloudLayer:
         self._shape = Shape(renderer)
         self._shown: tuple[object, object] = (None, None)
 
-    def show(self, content: SceneContent, visible: bool, scale: float) -> None:
+    def set_dots_to(self, pixels_per_metre: float, scale: float) -> None:
+        """Let dots be as large as what they stand for, within what can be told apart."""
+        size = float(np.clip(_POINT_METRES * pixels_per_metre, *(scale * _POINT_SIZES)))
+        self._shape.actor.GetProperty().SetPointSize(size)
+
+    def show(self, content: SceneContent, visible: bool) -> None:
         """Take over the points where they are not the ones shown already."""
         self._shape.set_visible(visible and len(content.cloud_points) > 0)
-        self._shape.actor.GetProperty().SetPointSize(_POINT_SIZE * scale)
         arrays = (content.cloud_points, content.cloud_colours)
         if visible and (arrays[0] is not self._shown[0] or arrays[1] is not self._shown[1]):
             self._shape.set_dots(content.cloud_points)

@@ -90,14 +90,20 @@ class SceneContent:
     ellipsoids: tuple[Ellipsoid, ...] = ()
     floor_z: float = 0.0
 
+    def parts_known(self) -> int:
+        """How many kinds of things are there that a view of the scene has to hold."""
+        body = bool(self.meshes) or self.reference is not None
+        return bool(self.cameras) + bool(len(self.cloud_points)) + body
+
     def body_points(self) -> FloatArray:
         """Points (K, 3) that a view of the scene has to hold; cameras only if nothing else."""
         parts = [mesh.vertices for mesh in self.meshes]
         if self.reference is not None:
             parts.append(self.reference)
-        if not parts and len(self.cloud_points):
-            low, high = np.percentile(self.cloud_points, (2.0, 98.0), axis=0)
-            parts.append(np.stack([low, high]))
+        if len(self.cloud_points):
+            # the farthest points are often no part of the person
+            ends = np.percentile(self.cloud_points, (2.0, 98.0), axis=0)
+            parts.append(np.stack(np.meshgrid(*ends.T), axis=-1).reshape(-1, 3))
         if not parts:
             parts = [camera.position_world[None] for camera in self.cameras]
         points = np.concatenate(parts) if parts else _no_points()

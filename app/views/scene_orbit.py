@@ -11,6 +11,8 @@ from stereotrack_core.arrays import FloatArray
 FIELD_OF_VIEW = np.radians(32.0)
 _CLOSEST, _FARTHEST = 0.15, 60.0
 _STEEPEST = np.pi / 2
+_MARGIN = 1.12
+_LEAST_DISTANCE = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +129,18 @@ def orbit_around(points: FloatArray, view: str, aspect: float = 1.0) -> Orbit:
     azimuth, elevation = STANDARD_VIEWS[view]
     if not len(points):
         points = np.array([[-0.9, -0.9, 0.0], [0.9, 0.9, 1.9]])
-    low, high = points.min(axis=0), points.max(axis=0)
-    radius = max(0.5 * float(np.linalg.norm(high - low)), 0.3)
-    half = FIELD_OF_VIEW / 2 * min(1.0, max(aspect, 0.3))
-    return Orbit((low + high) / 2, azimuth, elevation, 1.15 * radius / float(np.sin(half)))
+    orbit = Orbit(points.mean(axis=0), azimuth, elevation, 1.0)
+    relative = points - orbit.focus
+    across, upward = relative @ orbit.right, relative @ orbit.up
+    focus = orbit.focus + _middle(across) * orbit.right + _middle(upward) * orbit.up
+    # a point is seen where it stands aside by no more than the opening at its own depth
+    slope = np.tan(FIELD_OF_VIEW / 2)
+    aside = np.maximum(
+        np.abs(across - _middle(across)) / max(aspect, 0.3), np.abs(upward - _middle(upward))
+    )
+    distance = float(np.max(relative @ orbit.toward_eye + _MARGIN * aside / slope))
+    return Orbit(focus, azimuth, elevation, max(distance, _LEAST_DISTANCE))
+
+
+def _middle(values: FloatArray) -> float:
+    return 0.5 * float(values.min() + values.max())

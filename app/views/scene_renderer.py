@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter
 
 from app.theme import Theme
 from app.views.scene_body import CloudLayer, EllipsoidLayer, ModelLayer
 from app.views.scene_content import SceneContent
-from app.views.scene_orbit import Orbit
+from app.views.scene_orbit import FIELD_OF_VIEW, Orbit
 from app.views.scene_surroundings import CameraLayer, FloorLayer, ReferenceLayer
 from app.views.scene_window import SceneWindow
 
@@ -34,6 +34,7 @@ class SceneRenderer:
         self._model = ModelLayer(scene)
         self._ellipsoids = EllipsoidLayer(self._window.above)
         self._reference = ReferenceLayer(self._window.above)
+        self._scale = 1.0
 
     def set_content(
         self, content: SceneContent, layers: Mapping[str, bool], theme: Theme, scale: float
@@ -48,16 +49,20 @@ class SceneRenderer:
         scale : float
             Pixels of the picture for a device-independent one.
         """
+        self._scale = scale
         self._window.set_background(theme.scene_top, theme.scene_bottom)
         self._floor.show(content, layers["floor"], theme, scale)
         self._cameras.show(content, layers["cameras"], theme, scale)
-        self._cloud.show(content, layers["cloud"], scale)
+        self._cloud.show(content, layers["cloud"])
         self._model.show(content, layers["model"], theme)
         self._ellipsoids.show(content, layers["ellipsoids"])
         self._reference.show(content, layers["reference"], theme, scale)
 
     def picture(self, width: int, height: int, orbit: Orbit, *, fine: bool = False) -> QImage:
         """Render the content at `width` by `height` pixels."""
+        per_metre = height / (2.0 * orbit.distance * np.tan(FIELD_OF_VIEW / 2))
+        self._cloud.set_dots_to(per_metre, self._scale)
+        self._reference.set_dots_to(per_metre, self._scale)
         return self._window.picture(width, height, orbit, fine=fine)
 
     def close(self) -> None:
@@ -81,8 +86,11 @@ def paint_names(
         return
     places = orbit.project(np.stack([place for _, place in labels]), area.width(), area.height())
     for (name, _), (x, y) in zip(labels, places, strict=True):
-        if np.isfinite(x) and np.isfinite(y) and area.contains(QPointF(x, y)):
-            box = QRectF(x - 60.0, y - 10.0, 120.0, 20.0)
+        if not (np.isfinite(x) and np.isfinite(y)):
+            continue
+        width = painter.fontMetrics().horizontalAdvance(name)
+        box = QRectF(x - 0.5 * width - 2.0, y - 10.0, width + 4.0, 20.0)
+        if area.contains(box):
             painter.setPen(QColor(theme.scene_bottom))
             painter.drawText(box.translated(1.0, 1.0), Qt.AlignmentFlag.AlignCenter, name)
             painter.setPen(QColor(theme.text))

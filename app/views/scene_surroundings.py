@@ -20,6 +20,8 @@ _FLOOR_STEP = 0.5
 _ARROW_LENGTH = 0.5
 _FRUSTUM_DEPTH = 0.45
 _TEXTURE_WIDTH = 320
+_LANDMARK_METRES = 0.03
+_LANDMARK_SIZES = np.array([2.5, 7.0])
 _BONES = np.array([[LANDMARKS.index(a), LANDMARKS.index(b)] for a, b in SKELETON])
 _SHOULDERS = [LANDMARKS.index("left_shoulder"), LANDMARKS.index("right_shoulder")]
 
@@ -78,6 +80,11 @@ class ReferenceLayer:
         self._landmarks = Shape(renderer)
         self._landmarks.actor.GetProperty().SetRenderPointsAsSpheres(True)
 
+    def set_dots_to(self, pixels_per_metre: float, scale: float) -> None:
+        """Let landmarks be balls of three centimetres, within what can be seen."""
+        size = float(np.clip(_LANDMARK_METRES * pixels_per_metre, *(scale * _LANDMARK_SIZES)))
+        self._landmarks.actor.GetProperty().SetPointSize(size)
+
     def show(self, content: SceneContent, visible: bool, theme: Theme, scale: float) -> None:
         """Draw the bones whose two landmarks are known."""
         shown = visible and content.reference is not None
@@ -87,7 +94,6 @@ class ReferenceLayer:
         if content.reference is None or not shown:
             return
         self._bones.actor.GetProperty().SetLineWidth(2.0 * scale)
-        self._landmarks.actor.GetProperty().SetPointSize(6.0 * scale)
         points = content.reference
         middle = points[_SHOULDERS].mean(axis=0)
         starts = np.concatenate([points[_BONES[:, 0]], middle[None]])

@@ -25,6 +25,7 @@ from app.views.scene_content import LAYERS, SceneContent
 from app.views.scene_orbit import Orbit, orbit_around
 from app.views.scene_renderer import SceneRenderer, paint_names
 from app.views.scene_window import SceneUnavailable
+from stereotrack_core.arrays import FloatArray
 
 _REST_MS = 180
 _TURN_PER_PIXEL = np.radians(0.4)
@@ -75,8 +76,11 @@ class SceneView(QWidget):
         self.setAccessibleName("3-D scene")
         self.setAccessibleDescription(_HELP)
         self._content = SceneContent()
-        self._layers = dict.fromkeys(LAYERS, True)
+        self._layers = dict.fromkeys(LAYERS, True) | {"ellipsoids": False}
         self._orbit: Orbit | None = None
+        self._standing = "home"
+        self._held: FloatArray | None = None
+        self._holds = 0
         self._renderer: SceneRenderer | None = None
         self._why_unavailable = ""
         self._image: QImage | None = None
@@ -113,9 +117,21 @@ class SceneView(QWidget):
     def show_scene(self, content: SceneContent) -> None:
         """Show `content` from now on; the eye stays where it is."""
         self._content = content
-        if self._orbit is None and len(content.body_points()):
-            self._orbit = self._standard("home")
+        holds = content.parts_known()
+        if self._standing and holds > self._holds:
+            self._orbit = self._standard(self._standing)
+        self._holds = max(holds, self._holds)
         self._changed(content=True)
+
+    def begin_anew(self) -> None:
+        """Forget what was shown and where the eye was, as another recording comes."""
+        self._held, self._holds, self._orbit, self._standing = None, 0, None, "home"
+        self.show_scene(SceneContent())
+
+    def hold(self, points: FloatArray | None) -> None:
+        """Let the standard views hold these points (K, 3), world, instead of the body."""
+        self._held = points
+        self.set_view("home")
 
     def set_layer_visible(self, layer: str, visible: bool) -> None:
         """Draw one of :data:`~app.views.scene_content.LAYERS` or leave it out."""
@@ -136,10 +152,11 @@ class SceneView(QWidget):
     def set_view(self, view: str) -> None:
         """Look from one of :data:`~app.views.scene_orbit.STANDARD_VIEWS`."""
         self._turn_to(self._standard(view))
+        self._standing = view
 
     def set_orbit(self, orbit: Orbit) -> None:
-        """Place the eye."""
-        self._orbit = orbit
+        """Place the eye; it stays there until a standard view is asked for."""
+        self._orbit, self._standing = orbit, ""
         self._changed()
 
     def snapshot(self) -> QImage:
@@ -154,7 +171,8 @@ class SceneView(QWidget):
 
     def _standard(self, view: str) -> Orbit:
         aspect = self.width() / max(self.height(), 1)
-        return orbit_around(self._content.body_points(), view, aspect)
+        points = self._held if self._held is not None else self._content.body_points()
+        return orbit_around(points, view, aspect)
 
     def _turn_to(self, orbit: Orbit) -> None:
         self.set_orbit(orbit)
@@ -164,6 +182,10 @@ class SceneView(QWidget):
         self._content_changed |= content
         self._image = None
         self.update()
+
+    def at_rest(self) -> bool:
+        """Whether the picture is as good as it gets, or none can be made or seen."""
+        return self._image_is_fine or bool(self._why_unavailable) or not self.isVisible()
 
     # ---- painting
 
@@ -218,6 +240,8 @@ class SceneView(QWidget):
         painter.drawText(box, flags, text)
 
     def resizeEvent(self, _event: QResizeEvent) -> None:
+        if self._orbit is not None and self._standing:
+            self._orbit = self._standard(self._standing)
         self._changed()
 
     def changeEvent(self, event: QEvent) -> None:
@@ -292,8 +316,11 @@ class SceneView(QWidget):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         orbit = self._orbit_for(event)
+        key, plain = Qt.Key(event.key()), not event.modifiers()
         if orbit is None:
             super().keyPressEvent(event)
+        elif plain and key in _VIEW_KEYS:
+            self.set_view(_VIEW_KEYS[key])
         else:
             self._turn_to(orbit)
 

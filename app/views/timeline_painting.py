@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPen, QPolygonF
 
 from app.theme import Theme
@@ -13,7 +13,8 @@ from app.views.timeline_scale import TimelineScale
 from app.views.timeline_strips import strip_pixels
 
 RULER_HEIGHT = 24
-LANE_HEIGHT = 17
+LEAST_LANE, MOST_LANE = 13, 20
+"""Heights between which lanes take what room there is."""
 _LANE_GAP = 2
 _LABELLED_BARS = 200
 
@@ -29,6 +30,7 @@ def paint_lanes(
     painter: QPainter,
     scale: TimelineScale,
     lanes: Sequence[Lane],
+    lane_height: int,
     first_row: int,
     height: int,
     ratio: float,
@@ -41,6 +43,7 @@ def paint_lanes(
     painter : QPainter
     scale : TimelineScale
     lanes : sequence of Lane
+    lane_height : int
     first_row : int
         Device-independent pixels that are scrolled away above.
     height : int
@@ -53,20 +56,20 @@ def paint_lanes(
         return
     columns = max(1, round(scale.width * ratio))
     edges = scale.edges(columns)
-    rows = max(4, round((LANE_HEIGHT - _LANE_GAP) * ratio))
+    rows = max(4, round((lane_height - _LANE_GAP) * ratio))
     for index, lane in enumerate(lanes):
-        top = RULER_HEIGHT + index * LANE_HEIGHT - first_row
-        if top + LANE_HEIGHT < RULER_HEIGHT or top > height:
+        top = RULER_HEIGHT + index * lane_height - first_row
+        if top + lane_height < RULER_HEIGHT or top > height:
             continue
         pixels = strip_pixels(lane, edges, rows, theme)
         image = QImage(pixels.data, columns, rows, 4 * columns, QImage.Format.Format_RGBA8888)
-        painter.drawImage(QRectF(scale.left, top, scale.width, LANE_HEIGHT - _LANE_GAP), image)
+        painter.drawImage(QRectF(scale.left, top, scale.width, lane_height - _LANE_GAP), image)
         if lane.kind == "bars":
-            _paint_bar_labels(painter, scale, lane, top, theme)
+            _paint_bar_labels(painter, scale, lane, top, lane_height, theme)
 
 
 def _paint_bar_labels(
-    painter: QPainter, scale: TimelineScale, lane: Lane, top: float, theme: Theme
+    painter: QPainter, scale: TimelineScale, lane: Lane, top: float, lane_height: int, theme: Theme
 ) -> None:
     metrics = QFontMetricsF(painter.font())
     painter.setPen(_readable_on(lane.colour, theme))
@@ -77,7 +80,7 @@ def _paint_bar_labels(
         if right - left < 28.0:
             continue
         text = metrics.elidedText(span.label, Qt.TextElideMode.ElideRight, right - left - 8.0)
-        box = QRectF(left + 4.0, top, right - left - 8.0, LANE_HEIGHT - _LANE_GAP)
+        box = QRectF(left + 4.0, top, right - left - 8.0, lane_height - _LANE_GAP)
         painter.drawText(box, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft, text)
 
 
@@ -90,6 +93,7 @@ def _readable_on(colour: str, theme: Theme) -> QColor:
 def paint_names(
     painter: QPainter,
     lanes: Sequence[Lane],
+    lane_height: int,
     first_row: int,
     width: int,
     height: int,
@@ -99,13 +103,13 @@ def paint_names(
     painter.fillRect(QRectF(0, RULER_HEIGHT, width - 2, height), QColor(theme.window))
     metrics = QFontMetricsF(painter.font())
     for index, lane in enumerate(lanes):
-        top = RULER_HEIGHT + index * LANE_HEIGHT - first_row
-        if top + LANE_HEIGHT < RULER_HEIGHT or top > height:
+        top = RULER_HEIGHT + index * lane_height - first_row
+        if top + lane_height < RULER_HEIGHT or top > height:
             continue
-        painter.fillRect(QRectF(8, top + 3, 4, LANE_HEIGHT - _LANE_GAP - 6), QColor(lane.colour))
+        painter.fillRect(QRectF(8, top + 3, 4, lane_height - _LANE_GAP - 6), QColor(lane.colour))
         painter.setPen(QColor(theme.text))
         text = metrics.elidedText(lane.name, Qt.TextElideMode.ElideRight, width - 26.0)
-        box = QRectF(18, top, width - 24, LANE_HEIGHT - _LANE_GAP)
+        box = QRectF(18, top, width - 24, lane_height - _LANE_GAP)
         painter.drawText(box, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft, text)
 
 
@@ -134,6 +138,13 @@ def paint_ruler(
     length = time_text(scale.frame_count, fps)
     flags = Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft
     painter.drawText(box, flags, f"{scale.frame_count} fr, {length}")
+
+
+def paint_hint(painter: QPainter, text: str, left: float, size: QSize, theme: Theme) -> None:
+    """Say in the room of the lanes why there are none."""
+    painter.setPen(QColor(theme.muted))
+    box = QRectF(left, RULER_HEIGHT, size.width() - left, size.height() - RULER_HEIGHT)
+    painter.drawText(box, Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, text)
 
 
 def paint_selection(

@@ -22,8 +22,10 @@ from PySide6.QtWidgets import QAbstractScrollArea, QToolTip, QWidget
 from app.theme import current_theme
 from app.views.timeline_lanes import Lane
 from app.views.timeline_painting import (
-    LANE_HEIGHT,
+    LEAST_LANE,
+    MOST_LANE,
     RULER_HEIGHT,
+    paint_hint,
     paint_lanes,
     paint_names,
     paint_playhead,
@@ -65,22 +67,27 @@ class TimelineView(QAbstractScrollArea):
     visible_range_changed : float, float
         The person zoomed or moved, or a page was turned; borders of the visible frames, where
         frame k covers the stretch from k to k + 1.
+    margins_changed : float, float
+        Pixels beside the frames at the left and right: names, and a scroll bar.
     """
 
     frame_requested = Signal(int)
     selection_changed = Signal(object)
     lane_clicked = Signal(str)
     visible_range_changed = Signal(float, float)
+    margins_changed = Signal(float, float)
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setFrameShape(QAbstractScrollArea.Shape.NoFrame)
-        self.setMinimumHeight(RULER_HEIGHT + 3 * LANE_HEIGHT)
+        self.setMinimumHeight(RULER_HEIGHT + 3 * LEAST_LANE)
         self.setAccessibleName("Timeline")
         self.setAccessibleDescription(_HELP)
         self.viewport().setMouseTracking(True)
         self._lanes: tuple[Lane, ...] = ()
+        self._lane_height = MOST_LANE
+        self._hint = ""
         self._scale = TimelineScale()
         self._fps = 1.0
         self._frame = 0
@@ -93,7 +100,7 @@ class TimelineView(QAbstractScrollArea):
         self.verticalScrollBar().valueChanged.connect(self._forget_picture)
 
     def sizeHint(self) -> QSize:
-        return QSize(900, RULER_HEIGHT + LANE_HEIGHT * max(len(self._lanes), 8))
+        return QSize(900, RULER_HEIGHT + MOST_LANE * max(len(self._lanes), 8))
 
     # ---- what is shown
 
@@ -120,10 +127,27 @@ class TimelineView(QAbstractScrollArea):
         self._selection = None
         self._scale_changed()
 
+    @property
+    def margins(self) -> tuple[float, float]:
+        """Pixels beside the frames at the left and right."""
+        return self._scale.left, self.width() - self._scale.left - self._scale.width
+
+    @property
+    def lane_height(self) -> int:
+        """Height of a lane: what there is room for, within limits."""
+        return self._lane_height
+
+    def set_hint(self, words: str) -> None:
+        """Say these words where there is no lane."""
+        if words != self._hint:
+            self._hint = words
+            self._forget_picture()
+
     def set_lanes(self, lanes: Sequence[Lane]) -> None:
         """Show these lanes; those handed on before keep what was computed for them."""
         self._lanes = tuple(lanes)
         self._place_lanes()
+        # a scroll bar that comes or goes makes this widget place the lanes again
         self._set_scroll_bars()
         self._forget_picture()
 
@@ -157,7 +181,7 @@ class TimelineView(QAbstractScrollArea):
         """Return the lane at a height of the viewport."""
         if y < RULER_HEIGHT:
             return None
-        index = int((y - RULER_HEIGHT + self.verticalScrollBar().value()) // LANE_HEIGHT)
+        index = int((y - RULER_HEIGHT + self.verticalScrollBar().value()) // self._lane_height)
         return self._lanes[index] if 0 <= index < len(self._lanes) else None
 
     # ---- scale and scroll bars
@@ -173,11 +197,11 @@ class TimelineView(QAbstractScrollArea):
         self._forget_picture()
 
     def _set_scroll_bars(self) -> None:
-        rows = len(self._lanes) * LANE_HEIGHT
+        rows = len(self._lanes) * self._lane_height
         space = max(self.viewport().height() - RULER_HEIGHT, 1)
         self.verticalScrollBar().setRange(0, max(0, rows - space))
         self.verticalScrollBar().setPageStep(space)
-        self.verticalScrollBar().setSingleStep(LANE_HEIGHT)
+        self.verticalScrollBar().setSingleStep(self._lane_height)
         scale, bar = self._scale, self.horizontalScrollBar()
         hidden = scale.frame_count - scale.visible
         blocked = bar.blockSignals(True)
@@ -212,7 +236,10 @@ class TimelineView(QAbstractScrollArea):
         longest = max((metrics.horizontalAdvance(lane.name) for lane in self._lanes), default=0)
         left = min(max(longest + 28, _NAMES_NARROWEST), _NAMES_WIDEST)
         width = max(self.viewport().width() - left, 1)
+        space = (self.viewport().height() - RULER_HEIGHT) // max(len(self._lanes), 1)
+        self._lane_height = min(max(space, LEAST_LANE), MOST_LANE)
         self._scale = replace(self._scale, left=float(left), width=float(width))
+        self.margins_changed.emit(*self.margins)
 
     def changeEvent(self, event: QEvent) -> None:
         if event.type() in (QEvent.Type.PaletteChange, QEvent.Type.DevicePixelRatioChange):
@@ -242,9 +269,12 @@ class TimelineView(QAbstractScrollArea):
         painter = QPainter(picture)
         painter.setFont(self.font())
         first_row = self.verticalScrollBar().value()
-        paint_lanes(painter, self._scale, self._lanes, first_row, size.height(), ratio, theme)
-        paint_names(painter, self._lanes, first_row, int(self._scale.left), size.height(), theme)
+        lanes, tall, left = self._lanes, self._lane_height, int(self._scale.left)
+        paint_lanes(painter, self._scale, lanes, tall, first_row, size.height(), ratio, theme)
+        paint_names(painter, lanes, tall, first_row, left, size.height(), theme)
         paint_ruler(painter, self._scale, self._fps, size.width(), theme)
+        if self._hint and not self._lanes:
+            paint_hint(painter, self._hint, self._scale.left, size, theme)
         painter.end()
         return picture
 

@@ -65,8 +65,8 @@ WORKSPACES: tuple[Workspace, ...] = (
         side=(("scene",), ("runs", "parameters", "numbers", "findings")),
         bottom=("plot", "timeline"),
         side_share=0.37,
-        bottom_heights=(160, 115),
-        side_heights=(3, 2),
+        bottom_heights=(145, 160),
+        side_heights=(2, 1),
     ),
     Workspace(
         "review",
@@ -76,7 +76,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         side=(("scene",), ("numbers", "runs")),
         bottom=("plot", "timeline"),
         side_share=0.33,
-        bottom_heights=(230, 150),
+        bottom_heights=(230, 170),
         side_heights=(1, 1),
     ),
     Workspace(
@@ -87,7 +87,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         side=(("parameters",), ("runs", "numbers")),
         bottom=("plot", "timeline"),
         side_share=0.40,
-        bottom_heights=(190, 115),
+        bottom_heights=(190, 160),
         side_heights=(3, 1),
     ),
     Workspace(

@@ -48,7 +48,20 @@ def test_the_window_s_run_is_the_command_line_s(opened, qtbot):
     by_core = track(opened.document.recording, opened.track.settings, preset="accurate")
     np.testing.assert_array_equal(by_window.landmarks, by_core.landmarks)
     np.testing.assert_array_equal(by_window.P, by_core.P)
+    seconds = by_window.meta.pop("wall_seconds")
+    assert 0 < seconds < 90
     assert by_window.meta == by_core.meta
+
+
+def test_the_first_pose_may_be_found_without_help(opened, qtbot):
+    assert opened.actions_book.action("first_pose_tpose").isChecked()
+    trigger(opened, "first_pose_auto")
+    opened.refresh()
+    assert not opened.actions_book.action("first_pose_tpose").isChecked()
+    trigger(opened, "step")
+    qtbot.waitUntil(lambda: tracked(opened) == 1 and opened.track.paused, timeout=60_000)
+    assert opened.runs.active.origin.init == "auto"
+    assert opened.runs.active.frames[0].tracked
 
 
 def test_step_tracks_one_frame_and_holds(opened, qtbot):

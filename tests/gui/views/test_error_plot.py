@@ -6,7 +6,7 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QLabel, QToolButton
 
-from app.limb_colours import LIMB_COLOURS
+from app.limb_colours import EXTRA_COLOURS, LIMB_COLOURS
 from app.theme import apply_theme, current_theme
 from app.views.error_curves import Curve, next_crossing, thinned
 from app.views.error_plot import ErrorPlot
@@ -19,7 +19,8 @@ LEFT = Qt.MouseButton.LeftButton
 
 def curve(limb, value, style="solid", name="accurate"):
     value = np.asarray(value, dtype=float)
-    return Curve(name, limb, LIMB_COLOURS[limb], style, np.arange(len(value)), value)
+    colour = (LIMB_COLOURS | EXTRA_COLOURS)[limb]
+    return Curve(name, limb, colour, style, np.arange(len(value)), value)
 
 
 def curves_of(frames):
@@ -280,12 +281,15 @@ class TestPlot:
         plot.set_curves(curves_of(20))
         assert plot._box.viewRange()[0] == pytest.approx([-0.5, 999.5])
 
-    def test_frames_stand_over_those_of_the_timeline(self, qapp, plot, shown):
+    @pytest.mark.parametrize("lanes", [1, 12])
+    def test_frames_stand_over_those_of_the_timeline(self, qapp, plot, shown, lanes):
         timeline = TimelineView()
         timeline.set_range(490, 10.0)
-        timeline.set_lanes([Lane("left upper arm error", "#0072B2", "heat", np.zeros(490))])
+        lane = Lane("left upper arm error", "#0072B2", "heat", np.zeros(490))
+        timeline.set_lanes([lane] * lanes)
         shown(timeline, 900, 120)
-        plot.set_left_margin(timeline.scale.left)
+        assert timeline.verticalScrollBar().isVisible() == (lanes > 1)
+        plot.set_margins(*timeline.margins)
         qapp.processEvents()
         for first, last in ((0, 490), (100, 150)):
             timeline.set_visible_range(first, last)
@@ -293,6 +297,19 @@ class TestPlot:
             for frame in (first, (first + last) // 2, last - 1):
                 x = plot._plot.mapFromScene(plot._box.mapViewToScene(QPointF(frame, 0))).x()
                 assert x == pytest.approx(timeline.scale.x_of(frame + 0.5), abs=4)
+
+    def test_threshold_that_is_set_says_its_value_and_no_signal(self, qtbot, plot):
+        with qtbot.assertNotEmitted(plot.threshold_changed):
+            plot.set_threshold(30.0)
+        assert plot._threshold.label.toPlainText() == "30 deg"
+
+    def test_unexplained_share_is_drawn_when_asked_for_and_is_no_angle(self, plot):
+        plot.set_frame(0)
+        plot.set_curves([curve("torso", np.zeros(9)), curve("unexplained %", np.full(9, 80.0))])
+        assert [drawn.limb for drawn in plot.shown_curves] == ["torso"]
+        plot.legend.button("unexplained %").click()
+        assert len(plot.shown_curves) == 2
+        assert plot.crossing(1) is None
 
     def test_arrow_keys_step(self, qtbot, plot):
         plot.set_frame(100)

@@ -256,6 +256,7 @@ class TestLayers:
     def test_every_layer_can_be_switched_off(self, scene, layer):
         scene.show_scene(self.content)
         scene.set_orbit(scene.orbit.zoomed(0.5))
+        scene.set_layer_visible(layer, True)
         before = pixels(scene.snapshot())
         scene.set_layer_visible(layer, False)
         assert not scene.layer_visible(layer)

@@ -9,7 +9,7 @@ from PySide6.QtGui import QWheelEvent
 from app.limb_colours import LIMB_COLOURS
 from app.theme import apply_theme
 from app.views.timeline_lanes import Lane, Mark, Span
-from app.views.timeline_painting import LANE_HEIGHT, RULER_HEIGHT
+from app.views.timeline_painting import RULER_HEIGHT
 from app.views.timeline_view import TimelineView
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.recording.landmarks import LANDMARKS
@@ -199,13 +199,13 @@ class TestZoom:
         assert timeline.lane_at(RULER_HEIGHT + 1).name == LANDMARKS[0]
         bar = timeline.verticalScrollBar()
         assert bar.maximum() > 0
-        bar.setValue(2 * LANE_HEIGHT)
+        bar.setValue(2 * timeline.lane_height)
         assert timeline.lane_at(RULER_HEIGHT + 1).name == LANDMARKS[2]
 
 
 class TestLanes:
     def test_tooltip_has_frame_time_and_value(self, timeline):
-        y = RULER_HEIGHT + 15 * LANE_HEIGHT + 5
+        y = RULER_HEIGHT + 15 * timeline.lane_height + 5
         text = timeline.tooltip_at(QPointF(at(timeline, 52, y)))
         assert text == "frame 52   5.20 s\nepisodes: arms crossed"
         y = RULER_HEIGHT + 5
@@ -213,7 +213,7 @@ class TestLanes:
 
     def test_click_on_a_name_says_it(self, qtbot, timeline):
         with qtbot.waitSignal(timeline.lane_clicked) as caught:
-            position = QPoint(20, RULER_HEIGHT + LANE_HEIGHT + 5)
+            position = QPoint(20, RULER_HEIGHT + timeline.lane_height + 5)
             qtbot.mouseClick(timeline.viewport(), LEFT, pos=position)
         assert caught.args == [LANDMARKS[1]]
 
