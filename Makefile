@@ -40,9 +40,8 @@ docs: ready
 	$(PY) tools/write_parameters.py docs/parameters.md
 
 pictures: ready
-	@mkdir -p docs
-	QT_QPA_PLATFORM=offscreen $(PY) -m app demo demo --headless --screenshot docs/workbench.png
-	$(PY) tools/shrink_pictures.py docs/workbench.png
+	$(PY) tools/write_pictures.py demo docs
+	$(PY) tools/shrink_pictures.py docs/workbench.png docs/comparison.png
 
 lock: ready
 	$(PY) -m venv --clear build/uv

@@ -24,6 +24,9 @@ def main(arguments: list[str] | None = None) -> int:
     args = options.parse_args(arguments)
     prepare(needs_screen=False)
     load_qt()
+    from app.failures import leave_out_noise
+
+    leave_out_noise()
     result = measure(args.recording, args.frames, args.workspace)
     sys.stdout.write(json.dumps(result, indent=2) + "\n")
     return 0

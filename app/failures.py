@@ -12,7 +12,7 @@ from pathlib import Path
 from types import TracebackType
 
 import platformdirs
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QMessageLogContext, QObject, QtMsgType, Signal, qInstallMessageHandler
 
 from stereotrack_core.errors import InputError
 
@@ -75,6 +75,21 @@ def message_of(error: BaseException) -> Message:
         f"Something went wrong inside the program ({detail})",
         remedy=f"Your data are untouched; details are in {log_path()}.",
     )
+
+
+def leave_out_noise() -> None:
+    """Keep from the terminal what Qt's platform without a screen says about every window."""
+    before: list[Callable[[QtMsgType, QMessageLogContext, str], object] | None] = []
+
+    def handle(kind: QtMsgType, context: QMessageLogContext, words: str) -> None:
+        if "does not support propagateSizeHints" in words:
+            return
+        if before and before[0] is not None:
+            before[0](kind, context, words)
+        else:
+            sys.stderr.write(f"{words}\n")
+
+    before.append(qInstallMessageHandler(handle))
 
 
 class FailureRelay(QObject):

@@ -9,6 +9,7 @@ import numpy as np
 from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Slot
 
 from app.presenters.certainty import ellipsoids_of
+from app.presenters.comparison import compared
 from app.presenters.curves import curves_of, lanes_of
 from app.presenters.judgement import Judgement
 from app.presenters.pictures import Instant, pictures_of
@@ -168,6 +169,15 @@ class PanelFollower(QObject):
         w.timeline.set_hint(self._hint())
         w.runs_panel.show_rows([self._row(entry) for entry in w.runs.entries])
         self._show_numbers()
+        self._show_comparison()
+
+    def _show_comparison(self) -> None:
+        w = self._w
+        found = compared(w.runs.entries, w.runs.active, w.judging.all(), w.timeline.selection)
+        if found is None:
+            w.comparison.show_numbers("", (), ())
+        else:
+            w.comparison.show_numbers(found.words, found.runs, found.rows)
 
     def _hint(self) -> str:
         w = self._w
@@ -274,6 +284,7 @@ class PanelFollower(QObject):
     @Slot(object)
     def _on_selection(self, selection: range | None) -> None:
         self._w.tracker.set_selection(selection)
+        self._show_comparison()
         self._w.refresh_soon()
 
     @Slot(str)

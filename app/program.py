@@ -9,7 +9,7 @@ from pathlib import Path
 from PySide6.QtCore import QEventLoop, QSettings, QTimer
 from PySide6.QtWidgets import QApplication
 
-from app.failures import FailureRelay, open_log
+from app.failures import FailureRelay, leave_out_noise, open_log
 from app.icons import icon
 from app.main_window import MainWindow, user_settings
 from app.presenters.runs import RunEntry
@@ -37,6 +37,7 @@ class WindowProgram:
         self.app.setApplicationName("stereotrack")
         self.app.setApplicationDisplayName("stereotrack")
         open_log()
+        leave_out_noise()
         self._garbage = GarbageTimer(self.app)
         settings = user_settings()
         apply_theme(self.app, stored_theme(settings))
@@ -71,10 +72,10 @@ class WindowProgram:
         self.window.follower.change_display(keep_person=True)
         self.window.files.begin_demo(args.folder)
 
-    def picture(self, path: Path) -> bool:
+    def picture(self, path: Path, size: tuple[int, int] = (1600, 960)) -> bool:
         """Save the window as a picture when everything that was asked for is painted."""
         window = self.window
-        window.resize(1600, 960)
+        window.resize(*size)
         window.show()
         settled = self._wait_until_settled()
         if self._demo_frame is not None:

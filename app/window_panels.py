@@ -8,6 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDockWidget, QLabel, QMainWindow, QStackedWidget, QWidget
 
 from app.views.camera_grid import CameraGrid
+from app.views.comparison_panel import ComparisonPanel
 from app.views.display_panel import DisplayPanel
 from app.views.error_plot import ErrorPlot
 from app.views.findings_panel import FindingsPanel
@@ -31,6 +32,7 @@ TITLES = {
     "timeline": "Timeline",
     "parameters": "Parameters",
     "runs": "Runs",
+    "comparison": "Comparison",
     "numbers": "Numbers of the frame",
     "findings": "Findings",
     "rig": "Rig",
@@ -54,6 +56,7 @@ class PanelWindow(QMainWindow):
         self.parameters = ParameterPanel()
         self.runs_panel = RunsPanel()
         self.numbers = NumbersPanel()
+        self.comparison = ComparisonPanel()
         self.findings = FindingsPanel()
         self.rig = RigPanel()
         self.display_panel = DisplayPanel()
@@ -68,6 +71,7 @@ class PanelWindow(QMainWindow):
         widgets = {
             "scene": self.scene, "plot": self.plot_stack, "timeline": self.timeline,
             "parameters": self.parameters, "runs": self.runs_panel, "numbers": self.numbers,
+            "comparison": self.comparison,
             "findings": self.findings, "rig": self.rig, "display": self.display_panel,
         }  # fmt: skip
         self.docks: dict[str, QDockWidget] = {}

@@ -1,0 +1,70 @@
+"""The pictures of the README, made by the workbench on the demo.
+
+``python tools/write_pictures.py DEMO DOCS`` keeps recording and runs in the folder DEMO.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from app.program import WindowProgram
+
+FRAME = 60
+PRESETS = ("thesis", "accurate")
+SIZE = (1400, 840)
+
+
+def main(demo: Path, docs: Path) -> int:
+    """Make the demo and its runs where they are not there yet, then the pictures."""
+    from app.screen import load_qt, prepare
+    from stereotrack_core.cli.demo import demo_places, make_demo_recording
+
+    places = demo_places(demo)
+    make_demo_recording(places)
+    runs = [_run_of(places.recording, demo / f"{preset}.npz", preset) for preset in PRESETS]
+    os.environ["QT_QPA_PLATFORM"] = "offscreen"
+    prepare(needs_screen=False)
+    load_qt()
+    docs.mkdir(parents=True, exist_ok=True)
+    done = _picture(places.recording, runs[-1:], "track", docs / "workbench.png")
+    done = _picture(places.recording, runs, "tune", docs / "comparison.png") and done
+    return 0 if done else 1
+
+
+def _run_of(recording: Path, path: Path, preset: str) -> Path:
+    from stereotrack_core.cli.program import main as command_line
+
+    if not path.is_file():
+        command_line(["track", str(recording), "--preset", preset, "-o", str(path)])
+    return path
+
+
+def _picture(recording: Path, runs: list[Path], workspace: str, picture: Path) -> bool:
+    from app.program import WindowProgram
+    from app.theme import apply_theme
+
+    program = WindowProgram()
+    apply_theme(program.app, "dark")
+    window = program.window
+    window.follower.change_display(keep_person=True)
+    # the last one that is opened is the active one
+    window.document.opened.connect(lambda: _open_runs(program, runs))
+    window.files.open(recording, frame=FRAME, workspace=workspace)
+    return program.picture(picture, SIZE)
+
+
+def _open_runs(program: WindowProgram, runs: list[Path]) -> None:
+    for run in runs:
+        program.window.files.open_run(run)
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory() as nobody:
+        # no one's own layout, theme or shortcuts
+        os.environ["XDG_CONFIG_HOME"] = nobody
+        sys.exit(main(Path(sys.argv[1]), Path(sys.argv[2])))
