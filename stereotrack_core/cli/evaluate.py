@@ -56,6 +56,7 @@ def run(args: Namespace) -> int:
     truth = _truth(args.reference, meta)
     errors = _chosen(errors_against(trajectory, truth.reference), args.frames)
     _warn_about_frames(trajectory, errors, args.frames)
+    _warn_about_size(truth)
     summary = summarise(errors)
     parts = summarise_segments(errors, _segments(truth)) if args.segments else ()
     speed = _frames_per_second(trajectory, meta)
@@ -156,6 +157,13 @@ def _warn_about_frames(
             "they count 90 deg and 500 mm."
             + ("" if frames else " Choose a stretch with --frames A:B.")
         )
+
+
+def _warn_about_size(truth: _Truth) -> None:
+    from stereotrack_core.recording.content_checks import check_size
+
+    for finding in check_size(truth.reference):
+        say(f"{truth.source}: {finding.what}. {finding.remedy}")
 
 
 def _frames_per_second(trajectory: LandmarkTrajectory, meta: dict[str, Any]) -> float | None:

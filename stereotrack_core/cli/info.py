@@ -31,7 +31,7 @@ def run(args: Namespace) -> int:
     folder: Path = args.recording
     if not folder.is_dir():
         raise InputError(
-            "there is no such folder",
+            "this is a file" if folder.is_file() else "there is no such folder",
             where=str(folder),
             remedy="Give the folder that holds recording.toml.",
         )

@@ -73,6 +73,7 @@ def run(args: Namespace) -> int:
     views = usable_views(recording, views_of(recording, args.views))
     with FrameReader(recording, views=views, read_ahead=0) as reader:
         frames = frames_within(args.frames, reader.frame_count)
+    _say_findings(args.recording)
     init = first_pose(args.init, frames.start)
     job = track_recording(
         recording,
@@ -98,6 +99,15 @@ def run(args: Namespace) -> int:
         )
         return FAILED
     return OK
+
+
+def _say_findings(folder: Path) -> None:
+    """Tell before long work what looks wrong about the recording; it is tracked nevertheless."""
+    from stereotrack_core.recording.findings import examine
+
+    for finding in examine(folder):
+        if finding.severity != "note":
+            say(f"{finding.severity}: {finding.where}: {finding.what}. {finding.remedy}")
 
 
 COMMAND = Command(

@@ -18,6 +18,8 @@ FARTHEST_CAMERA_M = 100.0
 LEAST_SPAN_M = 0.05
 USUAL_DISTANCE_M = 3.0
 WIDEST_STEREO_TURN = np.radians(20.0)
+MOST_FOLDED = 0.1
+"""Share of the border; polynomials of good calibrations may turn in the very corners."""
 FIELD_OF_VIEW_DEG = (5.0, 170.0)
 
 
@@ -73,6 +75,27 @@ def _check_intrinsics(camera: Camera) -> Iterator[Finding]:
             f"a focal length of {fx:.0f} px makes a field of view of {angle:.1f} degrees",
             "The focal length is in pixels, not in millimetres.",
         )
+
+    folded = _folded_share(camera)
+    if folded > MOST_FOLDED:
+        yield Finding(
+            "warning",
+            f"{CALIBRATION}, camera {camera.name}, distortions",
+            f"they fold {100 * folded:.0f} % of the image's border back into the image, which no"
+            " lens does",
+            "Calibrate this camera again, with boards up to the corners of the image.",
+        )
+
+
+def _folded_share(camera: Camera) -> float:
+    """Share of the image's border at which the distortion cannot be undone."""
+    x = np.linspace(0.0, camera.width - 1.0, 33)
+    y = np.linspace(0.0, camera.height - 1.0, 25)
+    sides = [(x, np.full_like(x, end)) for end in (0.0, camera.height - 1.0)]
+    sides += [(np.full_like(y, end), y) for end in (0.0, camera.width - 1.0)]
+    border = np.concatenate([np.column_stack(side) for side in sides])
+    back = camera.project(camera.position_world + camera.rays_world(border))
+    return float(1.0 - (np.linalg.norm(back - border, axis=1) < 1.0).mean())
 
 
 def _check_distances(recording: Recording) -> Iterator[Finding]:

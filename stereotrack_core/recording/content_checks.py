@@ -11,7 +11,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording, Stream
 from stereotrack_core.recording.finding import Finding
 from stereotrack_core.recording.landmark_csv import unknown_landmarks
-from stereotrack_core.recording.landmarks import LANDMARKS
+from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
 PLAUSIBLE_LENGTHS_M: dict[str, tuple[float, float]] = {
     "shoulder_width": (0.2, 0.55),
@@ -134,8 +134,8 @@ def check_reference(recording: Recording, frame_count: int) -> Iterator[Finding]
             f" {frame_count}",
             "Look whether a stream is too short or the reference counts frames differently.",
         )
-    points = {name: reference.points[:, i] for i, name in enumerate(LANDMARKS)}
-    size_is_wrong = yield from _check_size(points)
+    points = _by_name(reference)
+    size_is_wrong = yield from check_size(reference)
     if not size_is_wrong:
         yield from _check_sides(points)
         yield from _check_visible(recording)
@@ -161,8 +161,13 @@ def _median(values: FloatArray) -> float:
     return float(np.median(known)) if known.size else float("nan")
 
 
-def _check_size(points: Mapping[str, FloatArray]) -> Generator[Finding, None, bool]:
+def _by_name(reference: LandmarkTrajectory) -> Mapping[str, FloatArray]:
+    return {name: reference.points[:, i] for i, name in enumerate(LANDMARKS)}
+
+
+def check_size(reference: LandmarkTrajectory) -> Generator[Finding, None, bool]:
     """Findings about the size of the person; the generator's value says whether it is wrong."""
+    points = _by_name(reference)
     hips = (points["left_hip"] + points["right_hip"]) / 2
     shoulders = (points["left_shoulder"] + points["right_shoulder"]) / 2
     lengths = {

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.recording.toml_table import reason
+from stereotrack_core.recording.toml_table import readable, reason
 
 LARGEST = 2**31 - 1
 """Frame numbers beyond this are slips."""
@@ -34,7 +34,7 @@ def read_rows(path: Path, columns: Sequence[str]) -> list[tuple[int, dict[str, s
         raise InputError(
             f"the file cannot be read ({reason(error)})",
             where=str(path),
-            remedy="It has to be a UTF-8 text file with commas.",
+            remedy=readable(error, "It has to be a UTF-8 text file with commas."),
         ) from None
     header = [name.strip() for name in lines[0]] if lines else []
     foreign = any(sign in name for name in header for sign in ";\t")

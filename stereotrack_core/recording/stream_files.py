@@ -16,7 +16,7 @@ from stereotrack_core.recording.numbered import (
 from stereotrack_core.recording.pictures import PictureKind
 from stereotrack_core.recording.stream_source import DamagedFrame, StreamSource
 from stereotrack_core.recording.timestamps import open_container, video_stream
-from stereotrack_core.recording.toml_table import reason
+from stereotrack_core.recording.toml_table import readable, reason
 from stereotrack_core.recording.video import VideoStream
 
 IMAGE_SUFFIXES = frozenset(
@@ -151,5 +151,7 @@ def _no_video(frames: str, where: str, error: Exception) -> InputError:
     return InputError(
         f"{frames!r} cannot be opened as a video ({cause})",
         where=where,
-        remedy="Copy it again from the source or convert it to a common format such as MP4.",
+        remedy=readable(
+            error, "Copy it again from the source or convert it to a common format such as MP4."
+        ),
     )

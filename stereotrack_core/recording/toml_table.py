@@ -33,7 +33,7 @@ def load_toml(path: Path) -> dict[str, Any]:
         raise InputError(
             f"the file cannot be read ({reason(error)})",
             where=str(path),
-            remedy="It has to be a UTF-8 text file.",
+            remedy=readable(error, "It has to be a UTF-8 text file."),
         ) from None
     try:
         return tomllib.loads(text)
@@ -48,6 +48,13 @@ def reason(error: Exception, otherwise: str = "") -> str:
     if isinstance(error, UnicodeDecodeError):
         return f"byte {error.start} is no text"
     return getattr(error, "strerror", None) or otherwise or type(error).__name__
+
+
+def readable(error: Exception, otherwise: str) -> str:
+    """What to do about a file that may not be read, else `otherwise`."""
+    if isinstance(error, PermissionError):
+        return "Give yourself the right to read it."
+    return otherwise
 
 
 @dataclass(frozen=True)
