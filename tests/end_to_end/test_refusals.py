@@ -1,0 +1,154 @@
+"""Recordings that cannot be used: every command says the same one sentence and ends with 2."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.end_to_end.damage import substitute
+
+LEFT, CALIBRATION, DESCRIPTION = "N_left.mp4", "calibration.toml", "recording.toml"
+WIDTH_AND_HEIGHT = r"320,\s*240"
+MATRIX = r"matrix = \[[^=]*?\]\s*,\s*\]"
+TRANSPOSED = "matrix = [[200.0, 0.0, 0.0], [0.0, 200.0, 0.0], [159.5, 119.5, 1.0]]"
+
+
+def _cut(folder: Path) -> None:
+    content = (folder / LEFT).read_bytes()
+    (folder / LEFT).write_bytes(content[: len(content) // 2])
+
+
+def _loop(folder: Path) -> None:
+    (folder / LEFT).unlink()
+    (folder / LEFT).symlink_to(folder / LEFT)
+
+
+def _in_toml(file: str, pattern: str, text: str) -> Callable[[Path], None]:
+    return lambda folder: substitute(folder / file, pattern, text)
+
+
+def _decimal_commas(folder: Path) -> None:
+    header, *rows = (folder / "reference.csv").read_text().splitlines()
+    rows = [row.replace(".", ",") for row in rows]
+    (folder / "reference.csv").write_text("\n".join([header, *rows]))
+
+
+DAMAGES: dict[str, tuple[Callable[[Path], None], tuple[str, ...]]] = {
+    "truncated video": (_cut, (LEFT, "left.frames", "Copy it again")),
+    "missing video": (lambda f: (f / LEFT).unlink(), (LEFT, "left.frames", "there is no file")),
+    "links in a circle": (_loop, (LEFT, "circle")),
+    "not a video": (lambda f: (f / LEFT).write_text("hello"), (LEFT, "cannot be opened")),
+    "wrong size": (
+        _in_toml(CALIBRATION, WIDTH_AND_HEIGHT, "640, 480"),
+        (LEFT, "320 x 240", "640 x 480"),
+    ),
+    "focal length NaN": (_in_toml(CALIBRATION, r"200\.0", "nan"), ("matrix", "not finite")),
+    "singular matrix": (_in_toml(CALIBRATION, r"200\.0", "0.0"), ("matrix", "singular")),
+    "transposed matrix": (_in_toml(CALIBRATION, MATRIX, TRANSPOSED), ("matrix", "transposed")),
+    "no units": (_in_toml(CALIBRATION, r"units = .*\n", ""), ("units", 'units = "m"')),
+    "broken TOML": (_in_toml(DESCRIPTION, r"fps = .*", "fps ="), (DESCRIPTION, "line")),
+    "no rate": (_in_toml(DESCRIPTION, r"fps = .*", "fps = 0"), ("fps", "fps > 0")),
+    "lengths as texts": (
+        _in_toml("subject.toml", r"hip_width = .*", 'hip_width = "0.3"'),
+        ("subject.toml", "hip_width"),
+    ),
+    "decimal commas": (_decimal_commas, ("reference.csv", "line 2", "decimal points")),
+    "pattern without files": (
+        _in_toml(DESCRIPTION, rf'frames = "{LEFT}"', 'frames = "N/%06d.png"'),
+        ("left.frames", "'N'"),
+    ),
+    "outside of the folder": (
+        _in_toml(DESCRIPTION, rf'frames = "{LEFT}"', f'frames = "../{LEFT}"'),
+        ("left.frames", "leaves the folder"),
+    ),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_one_sentence_names_file_key_and_remedy(damage, copy, tmp_path, run):
+    harm, words = DAMAGES[damage]
+    harm(copy)
+    tracked = run("track", copy, "-o", tmp_path / "run.npz", "--preset", "fast")
+    sentence = tracked.sentence
+    assert all(word in sentence for word in words), sentence
+    assert run("cloud", copy, "--frame", 0, "-o", tmp_path / "c.ply").sentence == sentence
+    assert not (tmp_path / "run.npz").exists()
+    assert not (tmp_path / "c.ply").exists()
+    told = run("info", copy, "--json")
+    assert told.status == 2
+    errors = [f for f in told.json["findings"] if f["severity"] == "error"]
+    assert any(error["what"] in sentence for error in errors)
+
+
+@pytest.mark.parametrize("damage", ["focal length NaN", "singular matrix", "transposed matrix"])
+def test_no_finding_that_only_follows_from_another(damage, copy, run):
+    DAMAGES[damage][0](copy)
+    findings = run("info", copy, "--json").json["findings"]
+    assert not any("is not in the calibration" in finding["what"] for finding in findings)
+
+
+def test_an_unknown_camera_is_told_beside_an_unusable_one(copy, run):
+    substitute(copy / CALIBRATION, r"200\.0", "nan")
+    substitute(copy / CALIBRATION, r'name = "S_left"', 'name = "nobody"')
+    findings = run("info", copy, "--json").json["findings"]
+    assert any("'S_left' is not in the calibration" in finding["what"] for finding in findings)
+
+
+def test_a_wrong_rate_is_not_compared_with_the_videos(copy, run):
+    substitute(copy / DESCRIPTION, r"fps = .*", "fps = nan")
+    findings = run("info", copy, "--json").json["findings"]
+    assert [finding["where"].rsplit(", ")[-1] for finding in findings] == ["fps"]
+
+
+@pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="everything may be read here")
+def test_files_that_may_not_be_read(copy, tmp_path, run):
+    (copy / CALIBRATION).chmod(0)
+    assert "right to read" in run("info", copy, "--json").json["findings"][0]["remedy"]
+    assert "Permission denied" in run("track", copy, "-o", tmp_path / "run.npz").sentence
+
+
+def test_places_that_cannot_be_written(sound, tmp_path, run):
+    link = tmp_path / "link"
+    link.symlink_to(sound)
+    places = {
+        tmp_path / "no" / "run.npz": "no such folder",
+        sound / "run.npz": "never written to",
+        link / "run.npz": "never written to",
+        tmp_path: "suffix",
+        tmp_path / "run.txt": ".npz",
+    }
+    for place, word in places.items():
+        assert word in run("track", sound, "-o", place).sentence
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        (("--frames=5:400",), "0:12"),
+        (("--frames=4:4",), "--frames"),
+        (("--frames=a:b",), "--frames"),
+        (("--views", "NX"), "N, S"),
+        (("--views", ""), "N, S"),
+        (("--preset", "quick"), "accurate"),
+        (("--set", "model_points=many"), "model_points"),
+        (("--seed", "-1"), "--seed"),
+        (("--init", "elsewhere.npz"), "elsewhere.npz"),
+    ],
+)
+def test_options_that_cannot_be_used(arguments, word, sound, tmp_path, run):
+    assert word in run("track", sound, "-o", tmp_path / "run.npz", *arguments).sentence
+    assert not (tmp_path / "run.npz").exists()
+
+
+def test_a_recording_is_left_as_it_was(sound, tmp_path, run):
+    before = {path.name: path.stat().st_mtime_ns for path in sound.iterdir()}
+    awkward = tmp_path / "mit Leerzeichen und Ümläuten"
+    shutil.copytree(sound, awkward)
+    assert run("track", awkward, "-o", awkward.parent / "ä ö.npz", "--frames=:3").status == 0
+    assert run("evaluate", awkward.parent / "ä ö.npz", "--frames=:3").status == 0
+    assert {path.name: path.stat().st_mtime_ns for path in sound.iterdir()} == before
+    assert {path.name for path in awkward.iterdir()} == set(before)
