@@ -177,7 +177,7 @@ class MainWindow(PanelWindow):
         layers = named(tuple(f"scene_{layer}" for layer in view_menu.SCENE_LAYERS))
         sides = named(tuple(f"scene_from_{side}" for side in view_menu.SCENE_SIDES))
         colours = named(tuple(f"points_{kind}" for kind in POINT_COLOURS))
-        menus = [("Colour of the points", "settings", colours), ("Standard views", "scene", sides)]
+        menus = [("Colour of the points", "theme", colours), ("Standard views", "scene", sides)]
         self.docks["scene"].setTitleBarWidget(SceneBar(TITLES["scene"], layers, menus))
 
     def _connect(self) -> None:

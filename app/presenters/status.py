@@ -90,17 +90,20 @@ def number_rows(
         return []
     rows = []
     place = _place(judgement, tracked.frame)
+    unsure = {limb: _unsure_words(cause) for limb, cause in uncertain_limbs(tracked)}
     for index, limb in enumerate(LIMBS):
         sigma = tracked.limb_sigma_deg[index]
         value = f"± {sigma:.1f}°" if sigma == sigma else "not known"
-        hint = "Standard deviation of the limb's direction, as the tracker sees it."
         error = _error(judgement, limb, place)
         if error is not None:
             value = f"{error:.1f}°  ({value})"
-            hint = f"Angle against the reference. In brackets: {hint[0].lower()}{hint[1:]}"
-        rows.append((limb, limb_words(limb), value, hint))
+        rows.append((limb, limb_words(limb), value, unsure.get(limb, "")))
     rows += _frame_rows(tracked, judgement, place)
     return rows
+
+
+def _unsure_words(cause: str) -> str:
+    return f"uncertain: {cause}" if cause else "uncertain"
 
 
 def _frame_rows(

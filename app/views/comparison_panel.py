@@ -68,7 +68,11 @@ class ComparisonPanel(QWidget):
         self.table.setVisible(bool(runs))
         self.table.setColumnCount(1 + len(runs))
         self.table.setRowCount(len(rows) if runs else 0)
-        self.table.setHorizontalHeaderLabels(["Measure", *runs])
+        for column, heading in enumerate(("Measure", *runs)):
+            side = Qt.AlignmentFlag.AlignRight if column else Qt.AlignmentFlag.AlignLeft
+            item = QTableWidgetItem(heading)
+            item.setTextAlignment(side | Qt.AlignmentFlag.AlignVCenter)
+            self.table.setHorizontalHeaderItem(column, item)
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.ResizeToContents)

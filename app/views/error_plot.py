@@ -295,5 +295,6 @@ class ErrorPlot(QWidget):
         self._threshold.setPen(pg.mkPen(theme.error, width=1.5, style=Qt.PenStyle.DotLine))
         self._threshold.setHoverPen(pg.mkPen(theme.error, width=3.0))
         self._threshold.label.setColor(QColor(theme.error))
+        self._threshold.label.fill = pg.mkBrush(theme.plot_background)
         self._playhead.setPen(pg.mkPen(theme.playhead, width=1.5))
         self._legend.refresh()

@@ -34,6 +34,10 @@ NumberRow: TypeAlias = tuple[str, str, str, str]
 
 _Index: TypeAlias = QModelIndex | QPersistentModelIndex
 _HEADINGS = ("", "Measure", "Value", "Remark")
+_VALUE_TIP = (
+    "For a limb: its angle against the reference, where there is one. After the sign ±: the "
+    "standard deviation of its direction, as the tracker sees it."
+)
 _LIMB, _LABEL, _VALUE, _HINT = range(4)
 
 
@@ -67,6 +71,8 @@ class _NumbersModel(QAbstractTableModel):
     ) -> Any:
         if orientation == Qt.Orientation.Horizontal and role == Qt.ItemDataRole.DisplayRole:
             return _HEADINGS[section]
+        if role == Qt.ItemDataRole.ToolTipRole and section == _VALUE:
+            return _VALUE_TIP
         if role == Qt.ItemDataRole.TextAlignmentRole and section == _VALUE:
             return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         return None
@@ -86,7 +92,7 @@ class _NumbersModel(QAbstractTableModel):
             case Qt.ItemDataRole.ForegroundRole if column == _HINT:
                 return QColor(current_theme().muted)
             case Qt.ItemDataRole.ToolTipRole:
-                return row[_HINT] or row[_LABEL]
+                return row[_HINT] or (_VALUE_TIP if limb else row[_LABEL])
             case Qt.ItemDataRole.AccessibleTextRole if column == _LIMB:
                 return limb_words(limb)
         return None

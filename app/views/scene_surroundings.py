@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 from vtkmodules.util.numpy_support import numpy_to_vtk
@@ -18,7 +20,7 @@ from stereotrack_core.recording.landmarks import LANDMARKS, SKELETON
 _FLOOR_HALF = 3.0
 _FLOOR_STEP = 0.5
 _ARROW_LENGTH = 0.5
-_FRUSTUM_DEPTH = 0.45
+_FRUSTUM_SHARE, _FRUSTUM_DEEPEST = 0.12, 0.45
 _TEXTURE_WIDTH = 320
 _LANDMARK_METRES = 0.03
 _LANDMARK_SIZES = np.array([2.5, 7.0])
@@ -114,11 +116,12 @@ class CameraLayer:
         names = {camera.name for camera in content.cameras}
         for name in [name for name in self._frusta if name not in names]:
             self._frusta.pop(name).remove()
+        depth = frustum_depth(content.cameras)
         for camera in content.cameras:
             if camera.name not in self._frusta:
                 self._frusta[camera.name] = _Frustum(self._renderer)
             frustum = self._frusta[camera.name]
-            frustum.place(camera)
+            frustum.place(camera, depth)
             frustum.show(content.camera_images.get(camera.name), visible, theme, scale)
 
     @staticmethod
@@ -139,18 +142,19 @@ class _Frustum:
         corners = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], dtype=np.float32)
         self._screen.data.GetPointData().SetTCoords(numpy_to_vtk(corners, deep=True))
         self._camera: Camera | None = None
+        self._depth = 0.0
         self._image: ImageArray | None = None
 
-    def place(self, camera: Camera) -> None:
-        if camera is self._camera:
+    def place(self, camera: Camera, depth: float) -> None:
+        if camera is self._camera and depth == self._depth:
             return
-        corners = frustum_corners(camera)
+        corners = frustum_corners(camera, depth)
         apex = np.broadcast_to(camera.position_world, (4, 3))
         rays = np.stack([apex, corners], axis=1).reshape(-1, 3)
         rim = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1).reshape(-1, 3)
         self._edges.set_lines(np.concatenate([rays, rim]))
         self._screen.set_triangles(corners, np.array([[0, 1, 2], [0, 2, 3]]))
-        self._camera = camera
+        self._camera, self._depth = camera, depth
 
     def show(self, image: ImageArray | None, visible: bool, theme: Theme, scale: float) -> None:
         self._edges.set_visible(visible)
@@ -166,12 +170,19 @@ class _Frustum:
         self._screen.remove()
 
 
-def frustum_corners(camera: Camera) -> FloatArray:
-    """Corners (4, 3), world, of a camera's picture 45 cm in front of it, from the top left."""
+def frustum_depth(cameras: Sequence[Camera]) -> float:
+    """Metres from cameras to their pictures: less for a small rig, so that none hides the rest."""
+    places = np.array([camera.position_world for camera in cameras]).reshape(-1, 3)
+    wide = float(np.linalg.norm(np.ptp(places, axis=0))) if len(places) > 1 else np.inf
+    return min(_FRUSTUM_SHARE * wide, _FRUSTUM_DEEPEST)
+
+
+def frustum_corners(camera: Camera, depth: float) -> FloatArray:
+    """Corners (4, 3), world, of a camera's picture `depth` metres before it, from the top left."""
     right, bottom = camera.width - 0.5, camera.height - 0.5
     pixels = np.array([[-0.5, -0.5], [right, -0.5], [right, bottom], [-0.5, bottom]])
     flat = camera.normalised(pixels)
-    in_camera = np.column_stack([flat, np.ones(4)]) * _FRUSTUM_DEPTH
+    in_camera = np.column_stack([flat, np.ones(4)]) * depth
     return camera.world_from_camera.apply(in_camera)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from PySide6.QtCore import QSettings, Qt
 from PySide6.QtWidgets import QDockWidget, QMainWindow
 
-_VERSION = 1
+_VERSION = 2
 _USUAL_HEIGHT = 960
 
 
@@ -87,7 +87,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         side=(("parameters",), ("comparison", "runs", "numbers")),
         bottom=("plot", "timeline"),
         side_share=0.40,
-        bottom_heights=(190, 160),
+        bottom_heights=(165, 150),
         side_heights=(1, 1),
     ),
     Workspace(

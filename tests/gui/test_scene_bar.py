@@ -1,0 +1,60 @@
+"""Switches in the scene's title, and how the scene follows the views."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QToolButton
+
+from app.commands.view_menu import SCENE_LAYERS
+from app.views.scene_content import LAYERS
+
+pytestmark = pytest.mark.window
+
+
+def buttons(window):
+    bar = window.docks["scene"].titleBarWidget()
+    return {
+        b.defaultAction().objectName(): b for b in bar.findChildren(QToolButton) if not b.menu()
+    }
+
+
+def menus(window):
+    bar = window.docks["scene"].titleBarWidget()
+    return {b.text(): b.menu() for b in bar.findChildren(QToolButton) if b.menu()}
+
+
+def test_every_layer_has_a_button_that_switches_it(opened, qtbot):
+    assert set(SCENE_LAYERS) == set(LAYERS)
+    for layer in LAYERS:
+        button = buttons(opened)[f"scene_{layer}"]
+        before = opened.scene.layer_visible(layer)
+        assert button.isChecked() == before
+        qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+        assert opened.scene.layer_visible(layer) != before
+        assert button.isChecked() != before
+    assert not opened.scene.layer_visible("cloud")
+    assert opened.scene.layer_visible("ellipsoids")
+
+
+def test_standard_views_are_in_a_menu_and_stay_when_the_scene_grows(opened, qtbot):
+    actions = {action.objectName(): action for action in menus(opened)["Standard views"].actions()}
+    actions["scene_from_top"].trigger()
+    assert opened.scene.orbit.elevation == pytest.approx(1.5708, abs=1e-3)
+    before = opened.scene.orbit
+    opened.scene.resize(opened.scene.width(), opened.scene.height() // 2)
+    assert opened.scene.orbit.elevation == before.elevation
+
+
+def test_the_scene_is_drawn_after_the_views_and_shows_the_newest_frame(opened, qtbot):
+    opened.show_workspace_named("track")
+    qtbot.waitUntil(opened.settled, timeout=60_000)
+    shown = []
+    opened.follower._scene_timer.timeout.connect(lambda: shown.append(opened.document.frame))
+    for _ in range(3):
+        frame = opened.document.frame + 1
+        opened.document.go_to(frame)
+        qtbot.waitUntil(lambda frame=frame: opened.instant.told.frame_set.index == frame)
+    qtbot.waitUntil(opened.settled, timeout=60_000)
+    assert shown[-1] == 3
+    qtbot.waitUntil(opened.scene.at_rest, timeout=10_000)
