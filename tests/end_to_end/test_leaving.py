@@ -1,0 +1,43 @@
+"""A person who leaves the volume and comes back."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stereotrack_core.interop.run_file import read_run
+from stereotrack_core.recording.landmark_csv import read_landmarks
+from stereotrack_core.recording.landmarks import LANDMARKS
+from stereotrack_core.tracking.presets import preset
+
+AWAY_BY = 0.4
+"""Metres behind the side of the volume, with which no part of the body is in it."""
+
+TRUNK = [LANDMARKS.index(name) for name in ("left_hip", "right_hip")]
+
+
+def _outside(points, settings) -> np.ndarray:
+    """Metres (F,) by which the hips are out of the working volume; negative inside."""
+    hips = points[:, TRUNK].mean(axis=1)[:, :2]
+    half = np.array([settings.volume_x, settings.volume_y]) / 2
+    return (np.abs(hips - [settings.volume_centre_x, settings.volume_centre_y]) - half).max(axis=1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["accurate", "fast"])
+def test_away_is_not_tracked_and_back_is_found_again(name, tmp_path, run):
+    folder, place = tmp_path / "leaving", tmp_path / "run.npz"
+    motion = ("--motion", "leave-and-return+cross-arms", "--frames", 130, "--views", "NS")
+    assert run("simulate", folder, *motion).status == 0
+    assert run("track", folder, "-o", place, "--preset", name).status == 0
+    stored, truth = read_run(place), read_landmarks(folder / "reference.csv")
+    out = _outside(truth.points, preset(name).depth)
+    away = out > AWAY_BY
+    assert away.any()
+    assert not stored.tracked[away].any()
+    back = int(np.flatnonzero(out > 0)[-1]) + 1
+    assert stored.tracked[back + 5 :].all()
+    assert stored.tracked[: int(np.flatnonzero(out > 0)[0]) - 5].all()
+    seen = slice(back + 15, None)
+    hips = [p[seen][:, TRUNK].mean(axis=1) for p in (stored.landmarks, truth.points)]
+    assert np.median(np.linalg.norm(hips[0] - hips[1], axis=1)) < 0.12

@@ -1,0 +1,209 @@
+"""Recordings that are damaged in part: tracked where possible, and never without a sign."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from stereotrack_core.interop.run_file import read_run
+from tests.end_to_end.conftest import FRAMES
+from tests.end_to_end.damage import pictures_of, substitute, write_pictures
+
+PAIR = ("N_left", "N_right")
+CAMERAS = (*PAIR, "S_left", "S_right")
+DARK = range(5, 9)
+
+
+def _darken(folder: Path, cameras: tuple[str, ...], frames: range) -> None:
+    for camera in cameras:
+        path = folder / f"{camera}.mp4"
+        pictures = pictures_of(path)
+        write_pictures(path, [p * 0 if k in frames else p for k, p in enumerate(pictures)])
+
+
+def _as_numbered_images(folder: Path, camera: str) -> Path:
+    images = folder / camera
+    images.mkdir()
+    for k, picture in enumerate(pictures_of(folder / f"{camera}.mp4")):
+        cv2.imwrite(str(images / f"{k:06d}.png"), picture)
+    substitute(folder / "recording.toml", rf'"{camera}\.mp4"', f'"{camera}/%06d.png"')
+    return images
+
+
+def _stretches(told, view):
+    return [(s["first"], s["end"]) for s in told.json["blind_views"] if s["view"] == view]
+
+
+@pytest.mark.parametrize("preset", ["fast", "thesis"])
+def test_a_view_that_goes_dark_is_told_and_the_others_go_on(preset, copy, tmp_path, run):
+    _darken(copy, PAIR, DARK)
+    told = run("track", copy, "-o", tmp_path / "run.npz", "--preset", preset, "--json")
+    assert told.status == 0
+    assert _stretches(told, "N") == [(DARK.start, DARK.stop)]
+    assert _stretches(told, "S") == []
+    assert read_run(tmp_path / "run.npz").meta["blind"] == told.json["blind_views"]
+    assert any("dark" in f["what"] for f in run("info", copy, "--deep", "--json").json["findings"])
+
+
+def test_frames_in_which_nothing_is_seen_are_not_tracked(copy, tmp_path, run):
+    _darken(copy, CAMERAS, DARK)
+    told = run("track", copy, "-o", tmp_path / "run.npz", "--preset", "fast", "--json")
+    stored = read_run(tmp_path / "run.npz")
+    assert stored.frame[~stored.tracked].tolist() == list(DARK)
+    assert np.isnan(stored.landmarks[DARK.start : DARK.stop]).all()
+    [gap] = told.json["not_tracked"]
+    assert (gap["first"], gap["end"]) == (DARK.start, DARK.stop)
+
+
+@pytest.mark.parametrize("preset", ["fast", "thesis", "accurate"])
+def test_nothing_is_tracked_where_nothing_is_seen(preset, copy, tmp_path, run):
+    _darken(copy, CAMERAS, range(FRAMES))
+    told = run("track", copy, "-o", tmp_path / "run.npz", "--preset", preset, "--json")
+    assert told.status == 0
+    assert told.json["tracked"] == 0
+    summary = run("evaluate", tmp_path / "run.npz")
+    assert summary.status == 0
+    assert "500.0" in summary.out
+    cloud = run("cloud", copy, "--frame", 3, "-o", tmp_path / "c.ply", "--json").json
+    assert cloud["points"] == 0
+    assert set(cloud["problems"]) == {"N", "S"}
+
+
+def test_a_volume_elsewhere_gives_an_empty_cloud(sound, tmp_path, run):
+    away = ("--set", "volume_centre_x=40")
+    told = run("track", sound, "-o", tmp_path / "run.npz", *away, "--preset", "fast", "--json")
+    assert told.status == 0
+    assert told.json["tracked"] == 0
+
+
+def test_overwritten_bytes_are_told_by_frame(copy, tmp_path, run, random_bytes):
+    path = copy / "N_left.mp4"
+    content = bytearray(path.read_bytes())
+    middle = len(content) // 2
+    content[middle : middle + 6000] = random_bytes
+    path.write_bytes(content)
+    told = run("track", copy, "-o", tmp_path / "run.npz", "--preset", "fast", "--json")
+    assert told.status == 0
+    assert told.json["frames"] == FRAMES
+    blind = _stretches(told, "N")
+    assert blind
+    assert all(0 < first < end <= FRAMES for first, end in blind)
+
+
+@pytest.fixture
+def random_bytes():
+    """Noise that is the same in every run."""
+    return np.random.default_rng(4).bytes(6000)
+
+
+def test_images_that_are_missing_or_damaged_are_told_by_frame(copy, tmp_path, run):
+    for camera in PAIR:
+        images = _as_numbered_images(copy, camera)
+    for k in (3, 4):
+        (copy / "N_left" / f"{k:06d}.png").unlink()
+    (images / "000007.png").write_bytes(b"garbage")
+    cv2.imwrite(str(images / "000009.png"), np.zeros((10, 10), np.uint8))
+    told = run("track", copy, "-o", tmp_path / "run.npz", "--preset", "fast", "--json")
+    assert _stretches(told, "N") == [(3, 5), (7, 8), (9, 10)]
+    assert "warning" in told.err
+    assert "missing" in told.err
+
+
+def test_a_shorter_stream_is_told_and_the_common_frames_are_used(copy, tmp_path, run):
+    write_pictures(copy / "N_left.mp4", pictures_of(copy / "N_left.mp4")[:7])
+    told = run("track", copy, "-o", tmp_path / "run.npz", "--preset", "fast", "--json")
+    assert told.json["frames"] == 7
+    assert "different lengths" in told.err
+    scored = run("evaluate", tmp_path / "run.npz", "--json")
+    assert f"lacks {FRAMES - 7} of the {FRAMES} frames" in scored.err
+
+
+@pytest.mark.parametrize(
+    ("damage", "word"),
+    [
+        (
+            ("calibration.toml", r"distortions = \[[^\]]*\]", "distortions = [50, -900, 0, 0]"),
+            "fold",
+        ),
+        (("subject.toml", r"hip_width = .*", "hip_width = 220.0"), "no length of a person"),
+        (("segments.csv", r",12", ",400"), "400"),
+        (("calibration.toml", r'units = "m"', 'units = "mm"'), "mm tall"),
+    ],
+)
+def test_what_looks_wrong_is_said_before_tracking(damage, word, copy, tmp_path, run):
+    file, pattern, text = damage
+    substitute(copy / file, pattern, text)
+    assert word in run("info", copy).out.replace("\n", " ")
+    place = tmp_path / "run.npz"
+    told = run("track", copy, "-o", place, "--preset", "fast", "--frames", "0:2")
+    assert word in told.err or told.status == 2
+
+
+def test_a_reference_in_millimetres_is_told(sound, tmp_path, run):
+    place = tmp_path / "run.npz"
+    assert run("track", sound, "-o", place, "--preset", "fast").status == 0
+    header, *rows = (sound / "reference.csv").read_text().splitlines()
+    cells = [row.split(",") for row in rows]
+    large = [",".join([*c[:2], *(str(1000 * float(v)) for v in c[2:])]) for c in cells]
+    (tmp_path / "reference.csv").write_text("\n".join([header, *large]))
+    told = run("evaluate", place, "--reference", tmp_path / "reference.csv")
+    assert "km tall" in told.err
+
+
+def _spoilt(place: Path, **changes) -> None:
+    with np.load(place) as stored:
+        content = {name: stored[name] for name in stored.files}
+    np.savez(place, **(content | changes))
+
+
+@pytest.mark.parametrize("damage", ["cut", "foreign", "empty", "meta", "frames"])
+def test_runs_that_are_damaged_are_refused(damage, sound, tmp_path, run):
+    place = tmp_path / "run.npz"
+    assert run("track", sound, "-o", place, "--preset", "fast", "--frames", "0:3").status == 0
+    content = place.read_bytes()
+    match damage:
+        case "cut":
+            place.write_bytes(content[: len(content) // 2])
+        case "foreign":
+            place.write_text("hello")
+        case "empty":
+            place.write_bytes(b"")
+        case "meta":
+            _spoilt(place, meta=np.array("{"))
+        case "frames":
+            _spoilt(place, frame=np.array([2, 1, 0]))
+    assert str(place) in run("evaluate", place).sentence
+    assert str(place) in run("track", sound, "-o", tmp_path / "b.npz", "--init", place).sentence
+
+
+def test_the_figures_are_those_of_the_independent_score(sound, tmp_path, run, independent_score):
+    run("track", sound, "-o", tmp_path / "run.npz", "--preset", "fast")
+    run("track", sound, "-o", tmp_path / "run.csv", "--preset", "fast")
+    ours = run("evaluate", tmp_path / "run.npz", "--json").json
+    theirs = independent_score(tmp_path / "run.csv", sound / "reference.csv")
+    means = {name: measure["mean"] for name, measure in ours["measures"].items()}
+    names = {"torso_position": "pos_mm", "torso_long": "long", "torso_cross": "cross"}
+    names |= {"upper_arms": "ua", "forearms": "fa"}
+    for own, other in names.items():
+        assert means[own] == pytest.approx(theirs[other], abs=1e-2), (own, means, theirs)
+    assert ours["lost_percent"] == pytest.approx(theirs["lost"], abs=1e-6)
+
+
+@pytest.fixture
+def independent_score():
+    """Function from a run and a reference to the figures of the script beside the checkout."""
+    script = Path(__file__).resolve().parents[3] / "shared" / "tools" / "score.py"
+    if not script.is_file():
+        pytest.skip("the independent score is not beside this checkout")
+    import subprocess
+    import sys
+
+    def score(run_file: Path, reference: Path):
+        command = [sys.executable, str(script), str(run_file), str(reference), "--json"]
+        return json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
+
+    return score
