@@ -83,8 +83,8 @@ class PanelFollower(QObject):
         recording = self._w.document.recording
         if cameras and recording is not None:
             places = [camera.position_world for camera in recording.cameras.values()]
-            feet = [place * (1.0, 1.0, 0.0) for place in places]
-            self._w.scene.hold(np.array(places + feet))
+            middle = np.mean(places, axis=0) * (1.0, 1.0, 0.0)
+            self._w.scene.hold(np.array([*places, middle]))
         elif self._rig_held:
             self._w.scene.hold(None)
         self._rig_held = cameras

@@ -11,6 +11,7 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray, IntArray
 
 LineStyle: TypeAlias = Literal["solid", "dash"]
+_HALF_STROKE = 0.4
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,11 +61,24 @@ def thinned(
     y = np.asarray(value[start:stop], dtype=np.float64)
     size = len(x) // max(columns, 1)
     if size < 4:
-        return x, y
+        return _seen_alone(x, y)
     starts = np.arange(0, len(x), size)
     low = np.fmin.reduceat(y, starts)
     high = np.fmax.reduceat(y, starts)
     return np.repeat(x[starts], 2), np.stack([low, high], axis=1).ravel()
+
+
+def _seen_alone(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Make a short stroke of each value without neighbours, of which a line shows nothing."""
+    known = np.isfinite(y)
+    before, after = np.append(False, known[:-1]), np.append(known[1:], False)
+    alone = known & ~before & ~after
+    times = np.where(alone, 2, 1)
+    last = np.cumsum(times)[alone] - 1
+    x, y = np.repeat(x, times), np.repeat(y, times)
+    x[last] += _HALF_STROKE
+    x[last - 1] -= _HALF_STROKE
+    return x, y
 
 
 def next_crossing(

@@ -16,8 +16,8 @@ from app.views.scene_geometry import Shape
 from app.views.scene_window import unit_rgb
 from stereotrack_core.arrays import FloatArray, IntArray
 
-_POINT_METRES = 0.009
-_POINT_SIZES = np.array([1.2, 4.0])
+_POINT_METRES = 0.007
+_POINT_SIZES = np.array([1.0, 4.0])
 _SIGMAS = 2.0
 _RIM = 0.012
 

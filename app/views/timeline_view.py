@@ -8,6 +8,8 @@ from enum import Enum, auto
 
 from PySide6.QtCore import QEvent, QPointF, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
+    QFont,
+    QFontInfo,
     QHelpEvent,
     QKeyEvent,
     QMouseEvent,
@@ -267,16 +269,23 @@ class TimelineView(QAbstractScrollArea):
         theme = current_theme()
         picture.fill(theme.window)
         painter = QPainter(picture)
-        painter.setFont(self.font())
+        painter.setFont(self._lane_font())
         first_row = self.verticalScrollBar().value()
         lanes, tall, left = self._lanes, self._lane_height, int(self._scale.left)
         paint_lanes(painter, self._scale, lanes, tall, first_row, size.height(), ratio, theme)
         paint_names(painter, lanes, tall, first_row, left, size.height(), theme)
+        painter.setFont(self.font())
         paint_ruler(painter, self._scale, self._fps, size.width(), theme)
         if self._hint and not self._lanes:
             paint_hint(painter, self._hint, self._scale.left, size, theme)
         painter.end()
         return picture
+
+    def _lane_font(self) -> QFont:
+        """Font whose letters fit a lane."""
+        font = QFont(self.font())
+        font.setPixelSize(min(QFontInfo(font).pixelSize(), self._lane_height - 2))
+        return font
 
     def _playhead_area(self) -> QRect:
         left = self._scale.x_of(self._frame)

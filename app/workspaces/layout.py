@@ -54,7 +54,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         side=(("display", "findings"),),
         bottom=("timeline",),
         side_share=0.22,
-        bottom_heights=(120,),
+        bottom_heights=(150,),
         side_heights=(1,),
     ),
     Workspace(

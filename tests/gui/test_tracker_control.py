@@ -38,6 +38,9 @@ def test_a_run_draws_while_it_works_and_ends_with_curves(opened, qtbot):
     assert judgement.measure == "error"
     assert np.nanmedian(judgement.limbs["torso"]) < 15
     assert {lane.name for lane in opened.timeline._lanes} >= {"torso", "left forearm"}
+    assert opened.timeline.verticalScrollBar().maximum() == 0, (
+        "every lane is seen in a small window"
+    )
     assert opened.grid.tiles["N"].camera.picture.overlay.paths
 
 

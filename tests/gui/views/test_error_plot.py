@@ -106,6 +106,13 @@ def test_gap_stays_a_gap_after_thinning():
     assert np.isfinite(y[(x < 3950) | (x > 6050)]).all()
 
 
+def test_a_value_without_neighbours_is_a_stroke_and_lines_stay_as_they_are():
+    value = np.array([5.0, np.nan, 1.0, 2.0, np.nan, 7.0])
+    x, y = thinned(np.arange(6), value, 0, 6, 500)
+    np.testing.assert_allclose(x, [-0.4, 0.4, 1, 2, 3, 4, 4.6, 5.4])
+    np.testing.assert_array_equal(y, [5, 5, np.nan, 1, 2, np.nan, 7, 7])
+
+
 def test_crossings_go_from_stretch_to_stretch():
     value = np.zeros(100)
     value[10:15] = 60.0
