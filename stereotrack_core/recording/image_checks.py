@@ -20,6 +20,12 @@ DARK_SHARE = 0.35
 DARK_LEVEL = 40.0
 """Grey value that 98 percent of a dark image do not reach; empty borders do not make it dark."""
 
+BRIGHT_LEVEL = 250.0
+"""Mean grey value of an image that shows nothing any more."""
+
+FOREIGN_BACKGROUND = 40.0
+"""Median difference in grey values to a picture that cannot be of the same scene."""
+
 FROZEN_FRAMES = 5
 GAIN_RATIO = 1.2
 STEP = 4
@@ -36,6 +42,13 @@ class _Watched:
     repeated: list[bool] = field(default_factory=list)
     depth_share: list[float] = field(default_factory=list)
     last: NDArray[Any] | None = None
+    like_left: list[bool] = field(default_factory=list)
+    background: NDArray[Any] | None = None
+
+    @property
+    def shows_something(self) -> bool:
+        """Whether the images are neither all dark nor all white."""
+        return max(self.highlights) >= DARK_LEVEL and min(self.brightness) <= BRIGHT_LEVEL
 
     def add(self, k: int, image: NDArray[Any]) -> None:
         small = image[::STEP, ::STEP]
@@ -48,7 +61,7 @@ class _Watched:
 
 
 def check_images(recording: Recording) -> Iterator[Finding]:
-    """Damaged frames, dark or frozen stretches, and gain differences within stereo pairs."""
+    """Damaged frames, dark or frozen stretches, pairs and backgrounds that do not fit."""
     watched: dict[tuple[str, str], _Watched] = {}
     problems: dict[str, list[str]] = {}
     with FrameReader(recording, colour=False, cache_bytes=64 * 1024 * 1024) as reader:
@@ -58,6 +71,10 @@ def check_images(recording: Recording) -> Iterator[Finding]:
                 problems.setdefault(view, []).append(problem)
             for view, images in frame_set.views.items():
                 _watch(watched, view, images, k)
+        for (view, key), one in watched.items():
+            empty = reader.background(view)
+            if empty is not None:
+                one.background = empty[0] if key == "left" else empty[1]
     for view, sentences in problems.items():
         yield Finding(
             "error",
@@ -67,18 +84,25 @@ def check_images(recording: Recording) -> Iterator[Finding]:
         )
     for (view, key), one in watched.items():
         yield from _check_darkness(f"view {view}, {key}", one)
+        yield from _check_background(f"view {view}, {key}", one)
+    yield from _check_sameness(watched)
     yield from _check_frozen(watched)
     yield from _check_gain(watched)
     yield from _check_depth(watched)
 
 
 def _watch(watched: dict[tuple[str, str], _Watched], view: str, images: ViewImages, k: int) -> None:
-    for key, image in (("left", images.left), ("image", images.image)):
-        if image is not None:
-            watched.setdefault((view, key), _Watched()).add(k, image)
+    if images.left is not None:
+        watched.setdefault((view, "left"), _Watched()).add(k, images.left)
+    key = "image" if images.left is None else "right"
+    one = watched.setdefault((view, key), _Watched())
+    one.add(k, images.image)
+    if images.left is not None:
+        same = np.array_equal(images.left[::STEP, ::STEP], images.image[::STEP, ::STEP])
+        one.like_left.append(bool(same))
     if images.depth is not None:
         share = float(np.isfinite(images.depth[::STEP, ::STEP]).mean())
-        watched[view, "image"].depth_share.append(share)
+        one.depth_share.append(share)
 
 
 def _check_darkness(where: str, one: _Watched) -> Iterator[Finding]:
@@ -88,8 +112,16 @@ def _check_darkness(where: str, one: _Watched) -> Iterator[Finding]:
         yield Finding(
             "warning",
             where,
-            f"the images are dark (98 percent of the pixels are below {usual:.0f} of 255)",
+            f"the images are dark (98 percent of the pixels are at most {usual:.0f} of 255)",
             "Expose longer, or open the aperture: the matcher needs contrast.",
+        )
+        return
+    if np.median(one.brightness) > BRIGHT_LEVEL:
+        yield Finding(
+            "warning",
+            where,
+            "the images are white, nothing can be seen in them",
+            "Expose shorter, or close the aperture.",
         )
         return
     dark = (brightness < DARK_SHARE * usual) & (brightness < DARK_LEVEL)
@@ -100,6 +132,30 @@ def _check_darkness(where: str, one: _Watched) -> Iterator[Finding]:
             f"the view is dark from frame {first} to {end - 1}",
             "It is of no use there: leave out these frames or this view.",
         )
+
+
+def _check_background(where: str, one: _Watched) -> Iterator[Finding]:
+    if one.background is None or one.last is None or not one.shows_something:
+        return
+    empty = one.background[::STEP, ::STEP].astype(np.float64)
+    if float(np.median(np.abs(empty - one.last))) > FOREIGN_BACKGROUND:
+        yield Finding(
+            "warning",
+            f"{where}, background",
+            "the picture of the empty scene does not look like the scene of the images",
+            "Take it with this camera, from the same place and with the same exposure.",
+        )
+
+
+def _check_sameness(watched: dict[tuple[str, str], _Watched]) -> Iterator[Finding]:
+    for (view, _), one in watched.items():
+        if one.like_left and all(one.like_left) and one.shows_something:
+            yield Finding(
+                "error",
+                f"view {view}",
+                "the left and the right images are the same pictures, so there is no depth",
+                "Give each camera of the stereo pair its own file.",
+            )
 
 
 def _stretches(flags: NDArray[np.bool_], frames: list[int]) -> list[tuple[int, int]]:
@@ -119,7 +175,10 @@ def _check_frozen(watched: dict[tuple[str, str], _Watched]) -> Iterator[Finding]
             for k, same in zip(w.frames, w.repeated, strict=True)
             if not same
         }
-        flags = np.array(one.repeated) & np.array([k in moving for k in one.frames])
+        # what is dark or white is told as such
+        seen = np.array(one.highlights) >= DARK_LEVEL
+        seen &= np.array(one.brightness) <= BRIGHT_LEVEL
+        flags = np.array(one.repeated) & np.array([k in moving for k in one.frames]) & seen
         for first, end in _stretches(flags, one.frames):
             if end - first >= FROZEN_FRAMES:
                 yield Finding(
@@ -133,7 +192,7 @@ def _check_frozen(watched: dict[tuple[str, str], _Watched]) -> Iterator[Finding]
 
 def _check_gain(watched: dict[tuple[str, str], _Watched]) -> Iterator[Finding]:
     for (view, key), left in watched.items():
-        right = watched.get((view, "image"))
+        right = watched.get((view, "right"))
         if key != "left" or right is None:
             continue
         levels = [float(np.median(w.brightness)) for w in (left, right)]

@@ -2,38 +2,38 @@
 
 from __future__ import annotations
 
-import os
 import signal
-import subprocess
-import sys
-import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 import pytest
 
+from stereotrack_core.cli import tracking_job
 from stereotrack_core.interop.run_file import read_run
+from tests.end_to_end.conftest import FRAMES
 
-PROGRAM = [
-    sys.executable,
-    "-c",
-    "import sys; from stereotrack_core.cli import main; sys.exit(main())",
-]
+DONE = 3
 
 
-@pytest.mark.skipif(os.name == "nt", reason="signals are sent otherwise there")
-def test_a_run_that_is_stopped_keeps_what_it_has(sound, tmp_path, run):
-    place = tmp_path / "run.npz"
-    slow = ("--set", "data_points=20000", "--set", "iterations=50")
-    command = [*PROGRAM, "track", str(sound), "-o", str(place), *slow]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    time.sleep(4)
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=60)
-    assert "Traceback" not in err
-    assert process.returncode == 1, (out, err)
-    if "nothing was written" in err:
-        assert not place.exists()
-        return
-    stored = read_run(place)
-    assert 0 < len(stored.frame) < 12
-    assert f"Stopped after {len(stored.frame)} of 12 frames" in err
-    assert run("evaluate", place).status == 0
+@pytest.fixture
+def interrupted(monkeypatch):
+    """Ctrl-C comes when so many frames are done."""
+
+    @contextmanager
+    def progress(what: str, total: int | None) -> Iterator[Callable[[int], None]]:
+        yield lambda done: signal.raise_signal(signal.SIGINT) if done == DONE else None
+
+    monkeypatch.setattr(tracking_job, "progress", progress)
+
+
+@pytest.mark.usefixtures("interrupted")
+@pytest.mark.parametrize("suffix", [".npz", ".csv"])
+def test_a_run_that_is_stopped_keeps_what_it_has(suffix, sound, tmp_path, run):
+    place = (tmp_path / "run").with_suffix(suffix)
+    told = run("track", sound, "-o", place, "--preset", "fast")
+    assert told.status == 1
+    assert f"Stopped after {DONE} of {FRAMES} frames; they are in {place}." in told.err
+    if suffix == ".npz":
+        assert read_run(place).frame.tolist() == list(range(DONE))
+    scored = run("evaluate", place, "--reference", sound / "reference.csv", "--frames", f"0:{DONE}")
+    assert scored.status == 0

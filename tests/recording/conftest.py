@@ -142,8 +142,9 @@ def small_recording(tmp_path):
             camera = Camera(f"{name}_{side}", 48, 36, matrix, np.zeros(5), False, place)
             cameras[camera.name] = camera
             (tmp_path / camera.name).mkdir()
+            scene = rng.integers(60, 200, (36, 48))
             for k in range(SMALL):
-                image = rng.integers(40, 220, (36, 48), dtype=np.uint8)
+                image = (scene + rng.integers(-20, 20, scene.shape)).astype(np.uint8)
                 write_png(tmp_path / camera.name / f"{k:03d}.png", image)
         left, right = (
             Stream(f"{name}_{s}", f"{name}_{s}/%03d.png", background=f"{name}_{s}/000.png")
