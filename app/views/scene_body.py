@@ -112,15 +112,15 @@ class EllipsoidLayer:
     def __init__(self, renderer: vtkRenderer) -> None:
         self._renderer = renderer
         source = vtkSphereSource()
-        source.SetThetaResolution(16)
-        source.SetPhiResolution(11)
+        source.SetThetaResolution(12)
+        source.SetPhiResolution(7)
         source.LatLongTessellationOn()
         source.SetRadius(1.0)
         self._mapper = vtkPolyDataMapper()
         self._mapper.SetInputConnection(source.GetOutputPort())
         self._actors: list[vtkActor] = []
 
-    def show(self, content: SceneContent, visible: bool) -> None:
+    def show(self, content: SceneContent, visible: bool, theme: Theme) -> None:
         """Place one ellipsoid for each that can be drawn."""
         drawn = [
             (ellipsoid, matrix)
@@ -140,8 +140,14 @@ class EllipsoidLayer:
             actor.SetVisibility(index < len(drawn))
             if index < len(drawn):
                 ellipsoid, matrix = drawn[index]
-                actor.GetProperty().SetColor(*unit_rgb(LIMB_COLOURS[ellipsoid.limb]))
+                actor.GetProperty().SetColor(*_apart(LIMB_COLOURS[ellipsoid.limb], theme))
                 actor.SetUserMatrix(matrix)
+
+
+def _apart(colour: str, theme: Theme) -> FloatArray:
+    """A limb's colour, moved toward the reference's so that it is seen before the limb."""
+    mixed: FloatArray = 0.5 * (np.array(unit_rgb(colour)) + unit_rgb(theme.reference))
+    return mixed
 
 
 def _world_from_sphere(ellipsoid: Ellipsoid) -> vtkMatrix4x4 | None:

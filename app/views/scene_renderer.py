@@ -55,7 +55,7 @@ class SceneRenderer:
         self._cameras.show(content, layers["cameras"], theme, scale)
         self._cloud.show(content, layers["cloud"])
         self._model.show(content, layers["model"], theme)
-        self._ellipsoids.show(content, layers["ellipsoids"])
+        self._ellipsoids.show(content, layers["ellipsoids"], theme)
         self._reference.show(content, layers["reference"], theme, scale)
 
     def picture(self, width: int, height: int, orbit: Orbit, *, fine: bool = False) -> QImage:
