@@ -37,6 +37,7 @@ def test_a_picture_is_made_without_a_screen(program, small_recording, tmp_path):
         "open", small_recording, "--frame", 3, "--workspace", "review", "--screenshot", picture
     )
     assert done.returncode == 0, done.stderr
+    assert "propagateSizeHints" not in done.stderr
     image = QImage(str(picture))
     assert image.width() >= 1366
     colours = {
