@@ -64,7 +64,7 @@ class Iterations:
         tracker: Any = pipeline.tracker
         self._tracker = copy.deepcopy(tracker)
         if not started and len(cloud.points):
-            self._tracker.start(pipeline._first_pose(cloud))
+            self._tracker.start(pipeline.first_pose(cloud))
         self._count = int(self._tracker.parameters.iterations)
         self._pose = _predicted_pose(self._tracker)
         self._done = -1

@@ -51,12 +51,15 @@ class ViewDepth:
         Along the rectified camera's z, NaN where not known.
     foreground : (H, W) bool
         Valid and in front of the background model.
+    silhouette : (H, W) bool or None
+        Where the picture differs from the empty scene's; None where that is not known.
     """
 
     geometry: DepthGeometry
     disparity: Float32Array | None
     range_z: Float32Array
     foreground: BoolArray
+    silhouette: BoolArray | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -107,7 +107,10 @@ class Matcher:
             grown.right + max(reach, 0),
             grown.bottom,
         )
-        return wide & Region(0, 0, width + self._half_window + 1 + max(reach, 0), height)
+        there = wide & Region(0, 0, width + self._half_window + 1 + max(reach, 0), height)
+        # OpenCV filters rows in pairs: those of the part have to be those of the whole image.
+        alone = (there.bottom - there.top - height) % 2 == 1 and there.top > 0
+        return Region(there.left, there.top - 1, there.right, there.bottom) if alone else there
 
     def _drop_unseen(self, disparity: DisparityArray, region: Region, width: int) -> None:
         """Invalidate, in place, windows that would reach beyond the left image's border."""

@@ -166,6 +166,13 @@ class DepthParameters(ParameterGroup):
         minimum=1,
         maximum=1000,
     )
+    background_doubt: bool = parameter(
+        True,
+        "Take the silhouette, where the picture differs from the empty scene's, for evidence:"
+        " background disparities inside of it are forgotten.",
+        group=_BACKGROUND,
+        thesis=False,
+    )
     halo_trim: str = parameter(
         "none",
         "Cut the border that block matching adds around the person: not at all, or where the"

@@ -92,6 +92,11 @@ class ViewBackground:
         disparity, ranges = self._outside
         return disparity.copy(), ranges.copy()
 
+    @property
+    def knows_picture(self) -> bool:
+        """Whether there is a picture of the empty scene to compare with."""
+        return self._picture is not None
+
     def changed_region(self, picture: ImageArray | None) -> Region:
         """The part of the image that has to be measured."""
         if self._p.match_region == "whole" or picture is None or self._picture is None:

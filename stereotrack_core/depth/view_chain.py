@@ -117,13 +117,21 @@ class ViewChain:
         if not np.isfinite(disparity).any():
             return self._without_depth("no pixel has a valid disparity", watch)
         chosen = self._foreground(images, frame, disparity, region)
+        silhouette = self._silhouette(frame, region)
+        if silhouette is not None:
+            disparity[silhouette & ~chosen] = np.nan
         watch.lap("background")
         self._drop_patches(disparity, chosen)
         watch.lap("patches")
-        return self._result(disparity, chosen, region, watch)
+        return self._result(disparity, chosen, silhouette, region, watch)
 
     def _result(
-        self, disparity: Float32Array, chosen: BoolArray, region: Region, watch: Stopwatch
+        self,
+        disparity: Float32Array,
+        chosen: BoolArray,
+        silhouette: BoolArray | None,
+        region: Region,
+        watch: Stopwatch,
     ) -> ViewResult:
         geometry = self.source.geometry
         ranges = self.source.ranges(disparity)
@@ -131,12 +139,17 @@ class ViewChain:
             geometry, ranges, chosen, self._p.pixel_step, (region.left, region.top)
         )
         inside = self._volume.contains(points)
-        depth = self._view_depth(disparity, ranges, chosen, region)
+        depth = self._view_depth(disparity, ranges, chosen, silhouette, region)
         watch.lap("points")
         return ViewResult(depth, "", points[inside], pixels[inside], watch.seconds)
 
     def _view_depth(
-        self, disparity: Float32Array, ranges: Float32Array, chosen: BoolArray, region: Region
+        self,
+        disparity: Float32Array,
+        ranges: Float32Array,
+        chosen: BoolArray,
+        silhouette: BoolArray | None,
+        region: Region,
     ) -> ViewDepth:
         """Images of full size, with the empty scene around the region."""
         geometry = self.source.geometry
@@ -146,7 +159,11 @@ class ViewChain:
             disparity, ranges = self.background.outside()
             chosen = np.zeros((geometry.height, geometry.width), dtype=bool)
             disparity[region.slices], ranges[region.slices], chosen[region.slices] = part
-        return ViewDepth(geometry, disparity if stereo else None, ranges, chosen)
+            if silhouette is not None:
+                around = np.zeros((geometry.height, geometry.width), dtype=bool)
+                around[region.slices] = silhouette
+                silhouette = around
+        return ViewDepth(geometry, disparity if stereo else None, ranges, chosen, silhouette)
 
     def _foreground(
         self, images: ViewImages, frame: OpenedFrame, disparity: Float32Array, region: Region
@@ -161,6 +178,18 @@ class ViewChain:
         if self._p.halo_trim == "picture" and frame.picture is not None:
             chosen &= self.background.changed(frame.picture, region)
         return chosen
+
+    def _silhouette(self, frame: OpenedFrame, region: Region) -> BoolArray | None:
+        """Where the picture is not the empty scene's; background disparities are wrong there.
+
+        In front of a wall with a strong pattern a thin limb with a weak one is given the wall's
+        disparity: that looks like free space, and is not.
+        """
+        if not self._p.background_doubt or frame.picture is None:
+            return None
+        if not self.background.knows_picture:
+            return None
+        return self.background.changed(frame.picture, region)
 
     def _drop_patches(self, disparity: Float32Array, chosen: BoolArray) -> None:
         """Drop small patches of the foreground, in place (2.1.4).

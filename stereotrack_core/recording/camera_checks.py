@@ -75,7 +75,10 @@ def _check_intrinsics(camera: Camera) -> Iterator[Finding]:
             f"a focal length of {fx:.0f} px makes a field of view of {angle:.1f} degrees",
             "The focal length is in pixels, not in millimetres.",
         )
+    yield from _check_distortion(camera)
 
+
+def _check_distortion(camera: Camera) -> Iterator[Finding]:
     folded = _folded_share(camera)
     if folded > MOST_FOLDED:
         yield Finding(

@@ -142,7 +142,7 @@ class Pipeline:
             if len(cloud.points) < p.least_points:
                 continue
             if not seen:
-                tracker.start(self._first_pose(cloud))
+                tracker.start(self.first_pose(cloud))
             estimate = tracker.step(cloud)
             seen.append(SeenPose(tracker.choose(cloud), estimate.pose))
             if len(seen) == p.fit_frames:
@@ -211,11 +211,12 @@ class Pipeline:
 
     def _estimate(self, cloud: Cloud) -> Estimate:
         if not self._started and len(cloud.points) >= self.settings.tracking.least_points:
-            self.tracker.start(self._first_pose(cloud))
+            self.tracker.start(self.first_pose(cloud))
             self._started = True
         return self.tracker.step(cloud)
 
-    def _first_pose(self, cloud: Cloud) -> Pose:
+    def first_pose(self, cloud: Cloud) -> Pose:
+        """Where the track begins in the first cloud that shows somebody."""
         if isinstance(self._init, Pose):
             return self._init
         if self._init == "auto":

@@ -35,6 +35,7 @@ _CHANGES: Mapping[str, Mapping[str, Value]] = MappingProxyType(
                 "match_left_right": -1,
                 "disparity_from_volume": False,
                 "match_region": "whole",
+                "background_doubt": False,
                 "background_mode": "average",
                 "outlier_repeat": True,
             }

@@ -56,6 +56,7 @@ def count_sight(
     points: Any,
     radius: Any,
     image: Any,
+    silhouette: Any,
     pinhole: Any,
     see_through: float,
     support: float,
@@ -71,12 +72,13 @@ def count_sight(
         The surface lies nearer to the camera by this.
     image : (H, W) float32
         Range along z, NaN where not known.
+    silhouette : (H, W) bool, or (0, 0) where it is not known
     pinhole : (3,) float64
         Focal length and principal point.
     see_through, support : float, 1/metres
         Differences of inverse range.
-    seen : (M, 3) int64
-        Counters: seen through, supported, hidden.
+    seen : (M, 4) int64
+        Counters: seen through, supported, hidden, inside the silhouette without a range.
     """
     height, width = image.shape
     for i in range(points.shape[0]):
@@ -89,6 +91,8 @@ def count_sight(
             continue
         measured = image[v, u]
         if not measured > 0.0:
+            if silhouette.shape[0] > 0:
+                seen[i, 3 if silhouette[v, u] else 0] += 1
             continue
         difference = 1.0 / measured - 1.0 / z
         if difference < -see_through:

@@ -74,6 +74,13 @@ class SearchParameters(ParameterGroup):
         minimum=0.0,
         maximum=100.0,
     )
+    filled_cost: float = parameter(
+        0.25,
+        "Cost of a place in a silhouette where no view has a range.",
+        group=_GROUP,
+        minimum=0.0,
+        maximum=100.0,
+    )
     only_hidden_cost: float = parameter(
         0.75, "Cost of a place that views only hide.", group=_GROUP, minimum=0.0, maximum=100.0
     )

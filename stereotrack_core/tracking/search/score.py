@@ -23,6 +23,8 @@ _DEPTH_CAMERA_SCALE = 75.0
 """Focal length times base line (pixels, metres) of the stereo camera whose uncertainty of range
 a depth camera is taken to have."""
 
+_UNKNOWN = np.zeros((0, 0), dtype=np.bool_)
+
 _DEEP = -0.03
 """Metres from the torso's surface, negative inside, from which an arm's axis is too deep: bodies
 give way where arms lie on them."""
@@ -63,21 +65,26 @@ def places_along(shape: ArmShape, arms: Arms) -> tuple[FloatArray, FloatArray]:
 def sight_cost(scene: Scene, shape: ArmShape, arms: Arms, p: SearchParameters) -> FloatArray:
     """Cost (K,) of places where views look through the arm, or where no view supports it.
 
-    Pixels without a range prove nothing.
+    Pixels without a range prove nothing by themselves; inside the silhouette they weakly support,
+    outside of it they are looked through.
     """
     places, radii = places_along(shape, arms)
     world = places.reshape(-1, 3) @ scene.frames.rotations[TORSO].T + scene.frames.origins[TORSO]
     radius = np.tile(radii, len(arms))
-    seen = np.zeros((len(world), 3), dtype=np.int64)
+    seen = np.zeros((len(world), 4), dtype=np.int64)
     for depth in scene.depths:
         g = depth.geometry
         pinhole = np.array([g.focal, g.c_x, g.c_y])
         scale = g.focal * g.baseline if g.baseline > 0 else _DEPTH_CAMERA_SCALE
         in_camera = g.world_from_depth.inverse().apply(world)
         see_through, support = p.see_through_px / scale, p.support_px / scale
-        count_sight(in_camera, radius, depth.range_z, pinhole, see_through, support, seen)
-    through, supported, hidden = seen.reshape(len(arms), -1, 3).transpose(2, 0, 1)
+        silhouette = _UNKNOWN if depth.silhouette is None else depth.silhouette
+        count_sight(
+            in_camera, radius, depth.range_z, silhouette, pinhole, see_through, support, seen
+        )
+    through, supported, hidden, filled = seen.reshape(len(arms), -1, 4).transpose(2, 0, 1)
     unsupported = np.where(hidden > 0, p.only_hidden_cost, p.unsupported_cost)
+    unsupported = np.where(filled > 0, p.filled_cost, unsupported)
     cost = p.see_through_cost * np.minimum(through, 2) + np.where(supported > 0, 0.0, unsupported)
     result: FloatArray = cost.sum(axis=1)
     return result
