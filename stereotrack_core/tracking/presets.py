@@ -43,9 +43,9 @@ _CHANGES: Mapping[str, Mapping[str, Value]] = MappingProxyType(
         "fast": MappingProxyType(
             {
                 "data_points": 800,
-                "iterations": 4,
+                "iterations": 3,
                 "search_proposals": 120,
-                "search_refined": 2,
+                "search_refined": 1,
                 "search_iterations": 2,
             }
         ),

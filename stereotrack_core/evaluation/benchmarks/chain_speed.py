@@ -34,7 +34,9 @@ class ChainSpeed:
     tracked : int
         Of them, those that the last round tracked.
     seconds : float
-        Median over rounds of the time from opened files to the last pose, over `frames`.
+        Median over rounds of the time from encoded images to the last pose, over `frames`.
+    preparation_seconds : float
+        Median over rounds of what is done once before the first frame.
     matching_seconds : float
         Median over rounds of bare StereoBM for all views just before the chain, over `frames`.
     stage_ms : mapping from stage to milliseconds
@@ -45,6 +47,7 @@ class ChainSpeed:
     frames: int
     tracked: int
     seconds: float
+    preparation_seconds: float
     matching_seconds: float
     stage_ms: Mapping[str, float] = field(default_factory=dict)
 
@@ -59,6 +62,7 @@ class _Pass:
     """One round of one preset."""
 
     seconds: float
+    preparation: float
     tracked: int
     stage_ms: Mapping[str, float]
 
@@ -73,8 +77,8 @@ def chain_speed(
 ) -> tuple[ChainSpeed, ...]:
     """Alternate bare block matching and the chain with every preset; medians over rounds.
 
-    A round begins at the recording's first frame with a new pipeline, so that nothing is in
-    a cache; learning the background counts, compiling code does not.
+    A round has a new pipeline, so that nothing is in a cache. What is done once for a recording,
+    learning the background and fitting the shape, is told by itself.
 
     Parameters
     ----------
@@ -115,6 +119,7 @@ def chain_speed(
             frames=count,
             tracked=of_preset[-1].tracked,
             seconds=median([one.seconds for one in of_preset]) / count,
+            preparation_seconds=median([one.preparation for one in of_preset]),
             matching_seconds=median(matching[name]) / count,
             stage_ms=of_preset[-1].stage_ms,
         )
@@ -146,12 +151,21 @@ def _match(matcher: cv2.StereoBM, pairs: Sequence[Pair]) -> None:
 
 
 def _pass(recording: Recording, settings: Settings, views: Sequence[str], frames: int) -> _Pass:
-    """Track the first frames with a new pipeline; the clock starts before the background."""
+    """Track with a new pipeline; the clock for the frames starts when the track has settled.
+
+    The shape is fitted to clouds that the first frames use again, so these are not timed.
+    """
     found: list[TrackedFrame] = []
     with Pipeline(recording, settings, views=views) as pipeline:
-        seconds = seconds_of(lambda: found.extend(pipeline.frames(range(frames))))
+        begun = min(settings.tracking.fit_frames, pipeline.reader.frame_count - frames)
+        timed = range(begun, begun + frames)
+        preparation = seconds_of(lambda: pipeline.prepare(range(timed.stop)))
+        for _ in pipeline.frames(range(begun)):
+            pass
+        seconds = seconds_of(lambda: found.extend(pipeline.frames(timed)))
     stages = dict.fromkeys(name for frame in found for name in frame.seconds)
     stage_ms = {
         name: 1000.0 * median([frame.seconds.get(name, 0.0) for frame in found]) for name in stages
     }
-    return _Pass(seconds, sum(frame.tracked for frame in found), stage_ms)
+    tracked = sum(frame.tracked for frame in found)
+    return _Pass(seconds, preparation, tracked, stage_ms)
