@@ -80,7 +80,7 @@ class InstantPresenter(QObject):
     def settled(self) -> bool:
         """Whether everything that is wanted for this frame has been told."""
         told = self._told
-        if self._document.recording is None:
+        if self._document.recording is None or self._document.frame_count == 0:
             return True
         if self._soon.isActive() or told is None or told.frame_set.index != self._document.frame:
             return False
