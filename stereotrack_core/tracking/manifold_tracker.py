@@ -20,7 +20,6 @@ from stereotrack_core.filtering.sigma_points import scaled_weights, sigma_deviat
 from stereotrack_core.tracking.confidence import coverage, coverage_of, surface_distances
 from stereotrack_core.tracking.data_to_model import SurfaceResidual, Trust, surface_residual
 from stereotrack_core.tracking.estimate import Correspondences, Estimate, Prior, limb_sigma_deg
-from stereotrack_core.tracking.initialise import standing_poses
 from stereotrack_core.tracking.limits import limit_residuals
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.process import process_noise
@@ -42,12 +41,6 @@ _WIDE_ITERATIONS = 2
 _ARM = np.radians(40.0) ** 2
 _START = np.array([0.1, 0.1, 0.1, *np.radians([20.0, 20.0, 20.0])]) ** 2
 """Variances of position, rotation and joints of a first pose."""
-
-_HEADINGS = 8
-"""Directions that a body is tried in when nothing is known."""
-
-_ALL_DATA = 450.0
-"""Weight of all data against the search's cost, which counts those near the shoulders."""
 
 _WIDE_ARM = np.radians(40.0)
 """Standard deviation of the arms' joints around a proposal."""
@@ -87,7 +80,7 @@ class ManifoldTracker:
         self.P = np.diag(np.concatenate([_START[:3], _START[3:6], np.full(len(self.Q) - 6, _ARM)]))
         self.movement = np.zeros(len(self.Q))
         self._prior: Prior | None = None
-        self._present = self._anew = True
+        self._anew = True
 
     def step(self, cloud: Cloud) -> Estimate:
         """Follow to the next cloud (method.md 4D)."""
@@ -97,8 +90,6 @@ class ManifoldTracker:
         if len(cloud.points) < self.parameters.least_points:
             return self.lost(before, f"the cloud has only {len(cloud.points)} points")
         data = self.choose(cloud)
-        if not self._present:
-            self.acquire(cloud, data)
         surface, innovation = self.track(cloud, data)
         if coverage(surface_distances(data, self.body, self.pose)) > self.parameters.lost_coverage:
             return self.lost(before, "the cloud does not look like the body")
@@ -122,19 +113,6 @@ class ManifoldTracker:
             carried[self._arm_columns()] = surface is followed
         self._prior = Prior(self.parameters.velocity * self.movement, P0, carried)
         return surface, innovation
-
-    def acquire(self, cloud: Cloud, data: FloatArray) -> None:
-        """Find the body: where it was last, or standing in the cloud and facing anywhere."""
-        found = []
-        for pose in (self.pose, *standing_poses(self.body, cloud.points, _HEADINGS)):
-            self.start(pose)
-            self.track(cloud, data)
-            rng = np.random.default_rng((self._seed, cloud.frame, 2))
-            evidence = self._search.evidence(cloud, self.pose, rng)
-            unexplained = coverage(surface_distances(data, self.body, self.pose))
-            cost = self._search.cost(evidence, self.pose, self.pose)
-            found.append((cost + _ALL_DATA * unexplained, self.pose))
-        self.start(min(found, key=lambda candidate: candidate[0])[1])
 
     def predict(self) -> None:
         """Predict a damped repetition of the last movement, with more uncertainty."""
@@ -249,7 +227,6 @@ class ManifoldTracker:
     def lost(self, before: Pose, reason: str) -> Estimate:
         """State a frame in which nothing could be measured; the body is expected to stay."""
         self.pose, self.movement = before, np.zeros_like(self.movement)
-        self._present = False
         x = state_of_pose(before, self.joints)
         return Estimate(False, reason, before, x, self.P.copy())
 

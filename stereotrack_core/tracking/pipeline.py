@@ -23,10 +23,10 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.fingerprint import fingerprint
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.tracking.acquire import SeekingTracker
 from stereotrack_core.tracking.estimate import Estimate, Tracker
 from stereotrack_core.tracking.frame import Origin, TrackedFrame, run_of
 from stereotrack_core.tracking.initialise import t_pose_in_cloud
-from stereotrack_core.tracking.manifold_tracker import ManifoldTracker
 from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.shape_fit import SeenPose, fitted_shape
@@ -53,7 +53,7 @@ def tracker_for(
     p = settings.tracking
     if p.matching == "model_to_data":
         return ThesisTracker(body, p, cameras, fps, seed)
-    return ManifoldTracker(body, p, cameras, fps, seed)
+    return SeekingTracker(body, p, cameras, fps, seed)
 
 
 class Pipeline:
@@ -135,7 +135,7 @@ class Pipeline:
     def _fit_shape(self, frames: range) -> None:
         """Follow the first frames in which somebody is there, and fit the shape to them."""
         p = self.settings.tracking
-        tracker = ManifoldTracker(self.body, p, self._cameras, self.recording.fps, self.seed)
+        tracker = SeekingTracker(self.body, p, self._cameras, self.recording.fps, self.seed)
         seen: list[SeenPose] = []
         for frame in frames[: _LOOK_AHEAD * p.fit_frames]:
             self._made[frame] = cloud, _ = self._cloud(frame)
@@ -221,8 +221,8 @@ class Pipeline:
             return self._init
         if self._init == "auto":
             p = self.settings.tracking
-            seeker = ManifoldTracker(self.body, p, self._cameras, self.recording.fps, self.seed)
-            seeker.acquire(cloud, seeker.choose(cloud))
+            seeker = SeekingTracker(self.body, p, self._cameras, self.recording.fps, self.seed)
+            seeker.acquire(cloud)
             return seeker.pose
         return t_pose_in_cloud(self.body, cloud.points)
 
