@@ -1,0 +1,98 @@
+"""A click: a landmark that a person has placed in a camera's image."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from math import isfinite
+from typing import NamedTuple
+
+UNCERTAIN = "uncertain"
+"""Flag of a click that its author doubts."""
+
+
+class Visibility(IntEnum):
+    """How a landmark is seen; the numbers are those of the clicks file."""
+
+    OUTSIDE = 0
+    GUESSED = 1
+    SEEN = 2
+
+
+class ClickKey(NamedTuple):
+    """What a click is found by: never its place in a list."""
+
+    frame: int
+    camera: str
+    landmark: str
+
+
+@dataclass(frozen=True, slots=True)
+class Click:
+    """A landmark in one camera's image at one frame, as a person says it is.
+
+    Attributes
+    ----------
+    frame : int
+        Frame of the recording, from 0.
+    camera : str
+        Name of the camera in the calibration.
+    landmark : str
+    position : (float, float) or None
+        Raw-image pixels, (0, 0) is the centre of the top-left pixel; None where the landmark is
+        outside the image.
+    visibility : Visibility
+        Seen, guessed behind something, or outside.
+    flag : str
+        Empty, or a word such as :data:`UNCERTAIN`.
+    sigma : float or None
+        Standard deviation in pixels per axis; None: as usual for this landmark.
+    origin : str
+        How it came about: ``hand``, ``accepted`` (a prediction that a person confirmed),
+        ``imported`` or ``merged``.
+    who : str
+        Annotator; empty until the project stamps it.
+    at : str
+        Time of the last change, ISO 8601, UTC; empty until the project stamps it.
+    deleted : bool
+        A person took it away. The position is the last one that it had.
+    """
+
+    frame: int
+    camera: str
+    landmark: str
+    position: tuple[float, float] | None
+    visibility: Visibility = Visibility.SEEN
+    flag: str = ""
+    sigma: float | None = None
+    origin: str = "hand"
+    who: str = ""
+    at: str = ""
+    deleted: bool = False
+
+    def __post_init__(self) -> None:
+        if self.frame < 0:
+            raise ValueError(f"frame {self.frame}: frames are counted from 0")
+        if (self.position is None) != (self.visibility == Visibility.OUTSIDE):
+            raise ValueError("a landmark has a position exactly where it is not outside the image")
+        if self.position is not None and not all(isfinite(value) for value in self.position):
+            raise ValueError(f"{self.position} is no place in an image")
+        if self.sigma is not None and not (isfinite(self.sigma) and self.sigma > 0):
+            raise ValueError(f"sigma is {self.sigma} px, but has to be positive")
+
+    @property
+    def key(self) -> ClickKey:
+        """Frame, camera and landmark."""
+        return ClickKey(self.frame, self.camera, self.landmark)
+
+    def says_the_same(self, other: Click) -> bool:
+        """Whether the other states the same, whoever did it, when, and how."""
+        return (
+            self.key == other.key
+            and self.deleted == other.deleted
+            and (
+                self.deleted
+                or (self.position, self.visibility, self.flag, self.sigma)
+                == (other.position, other.visibility, other.flag, other.sigma)
+            )
+        )
