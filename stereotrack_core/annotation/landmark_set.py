@@ -1,0 +1,235 @@
+"""Which landmarks are clicked, as data: names, colours, limbs, and where on the body they are."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.body.model import BodyModel
+from stereotrack_core.body.pose import PartFrames
+from stereotrack_core.body.skeleton import PARTS
+from stereotrack_core.errors import InputError
+
+_COLOUR = re.compile(r"#[0-9a-fA-F]{6}")
+_FARTHEST = 1.0
+"""Metres; a landmark farther than this from its part is a slip."""
+
+
+@dataclass(frozen=True)
+class Landmark:
+    """A place on the body that people click.
+
+    Attributes
+    ----------
+    name : str
+        As in clicks and trajectories; left and right are the person's own.
+    colour : str
+        ``#rrggbb``.
+    limb : str
+        One of ``LIMBS``: where it is listed, and whose direction it tells.
+    part : str
+        One of the body's ``PARTS``: what it is fixed to.
+    along : float
+        Share of the part's length from its joint along its z axis.
+    across : float
+        Share of the hip width along the part's x axis (the torso's points to the person's right).
+    offset : (float, float, float)
+        Metres in the part's frame, added to that.
+    mirror : str
+        The landmark of the other side, that it may be mixed up with; empty: none.
+    """
+
+    name: str
+    colour: str
+    limb: str
+    part: str
+    along: float = 0.0
+    across: float = 0.0
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    mirror: str = ""
+
+    @property
+    def label(self) -> str:
+        """The name as a person reads it."""
+        return self.name.replace("_", " ")
+
+
+@dataclass(frozen=True)
+class LandmarkSet:
+    """Landmarks in the order of their keys.
+
+    Raises
+    ------
+    InputError
+        Where a landmark is not usable; it names the landmark and what would be right.
+    """
+
+    name: str
+    landmarks: tuple[Landmark, ...]
+
+    def __post_init__(self) -> None:
+        if not self.name.strip():
+            raise InputError("the set of landmarks has no name", remedy="Give it one.")
+        if not self.landmarks:
+            raise InputError("there are no landmarks", where=self.name, remedy="Add at least one.")
+        counts = Counter(landmark.name for landmark in self.landmarks)
+        for name, count in counts.items():
+            if count > 1:
+                raise InputError(
+                    f"{count} landmarks have the name {name!r}",
+                    where=self.name,
+                    remedy="Rename all but one.",
+                )
+        for landmark in self.landmarks:
+            _check(landmark, f"{self.name}, {landmark.name}")
+        for landmark in self.landmarks:
+            other = landmark.mirror
+            if other and (other not in counts or self[other].mirror != landmark.name):
+                raise InputError(
+                    f"its mirror {other!r} does not name it in return",
+                    where=f"{self.name}, {landmark.name}",
+                    remedy="Let both landmarks of a pair name each other.",
+                )
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names in their order."""
+        return tuple(landmark.name for landmark in self.landmarks)
+
+    def __getitem__(self, name: str) -> Landmark:
+        """The landmark of that name; KeyError where there is none."""
+        for landmark in self.landmarks:
+            if landmark.name == name:
+                return landmark
+        raise KeyError(name)
+
+    def pairs(self) -> tuple[tuple[str, str], ...]:
+        """Landmarks of both sides that may be mixed up, each pair once."""
+        return tuple(
+            (landmark.name, landmark.mirror)
+            for landmark in self.landmarks
+            if landmark.mirror
+            and self.names.index(landmark.name) < self.names.index(landmark.mirror)
+        )
+
+    def places(self, body: BodyModel, frames: PartFrames) -> FloatArray:
+        """Where the landmarks are (..., n, 3), world, metres, in the order of :attr:`names`."""
+        return np.stack([_place(landmark, body, frames) for landmark in self.landmarks], axis=-2)
+
+    def facts(self) -> dict[str, Any]:
+        """The set as plain data; :func:`landmark_set_of` makes it again."""
+        return {"name": self.name, "landmarks": [asdict(one) for one in self.landmarks]}
+
+
+def landmark_set_of(facts: Mapping[str, Any]) -> LandmarkSet:
+    """The set that plain data describe.
+
+    Raises
+    ------
+    InputError
+        Where they do not describe one.
+    """
+    name = str(facts.get("name", ""))
+    entries = facts.get("landmarks")
+    if not isinstance(entries, Sequence) or isinstance(entries, str):
+        raise InputError("there are no landmarks", where=name, remedy="Add a list of landmarks.")
+    return LandmarkSet(name, tuple(_landmark(name, entry) for entry in entries))
+
+
+def _landmark(set_name: str, entry: Any) -> Landmark:
+    try:
+        values = dict(entry)
+        values["offset"] = tuple(float(value) for value in values.get("offset", (0, 0, 0)))
+        for key in ("along", "across"):
+            values[key] = float(values.get(key, 0.0))
+        for key in ("name", "colour", "limb", "part", "mirror"):
+            values[key] = str(values.get(key, ""))
+        return Landmark(**values)
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            f"a landmark cannot be read ({error})",
+            where=set_name,
+            remedy="It has name, colour, limb, part, along, across, offset (x, y, z) and mirror.",
+        ) from error
+
+
+def _check(landmark: Landmark, where: str) -> None:
+    if not landmark.name or any(sign in landmark.name for sign in ',;"\n\t'):
+        raise InputError(
+            f"{landmark.name!r} is no name", where=where, remedy="Use letters, digits and _."
+        )
+    if not _COLOUR.fullmatch(landmark.colour):
+        raise InputError(
+            f"{landmark.colour!r} is no colour", where=where, remedy="Write it as #rrggbb."
+        )
+    for word, known in ((landmark.limb, LIMBS), (landmark.part, PARTS)):
+        if word not in known:
+            raise InputError(
+                f"{word!r} is not known", where=where, remedy=f"It is one of {', '.join(known)}."
+            )
+    numbers = np.array([landmark.along, landmark.across, *landmark.offset])
+    if numbers.shape != (5,) or not np.isfinite(numbers).all() or (abs(numbers) > _FARTHEST).any():
+        raise InputError(
+            "its place is not on the body",
+            where=where,
+            remedy="Shares and offsets (three of them, in metres) are between -1 and 1.",
+        )
+
+
+def _place(landmark: Landmark, body: BodyModel, frames: PartFrames) -> FloatArray:
+    part = PARTS.index(landmark.part)
+    in_part = np.array(landmark.offset)
+    in_part[2] += landmark.along * body.skeleton.lengths[part]
+    in_part[0] += landmark.across * body.skeleton.proportions.hip_width
+    rotation, origin = frames.rotations[..., part, :, :], frames.origins[..., part, :]
+    result: FloatArray = origin + rotation @ in_part
+    return result
+
+
+def _both_sides(
+    place: str, part: str, colours: tuple[str, str], limb: str, along: float
+) -> tuple[Landmark, Landmark]:
+    sides = ("left", "right")
+    left, right = (
+        Landmark(
+            name=f"{side}_{place}",
+            colour=colour,
+            limb=limb.format(side=side),
+            part=part.format(side=side),
+            along=along,
+            mirror=f"{other}_{place}",
+        )
+        for side, other, colour in zip(sides, reversed(sides), colours, strict=True)
+    )
+    return left, right
+
+
+def _hip(side: str, other: str, across: float) -> Landmark:
+    return Landmark(
+        f"{side}_hip", "#8c8c8c", "torso", "torso", across=across, mirror=f"{other}_hip"
+    )
+
+
+UPPER_ARM_COLOURS = ("#0072B2", "#D55E00")
+FOREARM_COLOURS = ("#56B4E9", "#E69F00")
+
+NINE = LandmarkSet(
+    "nine landmarks",
+    (
+        *_both_sides("shoulder", "{side}_upper_arm", UPPER_ARM_COLOURS, "{side}_upper_arm", 0.0),
+        *_both_sides("elbow", "{side}_forearm", UPPER_ARM_COLOURS, "{side}_upper_arm", 0.0),
+        *_both_sides("hand", "{side}_forearm", FOREARM_COLOURS, "{side}_forearm", 1.0),
+        Landmark("head", "#009E73", "head", "head", along=1.0),
+        _hip("left", "right", -0.5),
+        _hip("right", "left", 0.5),
+    ),
+)
+"""The landmarks of every reference and run, in the order of ``LANDMARKS``."""

@@ -1,0 +1,1 @@
+"""The project file: clicks, history, references, runs and settings of a recording."""

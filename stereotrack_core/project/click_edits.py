@@ -1,0 +1,220 @@
+"""Edits of clicks: place, move, take away, flag, swap."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+from stereotrack_core.annotation.click import Click, ClickKey, Visibility
+from stereotrack_core.errors import InputError
+from stereotrack_core.project.click_rows import click_in, place_in_words, taken_away, values_of
+from stereotrack_core.project.edit import Edit, Stamp, State
+from stereotrack_core.project.rows import Change, Row, Table
+from stereotrack_core.project.schema import CLICK, REPEAT_CLICK
+
+
+@dataclass(frozen=True)
+class PlaceClicks(Edit):
+    """Set clicks, whether the landmarks had one before or not.
+
+    Attributes
+    ----------
+    clicks : tuple of Click
+        Those without author and time get the project's.
+    text : str
+        What it does in words; empty: told from the clicks.
+    """
+
+    kind: ClassVar[str] = "place clicks"
+    clicks: tuple[Click, ...]
+    text: str = ""
+
+    def words(self) -> str:
+        """``place left elbow in N_right, frame 213``."""
+        return self.text or f"place {place_in_words([click.key for click in self.clicks])}"
+
+    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
+        """Every click's row."""
+        for click in self.clicks:
+            yield _set(state, click, stamp)
+
+
+def place(click: Click) -> PlaceClicks:
+    """Set one click."""
+    return PlaceClicks((click,))
+
+
+@dataclass(frozen=True)
+class MoveClicks(Edit):
+    """Move existing clicks in their image (drag, nudge); repeated moves can become one edit.
+
+    Attributes
+    ----------
+    keys : tuple of ClickKey
+    by : (float, float)
+        Pixels.
+    """
+
+    kind: ClassVar[str] = "move clicks"
+    keys: tuple[ClickKey, ...]
+    by: tuple[float, float]
+
+    def words(self) -> str:
+        """``move left elbow in N_right, frame 213``."""
+        return f"move {place_in_words(self.keys)}"
+
+    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
+        """The rows of clicks that have a position."""
+        for click in _present(state, self.keys):
+            if click.position is not None:
+                x, y = click.position
+                moved = replace(click, position=(x + self.by[0], y + self.by[1]))
+                yield _restated(state, moved, stamp)
+
+
+@dataclass(frozen=True)
+class DeleteClicks(Edit):
+    """Take clicks away; that they were taken away is kept as a fact. Missing ones are passed."""
+
+    kind: ClassVar[str] = "delete clicks"
+    keys: tuple[ClickKey, ...]
+
+    def words(self) -> str:
+        """``delete left elbow in 4 cameras, frame 213``."""
+        return f"delete {place_in_words(self.keys)}"
+
+    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
+        """The rows of clicks that are there."""
+        for click in _present(state, self.keys):
+            yield _restated(state, taken_away(click), stamp)
+
+
+@dataclass(frozen=True)
+class MarkClicks(Edit):
+    """State how existing clicks are seen, how sure they are, or flag them.
+
+    Attributes
+    ----------
+    keys : tuple of ClickKey
+    visibility : Visibility, optional
+        Seen or guessed; :class:`PlaceClicks` says that a landmark is outside.
+    flag : str, optional
+        Empty: no flag.
+    sigma : float, optional
+        Pixels per axis; ``usual_sigma`` takes a stated one away.
+    """
+
+    kind: ClassVar[str] = "mark clicks"
+    keys: tuple[ClickKey, ...]
+    visibility: Visibility | None = None
+    flag: str | None = None
+    sigma: float | None = None
+    usual_sigma: bool = False
+
+    def words(self) -> str:
+        """``mark left elbow in N_right, frame 213, as guessed``."""
+        said = [
+            "" if self.visibility is None else self.visibility.name.lower(),
+            "" if self.flag is None else self.flag or "without a flag",
+            "" if self.sigma is None else f"good to {self.sigma:g} px",
+            "as sure as usual" if self.usual_sigma else "",
+        ]
+        return f"mark {place_in_words(self.keys)}, as {', '.join(filter(None, said))}"
+
+    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
+        """The rows of clicks that are there."""
+        for click in _present(state, self.keys):
+            marked = replace(
+                click,
+                visibility=click.visibility if self.visibility is None else self.visibility,
+                flag=click.flag if self.flag is None else self.flag,
+                sigma=None if self.usual_sigma else self.sigma or click.sigma,
+            )
+            yield _restated(state, marked, stamp)
+
+
+@dataclass(frozen=True)
+class SwapLandmarks(Edit):
+    """Exchange the clicks of two landmarks in one image (left and right mixed up).
+
+    A landmark that the image has no click of takes over the other's; the other is deleted then.
+    """
+
+    kind: ClassVar[str] = "swap landmarks"
+    frame: int
+    camera: str
+    first: str
+    second: str
+
+    def words(self) -> str:
+        """``swap left elbow and right elbow in N_right, frame 213``."""
+        names = f"{self.first} and {self.second}".replace("_", " ")
+        return f"swap {names} in {self.camera}, frame {self.frame}"
+
+    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
+        """The rows of both."""
+        keys = [ClickKey(self.frame, self.camera, name) for name in (self.first, self.second)]
+        found = [next(iter(_present(state, [key])), None) for key in keys]
+        for here, there in ((0, 1), (1, 0)):
+            click, own = found[there], found[here]
+            if click is not None:
+                yield _restated(state, replace(click, landmark=keys[here].landmark), stamp)
+            elif own is not None:
+                yield _restated(state, taken_away(own), stamp)
+
+
+@dataclass(frozen=True)
+class PlaceRepeats(Edit):
+    """Set clicks of a second, blind reading; the first reading is not touched.
+
+    Attributes
+    ----------
+    round : int
+        Which repetition, from 1.
+    clicks : tuple of Click
+        Deleted ones take a click of this reading away.
+    """
+
+    kind: ClassVar[str] = "place repeats"
+    round: int
+    clicks: tuple[Click, ...]
+
+    def words(self) -> str:
+        """``place left elbow in N_right, frame 213, again``."""
+        return f"place {place_in_words([click.key for click in self.clicks])}, again"
+
+    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
+        """Every click's row.
+
+        Raises
+        ------
+        InputError
+            Where the round is not counted from 1.
+        """
+        if self.round < 1:
+            raise InputError(f"there is no repetition {self.round}", remedy="Count from 1.")
+        for click in self.clicks:
+            key: Row = (self.round, *click.key)
+            yield state.change(REPEAT_CLICK, key, values_of(click, stamp))
+
+
+def _present(state: State, keys: Sequence[ClickKey], table: Table = CLICK) -> Iterable[Click]:
+    """The clicks of these keys that are there and not deleted."""
+    for key in keys:
+        values = state.row(table, key)
+        if values is not None and not (click := click_in(key, values)).deleted:
+            yield click
+
+
+def _restated(state: State, click: Click, stamp: Stamp) -> Change:
+    """The change to a click by whoever makes the edit."""
+    return _set(state, replace(click, who="", at=""), stamp)
+
+
+def _set(state: State, click: Click, stamp: Stamp) -> Change:
+    """The change that lets `click` stand, unless it says what stands there."""
+    before = state.row(CLICK, click.key)
+    if before is not None and click_in(click.key, before).says_the_same(click):
+        return Change(CLICK, click.key, before, before)
+    return Change(CLICK, click.key, before, values_of(click, stamp))

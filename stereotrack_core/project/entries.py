@@ -1,0 +1,247 @@
+"""Named things of a project: references, runs, subjects, sets, parameters, descriptions."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from threading import RLock
+from typing import Any, ClassVar
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.project.content import fetch, hash_of
+from stereotrack_core.project.edit import Edit, Stamp, State
+from stereotrack_core.project.rows import Change, Row, Table
+from stereotrack_core.project.schema import CHOICE, EDITED_TABLES
+
+_WORDS = {"landmark_set": "set of landmarks", "parameter_set": "parameters"}
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A named thing, without its large data.
+
+    Attributes
+    ----------
+    name : str
+    facts : mapping
+        JSON-serialisable.
+    content : str or None
+        Hash of the data that belong to it.
+    who, at : str
+        Who saved it, and when.
+    deleted : bool
+    """
+
+    name: str
+    facts: Mapping[str, Any]
+    content: str | None
+    who: str
+    at: str
+    deleted: bool
+
+
+class Entries:
+    """The named things of one table."""
+
+    def __init__(self, table: Table, database: sqlite3.Connection, lock: RLock, path: Path) -> None:
+        self._table = table
+        self._database = database
+        self._lock = lock
+        self._path = path
+
+    @property
+    def table_name(self) -> str:
+        """What :class:`SaveEntry` and its like call this table."""
+        return self._table.name
+
+    def names(self) -> tuple[str, ...]:
+        """Names, oldest first."""
+        return tuple(entry.name for entry in self.all())
+
+    def all(self, *, with_deleted: bool = False) -> tuple[Entry, ...]:
+        """All of them, oldest first."""
+        condition = "" if with_deleted else "WHERE deleted = 0"
+        with self._lock:
+            rows = self._database.execute(
+                f"SELECT {self._table.columns} FROM {self._table.name} {condition}"  # noqa: S608
+                " ORDER BY at, name"
+            ).fetchall()
+        return tuple(_entry(row[0], row[1:]) for row in rows)
+
+    def get(self, name: str) -> Entry:
+        """The one of that name.
+
+        Raises
+        ------
+        InputError
+            Where there is none.
+        """
+        with self._lock:
+            values = self._table.read(self._database, (name,))
+        entry = None if values is None else _entry(name, values)
+        if entry is None or entry.deleted:
+            raise _missing(self._table, name)
+        return entry
+
+    def data(self, name: str) -> bytes:
+        """The large data that belong to the one of that name.
+
+        Raises
+        ------
+        InputError
+            Where there is none of that name, or it has no data.
+        """
+        entry = self.get(name)
+        if entry.content is None:
+            raise InputError("no data belong to it", where=f"{word_of(self._table)} {name}")
+        with self._lock:
+            return fetch(self._database, self._path, entry.content)
+
+
+@dataclass(frozen=True)
+class SaveEntry(Edit):
+    """Save a named thing; one of that name is replaced only where that is said.
+
+    Attributes
+    ----------
+    table : str
+        One of the tables of entries.
+    name : str
+    facts : str
+        JSON object.
+    data : bytes, optional
+        Large data.
+    replacing : bool
+    """
+
+    kind: ClassVar[str] = "save"
+    table: str
+    name: str
+    facts: str
+    data: bytes | None = None
+    replacing: bool = False
+
+    def words(self) -> str:
+        """``save run accurate``."""
+        return f"save {word_of(EDITED_TABLES[self.table])} {self.name}"
+
+    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
+        """Its row.
+
+        Raises
+        ------
+        InputError
+            Where the name is empty, or taken and nothing shall be replaced.
+        """
+        table = EDITED_TABLES[self.table]
+        if not self.name.strip():
+            raise InputError(f"the {word_of(table)} has no name", remedy="Give it one.")
+        before = state.row(table, (self.name,))
+        if before is not None and not before[-1] and not self.replacing:
+            raise InputError(
+                f"there is a {word_of(table)} {self.name!r} already",
+                remedy="Choose another name, or say that it shall be replaced.",
+            )
+        content = None if self.data is None else hash_of(self.data)
+        if before is not None and (*before[:2], before[-1]) == (self.facts, content, 0):
+            return
+        yield Change(table, (self.name,), before, (self.facts, content, stamp.who, stamp.at, 0))
+
+    def contents(self) -> Iterable[bytes]:
+        """Its data."""
+        return () if self.data is None else (self.data,)
+
+
+@dataclass(frozen=True)
+class DeleteEntry(Edit):
+    """Take a named thing away; its data stay in the file, so that this can be undone."""
+
+    kind: ClassVar[str] = "delete"
+    table: str
+    name: str
+
+    def words(self) -> str:
+        """``delete run accurate``."""
+        return f"delete {word_of(EDITED_TABLES[self.table])} {self.name}"
+
+    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
+        """Its row.
+
+        Raises
+        ------
+        InputError
+            Where there is none of that name.
+        """
+        table = EDITED_TABLES[self.table]
+        before = state.row(table, (self.name,))
+        if before is None or before[-1]:
+            raise _missing(table, self.name)
+        yield Change(table, (self.name,), before, (*before[:2], stamp.who, stamp.at, 1))
+
+
+@dataclass(frozen=True)
+class Choose(Edit):
+    """Say which of the named things is used: the subject, the set of landmarks, and so on.
+
+    Attributes
+    ----------
+    table : str
+    name : str or None
+        None: none of them.
+    """
+
+    kind: ClassVar[str] = "choose"
+    table: str
+    name: str | None
+
+    def words(self) -> str:
+        """``use subject P2``."""
+        word = word_of(EDITED_TABLES[self.table])
+        return f"use no {word}" if self.name is None else f"use {word} {self.name}"
+
+    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:  # noqa: ARG002 - as all
+        """The choice.
+
+        Raises
+        ------
+        InputError
+            Where there is none of that name.
+        """
+        table = EDITED_TABLES[self.table]
+        if self.name is not None:
+            row = state.row(table, (self.name,))
+            if row is None or row[-1]:
+                raise _missing(table, self.name)
+        yield state.change(CHOICE, (self.table,), None if self.name is None else (self.name,))
+
+
+def word_of(table: Table) -> str:
+    """What a person calls the things of a table."""
+    return _WORDS.get(table.name, table.name)
+
+
+def facts_as_json(facts: Mapping[str, Any]) -> str:
+    """Facts as they are stored."""
+    return json.dumps(dict(facts), sort_keys=True, separators=(",", ":"))
+
+
+def _entry(name: Any, values: Row) -> Entry:
+    facts, content, who, at, deleted = values
+    return Entry(
+        name=str(name),
+        facts=json.loads(str(facts)),
+        content=None if content is None else str(content),
+        who=str(who),
+        at=str(at),
+        deleted=bool(deleted),
+    )
+
+
+def _missing(table: Table, name: str) -> InputError:
+    return InputError(
+        f"there is no {word_of(table)} {name!r} in the project",
+        remedy="Look at the list of what is there.",
+    )

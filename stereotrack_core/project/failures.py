@@ -1,0 +1,74 @@
+"""What SQLite complains about, in words for the person whose project it is."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from stereotrack_core.errors import InputError
+
+PRIMARY = 0xFF
+"""The part of SQLite's result codes that names the kind of failure."""
+
+_SENTENCES: dict[int, tuple[str, str]] = {
+    sqlite3.SQLITE_BUSY: (
+        "another program is writing to it",
+        "Close the project there; the last edit was not made.",
+    ),
+    sqlite3.SQLITE_FULL: (
+        "there is no space left on the drive",
+        "Make space and do the last edit again; everything before it is saved.",
+    ),
+    sqlite3.SQLITE_READONLY: (
+        "it may not be written to",
+        "Give yourself the right to write it, or open it for reading only.",
+    ),
+    sqlite3.SQLITE_CANTOPEN: (
+        "it cannot be opened",
+        "Look whether the drive is there and whether you may read the file.",
+    ),
+    sqlite3.SQLITE_IOERR: (
+        "the drive reports a failure",
+        "Look whether the drive is there; everything before the last edit is saved.",
+    ),
+}
+
+
+class ProjectDamaged(InputError):
+    """The file is a project, but parts of it cannot be read.
+
+    :func:`stereotrack_core.project.rescue.rescue` saves what can be read to another file.
+    """
+
+    def __init__(self, path: Path, detail: str) -> None:
+        super().__init__(
+            f"the project file is damaged ({detail})",
+            where=str(path),
+            remedy="Rescue what can be read into a new file, or take a copy of it; the file itself"
+            " was not changed.",
+        )
+
+
+@contextmanager
+def speaking(path: Path) -> Iterator[None]:
+    """Turn failures of the database within the block into sentences about `path`.
+
+    Raises
+    ------
+    ProjectDamaged
+        Where the file contradicts itself.
+    InputError
+        For everything else that the drive or another program is the reason of.
+    """
+    try:
+        yield
+    except sqlite3.DatabaseError as error:
+        kind = getattr(error, "sqlite_errorcode", 0) & PRIMARY
+        if kind in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB):
+            raise ProjectDamaged(path, str(error)) from error
+        if kind not in _SENTENCES:
+            raise
+        what, remedy = _SENTENCES[kind]
+        raise InputError(what, where=str(path), remedy=remedy) from error

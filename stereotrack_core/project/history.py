@@ -1,0 +1,209 @@
+"""Every edit that was ever made, from which undo and redo work without limit."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from threading import RLock
+from typing import Literal, TypeAlias
+
+from stereotrack_core.project.content import store
+from stereotrack_core.project.database import transaction
+from stereotrack_core.project.edit import Edit, Stamp, State
+from stereotrack_core.project.failures import ProjectDamaged
+from stereotrack_core.project.rows import Change, as_json, from_json, without_idle
+from stereotrack_core.project.schema import EDITED_TABLES
+
+How: TypeAlias = Literal["done", "undone", "dropped"]
+"""State of an edit: in effect, taken back, or taken back and then followed by another edit."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """An edit in the history."""
+
+    number: int
+    kind: str
+    words: str
+    who: str
+    at: str
+    state: How
+
+
+@dataclass(frozen=True)
+class Changed:
+    """What has just happened to a project.
+
+    Attributes
+    ----------
+    words : str
+        The edit in words.
+    how : {"done", "undone", "redone"}
+    changes : tuple of Change
+        Row by row, in the order in which they were written.
+    """
+
+    words: str
+    how: Literal["done", "undone", "redone"]
+    changes: tuple[Change, ...]
+
+    @property
+    def tables(self) -> frozenset[str]:
+        """Names of the tables that have changed."""
+        return frozenset(change.table.name for change in self.changes)
+
+    def frames(self, table: str = "click") -> frozenset[int]:
+        """Frames whose rows of a table have changed."""
+        return frozenset(
+            int(change.key[change.table.key.index("frame")] or 0)
+            for change in self.changes
+            if change.table.name == table and "frame" in change.table.key
+        )
+
+
+_EDITS = "SELECT number, kind, words, who, at, state FROM edit"
+_NEXT = {
+    "ASC": f"{_EDITS} WHERE state = ? ORDER BY number LIMIT 1",
+    "DESC": f"{_EDITS} WHERE state = ? ORDER BY number DESC LIMIT 1",
+}
+
+
+class HistoryReader:
+    """Edits in words, newest first, and what can be undone and redone."""
+
+    def __init__(self, database: sqlite3.Connection, lock: RLock) -> None:
+        self._database = database
+        self._lock = lock
+
+    def to_undo(self) -> Entry | None:
+        """What undo would take back."""
+        return self._next("done", "DESC")
+
+    def to_redo(self) -> Entry | None:
+        """What redo would make again."""
+        return self._next("undone", "ASC")
+
+    def entries(self, limit: int = 200, before: int | None = None) -> tuple[Entry, ...]:
+        """The newest edits first, of those whose number is less than `before`."""
+        with self._lock:
+            rows = self._database.execute(
+                f"{_EDITS} WHERE number < ? ORDER BY number DESC LIMIT ?",
+                (2**62 if before is None else before, limit),
+            ).fetchall()
+        return tuple(Entry(*row) for row in rows)
+
+    def changes_of(self, number: int) -> tuple[Change, ...]:
+        """What an edit has changed."""
+        with self._lock:
+            rows = self._database.execute(
+                "SELECT changed_table, changed_key, before, after FROM edit_change WHERE edit = ?"
+                " ORDER BY place",
+                (number,),
+            ).fetchall()
+        return tuple(
+            Change(EDITED_TABLES[table], from_json(key) or (), from_json(before), from_json(after))
+            for table, key, before, after in rows
+        )
+
+    def _next(self, state: How, direction: Literal["ASC", "DESC"]) -> Entry | None:
+        with self._lock:
+            row = self._database.execute(_NEXT[direction], (state,)).fetchone()
+        return None if row is None else Entry(*row)
+
+
+class History(HistoryReader):
+    """The edits of a project; each call is one transaction."""
+
+    def __init__(self, database: sqlite3.Connection, lock: RLock, path: Path) -> None:
+        super().__init__(database, lock)
+        self._path = path
+
+    def apply(self, edit: Edit, stamp: Stamp, *, continues: bool = False) -> Changed | None:
+        """Make an edit and note it, both or neither; None where it changes nothing.
+
+        Parameters
+        ----------
+        edit : Edit
+        stamp : Stamp
+        continues : bool
+            Where the last edit is of the same kind and changed the same rows, become one with it
+            (nudging a click ten times is undone at once).
+        """
+        with transaction(self._database):
+            changes = without_idle(edit.changes(State(self._database), stamp))
+            if not changes:
+                return None
+            store(self._database, edit.contents())
+            for change in changes:
+                change.table.write(self._database, change.key, change.after)
+            dropped = self._database.execute(
+                "UPDATE edit SET state = 'dropped' WHERE state = 'undone'"
+            ).rowcount
+            if not (continues and not dropped and self._continued(edit.kind, changes, stamp)):
+                self._note(edit, changes, stamp)
+            self._database.execute(
+                "INSERT OR IGNORE INTO annotator VALUES (?, ?)", (stamp.who, stamp.at)
+            )
+        return Changed(edit.words(), "done", changes)
+
+    def undo(self) -> Changed | None:
+        """Take back the last edit that is in effect; None where there is none."""
+        return self._turn("done", "DESC")
+
+    def redo(self) -> Changed | None:
+        """Make the edit again that was taken back last; None where there is none."""
+        return self._turn("undone", "ASC")
+
+    def _turn(self, state: How, direction: Literal["ASC", "DESC"]) -> Changed | None:
+        undoing = state == "done"
+        with transaction(self._database):
+            entry = self._next(state, direction)
+            if entry is None:
+                return None
+            changes = self.changes_of(entry.number)
+            if undoing:
+                changes = tuple(change.reversed() for change in reversed(changes))
+            for change in changes:
+                if change.table.read(self._database, change.key) != change.before:
+                    raise ProjectDamaged(
+                        self._path, f"the history of {change.table.name} contradicts its rows"
+                    )
+                change.table.write(self._database, change.key, change.after)
+            self._database.execute(
+                "UPDATE edit SET state = ? WHERE number = ?",
+                ("undone" if undoing else "done", entry.number),
+            )
+        return Changed(entry.words, "undone" if undoing else "redone", changes)
+
+    def _note(self, edit: Edit, changes: Iterable[Change], stamp: Stamp) -> None:
+        number = self._database.execute(
+            "INSERT INTO edit (kind, words, who, at, state) VALUES (?, ?, ?, ?, 'done')",
+            (edit.kind, edit.words(), stamp.who, stamp.at),
+        ).lastrowid
+        self._database.executemany(
+            "INSERT INTO edit_change VALUES (?, ?, ?, ?, ?, ?)",
+            (
+                (
+                    *(number, place, change.table.name, as_json(change.key)),
+                    *(as_json(change.before), as_json(change.after)),
+                )
+                for place, change in enumerate(changes)
+            ),
+        )
+
+    def _continued(self, kind: str, changes: tuple[Change, ...], stamp: Stamp) -> bool:
+        """Let the last edit lead to the rows after these changes; False where it is another."""
+        last = self._next("done", "DESC")
+        if last is None or last.kind != kind or last.who != stamp.who:
+            return False
+        earlier = self.changes_of(last.number)
+        if [(c.table, c.key) for c in earlier] != [(c.table, c.key) for c in changes]:
+            return False
+        self._database.executemany(
+            "UPDATE edit_change SET after = ? WHERE edit = ? AND place = ?",
+            ((as_json(change.after), last.number, place) for place, change in enumerate(changes)),
+        )
+        self._database.execute("UPDATE edit SET at = ? WHERE number = ?", (stamp.at, last.number))
+        return True

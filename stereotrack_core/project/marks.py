@@ -1,0 +1,138 @@
+"""What people say about frames: flags, and which frames shall be annotated."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterable
+from dataclasses import dataclass
+from threading import RLock
+from typing import ClassVar
+
+from stereotrack_core.project.edit import Edit, Stamp, State
+from stereotrack_core.project.rows import Change, Row, Value
+from stereotrack_core.project.schema import FRAME_FLAG, KEYFRAME
+
+
+@dataclass(frozen=True)
+class FrameFlag:
+    """A flag on a frame, for one landmark or for the whole frame.
+
+    Attributes
+    ----------
+    frame : int
+    landmark : str
+        Empty: the whole frame.
+    kind : str
+        ``gap`` (nothing is interpolated over it), ``look again``, or any other word.
+    note : str
+    who, at : str
+        Filled in by the project.
+    """
+
+    frame: int
+    landmark: str = ""
+    kind: str = "look again"
+    note: str = ""
+    who: str = ""
+    at: str = ""
+
+
+@dataclass(frozen=True)
+class Keyframe:
+    """A frame that shall be annotated, or has been."""
+
+    frame: int
+    done: bool = False
+    who: str = ""
+    at: str = ""
+
+
+class Marks:
+    """Read flags and keyframes."""
+
+    def __init__(self, database: sqlite3.Connection, lock: RLock) -> None:
+        self._database = database
+        self._lock = lock
+
+    def flags(self, frame: int | None = None) -> tuple[FrameFlag, ...]:
+        """Flags of all frames or of one, by frame."""
+        lowest, highest = (0, 2**62) if frame is None else (frame, frame)
+        rows = self._rows(
+            "SELECT frame, landmark, kind, note, who, at FROM frame_flag"
+            " WHERE frame BETWEEN ? AND ? AND deleted = 0 ORDER BY frame, landmark",
+            (lowest, highest),
+        )
+        return tuple(FrameFlag(*row) for row in rows)
+
+    def keyframes(self) -> tuple[Keyframe, ...]:
+        """Keyframes, ascending."""
+        rows = self._rows(
+            "SELECT frame, done, who, at FROM keyframe WHERE deleted = 0 ORDER BY frame", ()
+        )
+        return tuple(Keyframe(row[0], bool(row[1]), row[2], row[3]) for row in rows)
+
+    def _rows(self, statement: str, values: tuple[Value, ...]) -> list[tuple[int, str, str, str]]:
+        with self._lock:
+            return self._database.execute(statement, values).fetchall()
+
+
+@dataclass(frozen=True)
+class SetFlags(Edit):
+    """Flag frames or landmarks of them; or, with `off`, take these flags away."""
+
+    kind: ClassVar[str] = "flag"
+    flags: tuple[FrameFlag, ...]
+    off: bool = False
+
+    def words(self) -> str:
+        """``flag left elbow, frame 213, as gap``."""
+        first = self.flags[0]
+        what = f"{first.landmark.replace('_', ' ')}, " if first.landmark else ""
+        more = f" and {len(self.flags) - 1} more" if len(self.flags) > 1 else ""
+        verb = "unflag" if self.off else "flag"
+        return f"{verb} {what}frame {first.frame}{more}, as {first.kind}"
+
+    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
+        """The flags' rows."""
+        for flag in self.flags:
+            key: Row = (flag.frame, flag.landmark, flag.kind)
+            before = state.row(FRAME_FLAG, key)
+            if self.off and (before is None or before[-1]):
+                continue
+            if not self.off and before is not None and (before[0], before[-1]) == (flag.note, 0):
+                continue
+            note = before[0] if self.off and before is not None else flag.note
+            after = (note, flag.who or stamp.who, flag.at or stamp.at, int(self.off))
+            yield Change(FRAME_FLAG, key, before, after)
+
+
+@dataclass(frozen=True)
+class SetKeyframes(Edit):
+    """Say of frames that they shall be annotated, that they are done, or neither.
+
+    Attributes
+    ----------
+    frames : tuple of int
+    state : {"wanted", "done", "none"}
+    """
+
+    kind: ClassVar[str] = "keyframes"
+    frames: tuple[int, ...]
+    state: str = "wanted"
+
+    def words(self) -> str:
+        """``say of 3 frames: done``."""
+        what = f"frame {self.frames[0]}" if len(self.frames) == 1 else f"{len(self.frames)} frames"
+        said = {"wanted": "to be annotated", "done": "done", "none": "no keyframe"}[self.state]
+        return f"say of {what}: {said}"
+
+    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
+        """The keyframes' rows."""
+        done, deleted = int(self.state == "done"), int(self.state == "none")
+        for frame in self.frames:
+            before = state.row(KEYFRAME, (frame,))
+            if before is None and deleted:
+                continue
+            if before is not None and (before[0], before[-1]) == (done, deleted):
+                continue
+            yield Change(KEYFRAME, (frame,), before, (done, stamp.who, stamp.at, deleted))

@@ -1,0 +1,87 @@
+"""What programs place: kept apart from clicks, replaced at will, never taken for a person's."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from threading import RLock
+
+from stereotrack_core.annotation.click import ClickKey
+from stereotrack_core.project.database import transaction
+from stereotrack_core.project.failures import speaking
+
+
+@dataclass(frozen=True, slots=True)
+class Prediction:
+    """A landmark placed by the program.
+
+    Attributes
+    ----------
+    frame : int
+    camera, landmark : str
+    source : str
+        What it comes from: ``run accurate``, ``following``, ``triangulated`` ...
+    position : (float, float)
+        Raw-image pixels.
+    sigma : float or None
+        Standard deviation in pixels per axis, where the source knows it.
+    """
+
+    frame: int
+    camera: str
+    landmark: str
+    source: str
+    position: tuple[float, float]
+    sigma: float | None = None
+
+    @property
+    def key(self) -> ClickKey:
+        """Frame, camera and landmark."""
+        return ClickKey(self.frame, self.camera, self.landmark)
+
+
+class Predictions:
+    """Read and replace predictions. They are no edits: nothing of a person's is lost by them."""
+
+    def __init__(self, database: sqlite3.Connection, lock: RLock, path: Path) -> None:
+        self._database = database
+        self._lock = lock
+        self._path = path
+
+    def at(self, frame: int) -> tuple[Prediction, ...]:
+        """Predictions of all sources at a frame."""
+        with self._lock:
+            rows = self._database.execute(
+                "SELECT frame, camera, landmark, source, x, y, sigma FROM prediction"
+                " WHERE frame = ?",
+                (frame,),
+            ).fetchall()
+        return tuple(
+            Prediction(frame, camera, landmark, source, (x, y), sigma)
+            for frame, camera, landmark, source, x, y, sigma in rows
+        )
+
+    def sources(self) -> tuple[str, ...]:
+        """Everything that predictions come from."""
+        with self._lock:
+            rows = self._database.execute(
+                "SELECT DISTINCT source FROM prediction ORDER BY source"
+            ).fetchall()
+        return tuple(row[0] for row in rows)
+
+    def replace(self, source: str, predictions: Iterable[Prediction]) -> None:
+        """Let these be all predictions of a source.
+
+        Raises
+        ------
+        ValueError
+            Where one of them names another source.
+        """
+        rows = [(*p.key, p.source, *map(float, p.position), p.sigma) for p in predictions]
+        if any(row[3] != source for row in rows):
+            raise ValueError(f"not all predictions are of {source!r}")
+        with self._lock, speaking(self._path), transaction(self._database):
+            self._database.execute("DELETE FROM prediction WHERE source = ?", (source,))
+            self._database.executemany("INSERT INTO prediction VALUES (?, ?, ?, ?, ?, ?, ?)", rows)

@@ -1,0 +1,294 @@
+"""The project of a recording: everything that people did to it, in one file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from threading import RLock
+from types import TracebackType
+
+from stereotrack_core.annotation.landmark_set import LandmarkSet
+from stereotrack_core.errors import InputError
+from stereotrack_core.project.clicks import Clicks
+from stereotrack_core.project.corrections import Corrections, load_corrections
+from stereotrack_core.project.database import make_database, transaction
+from stereotrack_core.project.edit import Edit, Stamp
+from stereotrack_core.project.entries import Entries
+from stereotrack_core.project.failures import speaking
+from stereotrack_core.project.filesystem import Mount
+from stereotrack_core.project.history import Changed, History, HistoryReader
+from stereotrack_core.project.marks import Marks
+from stereotrack_core.project.migrations import back_up
+from stereotrack_core.project.opening import Opened, open_for_reading, open_for_writing
+from stereotrack_core.project.owner import now, user
+from stereotrack_core.project.predictions import Predictions
+from stereotrack_core.project.rows import Table
+from stereotrack_core.project.schema import (
+    CHOICE,
+    DESCRIPTION,
+    LANDMARK_SET,
+    PARAMETER_SET,
+    REFERENCE,
+    RUN,
+    SUBJECT,
+)
+from stereotrack_core.project.settings import ViewSettings
+from stereotrack_core.project.setups import load_landmark_set, load_subject
+from stereotrack_core.project.whereabouts import (
+    RecordingPlace,
+    Whereabouts,
+    find_recording,
+    place_of,
+)
+from stereotrack_core.recording.description import Subject
+from stereotrack_core.recording.finding import Finding
+
+Listener = Callable[[Changed], None]
+
+
+class Project:
+    """An open project. All changes go through :meth:`apply`, and are saved when it returns.
+
+    Methods may be called from every thread; listeners are called on the thread of the edit.
+
+    Attributes
+    ----------
+    path : Path
+    read_only : bool
+    journal : str
+        ``wal``; ``delete`` on drives where the write-ahead log is not safe.
+    notes : tuple of Finding
+        What the person should know about opening it.
+    who : str
+        Annotator whose name edits get.
+    clicks, predictions, marks, view_settings
+        Readers of what their names say; a person's clicks and a program's predictions are kept
+        apart.
+    references, runs, subjects, landmark_sets, parameter_sets, descriptions : Entries
+        Named things; see ``references.py``, ``setups.py`` and ``corrections.py`` for typed ones.
+    """
+
+    def __init__(self, opened: Opened, who: str = "") -> None:
+        self.path = opened.path
+        self.read_only = opened.read_only
+        self.journal = opened.journal
+        self.notes: tuple[Finding, ...] = opened.notes
+        self.who = who or user()
+        self._database = opened.database
+        self._resources = opened.resources
+        self._lock = RLock()
+        self._history = History(self._database, self._lock, self.path)
+        self._listeners: list[Listener] = []
+        self.clicks = Clicks(self._database, self._lock)
+        self.predictions = Predictions(self._database, self._lock, self.path)
+        self.marks = Marks(self._database, self._lock)
+        self.view_settings = ViewSettings(self._database, self._lock, self.path)
+        self.references = self._entries(REFERENCE)
+        self.runs = self._entries(RUN)
+        self.subjects = self._entries(SUBJECT)
+        self.landmark_sets = self._entries(LANDMARK_SET)
+        self.parameter_sets = self._entries(PARAMETER_SET)
+        self.descriptions = self._entries(DESCRIPTION)
+
+    def _entries(self, table: Table) -> Entries:
+        return Entries(table, self._database, self._lock, self.path)
+
+    @staticmethod
+    def create(
+        path: Path, recording: Path, *, who: str = "", mounts: Sequence[Mount] | None = None
+    ) -> Project:
+        """Make a project of a recording folder and open it.
+
+        Raises
+        ------
+        InputError
+            Where the folder is no usable recording, or the project cannot be written there.
+        """
+        path = Path(path)
+        place = place_of(recording, path)
+        make_database(path)
+        project = Project.open(path, who=who, mounts=mounts)
+        project._remember(place)
+        return project
+
+    @staticmethod
+    def open(
+        path: Path,
+        *,
+        read_only: bool = False,
+        take_over: bool = False,
+        who: str = "",
+        mounts: Sequence[Mount] | None = None,
+    ) -> Project:
+        """Open a project; see :func:`open_for_writing` and :func:`open_for_reading`."""
+        path = Path(path)
+        if read_only:
+            return Project(open_for_reading(path), who)
+        return Project(open_for_writing(path, take_over=take_over, mounts=mounts), who)
+
+    def close(self) -> None:
+        """Give the file back; a second time does nothing."""
+        with self._lock:
+            self._listeners.clear()
+            self._resources.close()
+
+    def __enter__(self) -> Project:
+        """The project itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Close it."""
+        self.close()
+
+    def apply(self, edit: Edit, *, continues: bool = False) -> Changed | None:
+        """Make an edit; it is on the drive when this returns. None where it changes nothing.
+
+        Parameters
+        ----------
+        edit : Edit
+        continues : bool
+            Become one with the last edit where that is of the same kind and rows, as when a click
+            is nudged again.
+
+        Raises
+        ------
+        InputError
+            Where the edit makes no sense, or cannot be saved; nothing has changed then.
+        """
+        stamp = Stamp(self.who, now())
+        return self._changing(lambda: self._history.apply(edit, stamp, continues=continues))
+
+    def undo(self) -> Changed | None:
+        """Take the last edit back, however long ago it was made; None where there is none."""
+        return self._changing(self._history.undo)
+
+    def redo(self) -> Changed | None:
+        """Make the edit again that was taken back last; None where there is none."""
+        return self._changing(self._history.redo)
+
+    @property
+    def history(self) -> HistoryReader:
+        """Edits in words, and what can be undone and redone."""
+        return self._history
+
+    def on_change(self, listener: Listener) -> Callable[[], None]:
+        """Call `listener` after every change; the function returned ends that."""
+        self._listeners.append(listener)
+
+        def forget() -> None:
+            if listener in self._listeners:
+                self._listeners.remove(listener)
+
+        return forget
+
+    def annotators(self) -> tuple[str, ...]:
+        """Everyone who has made an edit, in the order of their first one."""
+        with self._lock:
+            rows = self._database.execute(
+                "SELECT name FROM annotator ORDER BY first_at, name"
+            ).fetchall()
+        return tuple(row[0] for row in rows)
+
+    def chosen(self, entries: Entries) -> str | None:
+        """Name of the one that is used (:class:`entries.Choose`); None where none is."""
+        with self._lock:
+            row = CHOICE.read(self._database, (entries.table_name,))
+        name = None if row is None else str(row[0])
+        return name if name in entries.names() else None
+
+    def subject(self) -> Subject | None:
+        """The subject that was chosen."""
+        name = self.chosen(self.subjects)
+        return None if name is None else load_subject(self.subjects, name)
+
+    def landmark_set(self) -> LandmarkSet:
+        """The set of landmarks that was chosen; the nine where none was."""
+        return load_landmark_set(self.landmark_sets, self.chosen(self.landmark_sets))
+
+    def corrections(self) -> Corrections | None:
+        """The version of the recording's description that was chosen."""
+        name = self.chosen(self.descriptions)
+        return None if name is None else load_corrections(self.descriptions, name)
+
+    def recording_place(self) -> RecordingPlace:
+        """Where the recording was when the project saw it last.
+
+        Raises
+        ------
+        InputError
+            Where the project was made without one.
+        """
+        with self._lock:
+            row = self._database.execute(
+                "SELECT name, relative, absolute, fingerprint FROM recording"
+            ).fetchone()
+        if row is None:
+            raise InputError(
+                "the project knows no recording", where=str(self.path), remedy="Choose its folder."
+            )
+        return RecordingPlace(*row)
+
+    def find_recording(self, folders: Iterable[Path] = ()) -> Whereabouts:
+        """Look for the recording, in these folders too; a new place is remembered."""
+        place = self.recording_place()
+        found = find_recording(place, self.path, folders)
+        if found.folder is not None and not self.read_only:
+            new = place_of(found.folder, self.path)
+            if new.fingerprint == place.fingerprint and new != place:
+                self._remember(new)
+        return found
+
+    def use_recording(self, folder: Path, *, even_another: bool = False) -> None:
+        """Take the recording from this folder from now on.
+
+        Raises
+        ------
+        InputError
+            Where it is no usable recording, or another one and that was not allowed for.
+        """
+        place = place_of(folder, self.path)
+        if not even_another and place.fingerprint != self.recording_place().fingerprint:
+            raise InputError(
+                "this is not the recording that the project was made from",
+                where=str(folder),
+                remedy="Choose another folder, or say that this one shall be used all the same.",
+            )
+        self._remember(place)
+
+    def back_up(self) -> Path:
+        """Copy the project beside itself; the path of the copy."""
+        with self._lock, speaking(self.path):
+            return back_up(self._database, self.path, "copy")
+
+    def check(self) -> tuple[str, ...]:
+        """Everything that is wrong within the file, in the database's words; nothing when whole."""
+        with self._lock, speaking(self.path):
+            rows = self._database.execute("PRAGMA integrity_check(20)").fetchall()
+        return tuple(row[0] for row in rows if row[0] != "ok")
+
+    def _changing(self, change: Callable[[], Changed | None]) -> Changed | None:
+        if self.read_only:
+            raise InputError(
+                "the project is open for reading only",
+                where=str(self.path),
+                remedy="Open it for writing, or work on a copy of it.",
+            )
+        with self._lock:
+            with speaking(self.path):
+                changed = change()
+            if changed is not None:
+                for listener in tuple(self._listeners):
+                    listener(changed)
+        return changed
+
+    def _remember(self, place: RecordingPlace) -> None:
+        with self._lock, speaking(self.path), transaction(self._database):
+            self._database.execute(
+                "INSERT OR REPLACE INTO recording VALUES (1, ?, ?, ?, ?)",
+                (place.name, place.relative, place.absolute, place.fingerprint),
+            )

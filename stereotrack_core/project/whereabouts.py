@@ -1,0 +1,161 @@
+"""Find a project's recording again when folders have moved; where a new project goes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import platformdirs
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.recording.finding import Finding
+from stereotrack_core.recording.fingerprint import fingerprint
+from stereotrack_core.recording.folder import DESCRIPTION, open_recording
+
+SUFFIX = ".stereotrack"
+
+
+@dataclass(frozen=True)
+class RecordingPlace:
+    """Where a project's recording was, and how to know it again.
+
+    Attributes
+    ----------
+    name : str
+    relative : str
+        From the project's folder, with ``/``; empty where there is no such way (another drive).
+    absolute : str
+    fingerprint : str
+    """
+
+    name: str
+    relative: str
+    absolute: str
+    fingerprint: str
+
+
+@dataclass(frozen=True)
+class Whereabouts:
+    """What looking for a recording gave.
+
+    Attributes
+    ----------
+    folder : Path or None
+        None: it has to be asked for.
+    finding : Finding or None
+        What the person should know: it has moved, has changed, or was not found.
+    """
+
+    folder: Path | None
+    finding: Finding | None = None
+
+
+def place_of(folder: Path, project: Path) -> RecordingPlace:
+    """How a project remembers a recording.
+
+    Raises
+    ------
+    InputError
+        Where the folder is no usable recording.
+    """
+    recording = open_recording(folder)
+    absolute = folder.resolve()
+    try:
+        relative = Path(os.path.relpath(absolute, project.resolve().parent)).as_posix()
+    except ValueError:  # another drive of Windows
+        relative = ""
+    return RecordingPlace(recording.name, relative, str(absolute), fingerprint(recording))
+
+
+def find_recording(
+    place: RecordingPlace, project: Path, folders: Iterable[Path] = ()
+) -> Whereabouts:
+    """Look where the recording was, relative and absolute, then among and below `folders`.
+
+    A folder in its old place is taken even where its content has changed (with a warning);
+    elsewhere it is known by its fingerprint alone.
+    """
+    base = project.resolve().parent
+    stated = [base / place.relative] if place.relative else []
+    stated.append(Path(place.absolute))
+    old = list(dict.fromkeys(Path(os.path.normpath(path)) for path in stated))
+    seen = [(folder, _fingerprint_of(folder)) for folder in old]
+    for folder, found in seen:
+        if found == place.fingerprint:
+            return Whereabouts(folder)
+    for folder in _recordings(base, *folders):
+        if _fingerprint_of(folder) == place.fingerprint:
+            return Whereabouts(folder, _moved(place, folder))
+    for folder, found in seen:
+        if found is not None:
+            return Whereabouts(folder, _changed(folder))
+    return Whereabouts(None, _lost(place))
+
+
+def _recordings(*folders: Path) -> Iterable[Path]:
+    """Recordings in these folders, and one level below."""
+    for folder in folders:
+        try:
+            below = sorted(path for path in folder.iterdir() if path.is_dir())
+        except OSError:
+            continue
+        yield from (path for path in (folder, *below) if (path / DESCRIPTION).is_file())
+
+
+def _fingerprint_of(folder: Path) -> str | None:
+    try:
+        return fingerprint(open_recording(folder))
+    except InputError:
+        return None
+
+
+def _moved(place: RecordingPlace, folder: Path) -> Finding:
+    return Finding(
+        "note",
+        str(folder),
+        f"the recording {place.name!r} has moved here from {place.absolute}",
+        "Nothing has to be done; the project remembers the new place.",
+    )
+
+
+def _changed(folder: Path) -> Finding:
+    return Finding(
+        "warning",
+        str(folder),
+        "the recording's description or pictures have changed since the project was made",
+        "Look whether clicks still fit the pictures; choose another folder if this is another one.",
+    )
+
+
+def _lost(place: RecordingPlace) -> Finding:
+    return Finding(
+        "error",
+        place.absolute,
+        f"the recording {place.name!r} is not there any more",
+        "Choose the folder that holds it now; the clicks are not affected.",
+    )
+
+
+def project_path_for(folder: Path, documents: Path | None = None) -> Path:
+    """Where a new project of a recording goes: beside it, or else into the user's documents.
+
+    Parameters
+    ----------
+    folder : Path
+        The recording.
+    documents : Path, optional
+        Taken for the user's documents.
+    """
+    folder = folder.resolve()
+    if os.access(folder.parent, os.W_OK):
+        home = folder.parent
+    else:
+        home = documents or platformdirs.user_documents_path() / "stereotrack"
+    path = home / f"{folder.name}{SUFFIX}"
+    number = 2
+    while path.exists():
+        path = home / f"{folder.name}-{number}{SUFFIX}"
+        number += 1
+    return path

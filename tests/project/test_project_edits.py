@@ -1,0 +1,279 @@
+"""Edits are made, undone and redone without limit, also after reopening."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
+
+from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Visibility
+from stereotrack_core.errors import InputError
+from stereotrack_core.project.click_edits import (
+    DeleteClicks,
+    MarkClicks,
+    MoveClicks,
+    PlaceClicks,
+    PlaceRepeats,
+    SwapLandmarks,
+    place,
+)
+from stereotrack_core.project.database import make_database
+from stereotrack_core.project.edit import Together
+from stereotrack_core.project.marks import FrameFlag, SetFlags, SetKeyframes
+from stereotrack_core.project.predictions import Prediction
+from stereotrack_core.project.project import Project
+
+ELBOW = Click(1, "N_right", "left_elbow", (10.25, 20.5))
+OTHER = Click(1, "N_right", "right_elbow", (40.0, 21.0), Visibility.GUESSED)
+HIDDEN = Click(1, "S_cam", "left_elbow", None, Visibility.OUTSIDE)
+
+
+def said(clicks: tuple[Click, ...]) -> dict[ClickKey, Click]:
+    """What clicks say, whoever said it when."""
+    return {click.key: replace(click, who="", at="") for click in clicks}
+
+
+def test_a_click_is_there_the_moment_it_is_placed_and_after_reopening(project, project_path):
+    project.apply(PlaceClicks((ELBOW, OTHER, HIDDEN)))
+    expected = {click.key: click for click in (ELBOW, OTHER, HIDDEN)}
+    assert said(project.clicks.at(1)) == expected
+    project.close()
+    with Project.open(project_path) as again:
+        assert said(again.clicks.at(1)) == expected
+        assert {click.who for click in again.clicks.all()} == {"A"}
+        assert all(click.at.endswith("+00:00") for click in again.clicks.all())
+
+
+def test_undo_and_redo_work_through_everything_after_reopening(project, project_path):
+    edits = [
+        place(ELBOW),
+        PlaceClicks((OTHER, HIDDEN)),
+        MoveClicks((ELBOW.key,), (0.5, -0.25)),
+        MarkClicks((ELBOW.key, OTHER.key), flag=UNCERTAIN, sigma=4.0),
+        SwapLandmarks(1, "N_right", "left_elbow", "right_elbow"),
+        DeleteClicks((OTHER.key, HIDDEN.key)),
+        SetFlags((FrameFlag(2, "left_elbow", "gap", "arm behind the back"),)),
+        SetKeyframes((0, 1, 2)),
+        SetKeyframes((1,), "done"),
+        PlaceRepeats(1, (replace(ELBOW, position=(11.0, 20.0)),)),
+    ]
+    states = [content(project)]
+    for edit in edits:
+        project.apply(edit)
+        states.append(content(project))
+    assert len({repr(state) for state in states}) == len(states)
+    project.close()
+    for expected in reversed(states[:-1]):
+        with Project.open(project_path) as again:
+            assert again.undo() is not None
+            assert content(again) == expected
+    with Project.open(project_path) as again:
+        assert again.undo() is None
+        for expected in states[1:]:
+            assert again.redo() is not None
+            assert content(again) == expected
+        assert again.redo() is None
+
+
+def content(project: Project) -> tuple[object, ...]:
+    return (
+        project.clicks.all(with_deleted=True),
+        project.clicks.again(),
+        project.marks.flags(),
+        project.marks.keyframes(),
+    )
+
+
+def test_a_new_edit_ends_redo_but_stays_in_the_history(project):
+    project.apply(place(ELBOW))
+    project.undo()
+    project.apply(place(OTHER))
+    assert project.redo() is None
+    assert [entry.state for entry in project.history.entries()] == ["done", "dropped"]
+
+
+def test_edits_are_told_in_words(project):
+    project.apply(place(ELBOW))
+    assert project.history.to_undo().words == "place left elbow in N_right, frame 1"
+    project.apply(PlaceClicks((replace(ELBOW, frame=4), replace(OTHER, camera="S_cam"))))
+    assert project.history.to_undo().words == "place 2 landmarks in 2 cameras, frames 1 to 4"
+    project.apply(MarkClicks((ELBOW.key,), visibility=Visibility.GUESSED))
+    words = project.history.to_undo().words
+    assert words == "mark left elbow in N_right, frame 1, as guessed"
+    project.undo()
+    assert project.history.to_redo().words == words
+
+
+def test_a_deletion_is_a_fact(project, project_path):
+    project.apply(place(ELBOW))
+    project.apply(DeleteClicks((ELBOW.key,)))
+    project.close()
+    with Project.open(project_path) as again:
+        assert again.clicks.at(1) == ()
+        assert again.clicks.count() == 0
+        assert said(again.clicks.deleted_at(1)) == {ELBOW.key: replace(ELBOW, deleted=True)}
+        assert again.clicks.get(ELBOW.key).deleted
+        again.undo()
+        assert said(again.clicks.at(1)) == {ELBOW.key: ELBOW}
+
+
+def test_what_changes_nothing_is_no_edit(project):
+    project.apply(place(ELBOW))
+    assert project.apply(MoveClicks((OTHER.key,), (1, 1))) is None
+    assert project.apply(DeleteClicks((OTHER.key,))) is None
+    assert project.apply(MarkClicks((ELBOW.key,), visibility=Visibility.SEEN)) is None
+    assert len(project.history.entries()) == 1
+
+
+def test_nudges_become_one_edit_but_not_with_what_was_before_an_undo(project):
+    project.apply(place(ELBOW))
+    nudge = MoveClicks((ELBOW.key,), (0.5, 0.0))
+    for _ in range(4):
+        project.apply(nudge, continues=True)
+    assert project.clicks.get(ELBOW.key).position == (12.25, 20.5)
+    assert len(project.history.entries()) == 2
+    project.apply(replace(nudge, by=(9.0, 0.0)))
+    project.undo()
+    project.apply(nudge, continues=True)
+    assert [entry.state for entry in project.history.entries()] == ["done", "dropped"] + [
+        "done"
+    ] * 2
+    project.undo()
+    project.undo()
+    assert project.clicks.get(ELBOW.key).position == ELBOW.position
+
+
+def test_swapping_a_landmark_with_none_moves_it(project):
+    project.apply(place(ELBOW))
+    project.apply(SwapLandmarks(1, "N_right", "left_elbow", "right_elbow"))
+    assert [click.landmark for click in project.clicks.at(1)] == ["right_elbow"]
+    assert project.clicks.at(1)[0].position == ELBOW.position
+    assert project.clicks.get(ELBOW.key).deleted
+
+
+def test_an_edit_that_fails_in_part_does_nothing(project):
+    project.apply(place(ELBOW))
+    wrong = Together("both", (place(OTHER), PlaceRepeats(0, (ELBOW,))))
+    with pytest.raises(InputError, match="no repetition 0"):
+        project.apply(wrong)
+    assert said(project.clicks.at(1)) == {ELBOW.key: ELBOW}
+    assert len(project.history.entries()) == 1
+
+
+def test_listeners_are_told_what_changed_and_when_it_is_taken_back(project):
+    heard = []
+    forget = project.on_change(heard.append)
+    project.apply(PlaceClicks((ELBOW, replace(OTHER, frame=7))))
+    project.undo()
+    project.redo()
+    forget()
+    project.undo()
+    assert [changed.how for changed in heard] == ["done", "undone", "redone"]
+    assert {changed.frames() for changed in heard} == {frozenset({1, 7})}
+    assert heard[0].tables == {"click"}
+
+
+def test_predictions_never_touch_clicks(project):
+    project.apply(place(ELBOW))
+    before = project.clicks.all()
+    predicted = Prediction(1, "N_right", "left_elbow", "run", (50.0, 1.0), 3.0)
+    project.predictions.replace("run", [predicted, replace(predicted, frame=2)])
+    assert project.predictions.at(1) == (predicted,)
+    project.predictions.replace("run", [replace(predicted, frame=2)])
+    assert project.predictions.at(1) == ()
+    with pytest.raises(ValueError, match="not all"):
+        project.predictions.replace("other", [predicted])
+    assert project.clicks.all() == before
+    assert project.predictions.sources() == ("run",)
+
+
+def test_second_readings_are_kept_apart(project):
+    project.apply(place(ELBOW))
+    again = replace(ELBOW, position=(12.0, 19.0))
+    project.apply(PlaceRepeats(1, (again,)))
+    assert said(project.clicks.at(1)) == {ELBOW.key: ELBOW}
+    assert said(project.clicks.again_at(1, 1)) == {ELBOW.key: again}
+    assert project.clicks.rounds() == (1,)
+    assert project.clicks.again_at(2, 1) == ()
+
+
+class EditedProject(RuleBasedStateMachine):
+    """A project against a list of states; hypothesis looks for edits on which they differ."""
+
+    keys = st.builds(
+        ClickKey,
+        st.integers(0, 2),
+        st.sampled_from(["N_right", "S_cam"]),
+        st.sampled_from(["left_elbow", "right_elbow"]),
+    )
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.folder = tempfile.TemporaryDirectory()
+        path = Path(self.folder.name) / "some.stereotrack"
+        make_database(path)
+        self.project = Project.open(path)
+        self.states: list[dict[ClickKey, Click]] = [{}]
+        self.now = 0
+
+    def after(self, state: dict[ClickKey, Click]) -> None:
+        if state != self.states[self.now]:
+            self.states[self.now + 1 :] = [state]
+            self.now += 1
+
+    @rule(keys=st.lists(keys, min_size=1, max_size=4, unique=True), x=st.floats(0, 63))
+    def place(self, keys, x):
+        clicks = [Click(*key, (x, 2.0)) for key in keys]
+        self.project.apply(PlaceClicks(tuple(clicks)))
+        self.after({**self.states[self.now], **{click.key: click for click in clicks}})
+
+    @rule(keys=st.lists(keys, min_size=1, max_size=4, unique=True))
+    def delete(self, keys):
+        self.project.apply(DeleteClicks(tuple(keys)))
+        state = dict(self.states[self.now])
+        for key in keys:
+            if key in state:
+                state[key] = replace(state[key], deleted=True)
+        self.after(state)
+
+    @rule(frame=st.integers(0, 2))
+    def swap(self, frame):
+        self.project.apply(SwapLandmarks(frame, "N_right", "left_elbow", "right_elbow"))
+        state = dict(self.states[self.now])
+        keys = [ClickKey(frame, "N_right", f"{side}_elbow") for side in ("left", "right")]
+        there = [state.get(key) for key in keys]
+        there = [None if click is None or click.deleted else click for click in there]
+        for key, own, other in zip(keys, there, there[::-1], strict=True):
+            if other is not None:
+                state[key] = replace(other, landmark=key.landmark)
+            elif own is not None:
+                state[key] = replace(own, deleted=True)
+        self.after(state)
+
+    @rule()
+    def undo(self):
+        assert (self.project.undo() is not None) == (self.now > 0)
+        self.now = max(0, self.now - 1)
+
+    @rule()
+    def redo(self):
+        assert (self.project.redo() is not None) == (self.now < len(self.states) - 1)
+        self.now = min(len(self.states) - 1, self.now + 1)
+
+    @invariant()
+    def both_say_the_same(self):
+        clicks = said(self.project.clicks.all(with_deleted=True))
+        assert clicks == self.states[self.now]
+
+    def teardown(self):
+        self.project.close()
+        self.folder.cleanup()
+
+
+TestEditedProject = EditedProject.TestCase
+TestEditedProject.settings = settings(max_examples=25, stateful_step_count=20)
