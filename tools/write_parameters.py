@@ -8,7 +8,7 @@ from itertools import groupby
 from pathlib import Path
 
 from stereotrack_core.parameters import ParameterRow, Value
-from stereotrack_core.tracking.presets import PRESETS, preset
+from stereotrack_core.tracking.presets import PEERS, PRESETS, preset
 from stereotrack_core.tracking.settings import Settings
 
 ABOUT = """\
@@ -17,15 +17,17 @@ ABOUT = """\
 Made by `make docs` from the rows that the code declares; do not edit it by hand. Change a parameter
 with `--set name=value` on the command line or in the panel of the workbench. The columns under the
 presets give their values; the last column names the value of the thesis (section 4.2.1) where it
-states one.
+states one. The presets {peers} are peers to measure against: they differ from `accurate` in
+`estimator` alone.
 """
-HEADINGS = ("parameter", "what it does", "unit", "accepted", *PRESETS, "in the thesis")
+OWN = tuple(name for name in PRESETS if name not in PEERS)
+HEADINGS = ("parameter", "what it does", "unit", "accepted", *OWN, "in the thesis")
 
 
 def parameters_page() -> str:
     """Text of docs/parameters.md."""
-    settings = [preset(name).values() for name in PRESETS]
-    parts = [ABOUT]
+    settings = [preset(name).values() for name in OWN]
+    parts = [ABOUT.format(peers=", ".join(f"`{name}`" for name in PEERS))]
     for group, rows in groupby(Settings.rows(), key=lambda row: row.group):
         lines = [_line(row, [values[row.name] for values in settings]) for row in rows]
         rule = _joined(["---"] * len(HEADINGS))

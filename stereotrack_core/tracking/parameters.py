@@ -4,6 +4,7 @@ import dataclasses
 from dataclasses import dataclass
 
 from stereotrack_core.parameters import ParameterGroup, parameter
+from stereotrack_core.tracking.peers.parameters import PeerParameters
 from stereotrack_core.tracking.search.parameters import SearchParameters
 
 _METHOD, _NOISE, _DATA = "Method", "Noise", "Measurements"
@@ -21,6 +22,19 @@ class TrackingParameters(ParameterGroup):
         group=_METHOD,
         choices=("data_to_model", "model_to_data"),
         thesis="model_to_data",
+    )
+    estimator: str = parameter(
+        "iterated",
+        "How data that look for the model give a pose: by the tracker's own iterated correction, "
+        "or by one of the peers that it is measured against.",
+        group=_METHOD,
+        choices=(
+            "iterated",
+            "extended_kalman",
+            "annealed_particles",
+            "limb_icp",
+            "scalar_distance",
+        ),
     )
     linearisation: str = parameter(
         "derivatives",
@@ -200,3 +214,4 @@ class TrackingParameters(ParameterGroup):
         maximum=10.0,
     )
     search: SearchParameters = dataclasses.field(default_factory=SearchParameters)
+    peers: PeerParameters = dataclasses.field(default_factory=PeerParameters)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import dataclasses
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from types import MappingProxyType
 from typing import TypeAlias
 
 import numpy as np
@@ -27,6 +28,10 @@ from stereotrack_core.tracking.acquire import SeekingTracker
 from stereotrack_core.tracking.estimate import Estimate, Tracker
 from stereotrack_core.tracking.frame import Origin, TrackedFrame, run_of
 from stereotrack_core.tracking.initialise import t_pose_in_cloud
+from stereotrack_core.tracking.peers.annealed import AnnealedParticleTracker
+from stereotrack_core.tracking.peers.extended_kalman import ExtendedKalmanTracker
+from stereotrack_core.tracking.peers.limb_icp import LimbIcpTracker
+from stereotrack_core.tracking.peers.scalar_distance import ScalarDistanceTracker
 from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.shape_fit import SeenPose, fitted_shape
@@ -42,6 +47,16 @@ _LOOK_AHEAD = 5
 _LEAST_SETTLED = 3
 """Frames without which a fit would be worse than the default shape."""
 
+_ESTIMATORS: Mapping[str, type[SeekingTracker]] = MappingProxyType(
+    {
+        "iterated": SeekingTracker,
+        "extended_kalman": ExtendedKalmanTracker,
+        "annealed_particles": AnnealedParticleTracker,
+        "limb_icp": LimbIcpTracker,
+        "scalar_distance": ScalarDistanceTracker,
+    }
+)
+
 _AHEAD = 2
 """Clouds that are made while the tracker works on an earlier one."""
 
@@ -53,7 +68,7 @@ def tracker_for(
     p = settings.tracking
     if p.matching == "model_to_data":
         return ThesisTracker(body, p, cameras, fps, seed)
-    return SeekingTracker(body, p, cameras, fps, seed)
+    return _ESTIMATORS[p.estimator](body, p, cameras, fps, seed)
 
 
 class Pipeline:

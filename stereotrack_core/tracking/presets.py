@@ -1,4 +1,4 @@
-"""Named settings: ``thesis``, ``accurate`` and ``fast``."""
+"""Named settings: ``thesis``, ``accurate``, ``fast``, and the peers they are measured against."""
 
 from __future__ import annotations
 
@@ -49,10 +49,17 @@ _CHANGES: Mapping[str, Mapping[str, Value]] = MappingProxyType(
                 "search_iterations": 2,
             }
         ),
+        "ekf": MappingProxyType({"estimator": "extended_kalman"}),
+        "annealed": MappingProxyType({"estimator": "annealed_particles"}),
+        "limb-icp": MappingProxyType({"estimator": "limb_icp"}),
+        "scalar": MappingProxyType({"estimator": "scalar_distance"}),
     }
 )
 
 PRESETS: tuple[str, ...] = tuple(_CHANGES)
+
+PEERS: tuple[str, ...] = ("ekf", "annealed", "limb-icp", "scalar")
+"""Presets that differ from ``accurate`` in the estimator alone."""
 
 
 def preset(name: str) -> Settings:

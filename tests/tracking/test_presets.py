@@ -3,7 +3,7 @@
 import pytest
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.tracking.presets import PRESETS, preset
+from stereotrack_core.tracking.presets import PEERS, PRESETS, preset
 from stereotrack_core.tracking.settings import Settings
 
 THESIS = {
@@ -25,7 +25,8 @@ THESIS = {
 
 
 def test_the_presets_are_there():
-    assert PRESETS == ("accurate", "thesis", "fast")
+    assert PRESETS[:3] == ("accurate", "thesis", "fast")
+    assert PRESETS[3:] == PEERS
     assert preset("accurate") == Settings()
     assert preset("fast").values() != preset("accurate").values()
 

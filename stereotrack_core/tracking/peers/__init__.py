@@ -1,0 +1,1 @@
+"""Other ways from data to pose, to measure the tracker against; all else they share with it."""

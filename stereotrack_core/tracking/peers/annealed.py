@@ -1,0 +1,125 @@
+"""The annealed particle filter as a peer."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.optimize
+
+from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.body.manifold import difference, displaced
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.skeleton import PARENTS, TORSO
+from stereotrack_core.tracking.peers.base import PeerTracker
+from stereotrack_core.tracking.peers.energy import PoseEnergy
+
+_LEAST_SIGMA = 1e-4
+"""Metres and radians; particles that all agree are not taken for certainty."""
+
+
+class AnnealedParticleTracker(PeerTracker):
+    """Particles that are weighed in layers (Deutscher, Blake, Reid, DOI 10.1109/CVPR.2000.854758).
+
+    Every layer weighs the particles by exp(-beta E), with beta such that the wanted share of them
+    survives, and draws them anew by their weights. E is the tracker's own measure; see
+    :class:`PoseEnergy`. Between two layers limbs are exchanged among the particles, and each number
+    is scattered in proportion to how far the particles still disagree about it (Deutscher, Reid,
+    DOI 10.1023/B:VISI.0000043757.18370.9c); without these two, 24 numbers are too many for some
+    hundred particles. The pose is the weighted mean of the last layer, whose particles go on to
+    the next frame.
+    """
+
+    def start(self, pose: Pose) -> None:
+        """Begin from a pose that is roughly right; the particles are drawn around it."""
+        super().start(pose)
+        self._particles: FloatArray | None = None
+        self._centre = pose
+
+    def settle(self, frame: int, data: FloatArray, P0: FloatArray) -> None:
+        """Scatter, weigh and draw the particles, layer by layer."""
+        p, rng = self.parameters.peers, self.random(frame)
+        energy = PoseEnergy(self.body, self.parameters, self.joints)
+        if len(data) > p.annealed_data:
+            data = data[np.sort(rng.choice(len(data), p.annealed_data, replace=False))]
+        particles, beta = self._scattered(P0, rng), 0.0
+        for layer in range(p.annealed_layers):
+            if layer:
+                particles = limbs_exchanged(particles, self._limbs(), rng)
+                scatter = p.annealed_diffusion * particles.std(axis=0)
+                particles = particles + scatter * rng.normal(size=particles.shape)
+            E = energy.of(data, self.pose, particles)
+            beta = max(beta, exponent(E, p.annealed_survival))
+            weights = normalised(E, beta)
+            mean, weighed = weights @ particles, particles
+            particles = particles[systematic(weights, float(rng.random()))]
+        off = weighed - mean
+        self.P = (off.T * weights) @ off + _LEAST_SIGMA**2 * np.eye(len(P0))
+        self._particles, self._centre = particles, self.pose
+        self.pose = displaced(self.pose, mean, self.joints)
+
+    def _scattered(self, P0: FloatArray, rng: np.random.Generator) -> FloatArray:
+        """Particles (K, n) as displacements of the predicted pose, before the first layer."""
+        p = self.parameters.peers
+        if self._particles is None:
+            drawn = rng.normal(size=(p.annealed_particles, len(P0)))
+            result: FloatArray = drawn @ np.linalg.cholesky(P0).T
+            return result
+        seen = displaced(self._centre, self._particles, self.joints)
+        moved = [difference(seen[k], self.pose, self.joints) for k in range(len(self._particles))]
+        scatter = p.annealed_spread * np.sqrt(np.diagonal(self.Q))
+        return np.array(moved) + scatter * rng.normal(size=self._particles.shape)
+
+    def _limbs(self) -> list[IntArray]:
+        """Columns of each chain of parts that hangs on the torso."""
+        chains: dict[int, list[int]] = {}
+        for joint in self.joints:
+            root = joint
+            while PARENTS[root] != TORSO:
+                root = PARENTS[root]
+            at = int(self._columns.first[joint])
+            chains.setdefault(root, []).extend((at, at + 1))
+        return [np.array(columns) for columns in chains.values()]
+
+
+def limbs_exchanged(
+    particles: FloatArray, limbs: list[IntArray], rng: np.random.Generator
+) -> FloatArray:
+    """Particles (K, n) each of whose limbs, given by their columns, comes from some particle."""
+    result = particles.copy()
+    for columns in limbs:
+        result[:, columns] = particles[rng.permutation(len(particles))][:, columns]
+    return result
+
+
+def survival(E: FloatArray, beta: float) -> float:
+    """Share (0 to 1) of particles with energies E that weights exp(-beta E) let survive.
+
+    (sum w)^2 / (K sum w^2), the survival diagnostic of the paper's section 4.
+    """
+    w = np.exp(-beta * (E - E.min()))
+    return float(w.sum() ** 2 / (len(w) * (w @ w)))
+
+
+def exponent(E: FloatArray, wanted: float) -> float:
+    """Exponent beta with which the wanted share survives; found in its logarithm."""
+    spread = float(np.ptp(E))
+    if not spread > 0.0:
+        return 0.0
+    low, high = np.log(1e-6 / spread), np.log(1e6 / spread)
+    if survival(E, float(np.exp(high))) > wanted:
+        return float(np.exp(high))
+    root = scipy.optimize.brentq(lambda log: survival(E, float(np.exp(log))) - wanted, low, high)
+    return float(np.exp(root))
+
+
+def normalised(E: FloatArray, beta: float) -> FloatArray:
+    """Weights (K,) exp(-beta E), which sum up to 1."""
+    w = np.exp(-beta * (E - E.min()))
+    result: FloatArray = w / w.sum()
+    return result
+
+
+def systematic(weights: FloatArray, offset: float) -> IntArray:
+    """Indices (K,) drawn by weights at K evenly spaced places, shifted by one random number."""
+    places = (np.arange(len(weights)) + offset) / len(weights)
+    cumulated = np.cumsum(weights)
+    return np.minimum(np.searchsorted(cumulated, places, side="right"), len(weights) - 1)

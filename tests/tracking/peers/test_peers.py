@@ -1,0 +1,143 @@
+"""What every peer must do: follow a body, say when it is not there, repeat itself."""
+
+import numpy as np
+import pytest
+
+from stereotrack_core.body.angles import THESIS_JOINTS
+from stereotrack_core.body.model import body_model
+from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.tracking.pipeline import tracker_for
+from stereotrack_core.tracking.presets import PEERS, preset
+from tests.tracking.scenes import (
+    CAMERAS,
+    POSES,
+    angle_errors,
+    cloud_of,
+    disturbed,
+    pose_with_arms,
+    surface_points,
+)
+
+EACH = pytest.mark.parametrize("name", PEERS)
+LARGEST = {"ekf": 9.0, "annealed": 15.0, "limb-icp": 3.0, "scalar": 5.0}
+"""Degrees that a limb may be off after four frames from a disturbed start."""
+
+
+def make(name, seed=0, **changes):
+    small = {"data_points": 600, "annealed_layers": 16}
+    settings = preset(name).replaced(**small | changes)
+    body = body_model(AVERAGE, settings.body)
+    return tracker_for(body, settings, CAMERAS, 10.0, seed)
+
+
+def clouds(body, pose, rng, count, points=2500):
+    return [cloud_of(surface_points(body, pose, points, rng, 0.005), k) for k in range(count)]
+
+
+@EACH
+@pytest.mark.parametrize("pose", POSES)
+def test_a_body_is_found_from_a_disturbed_start(name, pose):
+    rng = np.random.default_rng(0)
+    tracker, true = make(name), POSES[pose]
+    start = disturbed(true, THESIS_JOINTS, rng)
+    tracker.start(start)
+    for cloud in clouds(tracker.body, true, rng, 4):
+        found = tracker.step(cloud)
+    assert found.tracked
+    errors = angle_errors(tracker.body, found.pose, true)
+    assert errors.max() < LARGEST[name]
+    before = angle_errors(tracker.body, start, true)[2:].mean()
+    assert errors[2:].mean() < (0.8 if name == "annealed" else 0.5) * before
+    assert np.linalg.norm(found.pose.position - true.position) < 0.03
+
+
+@EACH
+def test_a_moving_body_is_followed(name):
+    rng = np.random.default_rng(1)
+    tracker = make(name)
+    tracker.start(POSES["t"])
+    for k in range(8):
+        bend = 0.1 * k
+        true = pose_with_arms(
+            [1, 0.6 * bend, -0.3 * bend],
+            [1, 1.5 * bend, 0.1],
+            [-1, 0.5 * bend, 0.4 * bend],
+            [-1, 1.2 * bend, 0.1],
+            place=(0.05 + 0.02 * k, -0.1, 0.95),
+        )
+        points = surface_points(tracker.body, true, 2500, rng, 0.005)
+        found = tracker.step(cloud_of(points, k))
+    assert angle_errors(tracker.body, found.pose, true).max() < (15 if name == "annealed" else 10)
+    assert angle_errors(tracker.body, POSES["t"], true)[2:].min() > 20
+
+
+@EACH
+def test_the_same_seed_gives_the_same_to_the_last_bit(name):
+    def run(seed):
+        rng = np.random.default_rng(9)
+        tracker = make(name, seed=seed)
+        tracker.start(disturbed(POSES["reaching"], THESIS_JOINTS, rng))
+        return [tracker.step(cloud) for cloud in clouds(tracker.body, POSES["reaching"], rng, 3)]
+
+    first, again, other = run(4), run(4), run(5)
+    for a, b in zip(first, again, strict=True):
+        np.testing.assert_array_equal(a.x, b.x)
+        np.testing.assert_array_equal(a.P, b.P)
+        assert (a.coverage, a.residual, a.innovation) == (b.coverage, b.residual, b.innovation)
+    assert (first[-1].x != other[-1].x).any()
+
+
+@EACH
+def test_starting_anew_forgets_what_was_before(name):
+    rng = np.random.default_rng(2)
+    tracker = make(name)
+    seen = clouds(tracker.body, POSES["t"], rng, 2)
+    tracker.start(POSES["t"])
+    first = tracker.step(seen[0])
+    tracker.step(seen[1])
+    tracker.start(POSES["t"])
+    again = tracker.step(seen[0])
+    np.testing.assert_array_equal(again.x, first.x)
+    np.testing.assert_array_equal(again.P, first.P)
+
+
+@EACH
+def test_clouds_that_show_nobody_are_not_tracked_and_it_goes_on_afterwards(name):
+    rng = np.random.default_rng(3)
+    tracker, true = make(name), POSES["reaching"]
+    tracker.start(true)
+    full = clouds(tracker.body, true, rng, 3)
+    assert tracker.step(full[0]).tracked
+    wall = np.column_stack([rng.uniform(-1.5, 1.5, 3000), np.full(3000, 1.2), rng.random(3000)])
+    for points in (np.empty((0, 3)), full[0].points[:99], wall, full[0].points + [1.5, 0, -0.8]):
+        lost = tracker.step(cloud_of(points, 1))
+        assert np.isfinite(lost.x).all()
+        assert np.isfinite(lost.pose.rotations).all()
+        assert np.isfinite(lost.P).all()
+        if len(points) < 2500:
+            assert not lost.tracked
+            assert f"{len(points)} points" in lost.reason
+    assert not tracker.step(cloud_of(wall + [0, 0, 3.0], 1)).tracked
+    for cloud in full:
+        found = tracker.step(cloud)
+    assert found.tracked
+    assert np.linalg.norm(found.pose.position - true.position) < 0.08
+
+
+@EACH
+def test_the_covariance_stays_symmetric_and_positive(name):
+    rng = np.random.default_rng(4)
+    tracker = make(name)
+    tracker.start(POSES["t"])
+    for k, pose in enumerate(("t", "reaching", "pointing", "t")):
+        found = tracker.step(cloud_of(surface_points(tracker.body, POSES[pose], 800, rng, 0.01), k))
+        np.testing.assert_allclose(found.P, found.P.T, atol=1e-15)
+        assert np.linalg.eigvalsh(found.P).min() > 0
+        assert np.isfinite(found.limb_sigma_deg).all()
+        assert found.correspondences is not None
+
+
+@EACH
+def test_it_differs_from_accurate_in_the_estimator_alone(name):
+    values, base = preset(name).values(), preset("accurate").values()
+    assert {key for key in values if values[key] != base[key]} == {"estimator"}
