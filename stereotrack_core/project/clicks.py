@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import sqlite3
-from collections.abc import Iterable
-from threading import RLock
-
 import numpy as np
 
 from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.arrays import IntArray
+from stereotrack_core.project.access import Access
 from stereotrack_core.project.click_rows import COLUMNS, click_in, click_of
 from stereotrack_core.project.rows import Value
 from stereotrack_core.project.schema import CLICK
@@ -21,15 +18,14 @@ _AGAIN = f"SELECT {COLUMNS} FROM repeat_click"  # noqa: S608 - constants
 class Clicks:
     """What people have clicked. Deleted clicks are left out where not said otherwise."""
 
-    def __init__(self, database: sqlite3.Connection, lock: RLock) -> None:
-        self._database = database
-        self._lock = lock
+    def __init__(self, access: Access) -> None:
+        self._access = access
 
     def get(self, key: ClickKey) -> Click | None:
         """One click, also a deleted one; None where there never was one."""
-        with self._lock:
-            values = CLICK.read(self._database, key)
-        return None if values is None else click_in(key, values)
+        values = self._access.read(CLICK, key)
+        with self._access.making_sense():
+            return None if values is None else click_in(key, values)
 
     def at(self, frame: int, camera: str | None = None) -> tuple[Click, ...]:
         """Clicks of a frame, of all cameras or of one."""
@@ -63,18 +59,14 @@ class Clicks:
 
     def frames(self) -> IntArray:
         """Frames (F,) that have a click, ascending."""
-        with self._lock:
-            found = self._database.execute(
-                "SELECT DISTINCT frame FROM click WHERE deleted = 0 ORDER BY frame"
-            ).fetchall()
+        found = self._access.rows(
+            "SELECT DISTINCT frame FROM click WHERE deleted = 0 ORDER BY frame"
+        )
         return np.array([row[0] for row in found], dtype=np.int64)
 
     def count(self) -> int:
         """Number of clicks."""
-        with self._lock:
-            count: int = self._database.execute(
-                "SELECT count(*) FROM click WHERE deleted = 0"
-            ).fetchone()[0]
+        count: int = self._access.row("SELECT count(*) FROM click WHERE deleted = 0")[0]
         return count
 
     def again(self, round_number: int | None = None) -> tuple[Click, ...]:
@@ -91,13 +83,12 @@ class Clicks:
 
     def rounds(self) -> tuple[int, ...]:
         """The blind readings that there are."""
-        with self._lock:
-            found: Iterable[tuple[int]] = self._database.execute(
-                "SELECT DISTINCT round FROM repeat_click WHERE deleted = 0 ORDER BY round"
-            ).fetchall()
+        found = self._access.rows(
+            "SELECT DISTINCT round FROM repeat_click WHERE deleted = 0 ORDER BY round"
+        )
         return tuple(row[0] for row in found)
 
     def _clicks(self, statement: str, *values: Value) -> tuple[Click, ...]:
-        with self._lock:
-            rows = self._database.execute(statement, values).fetchall()
-        return tuple(click_of(row) for row in rows)
+        rows = self._access.rows(statement, values)
+        with self._access.making_sense():
+            return tuple(click_of(row) for row in rows)

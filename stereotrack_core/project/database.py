@@ -59,11 +59,17 @@ def check_header(path: Path) -> None:
     try:
         with path.open("rb") as file:
             header = file.read(_HEADER)
-    except OSError as error:
+    except FileNotFoundError:
         raise InputError(
-            "there is no such file" if not path.exists() else f"it cannot be read ({error})",
+            "there is no such file",
             where=str(path),
             remedy="Correct the path, or make a new project.",
+        ) from None
+    except OSError as error:
+        raise InputError(
+            f"it cannot be read ({error.strerror})",
+            where=str(path),
+            remedy="Give a project file that you have the right to read.",
         ) from error
     if not header:
         raise InputError("the file is empty", where=str(path), remedy="Make a new project.")
@@ -164,7 +170,8 @@ def connect_for_reading(path: Path) -> sqlite3.Connection:
 
 def copy_files(path: Path, folder: Path) -> Path:
     """Copy a project with what is in its log but not in the file yet; the path of the copy."""
-    for suffix in ("", "-wal", "-journal"):
+    shutil.copyfile(path, folder / path.name)
+    for suffix in ("-wal", "-journal"):
         source = path.with_name(path.name + suffix)
         if source.exists():
             shutil.copyfile(source, folder / source.name)

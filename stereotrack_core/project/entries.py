@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import json
-import sqlite3
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
-from threading import RLock
 from typing import Any, ClassVar
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.project.access import Access
 from stereotrack_core.project.content import fetch, hash_of
 from stereotrack_core.project.edit import Edit, Stamp, State
 from stereotrack_core.project.rows import Change, Row, Table
@@ -46,11 +44,9 @@ class Entry:
 class Entries:
     """The named things of one table."""
 
-    def __init__(self, table: Table, database: sqlite3.Connection, lock: RLock, path: Path) -> None:
+    def __init__(self, table: Table, access: Access) -> None:
         self._table = table
-        self._database = database
-        self._lock = lock
-        self._path = path
+        self._access = access
 
     @property
     def table_name(self) -> str:
@@ -64,12 +60,12 @@ class Entries:
     def all(self, *, with_deleted: bool = False) -> tuple[Entry, ...]:
         """All of them, oldest first."""
         condition = "" if with_deleted else "WHERE deleted = 0"
-        with self._lock:
-            rows = self._database.execute(
-                f"SELECT {self._table.columns} FROM {self._table.name} {condition}"  # noqa: S608
-                " ORDER BY at, name"
-            ).fetchall()
-        return tuple(_entry(row[0], row[1:]) for row in rows)
+        rows = self._access.rows(
+            f"SELECT {self._table.columns} FROM {self._table.name} {condition}"  # noqa: S608
+            " ORDER BY at, name"
+        )
+        with self._access.making_sense():
+            return tuple(_entry(row[0], row[1:]) for row in rows)
 
     def get(self, name: str) -> Entry:
         """The one of that name.
@@ -79,9 +75,9 @@ class Entries:
         InputError
             Where there is none.
         """
-        with self._lock:
-            values = self._table.read(self._database, (name,))
-        entry = None if values is None else _entry(name, values)
+        values = self._access.read(self._table, (name,))
+        with self._access.making_sense():
+            entry = None if values is None else _entry(name, values)
         if entry is None or entry.deleted:
             raise _missing(self._table, name)
         return entry
@@ -97,8 +93,8 @@ class Entries:
         entry = self.get(name)
         if entry.content is None:
             raise InputError("no data belong to it", where=f"{word_of(self._table)} {name}")
-        with self._lock:
-            return fetch(self._database, self._path, entry.content)
+        with self._access.alone() as database:
+            return fetch(database, self._access.path, entry.content)
 
 
 @dataclass(frozen=True)

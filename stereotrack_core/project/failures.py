@@ -66,7 +66,8 @@ def speaking(path: Path) -> Iterator[None]:
         yield
     except sqlite3.DatabaseError as error:
         kind = getattr(error, "sqlite_errorcode", 0) & PRIMARY
-        if kind in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB):
+        rubbish = not kind and "decode" in str(error)  # a text that is no UTF-8
+        if rubbish or kind in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB):
             raise ProjectDamaged(path, str(error)) from error
         if kind not in _SENTENCES:
             raise

@@ -5,12 +5,10 @@ from __future__ import annotations
 import sqlite3
 from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
-from threading import RLock
 from typing import Literal, TypeAlias
 
+from stereotrack_core.project.access import Access
 from stereotrack_core.project.content import store
-from stereotrack_core.project.database import transaction
 from stereotrack_core.project.edit import Edit, Stamp, State
 from stereotrack_core.project.failures import ProjectDamaged
 from stereotrack_core.project.rows import Change, as_json, from_json, without_idle
@@ -73,9 +71,8 @@ _NEXT = {
 class HistoryReader:
     """Edits in words, newest first, and what can be undone and redone."""
 
-    def __init__(self, database: sqlite3.Connection, lock: RLock) -> None:
-        self._database = database
-        self._lock = lock
+    def __init__(self, access: Access) -> None:
+        self._access = access
 
     def to_undo(self) -> Entry | None:
         """What undo would take back."""
@@ -87,38 +84,31 @@ class HistoryReader:
 
     def entries(self, limit: int = 200, before: int | None = None) -> tuple[Entry, ...]:
         """The newest edits first, of those whose number is less than `before`."""
-        with self._lock:
-            rows = self._database.execute(
-                f"{_EDITS} WHERE number < ? ORDER BY number DESC LIMIT ?",
-                (2**62 if before is None else before, limit),
-            ).fetchall()
+        rows = self._access.rows(
+            f"{_EDITS} WHERE number < ? ORDER BY number DESC LIMIT ?",
+            (2**62 if before is None else before, limit),
+        )
         return tuple(Entry(*row) for row in rows)
 
     def changes_of(self, number: int) -> tuple[Change, ...]:
         """What an edit has changed."""
-        with self._lock:
-            rows = self._database.execute(
-                "SELECT changed_table, changed_key, before, after FROM edit_change WHERE edit = ?"
-                " ORDER BY place",
-                (number,),
-            ).fetchall()
+        rows = self._access.rows(
+            "SELECT changed_table, changed_key, before, after FROM edit_change WHERE edit = ?"
+            " ORDER BY place",
+            (number,),
+        )
         return tuple(
             Change(EDITED_TABLES[table], from_json(key) or (), from_json(before), from_json(after))
             for table, key, before, after in rows
         )
 
     def _next(self, state: How, direction: Literal["ASC", "DESC"]) -> Entry | None:
-        with self._lock:
-            row = self._database.execute(_NEXT[direction], (state,)).fetchone()
+        row = self._access.row(_NEXT[direction], (state,))
         return None if row is None else Entry(*row)
 
 
 class History(HistoryReader):
     """The edits of a project; each call is one transaction."""
-
-    def __init__(self, database: sqlite3.Connection, lock: RLock, path: Path) -> None:
-        super().__init__(database, lock)
-        self._path = path
 
     def apply(self, edit: Edit, stamp: Stamp, *, continues: bool = False) -> Changed | None:
         """Make an edit and note it, both or neither; None where it changes nothing.
@@ -131,21 +121,21 @@ class History(HistoryReader):
             Where the last edit is of the same kind and changed the same rows, become one with it
             (nudging a click ten times is undone at once).
         """
-        with transaction(self._database):
-            changes = without_idle(edit.changes(State(self._database), stamp))
+        with self._access.writing() as database:
+            changes = without_idle(edit.changes(State(database), stamp))
             if not changes:
                 return None
-            store(self._database, edit.contents())
+            store(database, edit.contents())
             for change in changes:
-                change.table.write(self._database, change.key, change.after)
-            dropped = self._database.execute(
+                change.table.write(database, change.key, change.after)
+            dropped = database.execute(
                 "UPDATE edit SET state = 'dropped' WHERE state = 'undone'"
             ).rowcount
-            if not (continues and not dropped and self._continued(edit.kind, changes, stamp)):
-                self._note(edit, changes, stamp)
-            self._database.execute(
-                "INSERT OR IGNORE INTO annotator VALUES (?, ?)", (stamp.who, stamp.at)
-            )
+            if not (
+                continues and not dropped and self._continued(database, edit.kind, changes, stamp)
+            ):
+                self._note(database, edit, changes, stamp)
+            database.execute("INSERT OR IGNORE INTO annotator VALUES (?, ?)", (stamp.who, stamp.at))
         return Changed(edit.words(), "done", changes)
 
     def undo(self) -> Changed | None:
@@ -158,7 +148,7 @@ class History(HistoryReader):
 
     def _turn(self, state: How, direction: Literal["ASC", "DESC"]) -> Changed | None:
         undoing = state == "done"
-        with transaction(self._database):
+        with self._access.writing() as database:
             entry = self._next(state, direction)
             if entry is None:
                 return None
@@ -166,23 +156,27 @@ class History(HistoryReader):
             if undoing:
                 changes = tuple(change.reversed() for change in reversed(changes))
             for change in changes:
-                if change.table.read(self._database, change.key) != change.before:
+                if change.table.read(database, change.key) != change.before:
                     raise ProjectDamaged(
-                        self._path, f"the history of {change.table.name} contradicts its rows"
+                        self._access.path,
+                        f"the history of {change.table.name} contradicts its rows",
                     )
-                change.table.write(self._database, change.key, change.after)
-            self._database.execute(
+                change.table.write(database, change.key, change.after)
+            database.execute(
                 "UPDATE edit SET state = ? WHERE number = ?",
                 ("undone" if undoing else "done", entry.number),
             )
         return Changed(entry.words, "undone" if undoing else "redone", changes)
 
-    def _note(self, edit: Edit, changes: Iterable[Change], stamp: Stamp) -> None:
-        number = self._database.execute(
+    @staticmethod
+    def _note(
+        database: sqlite3.Connection, edit: Edit, changes: Iterable[Change], stamp: Stamp
+    ) -> None:
+        number = database.execute(
             "INSERT INTO edit (kind, words, who, at, state) VALUES (?, ?, ?, ?, 'done')",
             (edit.kind, edit.words(), stamp.who, stamp.at),
         ).lastrowid
-        self._database.executemany(
+        database.executemany(
             "INSERT INTO edit_change VALUES (?, ?, ?, ?, ?, ?)",
             (
                 (
@@ -193,7 +187,13 @@ class History(HistoryReader):
             ),
         )
 
-    def _continued(self, kind: str, changes: tuple[Change, ...], stamp: Stamp) -> bool:
+    def _continued(
+        self,
+        database: sqlite3.Connection,
+        kind: str,
+        changes: tuple[Change, ...],
+        stamp: Stamp,
+    ) -> bool:
         """Let the last edit lead to the rows after these changes; False where it is another."""
         last = self._next("done", "DESC")
         if last is None or last.kind != kind or last.who != stamp.who:
@@ -201,9 +201,9 @@ class History(HistoryReader):
         earlier = self.changes_of(last.number)
         if [(c.table, c.key) for c in earlier] != [(c.table, c.key) for c in changes]:
             return False
-        self._database.executemany(
+        database.executemany(
             "UPDATE edit_change SET after = ? WHERE edit = ? AND place = ?",
             ((as_json(change.after), last.number, place) for place, change in enumerate(changes)),
         )
-        self._database.execute("UPDATE edit SET at = ? WHERE number = ?", (stamp.at, last.number))
+        database.execute("UPDATE edit SET at = ? WHERE number = ?", (stamp.at, last.number))
         return True

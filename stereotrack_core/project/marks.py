@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import sqlite3
 from collections.abc import Iterable
 from dataclasses import dataclass
-from threading import RLock
 from typing import ClassVar
 
+from stereotrack_core.project.access import Access
 from stereotrack_core.project.edit import Edit, Stamp, State
-from stereotrack_core.project.rows import Change, Row, Value
+from stereotrack_core.project.rows import Change, Row
 from stereotrack_core.project.schema import FRAME_FLAG, KEYFRAME
 
 
@@ -50,14 +49,13 @@ class Keyframe:
 class Marks:
     """Read flags and keyframes."""
 
-    def __init__(self, database: sqlite3.Connection, lock: RLock) -> None:
-        self._database = database
-        self._lock = lock
+    def __init__(self, access: Access) -> None:
+        self._access = access
 
     def flags(self, frame: int | None = None) -> tuple[FrameFlag, ...]:
         """Flags of all frames or of one, by frame."""
         lowest, highest = (0, 2**62) if frame is None else (frame, frame)
-        rows = self._rows(
+        rows = self._access.rows(
             "SELECT frame, landmark, kind, note, who, at FROM frame_flag"
             " WHERE frame BETWEEN ? AND ? AND deleted = 0 ORDER BY frame, landmark",
             (lowest, highest),
@@ -66,14 +64,10 @@ class Marks:
 
     def keyframes(self) -> tuple[Keyframe, ...]:
         """Keyframes, ascending."""
-        rows = self._rows(
-            "SELECT frame, done, who, at FROM keyframe WHERE deleted = 0 ORDER BY frame", ()
+        rows = self._access.rows(
+            "SELECT frame, done, who, at FROM keyframe WHERE deleted = 0 ORDER BY frame"
         )
         return tuple(Keyframe(row[0], bool(row[1]), row[2], row[3]) for row in rows)
-
-    def _rows(self, statement: str, values: tuple[Value, ...]) -> list[tuple[int, str, str, str]]:
-        with self._lock:
-            return self._database.execute(statement, values).fetchall()
 
 
 @dataclass(frozen=True)

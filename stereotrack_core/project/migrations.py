@@ -31,7 +31,7 @@ def migrate(database: sqlite3.Connection, path: Path) -> Path | None:
     Raises
     ------
     InputError
-        Where no copy can be made; the project is unchanged then.
+        Where no copy can be made or a step fails; the project is unchanged then.
     """
     version = version_of(database)
     if version == FORMAT:
@@ -43,8 +43,15 @@ def migrate(database: sqlite3.Connection, path: Path) -> Path | None:
             remedy="Take a copy that the program itself made.",
         )
     copy = back_up(database, path, f"format-{version}")
-    with transaction(database):
-        upgrade(database)
+    try:
+        with transaction(database):
+            upgrade(database)
+    except (ValueError, TypeError, sqlite3.IntegrityError, sqlite3.OperationalError) as error:
+        raise InputError(
+            f"it could not be brought up to date from format {version} ({error})",
+            where=str(path),
+            remedy=f"Nothing was changed; a copy for repair is {copy.name!r}.",
+        ) from error
     return copy
 
 

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import sqlite3
 from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
-from threading import RLock
 
 from stereotrack_core.annotation.click import ClickKey
-from stereotrack_core.project.database import transaction
-from stereotrack_core.project.failures import speaking
+from stereotrack_core.project.access import Access
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,19 +41,15 @@ class Prediction:
 class Predictions:
     """Read and replace predictions. They are no edits: nothing of a person's is lost by them."""
 
-    def __init__(self, database: sqlite3.Connection, lock: RLock, path: Path) -> None:
-        self._database = database
-        self._lock = lock
-        self._path = path
+    def __init__(self, access: Access) -> None:
+        self._access = access
 
     def at(self, frame: int) -> tuple[Prediction, ...]:
         """Predictions of all sources at a frame."""
-        with self._lock:
-            rows = self._database.execute(
-                "SELECT frame, camera, landmark, source, x, y, sigma FROM prediction"
-                " WHERE frame = ?",
-                (frame,),
-            ).fetchall()
+        rows = self._access.rows(
+            "SELECT frame, camera, landmark, source, x, y, sigma FROM prediction WHERE frame = ?",
+            (frame,),
+        )
         return tuple(
             Prediction(frame, camera, landmark, source, (x, y), sigma)
             for frame, camera, landmark, source, x, y, sigma in rows
@@ -65,10 +57,7 @@ class Predictions:
 
     def sources(self) -> tuple[str, ...]:
         """Everything that predictions come from."""
-        with self._lock:
-            rows = self._database.execute(
-                "SELECT DISTINCT source FROM prediction ORDER BY source"
-            ).fetchall()
+        rows = self._access.rows("SELECT DISTINCT source FROM prediction ORDER BY source")
         return tuple(row[0] for row in rows)
 
     def replace(self, source: str, predictions: Iterable[Prediction]) -> None:
@@ -82,6 +71,6 @@ class Predictions:
         rows = [(*p.key, p.source, *map(float, p.position), p.sigma) for p in predictions]
         if any(row[3] != source for row in rows):
             raise ValueError(f"not all predictions are of {source!r}")
-        with self._lock, speaking(self._path), transaction(self._database):
-            self._database.execute("DELETE FROM prediction WHERE source = ?", (source,))
-            self._database.executemany("INSERT INTO prediction VALUES (?, ?, ?, ?, ?, ?, ?)", rows)
+        with self._access.writing() as database:
+            database.execute("DELETE FROM prediction WHERE source = ?", (source,))
+            database.executemany("INSERT INTO prediction VALUES (?, ?, ?, ?, ?, ?, ?)", rows)

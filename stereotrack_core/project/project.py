@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from threading import RLock
 from types import TracebackType
 
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.errors import InputError
+from stereotrack_core.project.access import Access
 from stereotrack_core.project.clicks import Clicks
 from stereotrack_core.project.corrections import Corrections, load_corrections
-from stereotrack_core.project.database import make_database, transaction
+from stereotrack_core.project.database import make_database
 from stereotrack_core.project.edit import Edit, Stamp
 from stereotrack_core.project.entries import Entries
-from stereotrack_core.project.failures import speaking
 from stereotrack_core.project.filesystem import Mount
 from stereotrack_core.project.history import Changed, History, HistoryReader
 from stereotrack_core.project.marks import Marks
@@ -74,15 +73,14 @@ class Project:
         self.journal = opened.journal
         self.notes: tuple[Finding, ...] = opened.notes
         self.who = who or user()
-        self._database = opened.database
+        self._access = Access(opened.database, opened.path)
         self._resources = opened.resources
-        self._lock = RLock()
-        self._history = History(self._database, self._lock, self.path)
+        self._history = History(self._access)
         self._listeners: list[Listener] = []
-        self.clicks = Clicks(self._database, self._lock)
-        self.predictions = Predictions(self._database, self._lock, self.path)
-        self.marks = Marks(self._database, self._lock)
-        self.view_settings = ViewSettings(self._database, self._lock, self.path)
+        self.clicks = Clicks(self._access)
+        self.predictions = Predictions(self._access)
+        self.marks = Marks(self._access)
+        self.view_settings = ViewSettings(self._access)
         self.references = self._entries(REFERENCE)
         self.runs = self._entries(RUN)
         self.subjects = self._entries(SUBJECT)
@@ -91,7 +89,7 @@ class Project:
         self.descriptions = self._entries(DESCRIPTION)
 
     def _entries(self, table: Table) -> Entries:
-        return Entries(table, self._database, self._lock, self.path)
+        return Entries(table, self._access)
 
     @staticmethod
     def create(
@@ -128,7 +126,7 @@ class Project:
 
     def close(self) -> None:
         """Give the file back; a second time does nothing."""
-        with self._lock:
+        with self._access.alone():
             self._listeners.clear()
             self._resources.close()
 
@@ -188,16 +186,12 @@ class Project:
 
     def annotators(self) -> tuple[str, ...]:
         """Everyone who has made an edit, in the order of their first one."""
-        with self._lock:
-            rows = self._database.execute(
-                "SELECT name FROM annotator ORDER BY first_at, name"
-            ).fetchall()
+        rows = self._access.rows("SELECT name FROM annotator ORDER BY first_at, name")
         return tuple(row[0] for row in rows)
 
     def chosen(self, entries: Entries) -> str | None:
         """Name of the one that is used (:class:`entries.Choose`); None where none is."""
-        with self._lock:
-            row = CHOICE.read(self._database, (entries.table_name,))
+        row = self._access.read(CHOICE, (entries.table_name,))
         name = None if row is None else str(row[0])
         return name if name in entries.names() else None
 
@@ -223,10 +217,7 @@ class Project:
         InputError
             Where the project was made without one.
         """
-        with self._lock:
-            row = self._database.execute(
-                "SELECT name, relative, absolute, fingerprint FROM recording"
-            ).fetchone()
+        row = self._access.row("SELECT name, relative, absolute, fingerprint FROM recording")
         if row is None:
             raise InputError(
                 "the project knows no recording", where=str(self.path), remedy="Choose its folder."
@@ -262,13 +253,12 @@ class Project:
 
     def back_up(self) -> Path:
         """Copy the project beside itself; the path of the copy."""
-        with self._lock, speaking(self.path):
-            return back_up(self._database, self.path, "copy")
+        with self._access.alone() as database:
+            return back_up(database, self.path, "copy")
 
     def check(self) -> tuple[str, ...]:
         """Everything that is wrong within the file, in the database's words; nothing when whole."""
-        with self._lock, speaking(self.path):
-            rows = self._database.execute("PRAGMA integrity_check(20)").fetchall()
+        rows = self._access.rows("PRAGMA integrity_check(20)")
         return tuple(row[0] for row in rows if row[0] != "ok")
 
     def _changing(self, change: Callable[[], Changed | None]) -> Changed | None:
@@ -278,17 +268,16 @@ class Project:
                 where=str(self.path),
                 remedy="Open it for writing, or work on a copy of it.",
             )
-        with self._lock:
-            with speaking(self.path):
-                changed = change()
+        with self._access.alone():
+            changed = change()
             if changed is not None:
                 for listener in tuple(self._listeners):
                     listener(changed)
         return changed
 
     def _remember(self, place: RecordingPlace) -> None:
-        with self._lock, speaking(self.path), transaction(self._database):
-            self._database.execute(
+        with self._access.writing() as database:
+            database.execute(
                 "INSERT OR REPLACE INTO recording VALUES (1, ?, ?, ?, ?)",
                 (place.name, place.relative, place.absolute, place.fingerprint),
             )

@@ -1,0 +1,179 @@
+"""Save what can be read of a damaged project into a new file."""
+
+from __future__ import annotations
+
+import sqlite3
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.project.content import hash_of
+from stereotrack_core.project.database import copy_files, make_database, transaction
+from stereotrack_core.project.rows import from_json
+from stereotrack_core.project.schema import EDITED_TABLES, FORMAT
+
+_OTHER_TABLES = ("content", "prediction", "annotator", "view_setting", "recording")
+_HISTORY = ("edit", "edit_change")
+
+
+@dataclass(frozen=True)
+class Rescued:
+    """What was saved.
+
+    Attributes
+    ----------
+    path : Path
+        The new project.
+    rows : mapping
+        Number of rows by table.
+    from_history : int
+        Rows of people's work that were damaged in their table, but stood in the history.
+    history_whole : bool
+        Whether the history came along; otherwise the new project begins without one.
+    """
+
+    path: Path
+    rows: Mapping[str, int]
+    from_history: int
+    history_whole: bool
+
+
+def rescue(damaged: Path, target: Path) -> Rescued:
+    """Read row by row, from both ends of every table, past what is damaged; then the history.
+
+    The damaged file is not touched. The history only comes along where it agrees with the rows:
+    undo has to be right or absent.
+
+    Raises
+    ------
+    InputError
+        Where nothing can be read, or the target exists or cannot be written.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            copy = copy_files(damaged, Path(folder))
+        except OSError as error:
+            raise InputError(
+                f"it cannot be read ({error.strerror})",
+                where=str(damaged),
+                remedy="Correct the path.",
+            ) from error
+        make_database(target)
+        with (
+            closing(sqlite3.connect(copy, isolation_level=None)) as source,
+            closing(sqlite3.connect(target, isolation_level=None)) as database,
+        ):
+            source.execute("PRAGMA cell_size_check = ON")
+            with transaction(database):
+                counts = {
+                    table: _copy(source, database, table)
+                    for table in (*_OTHER_TABLES, *_HISTORY, *EDITED_TABLES)
+                }
+                _drop_wrong_content(database)
+                restored = _restore_from_history(database)
+                whole = _history_agrees(database)
+                if not whole:
+                    for table in reversed(_HISTORY):
+                        database.execute(f"DELETE FROM {table}")  # noqa: S608 - constants
+    if not any(counts.values()):
+        target.unlink()
+        raise InputError(
+            f"nothing in it can be read as a project of format {FORMAT}",
+            where=str(damaged),
+            remedy="Take a copy of it, or what a backup of the drive has.",
+        )
+    return Rescued(target, counts, restored, whole)
+
+
+def _copy(source: sqlite3.Connection, target: sqlite3.Connection, table: str) -> int:
+    """Copy what can be read of a table; the number of rows."""
+    info = target.execute(f"PRAGMA table_info({table})").fetchall()
+    columns = [row[1] for row in info]
+    key = [row[1] for row in sorted(info, key=lambda row: row[5]) if row[5]]
+    insert = (
+        f"INSERT OR IGNORE INTO {table} ({', '.join(columns)})"  # noqa: S608 - constants
+        f" VALUES ({', '.join('?' * len(columns))})"
+    )
+    for direction in ("ASC", "DESC"):
+        order = ", ".join(f"{column} {direction}" for column in key)
+        select = f"SELECT {', '.join(columns)} FROM {table} ORDER BY {order}"  # noqa: S608
+        for row in _readable(source, select):
+            try:
+                target.execute(insert, row)
+            except (sqlite3.IntegrityError, sqlite3.InterfaceError):
+                continue  # a row of rubbish
+    count: int = target.execute(f"SELECT count(*) FROM {table}").fetchone()[0]  # noqa: S608
+    return count
+
+
+def _readable(source: sqlite3.Connection, select: str) -> Iterator[tuple[object, ...]]:
+    """Rows up to where the file is damaged."""
+    try:
+        yield from source.execute(select)
+    except (sqlite3.DatabaseError, UnicodeDecodeError):
+        return
+
+
+def _drop_wrong_content(database: sqlite3.Connection) -> None:
+    """Forget runs and references whose data are not what they were."""
+    for name, data in database.execute("SELECT hash, bytes FROM content").fetchall():
+        if not isinstance(data, bytes) or hash_of(data) != name:
+            database.execute("DELETE FROM content WHERE hash = ?", (name,))
+    for table in EDITED_TABLES.values():
+        if "content" in table.values:
+            database.execute(
+                f"DELETE FROM {table.name} WHERE content IS NOT NULL"  # noqa: S608 - constants
+                " AND content NOT IN (SELECT hash FROM content)"
+            )
+
+
+def _restore_from_history(database: sqlite3.Connection) -> int:
+    """Set rows that the history's last word knows better than their table; their number."""
+    restored = 0
+    for (table_name, key), after in _last_words(database).items():
+        table = EDITED_TABLES[table_name]
+        row = from_json(key) or ()
+        try:
+            if table.read(database, row) is None and after is not None:
+                table.write(database, row, from_json(after))
+                restored += 1
+        except (sqlite3.IntegrityError, sqlite3.ProgrammingError, ValueError):
+            continue
+    return restored
+
+
+def _last_words(database: sqlite3.Connection) -> dict[tuple[str, str], str | None]:
+    """Row after the last edit in effect, by table and key."""
+    changes = database.execute(
+        "SELECT changed_table, changed_key, after FROM edit_change JOIN edit ON number = edit"
+        " WHERE state = 'done' ORDER BY edit, place"
+    )
+    return {
+        (table, key): after for table, key, after in changes.fetchall() if table in EDITED_TABLES
+    }
+
+
+def _history_agrees(database: sqlite3.Connection) -> bool:
+    """Whether every edit is there, and the rows are those that the history leads to."""
+    numbers = {row[0] for row in database.execute("SELECT number FROM edit")}
+    changed = {row[0] for row in database.execute("SELECT DISTINCT edit FROM edit_change")}
+    if numbers != changed or (numbers and numbers != set(range(1, max(numbers) + 1))):
+        return False
+    try:
+        words = _last_words(database)
+        agreeing = all(
+            EDITED_TABLES[table].read(database, from_json(key) or ()) == from_json(after)
+            for (table, key), after in words.items()
+        )
+    except (sqlite3.ProgrammingError, ValueError):
+        return False
+    expected: dict[str, int] = dict.fromkeys(EDITED_TABLES, 0)
+    for (table, _), after in words.items():
+        expected[table] += after is not None
+    return agreeing and all(
+        database.execute(f"SELECT count(*) FROM {table}").fetchone()[0] == count  # noqa: S608
+        for table, count in expected.items()
+    )

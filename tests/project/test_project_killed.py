@@ -1,0 +1,104 @@
+"""A program that is killed while editing loses nothing that it has acknowledged."""
+
+from __future__ import annotations
+
+import os
+import random
+import runpy
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import islice
+from pathlib import Path
+
+import pytest
+
+from stereotrack_core.project.database import make_database
+from stereotrack_core.project.project import Project
+
+pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no SIGKILL here")
+
+PROGRAM = Path(__file__).with_name("editing_process.py")
+EDITING = runpy.run_path(str(PROGRAM))
+LONGEST = 0.3
+"""Seconds of editing before a process is killed, at most."""
+
+
+class Editors:
+    """Processes that edit a project, one after the other, until they are killed."""
+
+    def __init__(self) -> None:
+        self.server = subprocess.Popen(
+            [sys.executable, str(PROGRAM)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            cwd=PROGRAM.parents[2],
+            env={**os.environ, "PYTHONPATH": str(PROGRAM.parents[2])},
+        )
+
+    def edit_and_die(self, path: Path, seed: int, seconds: float) -> int:
+        """Let one edit, kill it after so long, and count the edits that it acknowledged."""
+        self.server.stdin.write(f"{seed} {path}\n")
+        self.server.stdin.flush()
+        process = int(self.server.stdout.readline())
+        killer = threading.Timer(seconds, os.kill, (process, signal.SIGKILL))
+        killer.start()
+        acknowledged = 0
+        while (line := self.server.stdout.readline()) == ".\n":
+            acknowledged += 1
+        killer.join()
+        assert line == f"ended {-signal.SIGKILL}\n"
+        return acknowledged
+
+    def close(self) -> None:
+        self.server.stdin.close()
+        self.server.wait()
+        self.server.stdout.close()
+
+
+@pytest.fixture
+def editors() -> Iterator[Editors]:
+    started = Editors()
+    yield started
+    started.close()
+
+
+def content(project: Project) -> tuple[object, ...]:
+    """Clicks, deleted ones too, and the whole history; but for the time of day."""
+    clicks = [replace(click, at="") for click in project.clicks.all(with_deleted=True)]
+    entries = project.history.entries(limit=10**9)
+    return clicks, [(entry.number, entry.words, entry.who, entry.state) for entry in entries]
+
+
+@pytest.mark.parametrize("kills", [8, pytest.param(100, marks=pytest.mark.slow)])
+def test_nothing_acknowledged_is_lost_and_nothing_is_half_done(tmp_path, editors, kills):
+    """A twin that nobody kills makes the same edits; both hold the same after every kill."""
+    moments = random.Random(3)
+    path, twin_path = tmp_path / "killed.stereotrack", tmp_path / "twin.stereotrack"
+    make_database(path)
+    make_database(twin_path)
+    total = unheard = 0
+    with Project.open(twin_path, who="A") as twin:
+        for seed in range(kills):
+            acknowledged = editors.edit_and_die(path, seed, moments.uniform(0.01, LONGEST))
+            steps = EDITING["steps"](seed)
+            for step in islice(steps, acknowledged):
+                EDITING["make"](twin, step)
+            with Project.open(path) as killed:
+                found = content(killed)
+                assert killed.check() == ()
+            if found != content(twin):  # the last edit was saved, but killed before it could say so
+                EDITING["make"](twin, next(steps))
+                unheard += 1
+            assert found == content(twin)
+            total += acknowledged
+        assert total > 5 * kills
+        with Project.open(path) as killed:
+            while killed.undo() is not None:
+                twin.undo()
+            assert content(killed) == content(twin)
+            assert killed.clicks.all(with_deleted=True) == ()

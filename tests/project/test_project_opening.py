@@ -1,0 +1,312 @@
+"""Who may open a project, from where, and in which format; nothing is changed by refusing."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sqlite3
+import subprocess
+import sys
+import tempfile
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from stereotrack_core.annotation.click import Click
+from stereotrack_core.errors import InputError
+from stereotrack_core.project import owner
+from stereotrack_core.project.click_edits import place
+from stereotrack_core.project.lock import lock_path
+from stereotrack_core.project.project import Project
+
+ROOT = Path(__file__).parents[2]
+OLD = Path(__file__).with_name("data") / "format-1.stereotrack"
+ELBOW = Click(1, "N_right", "left_elbow", (10.25, 20.5))
+NETWORK = (("/", "nfs4"),)
+
+HOLDER = """
+import sys
+from pathlib import Path
+from stereotrack_core.project.project import Project
+project = Project.open(Path(sys.argv[1]), who="B")
+print("open", flush=True)
+sys.stdin.read()
+"""
+
+
+@pytest.fixture
+def held(project, project_path):
+    """The project, open in another process."""
+    project.apply(place(ELBOW))
+    project.close()
+    with subprocess.Popen(
+        [sys.executable, "-c", HOLDER, str(project_path)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        cwd=ROOT,
+    ) as process:
+        process.stdout.readline()
+        yield process
+        process.kill()
+
+
+def test_the_second_program_is_told_who_has_it(held, project_path):
+    with pytest.raises(InputError, match=f"process {held.pid} on .*reading only"):
+        Project.open(project_path)
+
+
+def test_the_second_program_may_read(held, project_path):
+    with Project.open(project_path, read_only=True) as reading:
+        assert [click.key for click in reading.clicks.all()] == [ELBOW.key]
+        with pytest.raises(InputError, match="reading only"):
+            reading.apply(place(ELBOW))
+
+
+def test_a_crashed_owner_does_not_stand_in_the_way(held, project_path):
+    held.kill()
+    held.wait()
+    with Project.open(project_path) as again:
+        assert "did not close it; every edit is there" in again.notes[0].what
+        assert str(held.pid) in again.notes[0].what
+    with Project.open(project_path) as again:
+        assert again.notes == ()
+
+
+def test_the_same_program_cannot_open_it_twice(project, project_path):
+    with pytest.raises(InputError, match="open already"):
+        Project.open(project_path)
+    project.close()
+    Project.open(project_path).close()
+
+
+def test_nothing_is_left_beside_a_closed_project(project, project_path):
+    before = {project_path.name, "walk"}
+    assert lock_path(project_path).exists()
+    project.close()
+    project.close()
+    assert {path.name for path in project_path.parent.iterdir()} == before
+
+
+def test_on_a_network_drive_it_is_slow_but_safe_and_says_so(project, project_path):
+    project.apply(place(ELBOW))
+    assert project.journal == "wal"
+    assert project.notes == ()
+    project.close()
+    with Project.open(project_path, mounts=NETWORK) as safe:
+        assert safe.journal == "delete"
+        assert "network drive (nfs4)" in safe.notes[0].what
+        safe.undo()
+        safe.redo()
+        assert len(safe.clicks.all()) == 1
+        names = {path.name for path in project_path.parent.iterdir()}
+        assert not any(name.endswith(("-wal", "-shm")) for name in names)
+    with Project.open(project_path) as fast:
+        assert fast.journal == "wal"
+        assert len(fast.clicks.all()) == 1
+
+
+def test_a_log_that_a_crash_left_is_read_on_a_network_drive_too(held, project_path):
+    held.kill()
+    held.wait()
+    with Project.open(project_path, mounts=NETWORK) as safe:
+        assert safe.journal == "delete"
+        assert len(safe.clicks.all()) == 1
+
+
+def test_another_machine_on_a_network_drive_is_asked_for(project, project_path, monkeypatch):
+    """The system's lock may not reach from machine to machine; the note in the file does."""
+    project.close()
+    left = owner.Owner("other-machine", 5, "B", owner.now())
+    with closing(sqlite3.connect(project_path, isolation_level=None)) as database:
+        owner.write_owner(database, left)
+    with pytest.raises(InputError, match=r"process 5 on other-machine.*take the project over"):
+        Project.open(project_path, mounts=NETWORK)
+    with Project.open(project_path, mounts=NETWORK, take_over=True) as taken:
+        assert any("other-machine did not close it" in note.what for note in taken.notes)
+
+
+def test_an_old_project_is_brought_up_to_date_after_a_copy_was_made(tmp_path):
+    path = tmp_path / "old.stereotrack"
+    shutil.copyfile(OLD, path)
+    with Project.open(path) as project:
+        assert "older format" in project.notes[0].what
+        check_content_of_old(project)
+        assert project.redo().words == "move left elbow in N_right, frame 0"
+        assert project.clicks.at(0, "N_right")[0].position == (11.5, 20.25)
+        for _ in range(3):
+            assert project.undo() is not None
+        assert project.clicks.all(with_deleted=True) == ()
+    copy = tmp_path / "old.format-1.stereotrack"
+    assert content_of(copy) == content_of(OLD)
+    with Project.open(path) as project:
+        assert project.notes == ()
+        assert project.check() == ()
+
+
+def check_content_of_old(project: Project) -> None:
+    assert project.clicks.all() == (
+        Click(0, "N_right", "left_elbow", (10.5, 20.25), who="A", at=AT),
+        Click(0, "N_right", "right_elbow", (30.0, 21.0), 1, "uncertain", who="A", at=AT),
+        Click(0, "S_cam", "left_elbow", None, 0, who="B", at=AT),
+    )
+    assert [(keyframe.frame, keyframe.done) for keyframe in project.marks.keyframes()] == [
+        (0, True)
+    ]
+    assert project.view_settings.get("frame") == 17
+    assert project.recording_place().name == "walk"
+
+
+AT = "2026-01-05T10:00:00.000+00:00"
+
+
+def content_of(path: Path) -> list[str]:
+    with closing(sqlite3.connect(path)) as database:
+        return list(database.iterdump())
+
+
+def test_an_old_project_can_be_read_without_changing_it(tmp_path):
+    path = tmp_path / "old.stereotrack"
+    shutil.copyfile(OLD, path)
+    with Project.open(path, read_only=True) as project:
+        check_content_of_old(project)
+    assert path.read_bytes() == OLD.read_bytes()
+    assert [each.name for each in tmp_path.iterdir()] == [path.name]
+
+
+def test_migration_leads_to_the_tables_of_a_new_project(tmp_path, project, project_path):
+    path = tmp_path / "old.stereotrack"
+    shutil.copyfile(OLD, path)
+    Project.open(path).close()
+    project.close()
+    assert tables_of(path) == tables_of(project_path)
+
+
+def tables_of(path: Path) -> dict[str, object]:
+    with closing(sqlite3.connect(path)) as database:
+        names = database.execute(
+            "SELECT name FROM sqlite_schema WHERE name NOT LIKE 'sqlite_%' ORDER BY name"
+        ).fetchall()
+        return {
+            name: [
+                database.execute(f"PRAGMA {about}('{name}')").fetchall()
+                for about in ("table_info", "index_info")
+            ]
+            for (name,) in names
+        }
+
+
+def test_a_migration_that_fails_changes_nothing(tmp_path, monkeypatch):
+    path = tmp_path / "old.stereotrack"
+    shutil.copyfile(OLD, path)
+    broken = sqlite3.connect(path)
+    broken.execute("UPDATE edit_change SET before = 'no JSON' WHERE edit = 3")
+    broken.commit()
+    before = list(broken.iterdump())
+    broken.close()
+    with pytest.raises(InputError, match="could not be brought up to date"):
+        Project.open(path)
+    assert content_of(path) == before
+    assert not lock_path(path).exists()
+
+
+def test_a_newer_project_is_refused_and_left_alone(project, project_path):
+    project.close()
+    with closing(sqlite3.connect(project_path)) as database:
+        database.execute("PRAGMA user_version = 3")
+    before = project_path.read_bytes()
+    for read_only in (False, True):
+        with pytest.raises(InputError, match=r"newer program wrote it \(format 3.*nothing was"):
+            Project.open(project_path, read_only=read_only)
+    assert project_path.read_bytes() == before
+    assert not lock_path(project_path).exists()
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (None, "there is no such file"),
+        (b"", "the file is empty"),
+        (b"frame,view,landmark,x,y,visibility\n", "not a project"),
+        (OLD.read_bytes()[:60], "ends after 60 bytes"),
+    ],
+)
+def test_other_files_are_refused(tmp_path, content, said):
+    path = tmp_path / "some.stereotrack"
+    if content is not None:
+        path.write_bytes(content)
+    for read_only in (False, True):
+        with pytest.raises(InputError, match=said):
+            Project.open(path, read_only=read_only)
+
+
+def test_a_database_of_something_else_is_refused_and_left_alone(tmp_path):
+    path = tmp_path / "some.stereotrack"
+    with closing(sqlite3.connect(path)) as database:
+        database.execute("CREATE TABLE mine (a)")
+    before = path.read_bytes()
+    with pytest.raises(InputError, match="not a project"):
+        Project.open(path)
+    assert path.read_bytes() == before
+
+
+def test_a_project_is_not_made_over_another_file(recording, tmp_path):
+    path = tmp_path / "taken.stereotrack"
+    path.write_text("mine")
+    with pytest.raises(InputError, match="a file of that name already"):
+        Project.create(path, recording.folder)
+    assert path.read_text() == "mine"
+
+
+@pytest.fixture
+def folder():
+    """A folder that every user of the machine can come to."""
+    with tempfile.TemporaryDirectory() as name:
+        yield Path(name)
+
+
+@pytest.mark.skipif(not hasattr(os, "setuid"), reason="needs a user without rights")
+@pytest.mark.parametrize("closed", [True, False])
+def test_a_project_in_a_read_only_folder_is_read_as_it_is(project, project_path, folder, closed):
+    project.apply(place(ELBOW))
+    if closed:
+        project.close()
+    for suffix in ("", "-wal"):
+        source = project_path.with_name(project_path.name + suffix)
+        if source.exists():
+            shutil.copyfile(source, folder / source.name)
+    content, note, refused = asked_without_rights(folder / project_path.name)
+    assert content == "[(10.25, 20.5)]"
+    assert "its folder is read-only" in note
+    assert "nothing can be written beside" in refused
+
+
+ASKER = """
+import os, sys
+from pathlib import Path
+path = Path(sys.argv[1])
+for file in path.parent.iterdir():
+    file.chmod(0o444)
+path.parent.chmod(0o555)
+from stereotrack_core.errors import InputError
+from stereotrack_core.project.project import Project
+if os.getuid() == 0:
+    os.setuid(65534)
+with Project.open(path, read_only=True) as project:
+    print([click.position for click in project.clicks.all()])
+    print([note.what for note in project.notes])
+try:
+    Project.open(path)
+except InputError as error:
+    print(error)
+"""
+
+
+def asked_without_rights(path: Path) -> list[str]:
+    """What a process that may not write to the folder finds in a project."""
+    result = subprocess.run(
+        [sys.executable, "-c", ASKER, str(path)], capture_output=True, text=True, cwd=ROOT
+    )
+    path.parent.chmod(0o755)
+    assert result.returncode == 0, result.stderr
+    return result.stdout.splitlines()
