@@ -24,11 +24,13 @@ from stereotrack_core.tracking.limits import limit_residuals
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.process import process_noise
 from stereotrack_core.tracking.residuals import (
+    Observation,
     Residual,
     gathered,
     gathered_by_sigma_points,
 )
 from stereotrack_core.tracking.search.search import ArmSearch
+from stereotrack_core.tracking.sensors import sensors_for
 
 _COARSE = 2
 """All iterations but the last use every second datum; the variances make up for it."""
@@ -72,6 +74,7 @@ class ManifoldTracker:
         self._columns = columns_of(self.joints)
         self._seed = seed
         self._search = ArmSearch(body, parameters.search)
+        self._sensors = sensors_for(parameters)
         self.start(t_pose(np.zeros(3)))
 
     def start(self, pose: Pose) -> None:
@@ -79,6 +82,8 @@ class ManifoldTracker:
         self.pose = pose
         self.P = np.diag(np.concatenate([_START[:3], _START[3:6], np.full(len(self.Q) - 6, _ARM)]))
         self.movement = np.zeros(len(self.Q))
+        self._observed: tuple[Observation, ...] = ()
+        self._seen: Cloud | None = None
         self._prior: Prior | None = None
         self._anew = True
 
@@ -98,8 +103,16 @@ class ManifoldTracker:
         self._prior, self._anew = None if self._anew else self._prior, False
         return self.estimate(cloud, surface, innovation, time.perf_counter() - begun)
 
+    def observe(self, cloud: Cloud) -> None:
+        """Let all sensors see the frame, once."""
+        if self._seen is cloud:
+            return
+        self._seen = cloud
+        self._observed = tuple(sensor.observe(cloud) for sensor in self._sensors)
+
     def track(self, cloud: Cloud, data: FloatArray) -> tuple[SurfaceResidual, float]:
         """Correct the predicted pose; returns the last pairs and the innovation."""
+        self.observe(cloud)
         predicted, P0 = self.pose, self.P
         surface, innovation = self.follow(data, predicted, P0)
         hurried = self.widened(predicted, P0)
@@ -208,6 +221,7 @@ class ManifoldTracker:
         """Linearise at the present posterior, correct the frame's prior; returns the innovation."""
         residuals: tuple[Residual, ...] = (
             surface,
+            *(row for seen in self._observed for row in seen.residuals(self.body, self.pose)),
             *limit_residuals(self.body, self.pose, self.parameters, self.joints),
         )
         if self.parameters.linearisation == "sigma_points":

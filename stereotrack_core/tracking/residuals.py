@@ -12,6 +12,7 @@ from stereotrack_core.body.jacobian import Columns
 from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose
+from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.filtering.linearisation import (
     Information,
     information,
@@ -40,6 +41,22 @@ class Residual(Protocol):
 
     def predicted(self, frames: PartFrames) -> FloatArray:
         """z_hat (S, m) for stacked poses."""
+        ...
+
+
+class Observation(Protocol):
+    """What one sensor saw at one instant; pairs itself anew with every pose."""
+
+    def residuals(self, body: BodyModel, pose: Pose) -> tuple[Residual, ...]:
+        """Residuals at a pose; none where nothing was seen."""
+        ...
+
+
+class Sensor(Protocol):
+    """A source of measurements beside the cloud's points: outlines, detected hands, colours."""
+
+    def observe(self, cloud: Cloud) -> Observation:
+        """Take from one instant what does not depend on the pose."""
         ...
 
 

@@ -1,0 +1,11 @@
+"""Sensors beside the cloud's points, as the parameters ask for them."""
+
+from __future__ import annotations
+
+from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.residuals import Sensor
+
+
+def sensors_for(parameters: TrackingParameters) -> tuple[Sensor, ...]:
+    """Sensors that a tracker with these parameters listens to."""
+    return ()
