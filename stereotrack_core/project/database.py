@@ -12,6 +12,7 @@ from pathlib import Path
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.atomic import replacing
 from stereotrack_core.project.failures import ProjectDamaged, speaking
+from stereotrack_core.project.rows import Row
 from stereotrack_core.project.schema import APPLICATION, FORMAT, STATEMENTS
 
 BUSY_SECONDS = 5.0
@@ -20,8 +21,15 @@ _HEADER = 100
 _VERSION_AT, _APPLICATION_AT = 60, 68
 
 
-def make_database(path: Path) -> None:
+def make_database(path: Path, recording: Row | None = None) -> None:
     """Make an empty project; either all of it is there afterwards, or nothing.
+
+    Parameters
+    ----------
+    path : Path
+        Its folder is made where it is not there.
+    recording : tuple of str, optional
+        Name, relative path, absolute path and fingerprint.
 
     Raises
     ------
@@ -34,12 +42,22 @@ def make_database(path: Path) -> None:
             where=str(path),
             remedy="Open it, or choose another name for the new project.",
         )
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"the folder cannot be made ({error.strerror})",
+            where=str(path.parent),
+            remedy="Choose another place.",
+        ) from error
     with replacing(path) as temporary, speaking(path):
         database = sqlite3.connect(temporary, isolation_level=None)
         try:
             with transaction(database):
                 for statement in STATEMENTS:
                     database.execute(statement)
+                if recording is not None:
+                    database.execute("INSERT INTO recording VALUES (1, ?, ?, ?, ?)", recording)
                 database.execute(f"PRAGMA user_version = {FORMAT}")
                 database.execute(f"PRAGMA application_id = {APPLICATION}")
         finally:

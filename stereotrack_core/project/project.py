@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import astuple
 from pathlib import Path
 from types import TracebackType
 
@@ -104,10 +105,8 @@ class Project:
         """
         path = Path(path)
         place = place_of(recording, path)
-        make_database(path)
-        project = Project.open(path, who=who, mounts=mounts)
-        project._remember(place)
-        return project
+        make_database(path, astuple(place))
+        return Project.open(path, who=who, mounts=mounts)
 
     @staticmethod
     def open(
@@ -278,6 +277,5 @@ class Project:
     def _remember(self, place: RecordingPlace) -> None:
         with self._access.writing() as database:
             database.execute(
-                "INSERT OR REPLACE INTO recording VALUES (1, ?, ?, ?, ?)",
-                (place.name, place.relative, place.absolute, place.fingerprint),
+                "INSERT OR REPLACE INTO recording VALUES (1, ?, ?, ?, ?)", astuple(place)
             )

@@ -13,15 +13,25 @@ LARGEST = 2**31 - 1
 """Frame numbers beyond this are slips."""
 
 
-def read_rows(path: Path, columns: Sequence[str]) -> list[tuple[int, dict[str, str]]]:
+def read_rows(
+    path: Path, columns: Sequence[str], complaints: list[InputError] | None = None
+) -> list[tuple[int, dict[str, str]]]:
     """Line number and cells by column of every row that is not empty.
 
     Columns may stand in any order; further columns are ignored.
 
+    Parameters
+    ----------
+    path : Path
+    columns : sequence of str
+    complaints : list of InputError, optional
+        What is wrong about single rows is appended, and these rows are left out.
+
     Raises
     ------
     InputError
-        When the file is missing or unreadable, a column is missing, or a row is too short.
+        When the file is missing or unreadable, or a column is missing; where there is no list of
+        complaints, also when a row is too short or too long.
     """
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
@@ -52,15 +62,23 @@ def read_rows(path: Path, columns: Sequence[str]) -> list[tuple[int, dict[str, s
         if not any(cell.strip() for cell in line):
             continue
         if len(line) <= max(place.values()) or any(cell.strip() for cell in line[len(header) :]):
-            raise InputError(
-                f"line {number} has {len(line)} values instead of {len(header)}",
-                where=str(path),
-                remedy="Add what is missing or delete the line."
-                if len(line) < len(header)
-                else "Write decimal points, and commas only between the values.",
-            )
+            complaint = _wrong_length(path, number, line, header)
+            if complaints is None:
+                raise complaint
+            complaints.append(complaint)
+            continue
         rows.append((number, {name: line[i].strip() for name, i in place.items()}))
     return rows
+
+
+def _wrong_length(path: Path, number: int, line: list[str], header: list[str]) -> InputError:
+    return InputError(
+        f"line {number} has {len(line)} values instead of {len(header)}",
+        where=str(path),
+        remedy="Add what is missing or delete the line."
+        if len(line) < len(header)
+        else "Write decimal points, and commas only between the values.",
+    )
 
 
 def whole_number(text: str, path: Path, line: int, column: str) -> int:

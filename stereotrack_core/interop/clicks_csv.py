@@ -1,0 +1,219 @@
+"""The clicks file: ``frame,view,landmark,x,y,visibility``, in raw-image pixels."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from stereotrack_core.annotation.click import Click, ClickKey, Visibility
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.atomic import replacing
+from stereotrack_core.recording.csv_table import read_rows, whole_number
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.landmarks import LANDMARKS
+
+COLUMNS = ("frame", "view", "landmark", "x", "y", "visibility")
+
+
+@dataclass(frozen=True)
+class ClicksFile:
+    """What a clicks file holds.
+
+    Attributes
+    ----------
+    clicks : tuple of Click
+        In the order of the file; lines with problems are left out.
+    problems : tuple of InputError
+        Everything wrong with it, each with its line and what would be right.
+    """
+
+    clicks: tuple[Click, ...]
+    problems: tuple[InputError, ...]
+
+    def checked(self) -> tuple[Click, ...]:
+        """The clicks, where there are no problems.
+
+        Raises
+        ------
+        InputError
+            The first problem, with the number of the others.
+        """
+        if not self.problems:
+            return self.clicks
+        first, others = self.problems[0], len(self.problems) - 1
+        more = f" ({others} more problem{'s' if others > 1 else ''} in this file)" if others else ""
+        raise InputError(f"{first.what}{more}", where=first.where, remedy=first.remedy)
+
+
+def read_clicks(
+    path: Path,
+    recording: Recording,
+    *,
+    landmarks: Sequence[str] = LANDMARKS,
+    frames: int | None = None,
+) -> ClicksFile:
+    """Read clicks of a recording, and everything that is wrong in the file.
+
+    Parameters
+    ----------
+    path : Path
+    recording : Recording
+        ``view`` names one of its views (that view's reference image) or one of its cameras.
+    landmarks : sequence of str
+    frames : int, optional
+        Number of frames of the recording, where it is known.
+
+    Raises
+    ------
+    InputError
+        Where the file cannot be read at all.
+    """
+    problems: list[InputError] = []
+    lines: dict[ClickKey, int] = {}
+    clicks = []
+    for line, cells in read_rows(path, COLUMNS, problems):
+        try:
+            click = _click(path, line, cells, recording, landmarks, frames)
+            if click.key in lines:
+                raise InputError(
+                    f"line {line} gives {click.landmark} of frame {click.frame} in {click.camera}"
+                    f" a second time, after line {lines[click.key]}",
+                    where=str(path),
+                    remedy="Delete one of the two lines.",
+                )
+        except InputError as problem:
+            problems.append(problem)
+            continue
+        lines[click.key] = line
+        clicks.append(click)
+    problems.sort(key=_line_of)
+    return ClicksFile(tuple(clicks), tuple(problems))
+
+
+def write_clicks(path: Path, clicks: Iterable[Click], recording: Recording) -> None:
+    """Write clicks so that :func:`read_clicks` gives them again; deleted ones are left out.
+
+    The reference image of a view is named by the view, every other camera by its name. Author,
+    time, flag and sigma have no column in this format.
+
+    Raises
+    ------
+    InputError
+        Where the file cannot be written, or a view has the name of another view's camera.
+    """
+    there = (click for click in clicks if not click.deleted)
+    rows = sorted(_row(click, recording) for click in there)
+    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(COLUMNS)
+        writer.writerows(rows)
+
+
+def _row(click: Click, recording: Recording) -> tuple[int, str, str, str, str, int]:
+    views = {view.image.camera: view.name for view in recording.views}
+    name = views.get(click.camera, click.camera)
+    if click.camera not in views and name in views.values():
+        raise InputError(
+            f"the camera {name!r} has the name of a view that shows another camera",
+            where=recording.name,
+            remedy="Rename the camera or the view; a clicks file could not tell them apart.",
+        )
+    x, y = ("", "") if click.position is None else map(_number_text, click.position)
+    return click.frame, name, click.landmark, x, y, int(click.visibility)
+
+
+def _number_text(value: float) -> str:
+    return repr(float(value))
+
+
+def _click(
+    path: Path,
+    line: int,
+    cells: dict[str, str],
+    recording: Recording,
+    landmarks: Sequence[str],
+    frames: int | None,
+) -> Click:
+    frame = whole_number(cells["frame"], path, line, "frame")
+    if frame < 0 or (frames is not None and frame >= frames):
+        last = "" if frames is None else f", the last one is {frames - 1}"
+        raise _wrong(path, line, f"frame {frame} is not there", f"Frames begin with 0{last}.")
+    camera = _camera(path, line, cells["view"], recording)
+    landmark = cells["landmark"]
+    if landmark not in landmarks:
+        raise _wrong(
+            path,
+            line,
+            f"the landmark {landmark!r} is not known",
+            f"The landmarks are {', '.join(landmarks)}.",
+        )
+    visibility = cells["visibility"]
+    if visibility not in ("0", "1", "2"):
+        raise _wrong(
+            path,
+            line,
+            f"the visibility is {visibility!r}",
+            "Write 2 for seen, 1 for guessed behind something, 0 for outside the image.",
+        )
+    seen = Visibility(int(visibility))
+    position = None
+    if seen != Visibility.OUTSIDE:
+        position = _position(path, line, cells, recording, camera)
+    return Click(frame, camera, landmark, position, seen, origin="imported")
+
+
+def _camera(path: Path, line: int, name: str, recording: Recording) -> str:
+    for view in recording.views:
+        if view.name == name:
+            return view.image.camera
+    if name in recording.cameras:
+        return name
+    known = [view.name for view in recording.views]
+    known += [camera for camera in recording.cameras if camera not in known]
+    raise _wrong(
+        path,
+        line,
+        f"there is no view or camera {name!r}",
+        f"It is one of {', '.join(known)}; {known[0]} means that view's reference image.",
+    )
+
+
+def _position(
+    path: Path, line: int, cells: dict[str, str], recording: Recording, camera: str
+) -> tuple[float, float]:
+    values = []
+    shape = recording.cameras[camera]
+    for column, length in (("x", shape.width), ("y", shape.height)):
+        text = cells[column]
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            raise _wrong(
+                path,
+                line,
+                f"{column} is {text!r}",
+                "Write pixels as a number; a landmark without a place has the visibility 0.",
+            )
+        if not -0.5 <= value <= length - 0.5:
+            raise _wrong(
+                path,
+                line,
+                f"{column} = {text} is outside the image of {camera} ({length} pixels)",
+                "Write raw-image pixels (the centre of the first one is 0), or the visibility 0.",
+            )
+        values.append(value)
+    return values[0], values[1]
+
+
+def _wrong(path: Path, line: int, what: str, remedy: str) -> InputError:
+    return InputError(f"line {line}: {what}", where=str(path), remedy=remedy)
+
+
+def _line_of(problem: InputError) -> int:
+    digits = problem.what.removeprefix("line ").split(" ", 1)[0].rstrip(":")
+    return int(digits) if digits.isdigit() else 0

@@ -1,0 +1,141 @@
+"""Clicks files: what is written is read again, and every slip is named with its line."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stereotrack_core.annotation.click import Click, Visibility
+from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.interop.clicks_csv import read_clicks, write_clicks
+from stereotrack_core.recording.description import Recording, Stream, View
+from stereotrack_core.recording.landmarks import LANDMARKS
+
+HEAD = "frame,view,landmark,x,y,visibility\n"
+
+
+def camera(name: str) -> Camera:
+    return Camera(name, 640, 480, np.eye(3), np.zeros(5), False, RigidTransform.identity())
+
+
+RECORDING = Recording(
+    Path("walk"),
+    "walk",
+    10.0,
+    (
+        View("N", "stereo", Stream("N_right", "a.mp4"), left=Stream("N_left", "b.mp4")),
+        View("S", "mono", Stream("S", "c.mp4")),
+    ),
+    {name: camera(name) for name in ("N_left", "N_right", "S")},
+)
+
+CLICKS = st.builds(
+    Click,
+    frame=st.integers(0, 3000),
+    camera=st.sampled_from(["N_left", "N_right", "S"]),
+    landmark=st.sampled_from(LANDMARKS),
+    position=st.tuples(st.floats(-0.5, 639.5), st.floats(-0.5, 479.5)),
+    visibility=st.sampled_from([Visibility.SEEN, Visibility.GUESSED]),
+    origin=st.just("imported"),
+) | st.builds(
+    Click,
+    frame=st.integers(0, 3000),
+    camera=st.just("S"),
+    landmark=st.sampled_from(LANDMARKS),
+    position=st.none(),
+    visibility=st.just(Visibility.OUTSIDE),
+    origin=st.just("imported"),
+)
+
+
+@given(st.lists(CLICKS, unique_by=lambda click: click.key))
+def test_what_is_written_is_read_again_bit_by_bit(clicks):
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "clicks.csv"
+        write_clicks(path, clicks, RECORDING)
+        found = read_clicks(path, RECORDING)
+    assert found.problems == ()
+    assert {click.key: click for click in found.checked()} == {click.key: click for click in clicks}
+
+
+def test_the_layout_is_that_of_the_command_line(tmp_path):
+    path = tmp_path / "clicks.csv"
+    clicks = [
+        Click(4, "N_right", "head", (100.5, 20.0), Visibility.GUESSED, "uncertain", 3.0),
+        Click(3, "N_left", "left_hip", (1.25, 2.0)),
+        Click(3, "S", "left_hip", None, Visibility.OUTSIDE),
+        Click(5, "S", "left_hip", (1.0, 1.0), deleted=True),
+    ]
+    write_clicks(path, clicks, RECORDING)
+    assert path.read_text() == (
+        HEAD + "3,N_left,left_hip,1.25,2.0,2\n3,S,left_hip,,,0\n4,N,head,100.5,20.0,1\n"
+    )
+
+
+def test_a_view_means_its_reference_image_and_a_camera_itself(tmp_path):
+    path = tmp_path / "clicks.csv"
+    path.write_text(HEAD + "0,N,head,1,2,2\n0,N_left,head,1,2,2\n1,N_right,head,1,2,2\n")
+    cameras = [click.camera for click in read_clicks(path, RECORDING).checked()]
+    assert cameras == ["N_right", "N_left", "N_right"]
+
+
+SLIPS = {
+    "x,N,head,1,2,2": "line {} has 'x' as frame",
+    "-1,N,head,1,2,2": "line {}: frame -1 is not there",
+    "100,N,head,1,2,2": "line {}: frame 100 is not there",
+    "1,Q,head,1,2,2": "line {}: there is no view or camera 'Q'",
+    "1,N,nose,1,2,2": "line {}: the landmark 'nose' is not known",
+    "1,N,head,1,2,3": "line {}: the visibility is '3'",
+    "1,N,head,,2,2": "line {}: x is ''",
+    "1,N,head,1,nan,1": "line {}: y is 'nan'",
+    "1,N,head,640,2,2": "line {}: x = 640 is outside the image of N_right (640 pixels)",
+    "1,N,head,1,2": "line {} has 5 values instead of 6",
+    "1,N,head,1,2,2,5": "line {} has 7 values instead of 6",
+    "2,N_right,head,9,9,2": "line {} gives head of frame 2 in N_right a second time, after line 2",
+}
+
+
+def test_every_slip_is_named_with_its_line_and_a_remedy(tmp_path):
+    path = tmp_path / "clicks.csv"
+    good = "2,N,head,1,2,2\n"
+    path.write_text(HEAD + good + "\n".join(SLIPS) + "\n3,S,head,,,0\n")
+    found = read_clicks(path, RECORDING, frames=100)
+    expected = [text.format(line) for line, text in enumerate(SLIPS.values(), start=3)]
+    assert [problem.what for problem in found.problems] == expected
+    assert all(problem.remedy and problem.where == str(path) for problem in found.problems)
+    assert [click.frame for click in found.clicks] == [2, 3]
+    with pytest.raises(InputError, match=r"line 3 has 'x' as frame \(11 more problems"):
+        found.checked()
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (None, "does not exist"),
+        ("frame;view\n", "column 'frame' is missing"),
+        (b"\xff\xfe", "read"),
+    ],
+)
+def test_a_file_that_is_something_else_is_refused(tmp_path, content, said):
+    path = tmp_path / "clicks.csv"
+    if isinstance(content, bytes):
+        path.write_bytes(content)
+    elif content is not None:
+        path.write_text(content)
+    with pytest.raises(InputError, match=said):
+        read_clicks(path, RECORDING)
+
+
+def test_names_that_a_file_could_not_tell_apart_are_refused(tmp_path):
+    confusing = replace(RECORDING, cameras={**RECORDING.cameras, "N": camera("N")})
+    with pytest.raises(InputError, match="has the name of a view"):
+        write_clicks(tmp_path / "a.csv", [Click(0, "N", "head", (1.0, 1.0))], confusing)
+    assert list(tmp_path.iterdir()) == []

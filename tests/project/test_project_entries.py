@@ -1,0 +1,228 @@
+"""Runs, references, subjects, sets, parameters and corrections come back as they were saved."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stereotrack_core.annotation.landmark_set import NINE, Landmark, LandmarkSet
+from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.project.corrections import Corrections, save_corrections
+from stereotrack_core.project.entries import Choose, DeleteEntry, SaveEntry
+from stereotrack_core.project.failures import ProjectDamaged
+from stereotrack_core.project.project import Project
+from stereotrack_core.project.references import (
+    Reference,
+    load_reference,
+    load_run,
+    save_reference,
+    save_run,
+)
+from stereotrack_core.project.setups import (
+    ParameterSet,
+    load_parameters,
+    load_subject,
+    save_landmark_set,
+    save_parameters,
+    save_subject,
+)
+from stereotrack_core.recording.description import Subject
+from stereotrack_core.recording.landmarks import LANDMARKS
+from stereotrack_core.tracking.run import Run
+
+SUBJECT = Subject("P", shoulder_width=0.4, torso_length=0.5)
+
+
+def reference(frames: int = 4) -> Reference:
+    rng = np.random.default_rng(1)
+    points = rng.normal(size=(frames, 9, 3))
+    points[1, 3] = np.nan
+    return Reference(
+        frame=np.arange(frames) * 2,
+        points=points,
+        covariance=rng.normal(size=(frames, 9, 3, 3)),
+        filled=np.arange(frames) % 2 == 1,
+        meta={"clicks": 17},
+    )
+
+
+def run() -> Run:
+    rng = np.random.default_rng(2)
+    return Run(
+        frame=np.arange(3),
+        landmarks=rng.normal(size=(3, 9, 3)),
+        x=rng.normal(size=(3, 4)),
+        P=rng.normal(size=(3, 4, 4)),
+        state_names=("a", "b", "c", "d"),
+        tracked=np.array([True, True, False]),
+        coverage=rng.random(3),
+        residual=rng.random(3),
+        innovation=rng.random(3),
+        limb_sigma_deg=rng.random((3, 6)),
+        seconds=rng.random((3, 2)),
+        stage_names=("depth", "tracking"),
+        meta={"preset": "accurate", "seed": 3},
+    )
+
+
+def test_a_reference_comes_back_bit_by_bit(project, project_path):
+    project.apply(save_reference("mine", reference()))
+    project.close()
+    with Project.open(project_path) as again:
+        assert dict(again.references.get("mine").facts) == {"frames": 4}
+        found = load_reference(again.references, "mine")
+    for name in ("frame", "points", "covariance", "filled"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(reference(), name))
+    assert found.limb_sigma_deg is None
+    assert (found.landmark_names, dict(found.meta)) == (LANDMARKS, {"clicks": 17})
+
+
+def test_a_reference_of_another_set_gives_the_landmarks_it_shares():
+    names = ("left_wrist", "head")
+    points = np.arange(12.0).reshape(2, 2, 3)
+    trajectory = Reference(np.array([3, 5]), points, landmark_names=names).trajectory()
+    known = np.isfinite(trajectory.points).all(axis=(0, 2))
+    assert [name for name, is_known in zip(LANDMARKS, known, strict=True) if is_known] == ["head"]
+    np.testing.assert_array_equal(trajectory.points[:, LANDMARKS.index("head")], points[:, 1])
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"points": np.zeros((4, 8, 3))},
+        {"covariance": np.zeros((4, 9, 3))},
+        {"frame": np.array([0, 1, 1, 2])},
+    ],
+)
+def test_a_reference_that_contradicts_itself_is_refused(wrong):
+    with pytest.raises(ValueError, match=r"shape|ascend"):
+        replace(reference(), **wrong)
+
+
+def test_a_run_comes_back_and_its_deletion_can_be_undone(project):
+    project.apply(save_run("accurate", run()))
+    assert dict(project.runs.get("accurate").facts) == {
+        "frames": 3,
+        "tracked": 2,
+        "preset": "accurate",
+        "seed": 3,
+    }
+    project.apply(DeleteEntry("run", "accurate"))
+    assert project.runs.names() == ()
+    with pytest.raises(InputError, match="no run 'accurate'"):
+        project.runs.get("accurate")
+    project.undo()
+    found = load_run(project.runs, "accurate")
+    np.testing.assert_array_equal(found.P, run().P)
+    assert dict(found.meta) == dict(run().meta)
+
+
+def test_a_run_is_not_replaced_unawares(project):
+    project.apply(save_run("accurate", run()))
+    other = replace(run(), residual=np.zeros(3))
+    with pytest.raises(InputError, match="already"):
+        project.apply(save_run("accurate", other))
+    project.apply(save_run("accurate", other, replacing=True))
+    np.testing.assert_array_equal(load_run(project.runs, "accurate").residual, 0.0)
+    project.undo()
+    np.testing.assert_array_equal(load_run(project.runs, "accurate").residual, run().residual)
+
+
+def test_data_that_have_changed_are_never_given_out(project):
+    project.apply(save_run("accurate", run()))
+    with project._access.writing() as database:
+        database.execute("UPDATE content SET bytes = X'00'")
+    with pytest.raises(ProjectDamaged):
+        load_run(project.runs, "accurate")
+
+
+def test_subjects_are_saved_chosen_and_taken_away(project):
+    assert project.subject() is None
+    project.apply(save_subject(SUBJECT))
+    project.apply(Choose("subject", "P"))
+    assert project.subject() == SUBJECT
+    assert project.history.to_undo().words == "use subject P"
+    assert project.apply(save_subject(SUBJECT)) is None
+    longer = replace(SUBJECT, torso_length=0.55)
+    project.apply(save_subject(longer, origin="measured from clicks"))
+    assert project.subject() == longer
+    assert project.subjects.get("P").facts["origin"] == "measured from clicks"
+    project.undo()
+    assert load_subject(project.subjects, "P") == SUBJECT
+    project.apply(DeleteEntry("subject", "P"))
+    assert project.subject() is None
+    with pytest.raises(InputError, match="no subject 'P'"):
+        project.apply(Choose("subject", "P"))
+    with pytest.raises(InputError, match="has no name"):
+        project.apply(SaveEntry("subject", " ", "{}"))
+
+
+def test_the_nine_landmarks_are_there_without_saying_so(project):
+    assert project.landmark_set() == NINE
+    wrist = Landmark("left_wrist", "#112233", "left_forearm", "left_forearm", along=0.7)
+    longer = LandmarkSet("with wrist", (*NINE.landmarks, wrist))
+    project.apply(save_landmark_set(longer))
+    project.apply(Choose("landmark_set", "with wrist"))
+    assert project.landmark_set() == longer
+    project.apply(Choose("landmark_set", None))
+    assert project.landmark_set() == NINE
+
+
+def test_parameters_come_back(project):
+    parameters = ParameterSet("accurate", {"model_points": 40, "gate": 2.5, "mode": "x"})
+    project.apply(save_parameters("mine", parameters))
+    assert load_parameters(project.parameter_sets, "mine") == parameters
+
+
+def test_corrections_change_the_description_and_nothing_else(project, recording):
+    camera = recording.cameras["S_cam"]
+    moved = replace(camera, camera_from_world=RigidTransform(np.eye(3), np.array([0.1, 0, 2.0])))
+    corrections = Corrections(
+        "found from the movement",
+        time_offsets={"S/image": 0.04},
+        first_frames={"N/left": 2},
+        stream_cameras={"N/left": "N_right", "N/right": "N_left"},
+        cameras={"S_cam": moved},
+    )
+    project.apply(save_corrections("1", corrections))
+    assert project.corrections() is None
+    project.apply(Choose("description", "1"))
+    corrected = project.corrections().applied_to(recording)
+    assert corrected.view("S").image == replace(recording.view("S").image, time_offset=0.04)
+    assert corrected.view("N").left.first_frame == 2
+    assert corrected.view("N").image.first_frame == 0
+    assert corrected.reference_camera(corrected.view("N")).name == "N_left"
+    np.testing.assert_allclose(
+        corrected.cameras["S_cam"].camera_from_world.matrix(), moved.camera_from_world.matrix()
+    )
+    np.testing.assert_array_equal(corrected.cameras["N_left"].matrix, camera.matrix)
+    assert replace(corrected, views=(), cameras={}) is not recording
+    assert corrected.folder == recording.folder
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        (Corrections("x", time_offsets={"S/left": 1.0}), "no stream 'S/left'"),
+        (Corrections("x", stream_cameras={"S/image": "W"}), "no camera 'W'"),
+    ],
+)
+def test_corrections_of_another_recording_are_refused(recording, wrong, said):
+    with pytest.raises(InputError, match=said):
+        wrong.applied_to(recording)
+
+
+def test_view_settings_are_kept_but_are_no_edits(project, project_path):
+    project.view_settings.set("frame", 17)
+    project.view_settings.set("switches", {"epipolar": True})
+    project.view_settings.set("frame", None)
+    project.close()
+    with Project.open(project_path, read_only=True) as again:
+        assert again.view_settings.get("switches") == {"epipolar": True}
+        assert again.view_settings.get("frame", 0) == 0
+        assert again.history.entries() == ()
+        with pytest.raises(InputError, match="may not be written"):
+            again.view_settings.set("frame", 3)

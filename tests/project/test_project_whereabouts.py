@@ -1,0 +1,142 @@
+"""A project finds its recording again; where it does not, it asks."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from pathlib import Path
+
+import pytest
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.project.filesystem import (
+    mounts_of_linux,
+    mounts_of_macos,
+    network_type,
+)
+from stereotrack_core.project.project import Project
+from stereotrack_core.project.whereabouts import project_path_for
+
+
+def test_a_recording_in_its_place_is_found_without_a_word(project, recording):
+    found = project.find_recording()
+    assert (found.folder, found.finding) == (recording.folder, None)
+
+
+def test_project_and_recording_can_move_together(project, project_path, recording, tmp_path):
+    project.close()
+    home = tmp_path / "elsewhere"
+    recording.folder.parent.rename(home)
+    with Project.open(home / project_path.name) as moved:
+        found = moved.find_recording()
+        assert (found.folder, found.finding) == (home / "walk", None)
+        assert moved.recording_place().absolute == str(home / "walk")
+
+
+def test_the_project_alone_can_move(project, project_path, recording, tmp_path):
+    project.close()
+    moved_path = tmp_path / "documents" / "mine.stereotrack"
+    moved_path.parent.mkdir()
+    project_path.rename(moved_path)
+    with Project.open(moved_path) as moved:
+        assert moved.find_recording().folder == recording.folder
+        assert moved.recording_place().relative == "../data/walk"
+
+
+def test_a_recording_that_moved_is_known_by_its_fingerprint(
+    project, recording, another_recording, tmp_path
+):
+    archive = tmp_path / "archive"
+    archive.mkdir()
+    recording.folder.rename(archive / "renamed")
+    shutil.copytree(another_recording.folder, archive / "another")
+    lost = project.find_recording()
+    assert lost.folder is None
+    assert lost.finding.severity == "error"
+    assert str(recording.folder) in lost.finding.where
+    found = project.find_recording([tmp_path / "missing", archive])
+    assert found.folder == archive / "renamed"
+    assert "has moved here" in found.finding.what
+    assert project.find_recording().finding is None, "the new place is remembered"
+
+
+def test_another_recording_in_the_old_place_is_not_taken_for_it(
+    project, recording, another_recording
+):
+    """It has moved beside itself, and something else stands where it was."""
+    recording.folder.rename(recording.folder.with_name("first-take"))
+    another_recording.folder.rename(recording.folder)
+    found = project.find_recording()
+    assert found.folder == recording.folder.with_name("first-take")
+
+
+def test_a_recording_that_changed_is_used_with_a_warning(project, recording):
+    description = recording.folder / "recording.toml"
+    description.write_text(description.read_text() + "\n# mended\n")
+    found = project.find_recording()
+    assert found.folder == recording.folder
+    assert found.finding.severity == "warning"
+
+
+def test_another_recording_has_to_be_wanted(project, another_recording):
+    with pytest.raises(InputError, match="not the recording"):
+        project.use_recording(another_recording.folder)
+    project.use_recording(another_recording.folder, even_another=True)
+    assert project.find_recording().folder == another_recording.folder
+
+
+def test_a_new_project_goes_beside_its_recording(recording, tmp_path, monkeypatch):
+    beside = recording.folder.parent
+    assert project_path_for(recording.folder) == beside / "walk.stereotrack"
+    (beside / "walk.stereotrack").touch()
+    assert project_path_for(recording.folder) == beside / "walk-2.stereotrack"
+    monkeypatch.setattr("os.access", lambda path, mode: False)
+    documents = tmp_path / "documents"
+    assert project_path_for(recording.folder, documents) == documents / "walk.stereotrack"
+
+
+def test_a_project_in_new_documents_can_be_made(recording, tmp_path):
+    path = tmp_path / "documents" / "stereotrack" / "walk.stereotrack"
+    with Project.create(path, recording.folder) as project:
+        assert project.find_recording().folder == recording.folder
+
+
+def test_a_folder_that_is_no_recording_gets_no_project(tmp_path):
+    with pytest.raises(InputError, match=r"recording\.toml"):
+        Project.create(tmp_path / "some.stereotrack", tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+LINUX = r"""/dev/vda / ext4 rw 0 0
+server:/home /home nfs4 rw 0 0
+/dev/vdb /home/local\040disk ext4 rw 0 0
+//nas/share /mnt/nas cifs rw 0 0
+user@host: /mnt/remote fuse.sshfs rw 0 0
+"""
+MACOS = """/dev/disk1s1 on / (apfs, local, journaled)
+//user@nas/share on /Volumes/nas (smbfs, nodev, nosuid)
+/dev/disk2 on /Volumes/My (old) disk (hfs, local)
+"""
+
+
+@pytest.mark.parametrize(
+    ("mounts", "path", "expected"),
+    [
+        (mounts_of_linux(LINUX), "/data/a.stereotrack", None),
+        (mounts_of_linux(LINUX), "/home/a/b.stereotrack", "nfs4"),
+        (mounts_of_linux(LINUX), "/home/local disk/b.stereotrack", None),
+        (mounts_of_linux(LINUX), "/homes/b.stereotrack", None),
+        (mounts_of_linux(LINUX), "/mnt/nas", "cifs"),
+        (mounts_of_linux(LINUX), "/mnt/remote/x", "fuse.sshfs"),
+        (mounts_of_macos(MACOS), "/Volumes/nas/x", "smbfs"),
+        (mounts_of_macos(MACOS), "/Volumes/My (old) disk/x", None),
+        ((), "/anything", None),
+    ],
+)
+def test_network_drives_are_told_from_others(mounts, path, expected):
+    assert network_type(Path(path), mounts) == expected
+
+
+def test_this_machine_tells_its_mounts():
+    with tempfile.TemporaryDirectory() as folder:
+        assert network_type(Path(folder)) in (None, "9p", "virtiofs")
