@@ -1,0 +1,150 @@
+"""Where two readings of the same images differ, and how far: two people, or one person twice."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from math import hypot, sqrt
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from stereotrack_core.annotation.click import Click, ClickKey, Visibility
+
+Kind: TypeAlias = Literal["same", "apart", "seen differently", "only first", "only second"]
+
+RAYLEIGH_MEDIAN = sqrt(2.0 * np.log(2.0))
+"""Median of the length of a plane vector whose components have the standard deviation 1."""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """What two readings say about one landmark in one image.
+
+    Attributes
+    ----------
+    key : ClickKey
+    first, second : Click or None
+        None where a reading says nothing; a deleted click counts as ``only`` the other's.
+    """
+
+    key: ClickKey
+    first: Click | None
+    second: Click | None
+
+    @property
+    def kind(self) -> Kind:
+        """Whether they agree, and if not, in what.
+
+        ``seen differently``: one says outside the image, the other gives a position. Two clicks
+        that differ in flag, sigma or between seen and guessed alone are ``same``.
+        """
+        if self.first is None or self.first.deleted:
+            return "only second" if _there(self.second) else "same"
+        if self.second is None or self.second.deleted:
+            return "only first"
+        outside = Visibility.OUTSIDE
+        if (self.first.visibility == outside) != (self.second.visibility == outside):
+            return "seen differently"
+        return "same" if self.first.position == self.second.position else "apart"
+
+    @property
+    def apart(self) -> tuple[float, float] | None:
+        """Second less first position in pixels; None where one of them has none."""
+        if not (_there(self.first) and _there(self.second)):
+            return None
+        assert self.first is not None  # noqa: S101 - it is there
+        assert self.second is not None  # noqa: S101 - it is there
+        if self.first.position is None or self.second.position is None:
+            return None
+        (x, y), (u, v) = self.first.position, self.second.position
+        return u - x, v - y
+
+    @property
+    def distance(self) -> float | None:
+        """Pixels between both; None where one of them has no position."""
+        return None if self.apart is None else hypot(*self.apart)
+
+
+def _there(click: Click | None) -> bool:
+    return click is not None and not click.deleted
+
+
+def differences(first: Iterable[Click], second: Iterable[Click]) -> tuple[Difference, ...]:
+    """Both readings side by side, by frame, camera and landmark; also where they agree."""
+    ours = {click.key: click for click in first}
+    theirs = {click.key: click for click in second}
+    return tuple(
+        Difference(key, ours.get(key), theirs.get(key)) for key in sorted(ours.keys() | theirs)
+    )
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How well two readings agree on a landmark; pixels.
+
+    Attributes
+    ----------
+    landmark : str
+        Empty: all landmarks together.
+    count : int
+        Images in which both gave a position.
+    sigma : float
+        Standard deviation of a single click per axis, if both readings are equally good: the
+        mean square of the distance is 4 sigma^2. NaN without a common image.
+    robust_sigma : float
+        The same from the median distance, which single mistakes do not change.
+    median, p95, largest : float
+        Of the distances.
+    bias : (float, float)
+        Mean of second less first: a landmark that both understand differently.
+    disputed : int
+        Images in which one says outside, or in which one of them says nothing.
+    """
+
+    landmark: str
+    count: int
+    sigma: float
+    robust_sigma: float
+    median: float
+    p95: float
+    largest: float
+    bias: tuple[float, float]
+    disputed: int
+
+
+def agreement(found: Iterable[Difference], landmark: str = "") -> Agreement:
+    """Summary of the differences of one landmark, or of all of them."""
+    chosen = [one for one in found if not landmark or one.key.landmark == landmark]
+    apart = np.array([one.apart for one in chosen if one.apart is not None]).reshape(-1, 2)
+    disputed = sum(one.kind in ("seen differently", "only first", "only second") for one in chosen)
+    if not len(apart):
+        nan = float("nan")
+        return Agreement(landmark, 0, nan, nan, nan, nan, nan, (nan, nan), disputed)
+    distances = np.linalg.norm(apart, axis=1)
+    median, p95 = (float(value) for value in np.percentile(distances, (50, 95)))
+    return Agreement(
+        landmark=landmark,
+        count=len(apart),
+        sigma=float(np.sqrt(np.mean(distances**2) / 4)),
+        robust_sigma=median / (sqrt(2.0) * RAYLEIGH_MEDIAN),
+        median=median,
+        p95=p95,
+        largest=float(distances.max()),
+        bias=(float(apart[:, 0].mean()), float(apart[:, 1].mean())),
+        disputed=disputed,
+    )
+
+
+def agreement_by_landmark(found: Iterable[Difference]) -> dict[str, Agreement]:
+    """Summary for each landmark that occurs."""
+    all_of_them = tuple(found)
+    names = dict.fromkeys(one.key.landmark for one in all_of_them)
+    return {name: agreement(all_of_them, name) for name in names}
+
+
+def farthest_first(found: Iterable[Difference]) -> tuple[Difference, ...]:
+    """What to look at first: differences in kind, then distances; those that agree are left out."""
+    order = {"seen differently": 0, "only first": 1, "only second": 1, "apart": 2}
+    chosen = [one for one in found if one.kind != "same"]
+    return tuple(sorted(chosen, key=lambda one: (order[one.kind], -(one.distance or 0.0), one.key)))

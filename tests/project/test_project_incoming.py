@@ -1,0 +1,113 @@
+"""Clicks of a file or another project are taken in without overwriting anybody's."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from stereotrack_core.annotation.agreement import agreement, differences
+from stereotrack_core.annotation.click import Click
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.clicks_csv import read_clicks, write_clicks
+from stereotrack_core.project.click_edits import DeleteClicks, MarkClicks, PlaceClicks
+from stereotrack_core.project.incoming import as_repeat, incoming
+from stereotrack_core.project.project import Project
+
+A = Click(0, "N_right", "left_elbow", (10.0, 20.0))
+B = replace(A, frame=1)
+C = replace(A, frame=2)
+
+
+def positions(project: Project) -> dict[int, tuple[float, float] | None]:
+    return {click.frame: click.position for click in project.clicks.all()}
+
+
+@pytest.fixture
+def second_project(recording, project_path):
+    path = project_path.with_name("second.stereotrack")
+    with Project.create(path, recording.folder, who="B") as made:
+        moved, unlike = replace(B, position=(11.0, 20.0)), replace(C, camera="S_cam")
+        made.apply(PlaceClicks((A, moved, unlike)))
+    with Project.open(path, read_only=True) as reading:
+        yield reading
+
+
+def test_two_projects_are_merged_by_one_edit(project, second_project):
+    project.apply(PlaceClicks((A, B, C)))
+    theirs = second_project.clicks.all(with_deleted=True)
+    found = incoming(project.clicks.all(with_deleted=True), theirs, "second")
+    assert [click.camera for click in found.new] == ["S_cam"]
+    assert [click.key for click in found.same] == [A.key]
+    assert [one.key for one in found.conflicts] == [B.key]
+    with pytest.raises(InputError, match=r"1 click is there already and says.*frame 1.*Decide"):
+        found.edit()
+    project.apply(found.edit({B.key: "theirs"}))
+    assert project.clicks.get(B.key).position == (11.0, 20.0)
+    assert project.clicks.get(B.key).who == "B"
+    assert project.clicks.get(A.key).who == "A"
+    assert project.clicks.count() == 4
+    assert project.history.to_undo().words == "take 2 clicks from second"
+    project.undo()
+    assert positions(project) == {0: A.position, 1: B.position, 2: C.position}
+    project.apply(found.edit("mine"))
+    assert project.clicks.get(B.key).position == B.position
+    assert project.clicks.count() == 4
+
+
+def test_merging_again_changes_nothing(project, second_project):
+    theirs = second_project.clicks.all(with_deleted=True)
+    project.apply(incoming(project.clicks.all(with_deleted=True), theirs, "second").edit())
+    again = incoming(project.clicks.all(with_deleted=True), theirs, "second")
+    assert (again.new, again.conflicts) == ((), ())
+    assert project.apply(again.edit()) is None
+
+
+def test_a_deleted_click_does_not_come_back_by_itself(project):
+    project.apply(PlaceClicks((A,)))
+    project.apply(DeleteClicks((A.key,)))
+    found = incoming(project.clicks.all(with_deleted=True), [A], "a file")
+    assert found.new == ()
+    assert found.conflicts[0].kind == "only second"
+    project.apply(found.edit("mine"))
+    assert project.clicks.count() == 0
+    project.apply(found.edit("theirs"))
+    assert project.clicks.count() == 1
+
+
+def test_their_deletion_is_a_question_too(project):
+    project.apply(PlaceClicks((A,)))
+    gone = replace(A, deleted=True)
+    found = incoming(project.clicks.all(), [gone, replace(gone, frame=5)], "second")
+    assert (found.new, len(found.conflicts)) == ((), 1)
+    project.apply(found.edit("theirs"))
+    assert project.clicks.get(A.key).deleted
+    assert project.clicks.get(replace(A, frame=5).key) is None
+
+
+def test_a_clicks_file_goes_out_and_comes_in_again(project, recording, tmp_path):
+    """Flag and sigma have no column; to read the file again must not ask or change them."""
+    project.apply(PlaceClicks((A, B)))
+    project.apply(MarkClicks((A.key,), flag="uncertain", sigma=5.0))
+    path = tmp_path / "clicks.csv"
+    write_clicks(path, project.clicks.all(), recording)
+    clicks = read_clicks(path, recording).checked()
+    mine = project.clicks.all(with_deleted=True)
+    found = incoming(mine, clicks, path.name, complete=False)
+    assert (found.new, found.conflicts, len(found.same)) == ((), (), 2)
+    assert project.apply(found.edit()) is None
+    moved = replace(clicks[0], position=(30.0, 20.0))
+    (conflict,) = incoming(mine, [moved], path.name, complete=False).conflicts
+    assert (conflict.second.flag, conflict.second.sigma) == ("uncertain", 5.0)
+
+
+def test_a_second_reading_is_compared_without_touching_the_first(project):
+    project.apply(PlaceClicks((A, B, C)))
+    again = [replace(click, position=(13.0, 24.0)) for click in (A, B)]
+    project.apply(as_repeat([*again, replace(C, deleted=True)], 1))
+    assert positions(project) == {0: A.position, 1: B.position, 2: C.position}
+    repeats = project.clicks.again(1)
+    first = [project.clicks.get(click.key) for click in repeats]
+    found = agreement(differences(first, repeats))
+    assert (found.count, found.median, found.disputed) == (2, 5.0, 0)
+    assert found.sigma == 2.5
