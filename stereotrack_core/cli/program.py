@@ -11,7 +11,17 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from stereotrack_core import __version__
-from stereotrack_core.cli import bench, cloud, demo, evaluate, info, simulate, track, workbench
+from stereotrack_core.cli import (
+    bench,
+    benchmark,
+    cloud,
+    demo,
+    evaluate,
+    info,
+    simulate,
+    track,
+    workbench,
+)
 from stereotrack_core.cli.command import FAILED, OK, WRONG_INPUT, Command
 from stereotrack_core.cli.output import put, say
 from stereotrack_core.errors import Cancelled, InputError
@@ -47,6 +57,7 @@ COMMANDS: tuple[Command, ...] = (
     cloud.COMMAND,
     track.COMMAND,
     evaluate.COMMAND,
+    benchmark.COMMAND,
     bench.COMMAND,
     HELP,
 )

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-import time
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from types import MappingProxyType
 from typing import TypeAlias
@@ -35,6 +34,7 @@ from stereotrack_core.tracking.peers.scalar_distance import ScalarDistanceTracke
 from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.shape_fit import SeenPose, fitted_shape
+from stereotrack_core.tracking.shared_clouds import SharedClouds, read_cloud
 from stereotrack_core.tracking.smoothing import error_state_of, smoothed
 from stereotrack_core.tracking.thesis import ThesisTracker
 
@@ -87,6 +87,9 @@ class Pipeline:
         Shared reader; it is then not closed by :meth:`close`.
     preset : str
         Name of the preset that the settings were made from, for the run's description.
+    clouds : SharedClouds, optional
+        Clouds that this run shares with others, made with the same views and depth parameters;
+        their chain and reader are then not closed by :meth:`close`.
 
     Raises
     ------
@@ -104,13 +107,18 @@ class Pipeline:
         init: FirstPose = "tpose",
         reader: FrameReader | None = None,
         preset: str = "",
+        clouds: SharedClouds | None = None,
     ) -> None:
         self.recording = recording
         self.settings = settings
         self.seed = seed
         self.views = usable_views(recording, views)
         self.body = body_model(proportions_of(recording.subject), settings.body)
-        self.chain = DepthChain(recording, settings.depth, views=self.views)
+        self._shared = clouds
+        if clouds is None:
+            self.chain = DepthChain(recording, settings.depth, views=self.views)
+        else:
+            self.chain, reader = clouds.chain, clouds.reader
         cameras = [recording.reference_camera(recording.view(name)) for name in self.views]
         self._cameras = np.array([camera.position_world for camera in cameras])
         self.shape = settings.body
@@ -125,7 +133,7 @@ class Pipeline:
         self._prepared = False
         self._made: dict[int, tuple[Cloud, float]] = {}
 
-    def frames(self, frames: range) -> Iterator[TrackedFrame]:
+    def frames(self, frames: range) -> Generator[TrackedFrame, None, None]:
         """Track frames in their order; goes on from the last pose when called again."""
         self.prepare(frames)
         with ThreadPoolExecutor(1, thread_name_prefix="cloud") as ahead:
@@ -143,7 +151,10 @@ class Pipeline:
         if self._prepared:
             return
         self._prepared = True
-        self.chain.learn_background(self.reader, frames)
+        if self._shared is None:
+            self.chain.learn_background(self.reader, frames)
+        else:
+            self._shared.learn(frames)
         if self.settings.tracking.fit_shape and self.settings.tracking.matching == "data_to_model":
             self._fit_shape(frames)
 
@@ -197,7 +208,8 @@ class Pipeline:
 
     def close(self) -> None:
         """Close the reader, unless it is shared."""
-        self.chain.close()
+        if self._shared is None:
+            self.chain.close()
         self._blas.restore_original_limits()
         if self._owns_reader:
             self.reader.close()
@@ -211,10 +223,9 @@ class Pipeline:
     def _cloud(self, frame: int) -> tuple[Cloud, float]:
         if frame in self._made:
             return self._made.pop(frame)
-        begun = time.perf_counter()
-        frame_set = self.reader.frame_set(frame)
-        read = time.perf_counter() - begun
-        return self.chain.process(frame_set), read
+        if self._shared is not None:
+            return self._shared.take(frame)
+        return read_cloud(self.chain, self.reader, frame)
 
     def _tracked(self, cloud: Cloud, read: float) -> TrackedFrame:
         estimate = self._estimate(cloud)

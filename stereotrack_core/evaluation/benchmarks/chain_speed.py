@@ -58,8 +58,20 @@ class ChainSpeed:
 
 
 @dataclass(frozen=True)
-class _Pass:
-    """One round of one preset."""
+class TimedPass:
+    """One round of one preset.
+
+    Attributes
+    ----------
+    seconds : float
+        From the first encoded image to the last pose.
+    preparation : float
+        Seconds of what is done once before the first frame.
+    tracked : int
+        Frames that were tracked.
+    stage_ms : mapping from stage to milliseconds
+        Medians over the frames; stages overlap.
+    """
 
     seconds: float
     preparation: float
@@ -71,6 +83,7 @@ def chain_speed(
     recording: Recording,
     presets: Mapping[str, Settings],
     *,
+    views: Sequence[str] | None = None,
     frames: int = 40,
     rounds: int = 5,
     on_progress: Callable[[int], None] = lambda _: None,
@@ -85,6 +98,8 @@ def chain_speed(
     recording : Recording
         Its stereo views are used.
     presets : mapping from name to Settings
+    views : sequence of str, optional
+        Only these of them.
     frames, rounds : int
     on_progress : callable, optional
         Told how many passes are done, of ``rounds * len(presets)``.
@@ -94,7 +109,8 @@ def chain_speed(
     InputError
         Where the recording has no stereo view.
     """
-    views = [view.name for view in recording.views if view.kind == "stereo"]
+    stereo = [view.name for view in recording.views if view.kind == "stereo"]
+    views = [name for name in stereo if views is None or name in views]
     if not views:
         raise InputError(
             "there is no stereo view to match",
@@ -105,13 +121,13 @@ def chain_speed(
     count = len(pairs) // len(views)
     matcher = cv2.StereoBM.create(DISPARITIES, WINDOW)
     for settings in presets.values():
-        _pass(recording, settings, views, min(_WARM_UP, count))
+        timed_pass(recording, settings, views, min(_WARM_UP, count))
     matching: dict[str, list[float]] = {name: [] for name in presets}
-    passes: dict[str, list[_Pass]] = {name: [] for name in presets}
+    passes: dict[str, list[TimedPass]] = {name: [] for name in presets}
     for turn in range(rounds):
         for k, (name, settings) in enumerate(presets.items(), start=1):
             matching[name].append(seconds_of(lambda: _match(matcher, pairs)))
-            passes[name].append(_pass(recording, settings, views, count))
+            passes[name].append(timed_pass(recording, settings, views, count))
             on_progress(turn * len(presets) + k)
     return tuple(
         ChainSpeed(
@@ -150,7 +166,9 @@ def _match(matcher: cv2.StereoBM, pairs: Sequence[Pair]) -> None:
         matcher.compute(left, right)
 
 
-def _pass(recording: Recording, settings: Settings, views: Sequence[str], frames: int) -> _Pass:
+def timed_pass(
+    recording: Recording, settings: Settings, views: Sequence[str], frames: int
+) -> TimedPass:
     """Track with a new pipeline; the clock for the frames starts when the track has settled.
 
     The shape is fitted to clouds that the first frames use again, so these are not timed.
@@ -168,4 +186,4 @@ def _pass(recording: Recording, settings: Settings, views: Sequence[str], frames
         name: 1000.0 * median([frame.seconds.get(name, 0.0) for frame in found]) for name in stages
     }
     tracked = sum(frame.tracked for frame in found)
-    return _Pass(seconds, preparation, tracked, stage_ms)
+    return TimedPass(seconds, preparation, tracked, stage_ms)

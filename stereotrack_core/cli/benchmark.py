@@ -1,0 +1,235 @@
+"""``stereotrack benchmark``: presets and peers on recordings, in one table."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stereotrack_core.cli.arguments import (
+    add_frames,
+    add_json,
+    add_views,
+    check_output,
+    frames_within,
+    views_of,
+)
+from stereotrack_core.cli.benchmark_tables import Speeds, facts, in_full, readable
+from stereotrack_core.cli.command import OK, Command
+from stereotrack_core.cli.demo import demo_places, make_demo_recording
+from stereotrack_core.cli.output import Table, put_json, put_table, say
+from stereotrack_core.cli.progress import progress, stoppable
+from stereotrack_core.errors import InputError
+
+if TYPE_CHECKING:
+    from stereotrack_core.evaluation.benchmarks.accuracy import Contestant, Row, Score
+    from stereotrack_core.evaluation.benchmarks.speed import Speed
+    from stereotrack_core.recording.description import Recording
+
+_BASE = "accurate"
+"""The preset that the ablation takes parts away from."""
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument(
+        "recordings",
+        type=Path,
+        nargs="*",
+        metavar="RECORDING",
+        help="recordings with a reference (default: the demo recording, made where it is missing)",
+    )
+    parser.add_argument(
+        "--presets", metavar="a,b,c", help="presets to compare, joined by commas (default: all)"
+    )
+    parser.add_argument(
+        "--ablation",
+        action="store_true",
+        help=f"instead of presets: {_BASE}, and {_BASE} with one part taken away at a time",
+    )
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        dest="changes",
+        help="change one parameter for all; may be given several times",
+    )
+    parser.add_argument(
+        "--seeds", default="0,1,2,3,4", metavar="0,1,2,3,4", help="seeds, joined by commas"
+    )
+    add_frames(parser)
+    add_views(parser)
+    parser.add_argument(
+        "--speed-frames",
+        type=int,
+        default=20,
+        metavar="20",
+        help="frame sets that the speed is measured on; 0 leaves it out",
+    )
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        metavar="TABLE",
+        help="also write the table: .md (as it is printed) or .csv (every number in full)",
+    )
+    add_json(parser)
+
+
+def run(args: Namespace) -> int:
+    """Track, measure, print."""
+    from stereotrack_core.evaluation.benchmarks.accuracy import pooled
+    from stereotrack_core.interop.table_file import table_suffix
+
+    seeds = _seeds(args.seeds)
+    if args.speed_frames < 0:
+        raise InputError("this is less than 0", where="--speed-frames", remedy="Give 0 or more.")
+    contestants = _contestants(args.presets, args.ablation, args.changes)
+    if args.output is not None:
+        table_suffix(check_output(args.output))
+    recordings = _recordings(args.recordings)
+    scores: list[Score] = []
+    speeds: dict[tuple[str, str], Speed] = {}
+    for recording in recordings:
+        scores += _scores(recording, contestants, seeds, args)
+        for name, speed in _speeds(recording, contestants, args).items():
+            speeds[recording.name, name] = speed
+    rows = pooled(scores)
+    what = "What each part brings" if args.ablation else "Presets and peers"
+    table = readable(rows, speeds, seeds, what)
+    if args.output is not None:
+        _write(args.output, table, rows, speeds)
+    if args.json:
+        put_json({"seeds": seeds, "rows": facts(rows, speeds), "scores": scores})
+    else:
+        put_table(table)
+    return OK
+
+
+def _seeds(text: str) -> list[int]:
+    try:
+        seeds = [int(part) for part in text.split(",")]
+    except ValueError:
+        seeds = []
+    if not seeds or min(seeds) < 0 or len(set(seeds)) < len(seeds):
+        raise InputError(
+            f"{text!r} is no list of seeds",
+            where="--seeds",
+            remedy="Give different whole numbers from 0, for example 0,1,2.",
+        )
+    return seeds
+
+
+def _contestants(presets: str | None, ablation: bool, changes: list[str]) -> list[Contestant]:
+    from stereotrack_core.evaluation.benchmarks.ablations import ABLATIONS
+    from stereotrack_core.evaluation.benchmarks.accuracy import Contestant
+    from stereotrack_core.parameters import parsed_settings
+    from stereotrack_core.tracking.presets import PRESETS, preset
+
+    same = parsed_settings(changes)
+    if ablation:
+        if presets is not None:
+            raise InputError(
+                "an ablation compares no presets", where="--presets", remedy="Leave it out."
+            )
+        base = preset(_BASE).replaced(**same)
+        parts = [Contestant(row.name, base.replaced(**row.changes)) for row in ABLATIONS]
+        return [Contestant(_BASE, base), *parts]
+    names = PRESETS if presets is None else [name.strip() for name in presets.split(",")]
+    return [Contestant(name, preset(name).replaced(**same)) for name in dict.fromkeys(names)]
+
+
+def _recordings(folders: Sequence[Path]) -> list[Recording]:
+    """Recordings with names of their own; checked before anything long begins."""
+    import dataclasses
+
+    from stereotrack_core.recording.folder import open_recording
+
+    if not folders:
+        places = demo_places(None)
+        make_demo_recording(places)
+        folders = [places.recording]
+    recordings = [open_recording(folder) for folder in folders]
+    names = [recording.name for recording in recordings]
+    for recording in recordings:
+        if recording.reference is None:
+            raise InputError(
+                "the recording has no reference to measure against",
+                where=str(recording.folder),
+                remedy="Choose recordings with a reference.csv; see `stereotrack info`.",
+            )
+    return [
+        recording
+        if names.count(recording.name) == 1
+        else dataclasses.replace(recording, name=str(recording.folder))
+        for recording in recordings
+    ]
+
+
+def _scores(
+    recording: Recording, contestants: list[Contestant], seeds: list[int], args: Namespace
+) -> Sequence[Score]:
+    from stereotrack_core.evaluation.benchmarks.accuracy import accuracy
+    from stereotrack_core.recording.reader import FrameReader
+    from stereotrack_core.tracking.pipeline import usable_views
+
+    views = usable_views(recording, views_of(recording, args.views))
+    with FrameReader(recording, views=views, read_ahead=0) as reader:
+        frames = frames_within(args.frames, reader.frame_count)
+    total = len(frames) * len(contestants) * len(seeds)
+    say(
+        f"Tracking {recording.name}: {len(frames)} frames, {len(contestants)} ways, "
+        f"{len(seeds)} seeds."
+    )
+    with progress("Tracking", total) as show, stoppable() as stopped:
+        return accuracy(
+            recording,
+            contestants,
+            seeds,
+            frames,
+            views=views,
+            on_progress=show,
+            cancelled=stopped,
+        )
+
+
+def _speeds(
+    recording: Recording, contestants: list[Contestant], args: Namespace
+) -> dict[str, Speed]:
+    from stereotrack_core.evaluation.benchmarks.speed import speeds
+
+    if not args.speed_frames:
+        return {}
+    say(f"Timing on {recording.name}; nothing else should run meanwhile.")
+    views = views_of(recording, args.views)
+    with progress("Timing", len(contestants)) as show:
+        return dict(
+            speeds(recording, contestants, views=views, frames=args.speed_frames, on_progress=show)
+        )
+
+
+def _write(path: Path, table: Table, rows: Sequence[Row], speeds: Speeds) -> None:
+    from stereotrack_core.interop.table_file import csv_text, markdown_text, write_text_table
+
+    if path.suffix.lower() == ".md":
+        text = f"{markdown_text(table.columns, table.rows)}\n{table.title}.\n"
+    else:
+        text = csv_text(*in_full(rows, speeds))
+    write_text_table(path, text)
+    say(f"The table is in {path}.")
+
+
+COMMAND = Command(
+    name="benchmark",
+    summary="presets and peers on recordings with a reference, in one table",
+    description=(
+        "Track every recording with every preset and every seed, and print one table: errors "
+        "against the reference, their spread over the seeds, and the speed of the whole chain. "
+        "Trackers never see the reference. A frame that is not tracked counts 90 degrees and "
+        "500 mm. With --ablation, what each part of accurate brings."
+    ),
+    add_arguments=add_arguments,
+    run=run,
+)

@@ -1,0 +1,103 @@
+"""The benchmark as a command."""
+
+import csv
+import dataclasses
+import shutil
+
+import pytest
+
+from stereotrack_core.cli import benchmark
+from stereotrack_core.cli.benchmark_tables import in_full, readable
+from stereotrack_core.evaluation.benchmarks import ablations
+from stereotrack_core.evaluation.benchmarks.accuracy import MEASURES, Row
+
+pytestmark = pytest.mark.xdist_group("cli")
+QUICK = ("--frames", "0:3", "--set", "search_proposals=30", "--set", "data_points=400")
+
+
+def test_presets_are_compared(run, recording, tmp_path):
+    table = tmp_path / "table.csv"
+    ended = run(
+        *("benchmark", recording, "--presets", "fast,limb-icp", "--seeds", "0,2", "--json"),
+        *(*QUICK, "--set", "fit_shape=no", "--speed-frames", 2, "-o", table),
+    )
+    assert ended.status == 0, ended.err
+    rows = ended.json["rows"]
+    assert [row["preset"] for row in rows] == ["fast", "limb-icp"]
+    for row in rows:
+        assert (row["seeds"], row["frames"]) == (2, 3)
+        assert 0 < row["mean"]["torso_position"] < 200
+        assert row["standard_deviation"]["torso_position"] >= 0
+        assert row["speed"]["ratio"] > 0
+        assert row["speed"]["frames_per_second"] > 0
+    assert [score["seed"] for score in ended.json["scores"]] == [0, 2, 0, 2]
+    written = list(csv.DictReader(table.read_text().splitlines()))
+    for row, stored in zip(rows, written, strict=True):
+        assert float(stored["forearms"]) == row["mean"]["forearms"]
+        assert float(stored["ratio_to_stereobm"]) == row["speed"]["ratio"]
+
+
+def test_an_ablation_takes_parts_away(run, recording, tmp_path, monkeypatch):
+    few = (ablations.ABLATIONS[0], dataclasses.replace(ablations.ABLATIONS[-1], name="last"))
+    monkeypatch.setattr(ablations, "ABLATIONS", few)
+    table = tmp_path / "table.md"
+    ended = run(
+        *("benchmark", recording, "--ablation", "--seeds", "1", "--speed-frames", 0),
+        *(*QUICK, "--set", "fit_shape=no", "-o", table),
+    )
+    assert ended.status == 0, ended.err
+    assert "What each part brings" in ended.out
+    lines = table.read_text().splitlines()
+    assert [line.split("|")[2].strip() for line in lines[2:5]] == ["accurate", few[0].name, "last"]
+    assert "StereoBM" not in lines[0]
+    assert "±" not in ended.out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--seeds", "0,0"), "list of seeds"),
+        (("--seeds", "a"), "list of seeds"),
+        (("--seeds=-1",), "list of seeds"),
+        (("--presets", "best"), "accurate, thesis, fast"),
+        (("--presets", "fast", "--ablation"), "compares no presets"),
+        (("--speed-frames=-1",), "less than 0"),
+        (("-o", "table.xlsx"), ".csv or .md"),
+        (("--frames", "5:900"), "beyond the end"),
+        (("--views", "Q"), "no view"),
+        (("--set", "data_point=3"), "no parameter"),
+    ],
+)
+def test_what_cannot_be_used_is_refused_in_one_sentence(run, recording, arguments, words):
+    ended = run("benchmark", recording, *arguments)
+    assert ended.status == 2
+    assert words in ended.err
+    assert ended.out == ""
+
+
+def test_recordings_without_a_reference_are_refused_before_any_work(run, recording, tmp_path):
+    folder = tmp_path / "blind"
+    shutil.copytree(recording, folder, ignore=shutil.ignore_patterns("reference.csv"))
+    ended = run("benchmark", recording, folder, *QUICK)
+    assert ended.status == 2
+    assert "no reference" in ended.err
+    assert "Tracking" not in ended.err
+
+
+def test_recordings_of_the_same_name_are_told_apart(recording):
+    names = [one.name for one in benchmark._recordings([recording, recording])]
+    assert names == [str(recording)] * 2
+    assert benchmark._recordings([recording])[0].name != str(recording)
+
+
+def test_tables_say_the_spread_only_where_there_is_one():
+    values = {measure.name: 12.345 for measure in MEASURES}
+    nothing = {measure.name: float("nan") for measure in MEASURES}
+    rows = (Row("r", "a", 3, 9, values, values), Row("r", "b", 1, 9, values, nothing))
+    table = readable(rows, {}, [0, 1, 2], "What")
+    assert table.rows[0][2:4] == ("12 ± 12", "12.3 ± 12.3")
+    assert table.rows[1][2:4] == ("12", "12.3")
+    assert "seeds 0, 1, 2" in table.title
+    columns, lines = in_full(rows, {})
+    assert len(columns) == len(lines[0]) == 4 + 2 * len(MEASURES)
+    assert in_full((), {}) == (["recording", "preset", "seeds", "frames"], [])

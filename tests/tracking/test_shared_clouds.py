@@ -1,0 +1,71 @@
+"""Clouds that several runs share."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+from stereotrack_core.body.model import body_model
+from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.tracking.pipeline import Pipeline
+from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.shared_clouds import SharedClouds
+from tests.tracking.recordings import write_depth_recording
+from tests.tracking.scenes import POSES
+
+FRAMES = 4
+SETTINGS = preset("fast").replaced(
+    pixel_step=1, speckle_size=0, search_arms=False, data_points=300, fit_shape=False
+)
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    body = body_model(AVERAGE, SETTINGS.body)
+    folder = tmp_path_factory.mktemp("shared") / "cones"
+    return write_depth_recording(folder, body, [POSES["t"]] * FRAMES)
+
+
+@pytest.fixture
+def first(recording):
+    with Pipeline(recording, SETTINGS) as pipeline:
+        yield pipeline
+
+
+def test_every_cloud_is_made_once_and_forgotten_when_all_have_it(first):
+    clouds = SharedClouds(first.chain, first.reader, 3)
+    clouds.learn(range(FRAMES))
+    taken = [clouds.take(0)[0] for _ in range(2)]
+    assert len(clouds) == 1
+    taken.append(clouds.take(0)[0])
+    assert taken[0] is taken[1] is taken[2]
+    assert len(clouds) == 0
+
+
+def test_one_taker_keeps_nothing(first):
+    clouds = SharedClouds(first.chain, first.reader, 1)
+    for frame in range(FRAMES):
+        assert clouds.take(frame)[0].frame == frame
+        assert len(clouds) == 0
+
+
+def test_many_threads_may_take_at_once(first):
+    clouds = SharedClouds(first.chain, first.reader, 8)
+    with ThreadPoolExecutor(8) as pool:
+        taken = list(pool.map(lambda k: clouds.take(k // 8)[0], range(8 * FRAMES)))
+    assert len({id(cloud) for cloud in taken}) == FRAMES
+    assert len(clouds) == 0
+
+
+def test_a_run_with_shared_clouds_is_the_run_alone(recording, first):
+    clouds = SharedClouds(first.chain, first.reader, 2)
+    runs = [Pipeline(recording, SETTINGS, seed=seed, clouds=clouds) for seed in (0, 1)]
+    together = list(zip(*(run.frames(range(FRAMES)) for run in runs), strict=True))
+    for run in runs:
+        run.close()
+    for seed in (0, 1):
+        with Pipeline(recording, SETTINGS, seed=seed) as alone:
+            for k, frame in enumerate(alone.frames(range(FRAMES))):
+                np.testing.assert_array_equal(together[k][seed].x, frame.x)
+    assert first.reader.frame_set(0).views.keys() == set("NOSW")
+    assert len(clouds) == 0
