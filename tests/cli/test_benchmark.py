@@ -78,6 +78,9 @@ def test_what_cannot_be_used_is_refused_in_one_sentence(run, recording, argument
 def test_recordings_without_a_reference_are_refused_before_any_work(run, recording, tmp_path):
     folder = tmp_path / "blind"
     shutil.copytree(recording, folder, ignore=shutil.ignore_patterns("reference.csv"))
+    lines = (folder / "recording.toml").read_text().splitlines()
+    kept = [line for line in lines if not line.startswith("reference")]
+    (folder / "recording.toml").write_text("\n".join(kept))
     ended = run("benchmark", recording, folder, *QUICK)
     assert ended.status == 2
     assert "no reference" in ended.err
