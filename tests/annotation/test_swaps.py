@@ -1,0 +1,181 @@
+"""Left and right that were mixed up are noticed where geometry can tell, and nowhere else."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.annotation.swaps import epipolar_distance, find_swaps
+from stereotrack_core.body.model import body_model
+from stereotrack_core.body.pose import hanging_pose
+from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.rotation import rotation_from_vector
+from stereotrack_core.geometry.transform import RigidTransform
+
+MATRIX = np.array([[520.0, 0, 319.5], [0, 520.0, 239.5], [0, 0, 1]])
+DISTORTIONS = np.array([-0.2, 0.05, 0.001, -0.001, 0.0])
+AZIMUTHS = {"N": 95.0, "O": 8.0, "S": 262.0, "W": 187.0}
+SIGMA = 2.0
+
+
+def looking_in(azimuth_deg: float) -> RigidTransform:
+    """camera_from_world 2.8 m from the middle of the scene, 1.7 m high."""
+    azimuth = np.radians(azimuth_deg)
+    place = np.array([2.8 * np.cos(azimuth), 2.8 * np.sin(azimuth), 1.7])
+    z = np.array([0.0, 0.0, 1.1]) - place
+    z /= np.linalg.norm(z)
+    x = np.cross(z, [0.0, 0.0, 1.0])
+    x /= np.linalg.norm(x)
+    rotation = np.stack([x, np.cross(z, x), z])
+    return RigidTransform(rotation, -rotation @ place)
+
+
+CAMERAS = {
+    name: Camera(name, 640, 480, MATRIX, DISTORTIONS, False, looking_in(azimuth))
+    for name, azimuth in AZIMUTHS.items()
+}
+
+
+def clicks(seed: int, *, frames: int = 1, sigma: float = SIGMA) -> list[Click]:
+    """Clicks of a person who turns and moves the arms at random, in all views."""
+    rng = np.random.default_rng(seed)
+    body = body_model(AVERAGE)
+    found = []
+    for frame in range(frames):
+        turn = rotation_from_vector(np.array([0.0, 0.0, rng.uniform(-np.pi, np.pi)]))
+        pose = hanging_pose(np.array([*rng.uniform(-0.2, 0.2, 2), 0.9]), turn)
+        bend = rotation_from_vector(rng.uniform(-0.6, 0.6, (10, 3)))
+        bend[0] = np.eye(3)
+        places = NINE.places(body, body.frames(replace(pose, rotations=pose.rotations @ bend)))
+        for camera in CAMERAS.values():
+            pixels = camera.project(places) + rng.normal(0, sigma, (9, 2))
+            found += [
+                Click(frame, camera.name, name, (float(x), float(y)))
+                for name, (x, y) in zip(NINE.names, pixels, strict=True)
+            ]
+    return found
+
+
+def mixed_up(good: list[Click], camera: str, pair: tuple[str, str], frame: int = 0) -> list[Click]:
+    other = dict([pair, pair[::-1]])
+    return [
+        replace(click, landmark=other[click.landmark])
+        if (click.camera, click.frame) == (camera, frame) and click.landmark in pair
+        else click
+        for click in good
+    ]
+
+
+def test_epipolar_distances_are_zero_for_one_point_and_grow_as_it_moves():
+    one, two = CAMERAS["N"], CAMERAS["O"]
+    point = np.array([[0.1, -0.2, 1.2], [0.3, 0.1, 0.8]])
+    there = epipolar_distance(one, one.project(point), two, two.project(point))
+    np.testing.assert_allclose(there, 0.0, atol=1e-6)
+    undistorted = replace(one, distortions=np.zeros(5)), replace(two, distortions=np.zeros(5))
+    pixels, others = (camera.project(point) for camera in undistorted)
+    essential = oracle_essential(*undistorted)
+    inverse = np.linalg.inv(MATRIX)
+    fundamental = inverse.T @ essential @ inverse
+    moved = pixels + [3.0, 8.0]
+    expected = [
+        0.5
+        * (
+            abs(line @ [*x, 1.0]) / np.hypot(*line[:2])
+            + abs(back @ [*y, 1.0]) / np.hypot(*back[:2])
+        )
+        for x, y in zip(moved, others, strict=True)
+        for line in [cv2.computeCorrespondEpilines(y[None, None], 2, fundamental)[0, 0]]
+        for back in [cv2.computeCorrespondEpilines(x[None, None], 1, fundamental)[0, 0]]
+    ]
+    found = epipolar_distance(undistorted[0], moved, undistorted[1], others)
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
+
+
+def oracle_essential(one: Camera, two: Camera) -> np.ndarray:
+    relative = two.camera_from_world @ one.world_from_camera
+    t = relative.translation
+    cross = np.array([[0, -t[2], t[1]], [t[2], 0, -t[0]], [-t[1], t[0], 0]])
+    return cross @ relative.rotation
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+@pytest.mark.parametrize("pair", NINE.pairs())
+def test_a_view_that_was_mixed_up_is_found_among_four(camera, pair):
+    wrong = mixed_up(clicks(3), camera, pair)
+    found = find_swaps(wrong, CAMERAS, NINE.pairs())
+    assert [(one.cameras, (one.first, one.second), one.certain) for one in found] == [
+        ((camera,), pair, True)
+    ]
+    assert found[0].distance_after < 2 * SIGMA < found[0].distance
+
+
+def test_good_clicks_are_left_alone():
+    """A hundred poses with noise: none of four hundred pairs is called mixed up."""
+    assert find_swaps(clicks(1, frames=100), CAMERAS, NINE.pairs()) == ()
+
+
+def test_most_mistakes_are_found_and_none_is_put_right_in_the_wrong_view():
+    """Where the landmarks lie in one epipolar plane nothing can be told, and nothing is."""
+    good = clicks(2, frames=100)
+    rng = np.random.default_rng(0)
+    wrong, made = good, {}
+    for frame in range(100):
+        pair = NINE.pairs()[rng.integers(4)]
+        made[frame] = (str(rng.choice(list(CAMERAS))), pair)
+        wrong = mixed_up(wrong, *made[frame], frame)
+    found = find_swaps(wrong, CAMERAS, NINE.pairs())
+    for one in found:
+        camera, pair = made[one.frame]
+        assert (one.first, one.second) == pair
+        assert one.cameras == (camera,)
+        assert one.certain
+    assert len(found) >= 93
+
+
+def test_of_two_views_nobody_knows_which_is_wrong():
+    pair = ("left_elbow", "right_elbow")
+    wrong = [one for one in mixed_up(clicks(3), "N", pair) if one.camera in "NO"]
+    (found,) = find_swaps(wrong, CAMERAS, [pair])
+    assert not found.certain
+    assert len(found.cameras) == 1
+
+
+def test_a_view_with_one_of_both_is_judged_by_the_others():
+    pair = ("left_hand", "right_hand")
+    wrong = [
+        one
+        for one in mixed_up(clicks(3), "S", pair)
+        if (one.camera, one.landmark) != ("S", "left_hand")
+    ]
+    (found,) = find_swaps(wrong, CAMERAS, [pair])
+    assert (found.cameras, found.certain) == (("S",), True)
+
+
+def test_one_gross_mistake_is_not_taken_for_a_swap():
+    good = clicks(3)
+    gross = [
+        replace(one, position=(one.position[0] + 150.0, one.position[1] - 60.0))
+        if (one.camera, one.landmark) == ("N", "left_elbow")
+        else one
+        for one in good
+    ]
+    assert find_swaps(gross, CAMERAS, NINE.pairs()) == ()
+
+
+@pytest.mark.parametrize(
+    "some",
+    [
+        [],
+        [Click(0, "N", "left_elbow", (1.0, 2.0))],
+        [Click(0, "N", "left_elbow", (1.0, 2.0)), Click(0, "O", "right_elbow", (1.0, 2.0))],
+        [Click(0, "Q", "left_elbow", (1.0, 2.0)), Click(0, "N", "right_elbow", (1.0, 2.0))],
+    ],
+)
+def test_too_few_clicks_tell_nothing(some):
+    assert find_swaps(some, CAMERAS, NINE.pairs()) == ()
