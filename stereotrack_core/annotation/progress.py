@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,38 @@ class LaneState(IntEnum):
     PARTLY = 2
     CLICKED = 3
     FLAGGED = 4
+
+
+class Seen(NamedTuple):
+    """What all cameras together say about a landmark at a frame.
+
+    Attributes
+    ----------
+    frame : int
+    landmark : str
+    positions : int
+        Cameras in which it has a position.
+    doubted : bool
+        Whether the author of a click doubts it.
+    """
+
+    frame: int
+    landmark: str
+    positions: int
+    doubted: bool
+
+
+def seen(clicks: Iterable[Click]) -> tuple[Seen, ...]:
+    """Sum clicks up over the cameras; deleted ones are left out."""
+    found: dict[tuple[int, str], tuple[int, bool]] = {}
+    for click in clicks:
+        if not click.deleted:
+            positions, doubted = found.get((click.frame, click.landmark), (0, False))
+            found[click.frame, click.landmark] = (
+                positions + (click.position is not None),
+                doubted or click.flag == UNCERTAIN,
+            )
+    return tuple(Seen(*key, *value) for key, value in sorted(found.items()))
 
 
 @dataclass(frozen=True)
@@ -60,9 +92,7 @@ class Progress:
         return f"{self.done} of {self.keyframes} keyframes{flagged}"
 
 
-def progress(
-    keyframes: Mapping[int, bool], flagged: Collection[int], clicks: Iterable[Click]
-) -> Progress:
+def progress(keyframes: Mapping[int, bool], flagged: Collection[int], clicks: int) -> Progress:
     """Count what is done.
 
     Parameters
@@ -70,17 +100,14 @@ def progress(
     keyframes : mapping from frame to bool
         Whether each frame that shall be annotated is done.
     flagged : collection of int
-        Frames with a flag.
-    clicks : iterable of Click
-        A click that its author doubts flags its frame.
+        Frames that are flagged, or have a click that its author doubts.
+    clicks : int
     """
-    there = [click for click in clicks if not click.deleted]
-    doubted = {click.frame for click in there if click.flag == UNCERTAIN}
     return Progress(
         keyframes=len(keyframes),
         done=sum(keyframes.values()),
-        flagged=len(keyframes.keys() & (doubted | set(flagged))),
-        clicks=len(there),
+        flagged=len(keyframes.keys() & set(flagged)),
+        clicks=clicks,
     )
 
 
@@ -107,7 +134,7 @@ def next_keyframe(
 
 
 def lane_states(
-    clicks: Iterable[Click],
+    found: Iterable[Seen],
     landmarks: Sequence[str],
     frames: int,
     *,
@@ -119,7 +146,7 @@ def lane_states(
 
     Parameters
     ----------
-    clicks : iterable of Click
+    found : iterable of Seen
         Of landmarks or frames that are not asked for: passed over.
     landmarks : sequence of str
         n lanes.
@@ -138,20 +165,18 @@ def lane_states(
         Values of :class:`LaneState`.
     """
     place = {name: i for i, name in enumerate(landmarks)}
-    counts = np.zeros((len(landmarks), frames), dtype=np.int64)
-    doubted = np.zeros((len(landmarks), frames), dtype=bool)
-    for click in clicks:
-        lane = place.get(click.landmark)
-        if lane is None or click.deleted or click.frame >= frames:
+    states = np.full((len(landmarks), frames), LaneState.MISSING, dtype=np.uint8)
+    states[:, [frame for frame in filled if 0 <= frame < frames]] = LaneState.FILLED
+    for one in found:
+        lane = place.get(one.landmark)
+        if lane is None or not 0 <= one.frame < frames:
             continue
-        counts[lane, click.frame] += click.position is not None
-        doubted[lane, click.frame] |= click.flag == UNCERTAIN
+        if one.doubted:
+            states[lane, one.frame] = LaneState.FLAGGED
+        elif one.positions:
+            clicked = one.positions >= enough
+            states[lane, one.frame] = LaneState.CLICKED if clicked else LaneState.PARTLY
     for frame, landmark in flags:
         if 0 <= frame < frames and (not landmark or landmark in place):
-            doubted[place[landmark] if landmark else slice(None), frame] = True
-    states = np.full(counts.shape, LaneState.MISSING, dtype=np.uint8)
-    states[:, [frame for frame in filled if 0 <= frame < frames]] = LaneState.FILLED
-    states[counts > 0] = LaneState.PARTLY
-    states[counts >= enough] = LaneState.CLICKED
-    states[doubted] = LaneState.FLAGGED
+            states[place[landmark] if landmark else slice(None), frame] = LaneState.FLAGGED
     return states

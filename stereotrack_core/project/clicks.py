@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from stereotrack_core.annotation.click import Click, ClickKey
+from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey
+from stereotrack_core.annotation.progress import Seen
 from stereotrack_core.arrays import IntArray
 from stereotrack_core.project.access import Access
 from stereotrack_core.project.click_rows import COLUMNS, click_in, click_of
@@ -68,6 +69,29 @@ class Clicks:
         """Number of clicks."""
         count: int = self._access.row("SELECT count(*) FROM click WHERE deleted = 0")[0]
         return count
+
+    def seen(self, first: int = 0, end: int | None = None) -> tuple[Seen, ...]:
+        """Every landmark at every frame that has one, summed up over the cameras.
+
+        Parameters
+        ----------
+        first, end : int
+            Frames from `first` to before `end`; all without them.
+        """
+        rows = self._access.rows(
+            "SELECT frame, landmark, sum(x IS NOT NULL), max(flag = ?) FROM click"
+            " WHERE frame >= ? AND frame < ? AND deleted = 0 GROUP BY frame, landmark",
+            (UNCERTAIN, first, 2**62 if end is None else end),
+        )
+        return tuple(Seen(row[0], row[1], row[2], bool(row[3])) for row in rows)
+
+    def doubted_frames(self) -> frozenset[int]:
+        """Frames with a click that its author doubts."""
+        rows = self._access.rows(
+            "SELECT DISTINCT frame FROM click WHERE flag = ? AND flag <> '' AND deleted = 0",
+            (UNCERTAIN,),
+        )
+        return frozenset(row[0] for row in rows)
 
     def again(self, round_number: int | None = None) -> tuple[Click, ...]:
         """Clicks of second, blind readings: of one round, or of all of them."""

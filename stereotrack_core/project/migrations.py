@@ -13,6 +13,7 @@ from stereotrack_core.project.rows import as_json, from_json
 from stereotrack_core.project.schema import (
     CLICKS,
     CLICKS_OF_A_LANDMARK,
+    FLAGGED_CLICKS,
     FORMAT,
     PREDICTIONS,
     PREDICTIONS_OF_A_SOURCE,
@@ -101,7 +102,9 @@ def _second_readings_and_origins(database: sqlite3.Connection) -> None:
         " who, at, 0 FROM click_before"
     )
     database.execute("DROP TABLE click_before")
-    for statement in (CLICKS_OF_A_LANDMARK, REPEATS, PREDICTIONS, PREDICTIONS_OF_A_SOURCE):
+    database.execute(CLICKS_OF_A_LANDMARK)
+    database.execute(FLAGGED_CLICKS)
+    for statement in (REPEATS, PREDICTIONS, PREDICTIONS_OF_A_SOURCE):
         database.execute(statement)
     changes = database.execute(
         "SELECT edit, place, before, after FROM edit_change WHERE changed_table = 'click'"

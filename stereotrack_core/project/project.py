@@ -8,6 +8,7 @@ from pathlib import Path
 from types import TracebackType
 
 from stereotrack_core.annotation.landmark_set import LandmarkSet
+from stereotrack_core.annotation.progress import Progress, progress
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.access import Access
 from stereotrack_core.project.clicks import Clicks
@@ -207,6 +208,12 @@ class Project:
         """The version of the recording's description that was chosen."""
         name = self.chosen(self.descriptions)
         return None if name is None else load_corrections(self.descriptions, name)
+
+    def progress(self) -> Progress:
+        """Keyframes done and flagged; "214 of 300 keyframes, 3 flagged"."""
+        keyframes = {one.frame: one.done for one in self.marks.keyframes()}
+        flagged = {one.frame for one in self.marks.flags()} | self.clicks.doubted_frames()
+        return progress(keyframes, flagged, self.clicks.count())
 
     def recording_place(self) -> RecordingPlace:
         """Where the recording was when the project saw it last.

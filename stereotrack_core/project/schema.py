@@ -76,6 +76,7 @@ REPEATS = (
     " PRIMARY KEY (round, frame, camera, landmark)) WITHOUT ROWID"
 )
 CLICKS_OF_A_LANDMARK = "CREATE INDEX click_of_landmark ON click (landmark, camera, frame)"
+FLAGGED_CLICKS = "CREATE INDEX flagged_click ON click (flag, frame) WHERE flag <> ''"
 PREDICTIONS = """CREATE TABLE prediction (
     frame INTEGER NOT NULL,
     camera TEXT NOT NULL,
@@ -89,6 +90,7 @@ PREDICTIONS_OF_A_SOURCE = "CREATE INDEX prediction_of_source ON prediction (sour
 STATEMENTS: tuple[str, ...] = (
     CLICKS,
     CLICKS_OF_A_LANDMARK,
+    FLAGGED_CLICKS,
     REPEATS,
     PREDICTIONS,
     PREDICTIONS_OF_A_SOURCE,

@@ -12,6 +12,7 @@ from stereotrack_core.annotation.progress import (
     missing_at,
     next_keyframe,
     progress,
+    seen,
 )
 
 HEAD = Click(2, "N", "head", (1.0, 2.0))
@@ -21,18 +22,17 @@ HIP = replace(HEAD, landmark="left_hip")
 
 def test_progress_is_told_in_a_sentence():
     keyframes = dict.fromkeys(range(300), False) | dict.fromkeys(range(214), True)
-    doubted = replace(HEAD, flag=UNCERTAIN)
-    found = progress(keyframes, {5, 9, 5000}, [doubted, replace(HIP, deleted=True)])
+    found = progress(keyframes, {2, 5, 9, 5000}, 1)
     assert found.words() == "214 of 300 keyframes, 3 flagged"
     assert found.clicks == 1
     assert found.share == 214 / 300
-    assert progress({1: True}, (), ()).words() == "1 of 1 keyframes"
+    assert progress({1: True}, (), 0).words() == "1 of 1 keyframes"
 
 
 def test_without_keyframes_clicks_are_counted():
-    assert progress({}, (), [HEAD]).words() == "1 click, no keyframes chosen"
-    assert progress({}, (), [HEAD, OUTSIDE]).words() == "2 clicks, no keyframes chosen"
-    assert progress({}, (), []).share == 0.0
+    assert progress({}, (), 1).words() == "1 click, no keyframes chosen"
+    assert progress({}, (), 2).words() == "2 clicks, no keyframes chosen"
+    assert progress({}, (), 0).share == 0.0
 
 
 def test_what_is_missing_is_told_in_the_order_of_clicking():
@@ -61,7 +61,7 @@ def test_lanes_show_what_there_is():
         replace(HIP, landmark="tail"),
     ]
     states = lane_states(
-        clicks,
+        seen(clicks),
         ["head", "left_hip"],
         7,
         flags=[(6, ""), (5, "left_hip"), (5, "tail"), (80, "head")],

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
 from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Visibility
+from stereotrack_core.annotation.progress import Seen, seen
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.click_edits import (
     DeleteClicks,
@@ -200,6 +201,23 @@ def test_second_readings_are_kept_apart(project):
     assert said(project.clicks.again_at(1, 1)) == {ELBOW.key: again}
     assert project.clicks.rounds() == (1,)
     assert project.clicks.again_at(2, 1) == ()
+
+
+def test_lanes_and_progress_follow_from_what_is_stored(project):
+    assert project.progress().words() == "0 clicks, no keyframes chosen"
+    far = replace(OTHER, frame=6, flag=UNCERTAIN)
+    project.apply(PlaceClicks((ELBOW, OTHER, HIDDEN, far, replace(ELBOW, camera="N_left"))))
+    project.apply(place(replace(OTHER, frame=5)))
+    project.apply(DeleteClicks((replace(OTHER, frame=5).key,)))
+    project.apply(SetKeyframes((1, 2, 6, 7)))
+    project.apply(SetKeyframes((1, 6), "done"))
+    project.apply(SetFlags((FrameFlag(2), FrameFlag(3), FrameFlag(7))))
+    project.apply(SetFlags((FrameFlag(7),), off=True))
+    assert project.clicks.seen() == seen(project.clicks.all())
+    assert project.clicks.seen(2, 7) == (Seen(6, "right_elbow", 1, True),)
+    assert Seen(1, "left_elbow", 2, False) in project.clicks.seen(0, 2)
+    assert project.clicks.doubted_frames() == {6}
+    assert project.progress().words() == "2 of 4 keyframes, 2 flagged"
 
 
 class EditedProject(RuleBasedStateMachine):

@@ -22,6 +22,9 @@ STATEMENTS: dict[str, tuple[str, ...]] = {
     ),
     "a stretch": ("SELECT * FROM click WHERE frame >= 5 AND frame < 9 ORDER BY frame",),
     "a lane": ("SELECT * FROM click WHERE landmark = 'b' AND camera = 'a' ORDER BY frame",),
+    "what is doubted": (
+        "SELECT DISTINCT frame FROM click WHERE flag = 'a' AND flag <> '' AND deleted = 0",
+    ),
     "predictions": (
         "SELECT * FROM prediction WHERE frame = 5",
         "DELETE FROM prediction WHERE source = 'run'",
