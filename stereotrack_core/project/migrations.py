@@ -76,17 +76,29 @@ def back_up(database: sqlite3.Connection, path: Path, word: str) -> Path:
     while copy.exists():
         copy = path.with_name(f"{path.stem}.{word}-{number}{path.suffix}")
         number += 1
-    with replacing(copy) as temporary:
+    copy_whole(database, copy)
+    return copy
+
+
+def copy_whole(database: sqlite3.Connection, path: Path) -> None:
+    """Copy a project to another file and read the copy back; all of it is there, or nothing.
+
+    Raises
+    ------
+    InputError
+        Where the copy cannot be written or is not whole.
+    """
+    with replacing(path) as temporary:
         target = sqlite3.connect(temporary, isolation_level=None)
         try:
             database.backup(target)
             target.execute("PRAGMA journal_mode = DELETE")
+            target.execute("DELETE FROM owner")
             whole = target.execute("PRAGMA quick_check(1)").fetchone()[0] == "ok"
         finally:
             target.close()
         if not whole:
-            raise InputError("the copy of the project is not whole", where=str(copy))
-    return copy
+            raise InputError("the copy of the project is not whole", where=str(path))
 
 
 def _second_readings_and_origins(database: sqlite3.Connection) -> None:

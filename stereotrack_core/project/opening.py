@@ -43,6 +43,9 @@ class Opened:
         What the person should know.
     resources : ExitStack
         Closes everything.
+    identity : (int, int) or None
+        Device and number of the file, by which it is known; None on network drives, which do not
+        keep numbers.
     """
 
     path: Path
@@ -51,6 +54,7 @@ class Opened:
     read_only: bool
     notes: tuple[Finding, ...]
     resources: ExitStack
+    identity: tuple[int, int] | None = None
 
 
 def open_for_writing(
@@ -97,7 +101,9 @@ def open_for_writing(
             *_note_of_crash(path, left),
             *_note_of_migration(path, copy),
         )
-        return Opened(path, database, journal, False, notes, stack.pop_all())
+        status = path.stat()
+        identity = None if network else (status.st_dev, status.st_ino)
+        return Opened(path, database, journal, False, notes, stack.pop_all(), identity)
     raise AssertionError  # the stack swallows no exception
 
 

@@ -19,7 +19,7 @@ from stereotrack_core.project.entries import Entries
 from stereotrack_core.project.filesystem import Mount
 from stereotrack_core.project.history import Changed, History, HistoryReader
 from stereotrack_core.project.marks import Marks
-from stereotrack_core.project.migrations import back_up
+from stereotrack_core.project.migrations import back_up, copy_whole
 from stereotrack_core.project.opening import Opened, open_for_reading, open_for_writing
 from stereotrack_core.project.owner import now, user
 from stereotrack_core.project.predictions import Predictions
@@ -76,6 +76,7 @@ class Project:
         self.notes: tuple[Finding, ...] = opened.notes
         self.who = who or user()
         self._access = Access(opened.database, opened.path)
+        self._identity = opened.identity
         self._resources = opened.resources
         self._history = History(self._access)
         self._listeners: list[Listener] = []
@@ -104,7 +105,7 @@ class Project:
         InputError
             Where the folder is no usable recording, or the project cannot be written there.
         """
-        path = Path(path)
+        path = Path(path).resolve()
         place = place_of(recording, path)
         make_database(path, astuple(place))
         return Project.open(path, who=who, mounts=mounts)
@@ -119,7 +120,7 @@ class Project:
         mounts: Sequence[Mount] | None = None,
     ) -> Project:
         """Open a project; see :func:`open_for_writing` and :func:`open_for_reading`."""
-        path = Path(path)
+        path = Path(path).resolve()  # SQLite's log and our lock lie beside the file itself
         if read_only:
             return Project(open_for_reading(path), who)
         return Project(open_for_writing(path, take_over=take_over, mounts=mounts), who)
@@ -175,7 +176,10 @@ class Project:
         return self._history
 
     def on_change(self, listener: Listener) -> Callable[[], None]:
-        """Call `listener` after every change; the function returned ends that."""
+        """Call `listener` after every change; the function returned ends that.
+
+        What a listener raises comes out of the edit, which is saved all the same.
+        """
         self._listeners.append(listener)
 
         def forget() -> None:
@@ -262,6 +266,20 @@ class Project:
         with self._access.alone() as database:
             return back_up(database, self.path, "copy")
 
+    def save_copy(self, path: Path) -> None:
+        """Write the project as it is to another file; works even where its own file has vanished.
+
+        Raises
+        ------
+        InputError
+            Where that cannot be written, or is the project itself.
+        """
+        path = Path(path).resolve()
+        if path == self.path:
+            raise InputError("this is the project itself", where=str(path), remedy="It is saved.")
+        with self._access.alone() as database:
+            copy_whole(database, path)
+
     def check(self) -> tuple[str, ...]:
         """Everything that is wrong within the file, in the database's words; nothing when whole."""
         rows = self._access.rows("PRAGMA integrity_check(20)")
@@ -275,11 +293,26 @@ class Project:
                 remedy="Open it for writing, or work on a copy of it.",
             )
         with self._access.alone():
+            self._check_in_place()
             changed = change()
             if changed is not None:
                 for listener in tuple(self._listeners):
                     listener(changed)
         return changed
+
+    def _check_in_place(self) -> None:
+        """See that edits would not go into a file that nobody will find again."""
+        try:
+            there = self.path.stat()
+            if self._identity is None or (there.st_dev, there.st_ino) == self._identity:
+                return
+        except FileNotFoundError:
+            pass
+        raise InputError(
+            "the project file was moved, deleted or replaced while it was open",
+            where=str(self.path),
+            remedy="Nothing more can be saved in it; save a copy, which has everything up to now.",
+        )
 
     def _remember(self, place: RecordingPlace) -> None:
         with self._access.writing() as database:

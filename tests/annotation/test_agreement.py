@@ -11,6 +11,7 @@ import pytest
 from stereotrack_core.annotation.agreement import (
     agreement,
     agreement_by_landmark,
+    click_sigmas,
     differences,
     farthest_first,
 )
@@ -110,3 +111,17 @@ def test_what_is_worst_comes_first():
         )
     )
     assert [one.key.frame for one in found] == [3, 0, 2, 1]
+
+
+def test_measured_sigmas_start_from_the_usual_one_and_settle_on_what_is_measured():
+    first, second = two_readings(4.0, 400)
+    found = differences(first, second)
+    names = ["head", "left_hip", "right_hip"]
+    assert click_sigmas((), names, 2.0) == dict.fromkeys(names, 2.0)
+    many = click_sigmas(found, names, 2.0)
+    assert many["head"] == pytest.approx(4.0, rel=0.1)
+    assert many["right_hip"] == pytest.approx(4.0, rel=0.1), "as the others, nobody measured it"
+    few = click_sigmas(found[:10], names, 2.0)
+    assert 2.0 < few["right_hip"] < agreement(found[:10]).robust_sigma
+    wild = [replace(one, position=(900.0, 900.0)) for one in second[:20]] + second[20:]
+    assert click_sigmas(differences(first, wild), names, 2.0)["head"] < 4.6

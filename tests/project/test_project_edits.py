@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -177,6 +178,29 @@ def test_listeners_are_told_what_changed_and_when_it_is_taken_back(project):
     assert [changed.how for changed in heard] == ["done", "undone", "redone"]
     assert {changed.frames() for changed in heard} == {frozenset({1, 7})}
     assert heard[0].tables == {"click"}
+
+
+def test_threads_do_not_disturb_each_other(project):
+    """Each places its own clicks and reads, while predictions are replaced."""
+
+    def edit(camera: str) -> None:
+        for frame in range(40):
+            project.apply(place(replace(ELBOW, camera=camera, frame=frame)))
+            project.predictions.replace(
+                camera, [Prediction(frame, camera, "head", camera, (1.0, 2.0))]
+            )
+            assert project.clicks.get(ClickKey(frame, camera, "left_elbow")) is not None
+            assert len(project.clicks.all()) > frame
+
+    with ThreadPoolExecutor(3) as pool:
+        list(pool.map(edit, ["N_left", "N_right", "S_cam"]))
+    assert project.clicks.count() == 120
+    assert len(project.predictions.at(39)) == 3
+    numbers = [entry.number for entry in project.history.entries()]
+    assert numbers == list(range(120, 0, -1))
+    while project.undo() is not None:
+        pass
+    assert project.clicks.all(with_deleted=True) == ()
 
 
 def test_predictions_never_touch_clicks(project):

@@ -88,6 +88,51 @@ def test_nothing_is_left_beside_a_closed_project(project, project_path):
     assert {path.name for path in project_path.parent.iterdir()} == before
 
 
+def test_a_link_to_a_project_is_the_project(project, project_path, tmp_path):
+    link = tmp_path / "link.stereotrack"
+    link.symlink_to(project_path)
+    with pytest.raises(InputError, match="open already"):
+        Project.open(link)
+    project.close()
+    with Project.open(link) as again:
+        assert again.path == project_path
+
+
+@pytest.mark.parametrize("how", ["deleted", "moved", "replaced"])
+def test_edits_never_go_into_a_file_that_is_gone(project, project_path, tmp_path, how):
+    project.apply(place(ELBOW))
+    copy = tmp_path / "copy.stereotrack"
+    if how == "moved":
+        project_path.rename(tmp_path / "moved.stereotrack")
+    else:
+        project_path.unlink()
+    if how == "replaced":
+        shutil.copyfile(OLD, project_path)
+    with pytest.raises(InputError, match=r"while it was open.*save a copy"):
+        project.undo()
+    project.save_copy(copy)
+    with Project.open(copy) as saved:
+        assert saved.notes == ()
+        assert [click.key for click in saved.clicks.all()] == [ELBOW.key]
+        assert saved.undo() is not None
+
+
+def test_a_copy_is_whole_and_the_project_goes_on(project, project_path, tmp_path):
+    project.apply(place(ELBOW))
+    copies = [project.back_up(), project.back_up(), tmp_path / "mine.stereotrack"]
+    project.save_copy(copies[2])
+    project.undo()
+    with pytest.raises(InputError, match="the project itself"):
+        project.save_copy(project_path)
+    assert [path.name for path in copies[:2]] == [
+        "walk.copy.stereotrack",
+        "walk.copy-2.stereotrack",
+    ]
+    for path in copies:
+        with Project.open(path) as copy:
+            assert copy.clicks.count() == 1
+
+
 def test_on_a_network_drive_it_is_slow_but_safe_and_says_so(project, project_path):
     project.apply(place(ELBOW))
     assert project.journal == "wal"
