@@ -15,7 +15,13 @@ from stereotrack_core.cli.arguments import (
     frames_within,
     views_of,
 )
-from stereotrack_core.cli.benchmark_tables import Speeds, facts, in_full, readable
+from stereotrack_core.cli.benchmark_tables import (
+    Speeds,
+    facts,
+    growth_table,
+    in_full,
+    readable,
+)
 from stereotrack_core.cli.command import OK, Command
 from stereotrack_core.cli.demo import demo_places, make_demo_recording
 from stereotrack_core.cli.output import Table, put_json, put_table, say
@@ -41,12 +47,19 @@ def add_arguments(parser: ArgumentParser) -> None:
         help="recordings with a reference (default: the demo recording, made where it is missing)",
     )
     parser.add_argument(
-        "--presets", metavar="a,b,c", help="presets to compare, joined by commas (default: all)"
+        "--presets",
+        metavar="a,b,c",
+        help=f"presets, joined by commas (default: all; for growth {_BASE})",
     )
     parser.add_argument(
         "--ablation",
         action="store_true",
         help=f"instead of presets: {_BASE}, and {_BASE} with one part taken away at a time",
+    )
+    parser.add_argument(
+        "--growth",
+        action="store_true",
+        help="instead of errors: how the cost of a frame grows with measured points and views",
     )
     parser.add_argument(
         "--set",
@@ -83,13 +96,22 @@ def run(args: Namespace) -> int:
     from stereotrack_core.evaluation.benchmarks.accuracy import pooled
     from stereotrack_core.interop.table_file import table_suffix
 
+    if args.growth and (args.output is not None or args.ablation):
+        raise InputError(
+            "growth is only printed",
+            where="--growth",
+            remedy="Leave --output and --ablation out; --json gives the figures.",
+        )
     seeds = _seeds(args.seeds)
     if args.speed_frames < 0:
         raise InputError("this is less than 0", where="--speed-frames", remedy="Give 0 or more.")
-    contestants = _contestants(args.presets, args.ablation, args.changes)
+    presets = _BASE if args.growth and args.presets is None else args.presets
+    contestants = _contestants(presets, args.ablation, args.changes)
     if args.output is not None:
         table_suffix(check_output(args.output))
     recordings = _recordings(args.recordings)
+    if args.growth:
+        return _growth(recordings, contestants, args)
     scores: list[Score] = []
     speeds: dict[tuple[str, str], Speed] = {}
     for recording in recordings:
@@ -208,6 +230,34 @@ def _speeds(
         return dict(
             speeds(recording, contestants, views=views, frames=args.speed_frames, on_progress=show)
         )
+
+
+def _growth(recordings: list[Recording], contestants: list[Contestant], args: Namespace) -> int:
+    from stereotrack_core.evaluation.benchmarks.growth import (
+        cost_of_points,
+        cost_of_views,
+        exponent,
+    )
+
+    found = []
+    for recording in recordings:
+        views = views_of(recording, args.views)
+        for contestant in contestants:
+            say(f"Timing {contestant.name} on {recording.name}; nothing else should run meanwhile.")
+            points = cost_of_points(recording, contestant.settings, views=views)
+            by_views = cost_of_views(recording, contestant.settings, views=views)
+            where = {"recording": recording.name, "preset": contestant.name}
+            found.append({**where, "points": points, "views": by_views})
+            name = f"{recording.name}, {contestant.name}:"
+            tables = (
+                growth_table(f"{name} the tracker's step", "points", points, exponent(points)),
+                growth_table(f"{name} processor time", "views", by_views, exponent(by_views)),
+            )
+            for table in () if args.json else tables:
+                put_table(table)
+    if args.json:
+        put_json(found)
+    return OK
 
 
 def _write(path: Path, table: Table, rows: Sequence[Row], speeds: Speeds) -> None:

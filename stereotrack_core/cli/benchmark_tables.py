@@ -10,6 +10,7 @@ from stereotrack_core.cli.output import Table, number
 
 if TYPE_CHECKING:
     from stereotrack_core.evaluation.benchmarks.accuracy import Row
+    from stereotrack_core.evaluation.benchmarks.growth import Cost
     from stereotrack_core.evaluation.benchmarks.speed import Speed
 
 Speeds = Mapping[tuple[str, str], "Speed"]
@@ -85,3 +86,13 @@ def facts(rows: Sequence[Row], speeds: Speeds) -> list[dict[str, Any]]:
         }
         for row in rows
     ]
+
+
+def growth_table(title: str, what: str, costs: Sequence[Cost], exponent: float) -> Table:
+    """Costs of a frame by size."""
+    rows = [
+        (str(cost.size), number(cost.milliseconds), number(cost.milliseconds / cost.size, 3))
+        for cost in costs
+    ]
+    grows = f"{title} grows as {what}^{number(exponent, 2)}"
+    return Table(grows, (f">{what}", ">ms", ">ms for each"), rows)

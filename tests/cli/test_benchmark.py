@@ -53,6 +53,18 @@ def test_an_ablation_takes_parts_away(run, recording, tmp_path, monkeypatch):
     assert "±" not in ended.out
 
 
+def test_growth_is_told_for_points_and_views(run, recording):
+    arguments = ("benchmark", recording, "--growth", "--set", "search_proposals=30")
+    ended = run(*arguments, "--presets", "fast")
+    assert ended.status == 0, ended.err
+    assert "grows as points^" in ended.out
+    assert "grows as views^" in ended.out
+    told = run(*arguments, "--json").json
+    assert [(one["recording"], one["preset"]) for one in told] == [(recording.name, "accurate")]
+    assert [cost["size"] for cost in told[0]["views"]] == [1, 2]
+    assert all(cost["milliseconds"] > 0 for cost in [*told[0]["views"], *told[0]["points"]])
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -63,6 +75,8 @@ def test_an_ablation_takes_parts_away(run, recording, tmp_path, monkeypatch):
         (("--presets", "fast", "--ablation"), "compares no presets"),
         (("--speed-frames=-1",), "less than 0"),
         (("-o", "table.xlsx"), ".csv or .md"),
+        (("--growth", "-o", "table.csv"), "only printed"),
+        (("--growth", "--ablation"), "only printed"),
         (("--frames", "5:900"), "beyond the end"),
         (("--views", "Q"), "no view"),
         (("--set", "data_point=3"), "no parameter"),
