@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from stereotrack_core.cli.arguments import (
     add_frames,
@@ -19,6 +20,10 @@ from stereotrack_core.cli.arguments import (
 from stereotrack_core.cli.command import FAILED, OK, Command
 from stereotrack_core.cli.output import put_json, put_table, say
 from stereotrack_core.errors import InputError
+
+if TYPE_CHECKING:
+    from stereotrack_core.recording.description import Recording
+    from stereotrack_core.recording.detections import Detections
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -44,6 +49,13 @@ def add_arguments(parser: ArgumentParser) -> None:
         metavar="auto|tpose|FILE",
         help="where the first pose comes from: the T pose facing north (default), found without "
         "help (auto), or a run or landmarks file that knows the first frame",
+    )
+    parser.add_argument(
+        "--detections",
+        type=Path,
+        metavar="CSV",
+        help="head and hands that a detector has seen, as measurements (default: the recording's "
+        "own detections.csv, where it has one)",
     )
     parser.add_argument(
         "--smooth",
@@ -75,6 +87,7 @@ def run(args: Namespace) -> int:
         frames = frames_within(args.frames, reader.frame_count)
     _say_findings(args.recording)
     init = first_pose(args.init, frames.start)
+    detections = _detections(args.detections, recording)
     job = track_recording(
         recording,
         settings,
@@ -84,6 +97,7 @@ def run(args: Namespace) -> int:
         seed=args.seed,
         init=init,
         smooth=args.smooth,
+        detections=detections,
     )
     if not len(job.run.frame):
         say("Stopped before the first frame; nothing was written.")
@@ -99,6 +113,16 @@ def run(args: Namespace) -> int:
         )
         return FAILED
     return OK
+
+
+def _detections(path: Path | None, recording: Recording) -> Detections | None:
+    """What ``--detections`` names, or the recording's own file; None where there is none."""
+    from stereotrack_core.recording.detection_csv import read_detections
+
+    own = recording.folder / "detections.csv"
+    if path is None and not own.is_file():
+        return None
+    return read_detections(own if path is None else path, recording)
 
 
 def _say_findings(folder: Path) -> None:

@@ -18,6 +18,7 @@ from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
     from stereotrack_core.recording.description import Recording
+    from stereotrack_core.recording.detections import Detections
     from stereotrack_core.tracking.frame import TrackedFrame
     from stereotrack_core.tracking.pipeline import FirstPose
     from stereotrack_core.tracking.run import Run
@@ -106,6 +107,7 @@ def track_recording(
     seed: int = 0,
     init: FirstPose = "tpose",
     smooth: bool = False,
+    detections: Detections | None = None,
 ) -> TrackingJob:
     """Track, show progress, and keep what there is when stopped with Ctrl-C."""
     from stereotrack_core.tracking.pipeline import track
@@ -132,6 +134,7 @@ def track_recording(
             on_frame=note,
             cancelled=stopped,
             smooth=smooth,
+            detections=detections,
         )
     bridged = set(run.meta["bridged"])
     reasons = [(frame, reason) for frame, reason in reasons if frame not in bridged]

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
-from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, IntArray
+from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray, IntArray
 from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.recording.detections import Detection
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +54,8 @@ class ViewDepth:
         Valid and in front of the background model.
     silhouette : (H, W) bool or None
         Where the picture differs from the empty scene's; None where that is not known.
+    picture : (H, W, 3) uint8 or None
+        The reference picture, rectified, BGR; None where colours are not wanted or not there.
     """
 
     geometry: DepthGeometry
@@ -60,6 +63,7 @@ class ViewDepth:
     range_z: Float32Array
     foreground: BoolArray
     silhouette: BoolArray | None = None
+    picture: ImageArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +85,11 @@ class Cloud:
     problems : mapping from view name to str
         Why a view is absent or suspicious, as a sentence.
     seconds : mapping from stage name to seconds
+    colours : (N, 3) float64 or None
+        Of the points, BGR from 0 to 255, as the first view would see them once the cameras are
+        calibrated against each other; None where colours are not wanted or not there.
+    detections : tuple of Detection
+        What came since the frame before, up to this one's instant.
     """
 
     frame: int
@@ -91,3 +100,15 @@ class Cloud:
     depths: Mapping[str, ViewDepth]
     problems: Mapping[str, str] = field(default_factory=dict)
     seconds: Mapping[str, float] = field(default_factory=dict)
+    colours: FloatArray | None = None
+    detections: tuple[Detection, ...] = ()
+
+    def part(self, chosen: BoolArray) -> Cloud:
+        """The cloud with some of its points (N,) alone; images and the rest stay."""
+        return replace(
+            self,
+            points=self.points[chosen],
+            view=self.view[chosen],
+            pixels=self.pixels[chosen],
+            colours=None if self.colours is None else self.colours[chosen],
+        )

@@ -4,6 +4,7 @@ import dataclasses
 from dataclasses import dataclass
 
 from stereotrack_core.parameters import ParameterGroup, parameter
+from stereotrack_core.tracking.detections.parameters import DetectionParameters
 from stereotrack_core.tracking.peers.parameters import PeerParameters
 from stereotrack_core.tracking.search.parameters import SearchParameters
 
@@ -214,4 +215,5 @@ class TrackingParameters(ParameterGroup):
         maximum=10.0,
     )
     search: SearchParameters = dataclasses.field(default_factory=SearchParameters)
+    detections: DetectionParameters = dataclasses.field(default_factory=DetectionParameters)
     peers: PeerParameters = dataclasses.field(default_factory=PeerParameters)

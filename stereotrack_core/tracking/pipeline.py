@@ -20,10 +20,12 @@ from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.fingerprint import fingerprint
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.acquire import SeekingTracker
+from stereotrack_core.tracking.detections.listening import ListeningTracker
 from stereotrack_core.tracking.estimate import Estimate, Tracker
 from stereotrack_core.tracking.frame import Origin, TrackedFrame, run_of
 from stereotrack_core.tracking.initialise import t_pose_in_cloud
@@ -49,7 +51,7 @@ _LEAST_SETTLED = 3
 
 _ESTIMATORS: Mapping[str, type[SeekingTracker]] = MappingProxyType(
     {
-        "iterated": SeekingTracker,
+        "iterated": ListeningTracker,
         "extended_kalman": ExtendedKalmanTracker,
         "annealed_particles": AnnealedParticleTracker,
         "limb_icp": LimbIcpTracker,
@@ -90,6 +92,8 @@ class Pipeline:
     clouds : SharedClouds, optional
         Clouds that this run shares with others, made with the same views and depth parameters;
         their chain and reader are then not closed by :meth:`close`.
+    detections : Detections, optional
+        Head and hands that a detector has seen.
 
     Raises
     ------
@@ -108,6 +112,7 @@ class Pipeline:
         reader: FrameReader | None = None,
         preset: str = "",
         clouds: SharedClouds | None = None,
+        detections: Detections | None = None,
     ) -> None:
         self.recording = recording
         self.settings = settings
@@ -115,6 +120,7 @@ class Pipeline:
         self.views = usable_views(recording, views)
         self.body = body_model(proportions_of(recording.subject), settings.body)
         self._shared = clouds
+        self._detections = detections or Detections()
         if clouds is None:
             self.chain = DepthChain(recording, settings.depth, views=self.views)
         else:
@@ -228,6 +234,8 @@ class Pipeline:
         return read_cloud(self.chain, self.reader, frame)
 
     def _tracked(self, cloud: Cloud, read: float) -> TrackedFrame:
+        if len(self._detections):
+            cloud = dataclasses.replace(cloud, detections=self._detections.until(cloud.frame))
         estimate = self._estimate(cloud)
         found = np.full((len(LANDMARKS), 3), np.nan)
         if estimate.tracked:
@@ -286,6 +294,7 @@ def track(
     on_frame: Callable[[TrackedFrame], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
     smooth: bool = False,
+    detections: Detections | None = None,
 ) -> Run:
     """Track a recording; a run that is cancelled keeps the frames it has.
 
@@ -301,10 +310,18 @@ def track(
         Asked after every frame whether to stop.
     smooth : bool
         Go over the frames backwards as well.
+    detections : Detections, optional
+        See :class:`Pipeline`.
     """
     found: list[TrackedFrame] = []
     with Pipeline(
-        recording, settings, views=views, seed=seed, init=init, preset=preset
+        recording,
+        settings,
+        views=views,
+        seed=seed,
+        init=init,
+        preset=preset,
+        detections=detections,
     ) as pipeline:
         wanted = range(pipeline.reader.frame_count) if frames is None else frames
         for tracked in pipeline.frames(wanted):

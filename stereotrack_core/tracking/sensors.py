@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from stereotrack_core.tracking.detections.sensor import DetectionSensor
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.residuals import Sensor
 
 
 def sensors_for(parameters: TrackingParameters) -> tuple[Sensor, ...]:
     """Sensors that a tracker with these parameters listens to."""
-    return ()
+    return (DetectionSensor(parameters.detections),)

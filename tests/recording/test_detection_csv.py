@@ -1,0 +1,79 @@
+"""Files of detections."""
+
+import numpy as np
+import pytest
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.recording.description import Recording, Stream, View
+from stereotrack_core.recording.detection_csv import read_detections, write_detections
+from stereotrack_core.recording.detections import Detection
+
+HEADER = "frame,view,kind,x,y,z,sigma,confidence\n"
+
+
+@pytest.fixture
+def recording(tmp_path):
+    place = RigidTransform(np.eye(3), np.zeros(3))
+    cameras = {
+        name: Camera(name, 64, 48, np.eye(3), np.zeros(5), False, place)
+        for name in ("N_left", "N_right")
+    }
+    view = View("N", "stereo", Stream("N_right", "r.mp4"), left=Stream("N_left", "l.mp4"))
+    return Recording(tmp_path, "r", 10.0, (view,), cameras)
+
+
+def _read(tmp_path, recording, text):
+    path = tmp_path / "detections.csv"
+    path.write_text(text)
+    return read_detections(path, recording)
+
+
+def test_what_is_written_is_read(tmp_path, recording):
+    given = [
+        Detection(0.0, "head", np.array([0.1, -0.2, 1.7]), 0.05, 0.9),
+        Detection(2.25, "hand", np.array([12.5, 40.25]), 3.0, 1.0, recording.cameras["N_left"]),
+        Detection(1.0, "left_hand", np.array([1.0, 2.0, 3.0]), 0.03, 0.25),
+    ]
+    path = tmp_path / "d.csv"
+    write_detections(path, given)
+    found = read_detections(path, recording)
+    order = [given[0], given[2], given[1]]
+    read = [*found.until(0), *found.until(1), *found.until(2), *found.until(3)]
+    assert len(read) == len(found) == 3
+    for a, b in zip(order, read, strict=True):
+        assert (a.time, a.kind, a.sigma, a.confidence) == (b.time, b.kind, b.sigma, b.confidence)
+        assert a.camera is b.camera
+        np.testing.assert_allclose(a.position, b.position, atol=1e-6)
+
+
+def test_a_view_means_its_reference_camera(tmp_path, recording):
+    (one,) = _read(tmp_path, recording, HEADER + "3,N,head,10,20,,2,\n").until(3)
+    assert one.camera is recording.cameras["N_right"]
+    assert one.confidence == 1.0
+    assert one.position.shape == (2,)
+
+
+def test_no_confidence_says_nothing(tmp_path, recording):
+    assert len(_read(tmp_path, recording, HEADER + "3,,head,0,0,1,0.1,0\n")) == 0
+
+
+@pytest.mark.parametrize(
+    ("row", "word"),
+    [
+        ("0,,nose,0,0,1,0.1,1", "'nose'"),
+        ("0,X,head,0,0,,0.1,1", "'X'"),
+        ("0,N,head,0,0,1,0.1,1", "has a view and a z"),
+        ("0,,head,0,0,,0.1,1", "as z"),
+        ("0,,head,0,0,nan,0.1,1", "as z"),
+        ("0,,head,0,0,1,0,1", "sigma"),
+        ("0,,head,0,0,1,0.1,1.5", "confidence"),
+        ("soon,,head,0,0,1,0.1,1", "'soon' as frame"),
+    ],
+)
+def test_mistakes_are_told_with_their_line(tmp_path, recording, row, word):
+    with pytest.raises(InputError, match="line 2") as told:
+        _read(tmp_path, recording, HEADER + row + "\n")
+    assert word in str(told.value)
+    assert "detections.csv" in str(told.value)
