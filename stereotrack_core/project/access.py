@@ -9,17 +9,29 @@ from pathlib import Path
 from threading import RLock
 from typing import Any
 
+from stereotrack_core.errors import InputError
 from stereotrack_core.project.database import transaction
 from stereotrack_core.project.failures import ProjectDamaged, speaking
 from stereotrack_core.project.rows import Row, Table
 
 
 class Access:
-    """One thread at a time; what the database complains about becomes an ``InputError``."""
+    """One thread at a time; what the database complains about becomes an ``InputError``.
 
-    def __init__(self, database: sqlite3.Connection, path: Path) -> None:
+    Parameters
+    ----------
+    database : sqlite3.Connection
+    path : Path
+    identity : (int, int), optional
+        Device and number of the file, by which it is known before every write.
+    """
+
+    def __init__(
+        self, database: sqlite3.Connection, path: Path, identity: tuple[int, int] | None = None
+    ) -> None:
         self._database = database
         self._lock = RLock()
+        self._identity = identity
         self.path = path
 
     @contextmanager
@@ -39,8 +51,24 @@ class Access:
     @contextmanager
     def writing(self) -> Iterator[sqlite3.Connection]:
         """The database within a transaction: all of the block is saved, or nothing."""
-        with self.alone() as database, transaction(database):
-            yield database
+        with self.alone() as database:
+            self._check_in_place()
+            with transaction(database):
+                yield database
+
+    def _check_in_place(self) -> None:
+        """See that nothing is written to a file that nobody will find again."""
+        try:
+            there = self.path.stat()
+            if self._identity is None or (there.st_dev, there.st_ino) == self._identity:
+                return
+        except FileNotFoundError:
+            pass
+        raise InputError(
+            "the project file was moved, deleted or replaced while it was open",
+            where=str(self.path),
+            remedy="Nothing more can be saved in it; save a copy, which has everything up to now.",
+        )
 
     def rows(self, statement: str, values: Row = ()) -> list[Any]:
         """All rows of a SELECT."""

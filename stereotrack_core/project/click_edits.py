@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
@@ -98,7 +99,7 @@ class MarkClicks(Edit):
     ----------
     keys : tuple of ClickKey
     visibility : Visibility, optional
-        Seen or guessed; :class:`PlaceClicks` says that a landmark is outside.
+        Outside takes the position away.
     flag : str, optional
         Empty: no flag.
     sigma : float, optional
@@ -112,6 +113,12 @@ class MarkClicks(Edit):
     sigma: float | None = None
     usual_sigma: bool = False
 
+    def __post_init__(self) -> None:
+        if self.sigma is not None and not 0 < self.sigma < math.inf:
+            raise InputError(
+                f"a click cannot be good to {self.sigma:g} px", remedy="Write a number above 0."
+            )
+
     def words(self) -> str:
         """``mark left elbow in N_right, frame 213, as guessed``."""
         said = [
@@ -123,13 +130,28 @@ class MarkClicks(Edit):
         return f"mark {place_in_words(self.keys)}, as {', '.join(filter(None, said))}"
 
     def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
-        """The rows of clicks that are there."""
+        """The rows of clicks that are there.
+
+        Raises
+        ------
+        InputError
+            Where a landmark outside the image shall be seen: nobody knows where.
+        """
         for click in _present(state, self.keys):
+            visibility = click.visibility if self.visibility is None else self.visibility
+            outside = visibility == Visibility.OUTSIDE
+            if click.position is None and not outside:
+                raise InputError(
+                    f"{place_in_words([click.key])} is outside the image and has no place",
+                    remedy="Click where it is.",
+                )
+            sigma = click.sigma if self.sigma is None else self.sigma
             marked = replace(
                 click,
-                visibility=click.visibility if self.visibility is None else self.visibility,
+                position=None if outside else click.position,
+                visibility=visibility,
                 flag=click.flag if self.flag is None else self.flag,
-                sigma=None if self.usual_sigma else self.sigma or click.sigma,
+                sigma=None if self.usual_sigma else sigma,
             )
             yield _restated(state, marked, stamp)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sqlite3
 import tempfile
 from collections.abc import Sequence
-from contextlib import ExitStack, closing
+from contextlib import ExitStack, closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -94,6 +94,7 @@ def open_for_writing(
             copy = migrate(database, path)
             if copy is not None:
                 database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+            stack.callback(_leave_plain, database)
             write_owner(database, myself())
             stack.callback(write_owner, database, None)
         notes = (
@@ -138,6 +139,12 @@ def open_for_reading(path: Path) -> Opened:
         check_version(path, version_of(database))
         return Opened(path, database, "read only", True, notes, stack.pop_all())
     raise AssertionError  # the stack swallows no exception
+
+
+def _leave_plain(database: sqlite3.Connection) -> None:
+    """Leave a single file without a log, which can be read in a read-only folder too."""
+    with suppress(sqlite3.OperationalError):  # somebody is reading: the log stays, and is read
+        database.execute("PRAGMA journal_mode = DELETE")
 
 
 def _upgraded_copy(path: Path, folder: Path) -> sqlite3.Connection:

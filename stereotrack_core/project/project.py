@@ -75,8 +75,7 @@ class Project:
         self.journal = opened.journal
         self.notes: tuple[Finding, ...] = opened.notes
         self.who = who or user()
-        self._access = Access(opened.database, opened.path)
-        self._identity = opened.identity
+        self._access = Access(opened.database, opened.path, opened.identity)
         self._resources = opened.resources
         self._history = History(self._access)
         self._listeners: list[Listener] = []
@@ -293,26 +292,11 @@ class Project:
                 remedy="Open it for writing, or work on a copy of it.",
             )
         with self._access.alone():
-            self._check_in_place()
             changed = change()
             if changed is not None:
                 for listener in tuple(self._listeners):
                     listener(changed)
         return changed
-
-    def _check_in_place(self) -> None:
-        """See that edits would not go into a file that nobody will find again."""
-        try:
-            there = self.path.stat()
-            if self._identity is None or (there.st_dev, there.st_ino) == self._identity:
-                return
-        except FileNotFoundError:
-            pass
-        raise InputError(
-            "the project file was moved, deleted or replaced while it was open",
-            where=str(self.path),
-            remedy="Nothing more can be saved in it; save a copy, which has everything up to now.",
-        )
 
     def _remember(self, place: RecordingPlace) -> None:
         with self._access.writing() as database:

@@ -12,6 +12,7 @@ from pathlib import Path
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.content import hash_of
 from stereotrack_core.project.database import copy_files, make_database, transaction
+from stereotrack_core.project.lent_schema import lend_schema
 from stereotrack_core.project.rows import from_json
 from stereotrack_core.project.schema import EDITED_TABLES, FORMAT
 
@@ -62,29 +63,39 @@ def rescue(damaged: Path, target: Path) -> Rescued:
                 remedy="Correct the path.",
             ) from error
         make_database(target)
-        with (
-            closing(sqlite3.connect(copy, isolation_level=None)) as source,
-            closing(sqlite3.connect(target, isolation_level=None)) as database,
-        ):
-            source.execute("PRAGMA cell_size_check = ON")
-            with transaction(database):
-                counts = {
-                    table: _copy(source, database, table)
-                    for table in (*_OTHER_TABLES, *_HISTORY, *EDITED_TABLES)
-                }
-                _drop_wrong_content(database)
-                restored = _restore_from_history(database)
-                whole = _history_agrees(database)
-                if not whole:
-                    for table in reversed(_HISTORY):
-                        database.execute(f"DELETE FROM {table}")  # noqa: S608 - constants
-    if not any(counts.values()):
+        saved = _fill(copy, target)
+        if not any(
+            saved.rows.values()
+        ):  # nobody knows where the tables are: perhaps as in a new one
+            lend_schema(target, copy)
+            saved = _fill(copy, target)
+    if not any(saved.rows.values()):
         target.unlink()
         raise InputError(
             f"nothing in it can be read as a project of format {FORMAT}",
             where=str(damaged),
             remedy="Take a copy of it, or what a backup of the drive has.",
         )
+    return saved
+
+
+def _fill(copy: Path, target: Path) -> Rescued:
+    """Put into the new project what can be read."""
+    with (
+        closing(sqlite3.connect(copy, isolation_level=None)) as source,
+        closing(sqlite3.connect(target, isolation_level=None)) as database,
+        transaction(database),
+    ):
+        counts = {
+            table: _copy(source, database, table)
+            for table in (*_OTHER_TABLES, *_HISTORY, *EDITED_TABLES)
+        }
+        _drop_wrong_content(database)
+        restored = _restore_from_history(database)
+        whole = _history_agrees(database)
+        if not whole:
+            for table in reversed(_HISTORY):
+                database.execute(f"DELETE FROM {table}")  # noqa: S608 - constants
     return Rescued(target, counts, restored, whole)
 
 

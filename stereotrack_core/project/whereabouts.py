@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import os
+import sqlite3
 from collections.abc import Iterable
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
 import platformdirs
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.project.database import check_header, connect_for_reading
 from stereotrack_core.recording.finding import Finding
 from stereotrack_core.recording.fingerprint import fingerprint
 from stereotrack_core.recording.folder import DESCRIPTION, open_recording
@@ -138,6 +141,38 @@ def _lost(place: RecordingPlace) -> Finding:
     )
 
 
+def documents_folder() -> Path:
+    """Where projects go whose recording is in a folder that cannot be written to."""
+    return platformdirs.user_documents_path() / "stereotrack"
+
+
+def projects_of(folder: Path, documents: Path | None = None) -> tuple[Path, ...]:
+    """Projects of a recording beside it and in the user's documents; the newest first.
+
+    Files that cannot be read are passed over.
+    """
+    folder = folder.resolve()
+    places = (folder.parent, documents or documents_folder())
+    files = [path for place in places for path in place.glob(f"*{SUFFIX}")]
+    found = [path for path in dict.fromkeys(files) if _belongs(path, folder)]
+    return tuple(sorted(found, key=lambda path: path.stat().st_mtime, reverse=True))
+
+
+def _belongs(project: Path, folder: Path) -> bool:
+    """Whether a project's recording is, or was, this folder."""
+    try:
+        check_header(project)
+        with closing(connect_for_reading(project)) as database:
+            row = database.execute("SELECT relative, absolute FROM recording").fetchone()
+    except (InputError, OSError, sqlite3.Error):
+        return False
+    if row is None:
+        return False
+    relative, absolute = row
+    beside = project.parent / relative if relative else Path(absolute)
+    return folder in (Path(os.path.normpath(beside)), Path(absolute))
+
+
 def project_path_for(folder: Path, documents: Path | None = None) -> Path:
     """Where a new project of a recording goes: beside it, or else into the user's documents.
 
@@ -149,10 +184,8 @@ def project_path_for(folder: Path, documents: Path | None = None) -> Path:
         Taken for the user's documents.
     """
     folder = folder.resolve()
-    if os.access(folder.parent, os.W_OK):
-        home = folder.parent
-    else:
-        home = documents or platformdirs.user_documents_path() / "stereotrack"
+    beside = os.access(folder.parent, os.W_OK)
+    home = folder.parent if beside else documents or documents_folder()
     path = home / f"{folder.name}{SUFFIX}"
     number = 2
     while path.exists():

@@ -96,6 +96,18 @@ def test_wherever_it_is_damaged_there_is_a_sentence_or_it_is_whole(
         damaged.redo()
 
 
+def test_a_project_without_a_beginning_is_rescued_whole(project, project_path, tmp_path, clicks):
+    project.close()
+    damage(project_path, 0)
+    with pytest.raises(InputError, match="not a project"):
+        Project.open(project_path)
+    target = tmp_path / "rescued.stereotrack"
+    assert rescue(project_path, target).history_whole
+    with Project.open(target) as rescued:
+        assert {click.key: click for click in rescued.clicks.all()} == clicks
+        assert rescued.undo() is not None
+
+
 def test_after_a_crash_damage_is_noticed_on_opening(project, project_path, clicks):
     crashed = project_path.with_name("crashed.stereotrack")
     execute(project, "PRAGMA wal_checkpoint(TRUNCATE)")

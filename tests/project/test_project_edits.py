@@ -132,6 +132,18 @@ def test_what_changes_nothing_is_no_edit(project):
     assert len(project.history.entries()) == 1
 
 
+def test_outside_takes_the_place_away_and_seen_does_not_invent_one(project):
+    project.apply(PlaceClicks((ELBOW, HIDDEN)))
+    project.apply(MarkClicks((ELBOW.key,), visibility=Visibility.OUTSIDE))
+    assert project.clicks.get(ELBOW.key).position is None
+    with pytest.raises(InputError, match=r"left elbow in S_cam.*Click where it is"):
+        project.apply(MarkClicks((HIDDEN.key,), visibility=Visibility.SEEN))
+    project.undo()
+    assert project.clicks.get(ELBOW.key).position == ELBOW.position
+    with pytest.raises(InputError, match="0 px"):
+        MarkClicks((ELBOW.key,), sigma=0.0)
+
+
 def test_nudges_become_one_edit_but_not_with_what_was_before_an_undo(project):
     project.apply(place(ELBOW))
     nudge = MoveClicks((ELBOW.key,), (0.5, 0.0))

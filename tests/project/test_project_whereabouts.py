@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import tempfile
 from pathlib import Path
@@ -15,7 +16,7 @@ from stereotrack_core.project.filesystem import (
     network_type,
 )
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.whereabouts import project_path_for
+from stereotrack_core.project.whereabouts import project_path_for, projects_of
 
 
 def test_a_recording_in_its_place_is_found_without_a_word(project, recording):
@@ -95,6 +96,23 @@ def test_a_new_project_goes_beside_its_recording(recording, tmp_path, monkeypatc
     assert project_path_for(recording.folder, documents) == documents / "walk.stereotrack"
 
 
+def test_the_projects_of_a_recording_are_found(
+    project, project_path, recording, another_recording, tmp_path
+):
+    documents = tmp_path / "documents"
+    mine = documents / "mine.stereotrack"
+    Project.create(mine, recording.folder).close()
+    Project.create(documents / "another.stereotrack", another_recording.folder).close()
+    (documents / "broken.stereotrack").write_text("no project")
+    os.utime(mine, (1e9, 1e9))
+    assert projects_of(recording.folder, documents) == (project_path, mine)
+    project.close()
+    recording.folder.parent.rename(tmp_path / "elsewhere")
+    moved = tmp_path / "elsewhere" / "walk"
+    assert projects_of(moved, documents) == (tmp_path / "elsewhere" / project_path.name,)
+    assert {path.name for path in moved.parent.iterdir()} == {"walk", "another", project_path.name}
+
+
 def test_a_project_in_new_documents_can_be_made(recording, tmp_path):
     path = tmp_path / "documents" / "stereotrack" / "walk.stereotrack"
     with Project.create(path, recording.folder) as project:
@@ -108,8 +126,8 @@ def test_a_folder_that_is_no_recording_gets_no_project(tmp_path):
 
 
 LINUX = r"""/dev/vda / ext4 rw 0 0
-server:/home /home nfs4 rw 0 0
-/dev/vdb /home/local\040disk ext4 rw 0 0
+server:/home /shared nfs4 rw 0 0
+/dev/vdb /shared/local\040disk ext4 rw 0 0
 //nas/share /mnt/nas cifs rw 0 0
 user@host: /mnt/remote fuse.sshfs rw 0 0
 """
@@ -123,9 +141,9 @@ MACOS = """/dev/disk1s1 on / (apfs, local, journaled)
     ("mounts", "path", "expected"),
     [
         (mounts_of_linux(LINUX), "/data/a.stereotrack", None),
-        (mounts_of_linux(LINUX), "/home/a/b.stereotrack", "nfs4"),
-        (mounts_of_linux(LINUX), "/home/local disk/b.stereotrack", None),
-        (mounts_of_linux(LINUX), "/homes/b.stereotrack", None),
+        (mounts_of_linux(LINUX), "/shared/a/b.stereotrack", "nfs4"),
+        (mounts_of_linux(LINUX), "/shared/local disk/b.stereotrack", None),
+        (mounts_of_linux(LINUX), "/shareds/b.stereotrack", None),
         (mounts_of_linux(LINUX), "/mnt/nas", "cifs"),
         (mounts_of_linux(LINUX), "/mnt/remote/x", "fuse.sshfs"),
         (mounts_of_macos(MACOS), "/Volumes/nas/x", "smbfs"),
