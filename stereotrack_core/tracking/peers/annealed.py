@@ -16,6 +16,11 @@ _LEAST_SIGMA = 1e-4
 """Metres and radians; particles that all agree are not taken for certainty."""
 
 
+_ELSEWHERE = 0.5
+"""Length of the error state by which the pose may differ from where the particles left it; beyond,
+somebody was found again elsewhere and the particles are of no use."""
+
+
 class AnnealedParticleTracker(PeerTracker):
     """Particles that are weighed in layers (Deutscher, Blake, Reid, DOI 10.1109/CVPR.2000.854758).
 
@@ -32,7 +37,7 @@ class AnnealedParticleTracker(PeerTracker):
         """Begin from a pose that is roughly right; the particles are drawn around it."""
         super().start(pose)
         self._particles: FloatArray | None = None
-        self._centre = pose
+        self._centre = self._left = pose
 
     def settle(self, frame: int, data: FloatArray, P0: FloatArray) -> None:
         """Scatter, weigh and draw the particles, layer by layer."""
@@ -41,25 +46,27 @@ class AnnealedParticleTracker(PeerTracker):
         if len(data) > p.annealed_data:
             data = data[np.sort(rng.choice(len(data), p.annealed_data, replace=False))]
         particles, beta = self._scattered(P0, rng), 0.0
+        predicted = self.pose
         for layer in range(p.annealed_layers):
             if layer:
                 particles = limbs_exchanged(particles, self._limbs(), rng)
                 scatter = p.annealed_diffusion * particles.std(axis=0)
                 particles = particles + scatter * rng.normal(size=particles.shape)
-            E = energy.of(data, self.pose, particles)
+            E = energy.of(data, predicted, particles, self.beside())
             beta = max(beta, exponent(E, p.annealed_survival))
             weights = normalised(E, beta)
             mean, weighed = weights @ particles, particles
+            self.pose = displaced(predicted, mean, self.joints)
             particles = particles[systematic(weights, float(rng.random()))]
         off = weighed - mean
         self.P = (off.T * weights) @ off + _LEAST_SIGMA**2 * np.eye(len(P0))
-        self._particles, self._centre = particles, self.pose
-        self.pose = displaced(self.pose, mean, self.joints)
+        self._particles, self._centre, self._left = particles, predicted, self.pose
 
     def _scattered(self, P0: FloatArray, rng: np.random.Generator) -> FloatArray:
         """Particles (K, n) as displacements of the predicted pose, before the first layer."""
         p = self.parameters.peers
-        if self._particles is None:
+        taken_elsewhere = difference(self.pose, self._left, self.joints)
+        if self._particles is None or np.linalg.norm(taken_elsewhere) > _ELSEWHERE:
             drawn = rng.normal(size=(p.annealed_particles, len(P0)))
             result: FloatArray = drawn @ np.linalg.cholesky(P0).T
             return result

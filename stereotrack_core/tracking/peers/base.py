@@ -11,6 +11,8 @@ from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.acquire import SeekingTracker
 from stereotrack_core.tracking.data_to_model import SurfaceResidual
 from stereotrack_core.tracking.estimate import Prior
+from stereotrack_core.tracking.limits import limit_residuals
+from stereotrack_core.tracking.residuals import Residual
 
 WIDE, NARROW = 0, 2
 """Iterations of the tracker in which a datum's weight falls off slowly, and fast."""
@@ -19,10 +21,11 @@ WIDE, NARROW = 0, 2
 class PeerTracker(SeekingTracker, ABC):
     """The tracker with another estimator in the place of its own.
 
-    Body, error state, process noise, choice of data, correspondences with their weights, limits,
-    the search for somebody who has come back, the refusal of clouds that do not look like a body,
-    and all that is stated about a frame are the tracker's. There is neither the search for arms
-    nor a prior that is widened where the data ask for it: those belong to its own estimator.
+    Body, error state, process noise, choice of data, correspondences with their weights, other
+    sensors, limits, the search for somebody who has come back, the refusal of clouds that do not
+    look like a body, and all that is stated about a frame are the tracker's. There is neither the
+    search for arms nor a prior that is widened where the data ask for it: those belong to its own
+    estimator.
 
     Parameters are those of :class:`ManifoldTracker`.
     """
@@ -42,12 +45,21 @@ class PeerTracker(SeekingTracker, ABC):
 
     def track(self, cloud: Cloud, data: FloatArray) -> tuple[SurfaceResidual, float]:
         """Correct the predicted pose; returns the last pairs and the innovation."""
+        self.observe(cloud)
         P0 = self.P
         expected = self.correspond(data, WIDE)
         self.settle(cloud.frame, data, P0)
         carried = np.ones(len(P0), dtype=np.bool_)
         self._prior = Prior(self.parameters.velocity * self.movement, P0, carried)
         return self.correspond(data, NARROW), _innovation(expected)
+
+    def beside(self) -> tuple[Residual, ...]:
+        """What the sensors beside the cloud's points say about the present pose."""
+        return tuple(row for seen in self._observed for row in seen.residuals(self.body, self.pose))
+
+    def limits(self) -> tuple[Residual, ...]:
+        """Limits of joints and collisions at the present pose."""
+        return limit_residuals(self.body, self.pose, self.parameters, self.joints)
 
     def random(self, frame: int) -> np.random.Generator:
         """Source of what is random in a frame."""

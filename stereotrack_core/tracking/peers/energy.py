@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numba
@@ -15,6 +16,7 @@ from stereotrack_core.body.skeleton import FOREARMS
 from stereotrack_core.body.surface import cone_foot
 from stereotrack_core.tracking.limits import limit_residuals
 from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.residuals import Residual
 
 _ALONG = np.linspace(0.0, 1.0, 4)
 """Places along a forearm that may come close to the torso."""
@@ -46,7 +48,13 @@ class PoseEnergy:
         # Nothing is violated in the T pose: these rows hold for every pose.
         self._always = limit_residuals(body, t_pose(np.zeros(3)), parameters, joints)
 
-    def of(self, data: FloatArray, centre: Pose, deltas: FloatArray) -> FloatArray:
+    def of(
+        self,
+        data: FloatArray,
+        centre: Pose,
+        deltas: FloatArray,
+        beside: Sequence[Residual] = (),
+    ) -> FloatArray:
         """Energies (K,) of the poses that displacements (K, n) of `centre` lead to.
 
         Parameters
@@ -54,6 +62,8 @@ class PoseEnergy:
         data : (N, 3) float64, world
         centre : Pose
         deltas : (K, n) float64
+        beside : sequence of Residual
+            Of other sensors, paired at a pose amid the others.
         """
         p = self.parameters
         poses = displaced(centre, deltas, self.joints)
@@ -63,7 +73,7 @@ class PoseEnergy:
         _robust_sums(np.ascontiguousarray(data), tables, p.reach, p.robust_wide**2, result)
         crowd = max(1.0, len(data) / p.effective_points)
         result /= p.sigma_measurement**2 * crowd
-        for residual in self._always:
+        for residual in (*beside, *self._always):
             nu = residual.measured - residual.predicted(frames)
             result += 0.5 * np.sum(nu**2 / residual.variance, axis=1)
         for k in np.flatnonzero(self._suspected(frames, tables, poses)).tolist():

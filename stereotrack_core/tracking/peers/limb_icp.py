@@ -17,7 +17,6 @@ from stereotrack_core.body.surface import nearest_on_surface
 from stereotrack_core.filtering.linearisation import Information, posterior
 from stereotrack_core.geometry.rotation import rotation_from_vector, vector_from_rotation
 from stereotrack_core.tracking.data_to_model import SurfaceResidual, Trust, residual_of_feet
-from stereotrack_core.tracking.limits import limit_residuals
 from stereotrack_core.tracking.peers.base import NARROW, WIDE, PeerTracker
 from stereotrack_core.tracking.residuals import gathered
 
@@ -97,10 +96,10 @@ class LimbIcpTracker(PeerTracker):
         return Registered(part, frames.rotations[part], frames.origins[part], information)
 
     def joined(self, limbs: list[Registered]) -> Information:
-        """What the registered limbs and the limits say about the pose, linearised there."""
+        """What registered limbs, other sensors and limits say about the pose, linearised there."""
         frames = self.body.frames(self.pose)
-        limits = limit_residuals(self.body, self.pose, self.parameters, self.joints)
-        total = gathered(limits, self.body, self.pose, self._columns)
+        rows = (*self.beside(), *self.limits())
+        total = gathered(rows, self.body, self.pose, self._columns)
         for limb in limbs:
             shift = limb.origin - frames.origins[limb.part]
             turn = vector_from_rotation(limb.rotation @ frames.rotations[limb.part].T)

@@ -8,7 +8,6 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.manifold import displaced
 from stereotrack_core.filtering.linearisation import Information, posterior
 from stereotrack_core.tracking.data_to_model import SurfaceResidual
-from stereotrack_core.tracking.limits import limit_residuals
 from stereotrack_core.tracking.peers.base import NARROW, WIDE, PeerTracker
 from stereotrack_core.tracking.residuals import gathered
 
@@ -64,7 +63,7 @@ class ScalarDistanceTracker(PeerTracker):
         _, self.P = posterior(P0_inverse, np.zeros(len(P0)), found)
 
     def slope(self, data: FloatArray, iteration: int) -> Information:
-        """Curvature and negative gradient of the sum over data, and limits, at the pose."""
+        """Curvature and negative gradient of the sum, at the pose; sensors and limits take part."""
         surface: SurfaceResidual = self.correspond(data, iteration)
-        limits = limit_residuals(self.body, self.pose, self.parameters, self.joints)
-        return gathered((surface, *limits), self.body, self.pose, self._columns)
+        rows = (surface, *self.beside(), *self.limits())
+        return gathered(rows, self.body, self.pose, self._columns)

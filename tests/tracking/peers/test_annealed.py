@@ -9,6 +9,7 @@ from hypothesis.extra.numpy import arrays
 from stereotrack_core.body.angles import ALL_JOINTS
 from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import body_model
+from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.tracking.data_to_model import Trust, surface_residual
 from stereotrack_core.tracking.limits import limit_residuals
@@ -21,7 +22,8 @@ from stereotrack_core.tracking.peers.annealed import (
 )
 from stereotrack_core.tracking.peers.energy import PoseEnergy
 from stereotrack_core.tracking.presets import preset
-from tests.tracking.scenes import POSES, pose_with_arms, surface_points
+from tests.tracking.peers.test_peers import make
+from tests.tracking.scenes import POSES, cloud_of, pose_with_arms, surface_points
 
 ENERGIES = arrays(
     np.float64, st.integers(5, 60), elements=st.integers(0, 10_000).map(float), unique=True
@@ -97,3 +99,15 @@ def test_the_energy_rises_where_limits_are_violated(scene):
     folded = pose_with_arms([1, 0.2, 0], [-1, 0.1, 0.02], [-1, 0, 0], [-1, 0.1, 0])
     costly = energy.of(nowhere, folded, np.zeros((1, 6 + 2 * len(ALL_JOINTS))))[0]
     assert costly > free + 5.0
+
+
+def test_particles_are_drawn_anew_where_the_body_was_found_elsewhere():
+    rng = np.random.default_rng(7)
+    tracker = make("annealed")
+    tracker.start(POSES["t"])
+    clouds = [cloud_of(surface_points(tracker.body, POSES["t"], 1500, rng), k) for k in range(3)]
+    tracker.step(clouds[0])
+    elsewhere = POSES["t"].position + np.array([0.9, 0.4, 0.0])
+    tracker.pose = Pose(elsewhere, tracker.pose.rotations)
+    tracker.step(cloud_of(clouds[1].points + elsewhere - POSES["t"].position, 1))
+    assert np.linalg.norm(tracker.pose.position - elsewhere) < 0.1
