@@ -45,7 +45,7 @@ class Access:
         """Take values that nothing can be made of for what they are: damage."""
         try:
             yield
-        except (ValueError, TypeError) as error:
+        except (ValueError, TypeError, KeyError) as error:
             raise ProjectDamaged(self.path, str(error)) from error
 
     @contextmanager

@@ -61,6 +61,10 @@ class MoveClicks(Edit):
     keys: tuple[ClickKey, ...]
     by: tuple[float, float]
 
+    def __post_init__(self) -> None:
+        if not all(map(math.isfinite, self.by)):
+            raise ValueError(f"{self.by} is no distance in an image")
+
     def words(self) -> str:
         """``move left elbow in N_right, frame 213``."""
         return f"move {place_in_words(self.keys)}"

@@ -64,12 +64,21 @@ def speaking(path: Path) -> Iterator[None]:
     """
     try:
         yield
+    except UnicodeDecodeError as error:  # in a message about a list of tables that is rubbish
+        raise ProjectDamaged(path, "its list of tables cannot be read") from error
     except sqlite3.DatabaseError as error:
         kind = getattr(error, "sqlite_errorcode", 0) & PRIMARY
-        rubbish = not kind and "decode" in str(error)  # a text that is no UTF-8
-        if rubbish or kind in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB):
+        if kind in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB) or _is_rubbish(kind, error):
             raise ProjectDamaged(path, str(error)) from error
         if kind not in _SENTENCES:
             raise
         what, remedy = _SENTENCES[kind]
         raise InputError(what, where=str(path), remedy=remedy) from error
+
+
+def _is_rubbish(kind: int, error: sqlite3.DatabaseError) -> bool:
+    """Whether a text is no UTF-8, or a table or column that every project has is missing."""
+    said = str(error)
+    if not kind:
+        return "decode" in said
+    return kind == sqlite3.SQLITE_ERROR and ("no such" in said or "has no column" in said)

@@ -97,10 +97,11 @@ class HistoryReader:
             " ORDER BY place",
             (number,),
         )
-        return tuple(
-            Change(EDITED_TABLES[table], from_json(key) or (), from_json(before), from_json(after))
-            for table, key, before, after in rows
-        )
+        with self._access.making_sense():
+            return tuple(
+                Change(EDITED_TABLES[name], from_json(key) or (), *map(from_json, before_after))
+                for name, key, *before_after in rows
+            )
 
     def _next(self, state: How, direction: Literal["ASC", "DESC"]) -> Entry | None:
         row = self._access.row(_NEXT[direction], (state,))
@@ -122,7 +123,8 @@ class History(HistoryReader):
             (nudging a click ten times is undone at once).
         """
         with self._access.writing() as database:
-            changes = without_idle(edit.changes(State(database), stamp))
+            with self._access.making_sense():
+                changes = without_idle(edit.changes(State(database), stamp))
             if not changes:
                 return None
             store(database, edit.contents())

@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
+import json
 import sqlite3
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.project.click_rows import click_of
 from stereotrack_core.project.content import hash_of
 from stereotrack_core.project.database import copy_files, make_database, transaction
 from stereotrack_core.project.lent_schema import lend_schema
 from stereotrack_core.project.rows import from_json
-from stereotrack_core.project.schema import EDITED_TABLES, FORMAT
+from stereotrack_core.project.schema import (
+    CLICK,
+    EDITED_TABLES,
+    FORMAT,
+    REPEAT_CLICK,
+    TABLES_OF_ENTRIES,
+)
 
 _OTHER_TABLES = ("content", "prediction", "annotator", "view_setting", "recording")
 _HISTORY = ("edit", "edit_change")
@@ -113,14 +122,28 @@ def _copy(source: sqlite3.Connection, target: sqlite3.Connection, table: str) ->
         select = f"SELECT {', '.join(columns)} FROM {table} ORDER BY {order}"  # noqa: S608
         for row in _readable(source, select):
             try:
+                _make_sense_of(table, row)
                 target.execute(insert, row)
-            except (sqlite3.IntegrityError, sqlite3.InterfaceError):
+            except (ValueError, TypeError, sqlite3.IntegrityError, sqlite3.InterfaceError):
                 continue  # a row of rubbish
     count: int = target.execute(f"SELECT count(*) FROM {table}").fetchone()[0]  # noqa: S608
     return count
 
 
-def _readable(source: sqlite3.Connection, select: str) -> Iterator[tuple[object, ...]]:
+def _make_sense_of(table: str, row: Sequence[Any]) -> None:
+    """Raise ValueError or TypeError for a row that nothing can be made of."""
+    if table in (CLICK.name, REPEAT_CLICK.name):
+        click_of(row[-len(CLICK.key + CLICK.values) :])
+    elif table == "edit_change":
+        for text in row[3:]:
+            from_json(text)
+        if row[2] not in EDITED_TABLES:
+            raise ValueError(row[2])
+    elif table == "view_setting" or table in TABLES_OF_ENTRIES:
+        json.loads(row[1])
+
+
+def _readable(source: sqlite3.Connection, select: str) -> Iterator[tuple[Any, ...]]:
     """Rows up to where the file is damaged."""
     try:
         yield from source.execute(select)
@@ -146,12 +169,13 @@ def _restore_from_history(database: sqlite3.Connection) -> int:
     restored = 0
     for (table_name, key), after in _last_words(database).items():
         table = EDITED_TABLES[table_name]
-        row = from_json(key) or ()
+        row, values = from_json(key) or (), from_json(after)
         try:
-            if table.read(database, row) is None and after is not None:
-                table.write(database, row, from_json(after))
+            if table.read(database, row) is None and values is not None:
+                _make_sense_of(table_name, (*row, *values))
+                table.write(database, row, values)
                 restored += 1
-        except (sqlite3.IntegrityError, sqlite3.ProgrammingError, ValueError):
+        except (ValueError, TypeError, sqlite3.IntegrityError, sqlite3.ProgrammingError):
             continue
     return restored
 

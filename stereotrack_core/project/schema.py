@@ -32,13 +32,15 @@ PARAMETER_SET = Table("parameter_set", ("name",), _ENTRY_VALUES)
 DESCRIPTION = Table("description", ("name",), _ENTRY_VALUES)
 CHOICE = Table("choice", ("name",), ("value",))
 
-EDITED_TABLES: dict[str, Table] = {
+TABLES_OF_ENTRIES: dict[str, Table] = {
     table.name: table
-    for table in (
-        *(CLICK, REPEAT_CLICK, FRAME_FLAG, KEYFRAME),
-        *(REFERENCE, RUN, SUBJECT, LANDMARK_SET, PARAMETER_SET, DESCRIPTION),
-        CHOICE,
-    )
+    for table in (REFERENCE, RUN, SUBJECT, LANDMARK_SET, PARAMETER_SET, DESCRIPTION)
+}
+"""The tables of named things."""
+
+EDITED_TABLES: dict[str, Table] = {
+    **{table.name: table for table in (CLICK, REPEAT_CLICK, FRAME_FLAG, KEYFRAME, CHOICE)},
+    **TABLES_OF_ENTRIES,
 }
 """The tables that edits change, and nothing else does."""
 
@@ -110,13 +112,7 @@ STATEMENTS: tuple[str, ...] = (
     at TEXT NOT NULL,
     deleted INTEGER NOT NULL)""",
     "CREATE TABLE content (hash TEXT NOT NULL PRIMARY KEY, bytes BLOB NOT NULL)",
-    *(
-        _entries(name)
-        for name in (
-            *("reference", "run", "subject"),
-            *("landmark_set", "parameter_set", "description"),
-        )
-    ),
+    *(_entries(name) for name in TABLES_OF_ENTRIES),
     "CREATE TABLE choice (name TEXT NOT NULL PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID",
     """CREATE TABLE edit (
     number INTEGER PRIMARY KEY AUTOINCREMENT,

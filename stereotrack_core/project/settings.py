@@ -17,7 +17,8 @@ class ViewSettings:
     def get(self, name: str, default: Any = None) -> Any:
         """Value of that name, or `default`."""
         row = self._access.row("SELECT value FROM view_setting WHERE name = ?", (name,))
-        return default if row is None else json.loads(row[0])
+        with self._access.making_sense():
+            return default if row is None else json.loads(row[0])
 
     def set(self, name: str, value: Any) -> None:
         """Keep a value; None forgets it."""

@@ -10,6 +10,7 @@ from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet, landmark
 from stereotrack_core.project.entries import Entries, SaveEntry, facts_as_json
 from stereotrack_core.project.schema import LANDMARK_SET, PARAMETER_SET, SUBJECT
 from stereotrack_core.recording.description import Subject
+from stereotrack_core.recording.subject_file import LENGTHS
 
 
 @dataclass(frozen=True)
@@ -42,9 +43,9 @@ def save_subject(subject: Subject, *, origin: str = "entered") -> SaveEntry:
 
 def load_subject(subjects: Entries, name: str) -> Subject:
     """A subject of the project; InputError where there is none of that name."""
-    facts = dict(subjects.get(name).facts)
-    facts.pop("origin", None)
-    return Subject(**facts)
+    facts = subjects.get(name).facts
+    lengths = {key: facts.get(key) for key in LENGTHS}
+    return Subject(name, **{key: None if x is None else float(x) for key, x in lengths.items()})
 
 
 def save_landmark_set(landmarks: LandmarkSet) -> SaveEntry:
