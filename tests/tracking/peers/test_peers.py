@@ -110,16 +110,14 @@ def test_clouds_that_show_nobody_are_not_tracked_and_it_goes_on_afterwards(name)
     tracker.start(true)
     full = clouds(tracker.body, true, rng, 3)
     assert tracker.step(full[0]).tracked
-    wall = np.column_stack([rng.uniform(-1.5, 1.5, 3000), np.full(3000, 1.2), rng.random(3000)])
-    for points in (np.empty((0, 3)), full[0].points[:99], wall, full[0].points + [1.5, 0, -0.8]):
+    dust = rng.uniform([-3.0, -3.0, -1.0], [3.0, 3.0, 4.0], (3000, 3))
+    for points in (np.empty((0, 3)), full[0].points[:99], dust):
         lost = tracker.step(cloud_of(points, 1))
         assert np.isfinite(lost.x).all()
         assert np.isfinite(lost.pose.rotations).all()
         assert np.isfinite(lost.P).all()
-        if len(points) < 2500:
-            assert not lost.tracked
-            assert f"{len(points)} points" in lost.reason
-    assert not tracker.step(cloud_of(wall + [0, 0, 3.0], 1)).tracked
+        assert not lost.tracked
+        assert ("look like" if len(points) == 3000 else f"{len(points)} points") in lost.reason
     for cloud in full:
         found = tracker.step(cloud)
     assert found.tracked
