@@ -16,6 +16,8 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.model import BodyModel, PlacedCones
 
+_NO_PENALTY = np.zeros((0, 0))
+
 
 @dataclass(frozen=True, eq=False)
 class Feet:
@@ -48,7 +50,9 @@ def cone_table(placed: PlacedCones) -> FloatArray:
     return np.ascontiguousarray(np.column_stack([flat, placed.origins, *shape]))
 
 
-def nearest_on_surface(points: FloatArray, placed: PlacedCones, reach: float) -> Feet:
+def nearest_on_surface(
+    points: FloatArray, placed: PlacedCones, reach: float, penalty: FloatArray | None = None
+) -> Feet:
     """Find the foot of every datum on the nearest cone.
 
     Parameters
@@ -57,6 +61,9 @@ def nearest_on_surface(points: FloatArray, placed: PlacedCones, reach: float) ->
     placed : PlacedCones
     reach : float, metres
         Data farther than this from every cone belong to none.
+    penalty : (N, C) float64, metres, optional
+        What speaks against a cone besides its distance d, as its colour does: the nearest cone is
+        that with the least sqrt(d^2 + penalty^2). The distances found are d all the same.
     """
     n = len(points)
     cone = np.full(n, -1, dtype=np.int64)
@@ -64,7 +71,8 @@ def nearest_on_surface(points: FloatArray, placed: PlacedCones, reach: float) ->
     foot = np.full((n, 3), np.nan)
     direction = np.full((n, 3), np.nan)
     data = np.ascontiguousarray(points, dtype=np.float64)
-    _nearest(data, cone_table(placed), reach, cone, distance, foot, direction)
+    other = _NO_PENALTY if penalty is None else np.ascontiguousarray(penalty)
+    _nearest(data, cone_table(placed), reach, other, cone, distance, foot, direction)
     return Feet(cone, distance, foot, direction)
 
 
@@ -129,10 +137,18 @@ def _ball(r: float, centre: float, s: float, px: float, py: float, pz: float) ->
 
 @numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def _nearest(
-    points: Any, table: Any, reach: float, cone: Any, distance: Any, foot: Any, direction: Any
+    points: Any,
+    table: Any,
+    reach: float,
+    penalty: Any,
+    cone: Any,
+    distance: Any,
+    foot: Any,
+    direction: Any,
 ) -> None:
+    judged = penalty.shape[0] > 0
     for i in range(points.shape[0]):
-        best = reach
+        best = math.inf if judged else reach
         for c in range(table.shape[0]):
             row = table[c]
             x, y, z = points[i, 0] - row[9], points[i, 1] - row[10], points[i, 2] - row[11]
@@ -140,8 +156,11 @@ def _nearest(
             py = row[1] * x + row[4] * y + row[7] * z
             pz = row[2] * x + row[5] * y + row[8] * z
             d, fx, fy, fz, nx, ny, nz = cone_foot(row, px, py, pz)
-            if abs(d) < best:
-                best = abs(d)
+            off = abs(d)
+            if judged:
+                off = math.hypot(d, penalty[i, c]) if off < reach else math.inf
+            if off < best:
+                best = off
                 cone[i] = c
                 distance[i] = d
                 for k in range(3):

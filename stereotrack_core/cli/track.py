@@ -86,7 +86,6 @@ def run(args: Namespace) -> int:
     with FrameReader(recording, views=views, read_ahead=0) as reader:
         frames = frames_within(args.frames, reader.frame_count)
     _say_findings(args.recording)
-    init = first_pose(args.init, frames.start)
     detections = _detections(args.detections, recording)
     job = track_recording(
         recording,
@@ -95,7 +94,7 @@ def run(args: Namespace) -> int:
         preset=args.preset,
         views=views,
         seed=args.seed,
-        init=init,
+        init=first_pose(args.init, frames.start),
         smooth=args.smooth,
         detections=detections,
     )

@@ -11,6 +11,7 @@ import numpy as np
 
 from stereotrack_core.depth.background import BackgroundModel
 from stereotrack_core.depth.cloud import Cloud, DepthGeometry
+from stereotrack_core.depth.colours import ColourCalibration
 from stereotrack_core.depth.outliers import inliers
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.rectify import depth_rectification, stereo_rectification
@@ -23,6 +24,9 @@ from stereotrack_core.recording.frames import FrameSet, ViewImages
 
 if TYPE_CHECKING:
     from stereotrack_core.recording.reader import FrameReader
+
+_CALIBRATION_FRAMES = 6
+"""Frames, evenly spread, from which the views' colours are calibrated."""
 
 
 class DepthChain:
@@ -38,6 +42,8 @@ class DepthChain:
     parameters : DepthParameters
     views : sequence of str, optional
         Names of the views to use; all stereo and depth views where it is not given.
+    colour : bool
+        Whether points get colours, where the pictures have any (:mod:`colours`).
 
     Raises
     ------
@@ -51,13 +57,16 @@ class DepthChain:
         parameters: DepthParameters,
         *,
         views: Sequence[str] | None = None,
+        colour: bool = False,
     ) -> None:
         self.parameters = parameters
         self._recording = recording
         self._chains = tuple(
-            ViewChain(view.name, _source(recording, view, parameters), parameters)
+            ViewChain(view.name, _source(recording, view, parameters), parameters, colour=colour)
             for view in _chosen_views(recording, views)
         )
+        self.colours = ColourCalibration.none(self.view_names)
+        self._colour = colour
         workers = max(1, min(len(self._chains), os.cpu_count() or 1))
         self._pool = ThreadPoolExecutor(workers, thread_name_prefix="depth")
 
@@ -99,6 +108,8 @@ class DepthChain:
                 waiting.append(chain)
         if waiting:
             self._learn_from_frames(waiting, reader, frames)
+        if self._colour and len(self._chains) > 1:
+            self._calibrate_colours(reader, frames)
 
     def _learn_from_frames(
         self, chains: Sequence[ViewChain], reader: FrameReader, frames: range
@@ -109,6 +120,14 @@ class DepthChain:
         seen = [[s.views[c.name] for s in sets if c.name in s.views] for c in chains]
         for _ in self._pool.map(ViewChain.learn_frames, chains, seen):
             pass  # the loop raises what a thread raised
+
+    def _calibrate_colours(self, reader: FrameReader, frames: range) -> None:
+        """Learn how each view sees colours from what several views see."""
+        if any(chain.background.learns for chain in self._chains):
+            return
+        sampled = np.unique(np.linspace(0, len(frames) - 1, _CALIBRATION_FRAMES).astype(int))
+        depths = [self.process(reader.frame_set(frames[i])).depths for i in sampled]
+        self.colours = ColourCalibration.of(self.view_names, depths)
 
     def process(self, frame_set: FrameSet) -> Cloud:
         """The cloud of one frame set; views that give nothing are named in `problems`."""
@@ -144,15 +163,17 @@ class DepthChain:
             points, p.outlier_neighbours, p.outlier_distance / 1000.0, repeat=p.outlier_repeat
         )
         watch.lap("outliers")
+        depths = {n: r.depth for n, r in results.items() if r.depth is not None}
         return Cloud(
             frame=frame,
             points=points[kept],
             view=view[kept],
             pixels=pixels[kept],
             view_names=names,
-            depths={n: r.depth for n, r in results.items() if r.depth is not None},
+            depths=depths,
             problems=problems,
             seconds=summed([r.seconds for r in results.values()]) | watch.seconds,
+            colours=self.colours.of_pixels(depths, view[kept], pixels[kept]),
         )
 
 

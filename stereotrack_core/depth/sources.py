@@ -108,6 +108,11 @@ class StereoSource:
             right = image_map.apply(right)
         return StereoFrame(left, right, self._outside, self._matcher)
 
+    def rectified(self, image: ImageArray) -> ImageArray:
+        """The reference picture where the disparities are, in its colours."""
+        image_map = self._rectification.image_map
+        return image if image_map is None else image_map.apply(image)
+
     def ranges(self, disparity: Float32Array) -> Float32Array:
         """Range z = f b / (d - offset), metres."""
         return range_of_disparity(self.geometry, disparity)
@@ -136,6 +141,10 @@ class DepthSource:
             inverse = self._scale / depth
         inverse[~(depth > 0)] = np.nan
         return DepthFrame(inverse)
+
+    def rectified(self, image: ImageArray) -> ImageArray:
+        """The picture where the depths are, in its colours."""
+        return image if self._map is None else self._map.apply(image)
 
     def ranges(self, disparity: Float32Array) -> Float32Array:
         """Range z, metres, of inverse depth."""

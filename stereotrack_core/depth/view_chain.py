@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -51,15 +51,23 @@ class ViewChain:
     name : str
     source : StereoSource or DepthSource
     parameters : DepthParameters
+    colour : bool
+        Whether to keep the picture's colours, where it has any.
     """
 
     def __init__(
-        self, name: str, source: StereoSource | DepthSource, parameters: DepthParameters
+        self,
+        name: str,
+        source: StereoSource | DepthSource,
+        parameters: DepthParameters,
+        *,
+        colour: bool = False,
     ) -> None:
         self.name = name
         self.source = source
         self.background = ViewBackground(source, parameters)
         self._p = parameters
+        self._colour = colour
         self._volume = Volume.of(parameters)
         self._volume_region = region_of_points(source.geometry, self._volume.corners())
 
@@ -123,7 +131,16 @@ class ViewChain:
         watch.lap("background")
         self._drop_patches(disparity, chosen)
         watch.lap("patches")
-        return self._result(disparity, chosen, silhouette, region, watch)
+        result = self._result(disparity, chosen, silhouette, region, watch)
+        return self._with_picture(result, images, watch) if self._colour else result
+
+    def _with_picture(self, result: ViewResult, images: ViewImages, watch: Stopwatch) -> ViewResult:
+        if images.image.ndim < 3 or result.depth is None:
+            return result
+        picture = self.source.rectified(images.image)
+        watch.lap("colours")
+        depth = replace(result.depth, picture=picture)
+        return replace(result, depth=depth, seconds=watch.seconds)
 
     def _result(
         self,

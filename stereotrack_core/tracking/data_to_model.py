@@ -89,7 +89,11 @@ class Trust:
 
 
 def surface_residual(
-    data: FloatArray, body: BodyModel, frames: PartFrames, trust: Trust
+    data: FloatArray,
+    body: BodyModel,
+    frames: PartFrames,
+    trust: Trust,
+    penalty: FloatArray | None = None,
 ) -> SurfaceResidual:
     """Give every datum to the nearest cone and weigh it.
 
@@ -103,8 +107,10 @@ def surface_residual(
     frames : PartFrames
         Of one pose.
     trust : Trust
+    penalty : (N, C) float64, metres, optional
+        What speaks against a cone besides its distance; see :func:`nearest_on_surface`.
     """
-    feet = nearest_on_surface(data, placed_cones(body, frames), trust.reach)
+    feet = nearest_on_surface(data, placed_cones(body, frames), trust.reach, penalty)
     return residual_of_feet(data, parts_of_cones(body, feet.cone), feet, frames, trust)
 
 

@@ -4,6 +4,7 @@ import dataclasses
 from dataclasses import dataclass
 
 from stereotrack_core.parameters import ParameterGroup, parameter
+from stereotrack_core.tracking.colours.parameters import ColourParameters
 from stereotrack_core.tracking.detections.parameters import DetectionParameters
 from stereotrack_core.tracking.peers.parameters import PeerParameters
 from stereotrack_core.tracking.search.parameters import SearchParameters
@@ -215,5 +216,11 @@ class TrackingParameters(ParameterGroup):
         maximum=10.0,
     )
     search: SearchParameters = dataclasses.field(default_factory=SearchParameters)
+    colours: ColourParameters = dataclasses.field(default_factory=ColourParameters)
     detections: DetectionParameters = dataclasses.field(default_factory=DetectionParameters)
     peers: PeerParameters = dataclasses.field(default_factory=PeerParameters)
+
+    @property
+    def wants_colour(self) -> bool:
+        """Whether anything looks at colours, so that they have to be read."""
+        return self.colours.colour_weight > 0.0 or self.detections.detect == "skin"

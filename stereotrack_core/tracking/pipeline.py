@@ -25,7 +25,7 @@ from stereotrack_core.recording.fingerprint import fingerprint
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.acquire import SeekingTracker
-from stereotrack_core.tracking.detections.listening import ListeningTracker
+from stereotrack_core.tracking.colours.tracker import ColouredTracker
 from stereotrack_core.tracking.estimate import Estimate, Tracker
 from stereotrack_core.tracking.frame import Origin, TrackedFrame, run_of
 from stereotrack_core.tracking.initialise import t_pose_in_cloud
@@ -51,7 +51,7 @@ _LEAST_SETTLED = 3
 
 _ESTIMATORS: Mapping[str, type[SeekingTracker]] = MappingProxyType(
     {
-        "iterated": ListeningTracker,
+        "iterated": ColouredTracker,
         "extended_kalman": ExtendedKalmanTracker,
         "annealed_particles": AnnealedParticleTracker,
         "limb_icp": LimbIcpTracker,
@@ -121,8 +121,9 @@ class Pipeline:
         self.body = body_model(proportions_of(recording.subject), settings.body)
         self._shared = clouds
         self._detections = detections or Detections()
+        colour = settings.tracking.wants_colour
         if clouds is None:
-            self.chain = DepthChain(recording, settings.depth, views=self.views)
+            self.chain = DepthChain(recording, settings.depth, views=self.views, colour=colour)
         else:
             self.chain, reader = clouds.chain, clouds.reader
         cameras = [recording.reference_camera(recording.view(name)) for name in self.views]
@@ -134,7 +135,7 @@ class Pipeline:
         self._owns_reader = reader is None
         # Matrices of 24 columns gain nothing from a second thread and lose much on a busy machine.
         self._blas = threadpool_limits(1, user_api="blas")
-        self.reader = reader or FrameReader(recording, views=self.views, colour=False)
+        self.reader = reader or FrameReader(recording, views=self.views, colour=colour)
         self._started = False
         self._prepared = False
         self._made: dict[int, tuple[Cloud, float]] = {}
