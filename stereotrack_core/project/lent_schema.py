@@ -12,6 +12,8 @@ from pathlib import Path
 _PAGE_SIZE_AT, _CHANGES_AT, _PAGES_AT, _VALID_FOR_AT = 16, 24, 28, 92
 _FIRST_TREE_AT = 100
 _INTERIOR = 5
+_PAGE_SIZES = (512, 1024, 2048, 4096, 8192, 16384, 32768)
+_USUAL_SIZE = 4096
 
 
 def lend_schema(new: Path, damaged: Path) -> None:
@@ -27,7 +29,7 @@ def lend_schema(new: Path, damaged: Path) -> None:
     source = new.read_bytes()
     (size,) = struct.unpack_from(">H", source, _PAGE_SIZE_AT)
     content = bytearray(damaged.read_bytes())
-    content.extend(bytes(-len(content) % size))
+    del content[len(content) // size * size :]
     if len(content) < len(source):
         return
     for page in _schema_pages(source):
@@ -37,6 +39,16 @@ def lend_schema(new: Path, damaged: Path) -> None:
     damaged.write_bytes(content)
     for suffix in ("-wal", "-shm", "-journal"):
         damaged.with_name(damaged.name + suffix).unlink(missing_ok=True)
+
+
+def cut_to_pages(damaged: Path) -> None:
+    """Take half a page from the end of a file: SQLite would fill it up with zeros and read on."""
+    length = damaged.stat().st_size
+    with damaged.open("r+b") as file:
+        size = int.from_bytes(file.read(_PAGE_SIZE_AT + 2)[_PAGE_SIZE_AT:], "big")
+        if size not in _PAGE_SIZES:
+            size = _USUAL_SIZE
+        file.truncate(length // size * size)
 
 
 def _schema_pages(source: bytes) -> list[int]:

@@ -15,7 +15,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.project.click_rows import click_of
 from stereotrack_core.project.content import hash_of
 from stereotrack_core.project.database import copy_files, make_database, transaction
-from stereotrack_core.project.lent_schema import lend_schema
+from stereotrack_core.project.lent_schema import cut_to_pages, lend_schema
 from stereotrack_core.project.rows import from_json
 from stereotrack_core.project.schema import (
     CLICK,
@@ -71,6 +71,7 @@ def rescue(damaged: Path, target: Path) -> Rescued:
                 where=str(damaged),
                 remedy="Correct the path.",
             ) from error
+        cut_to_pages(copy)
         make_database(target)
         saved = _fill(copy, target)
         if not any(
@@ -132,6 +133,8 @@ def _copy(source: sqlite3.Connection, target: sqlite3.Connection, table: str) ->
 
 def _make_sense_of(table: str, row: Sequence[Any]) -> None:
     """Raise ValueError or TypeError for a row that nothing can be made of."""
+    if any(isinstance(value, str) and "\0" in value for value in row):
+        raise ValueError("a text is empty space")
     if table in (CLICK.name, REPEAT_CLICK.name):
         click_of(row[-len(CLICK.key + CLICK.values) :])
     elif table == "edit_change":
