@@ -14,6 +14,10 @@ from stereotrack_core.project.schema import CLICK
 
 _FROM = f"SELECT {COLUMNS} FROM click"  # noqa: S608 - constants
 _AGAIN = f"SELECT {COLUMNS} FROM repeat_click"  # noqa: S608 - constants
+_FRAME_AFTER = "SELECT frame FROM click WHERE frame > ? AND deleted = 0 ORDER BY frame LIMIT 1"
+_FRAME_BEFORE = (
+    "SELECT frame FROM click WHERE frame < ? AND deleted = 0 ORDER BY frame DESC LIMIT 1"
+)
 
 
 class Clicks:
@@ -45,6 +49,21 @@ class Clicks:
         return self._clicks(
             f"{_FROM} WHERE frame >= ? AND frame < ? AND deleted = 0 ORDER BY frame", first, end
         )
+
+    def nearest(self, key: ClickKey, *, backwards: bool = False) -> Click | None:
+        """The landmark's next (previous) click in the same camera; None where there is none."""
+        sign, order = ("<", "DESC") if backwards else (">", "ASC")
+        found = self._clicks(
+            f"{_FROM} WHERE landmark = ? AND camera = ? AND frame {sign} ? AND deleted = 0"
+            f" ORDER BY frame {order} LIMIT 1",
+            *(key.landmark, key.camera, key.frame),
+        )
+        return found[0] if found else None
+
+    def nearest_frame(self, frame: int, *, backwards: bool = False) -> int | None:
+        """The next (previous) frame that has a click; None where there is none."""
+        row = self._access.row(_FRAME_BEFORE if backwards else _FRAME_AFTER, (frame,))
+        return None if row is None else int(row[0])
 
     def of_landmark(self, landmark: str, camera: str) -> tuple[Click, ...]:
         """Clicks of a landmark in one camera, over the frames."""

@@ -215,6 +215,19 @@ def test_threads_do_not_disturb_each_other(project):
     assert project.clicks.all(with_deleted=True) == ()
 
 
+def test_the_nearest_clicks_are_found_in_both_directions(project):
+    project.apply(PlaceClicks(tuple(replace(ELBOW, frame=frame) for frame in (2, 5, 9))))
+    project.apply(place(replace(OTHER, frame=7)))
+    project.apply(DeleteClicks((replace(ELBOW, frame=5).key,)))
+    here = replace(ELBOW, frame=6).key
+    assert project.clicks.nearest(here).frame == 9
+    assert project.clicks.nearest(here, backwards=True).frame == 2
+    assert project.clicks.nearest(replace(ELBOW, frame=9).key) is None
+    assert project.clicks.nearest_frame(2) == 7
+    assert project.clicks.nearest_frame(7, backwards=True) == 2
+    assert project.clicks.nearest_frame(2, backwards=True) is None
+
+
 def test_predictions_never_touch_clicks(project):
     project.apply(place(ELBOW))
     before = project.clicks.all()

@@ -1,0 +1,45 @@
+"""Repeats are woven in at the share that was asked for, long enough after the first time."""
+
+from __future__ import annotations
+
+import pytest
+
+from stereotrack_core.annotation.repeats import next_repeat
+
+
+def annotate(count: int, share: float, apart: int, seed: int = 0) -> list[tuple[int, int]]:
+    """Repeated frames, each with the number of frames done by then."""
+    done: list[int] = []
+    repeats: list[tuple[int, int]] = []
+    for frame in range(0, 5 * count, 5):
+        done.append(frame)
+        again = next_repeat(done, [one for one, _ in repeats], share, apart=apart, seed=seed)
+        if again is not None:
+            repeats.append((again, len(done)))
+    return repeats
+
+
+def test_the_share_is_kept_and_every_frame_is_repeated_once():
+    repeats = annotate(400, 0.05, 20)
+    assert len(repeats) == 20
+    assert len({frame for frame, _ in repeats}) == 20
+
+
+def test_nothing_is_repeated_that_was_annotated_just_now():
+    for frame, done in annotate(200, 0.5, 20):
+        assert frame // 5 < done - 20
+
+
+def test_repeats_come_from_everywhere_and_not_in_order():
+    frames = [frame for frame, _ in annotate(400, 0.05, 20)]
+    assert frames != sorted(frames)
+    assert annotate(400, 0.05, 20) == annotate(400, 0.05, 20)
+    assert frames != [frame for frame, _ in annotate(400, 0.05, 20, seed=1)]
+
+
+def test_without_a_share_nothing_is_repeated():
+    assert annotate(100, 0.0, 5) == []
+    assert next_repeat([], [], 1.0) is None
+    assert next_repeat([3, 4], [], 1.0) is None
+    with pytest.raises(ValueError, match="between 0 and 1"):
+        next_repeat([1], [], 5.0)
