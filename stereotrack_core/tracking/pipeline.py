@@ -19,6 +19,7 @@ from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.errors import InputError
+from stereotrack_core.recording.chroma import has_colours
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.fingerprint import fingerprint
@@ -121,7 +122,7 @@ class Pipeline:
         self.body = body_model(proportions_of(recording.subject), settings.body)
         self._shared = clouds
         self._detections = detections or Detections()
-        colour = settings.tracking.wants_colour
+        colour = settings.tracking.wants_colour and has_colours(recording, self.views)
         if clouds is None:
             self.chain = DepthChain(recording, settings.depth, views=self.views, colour=colour)
         else:

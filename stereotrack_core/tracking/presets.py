@@ -27,6 +27,7 @@ _CHANGES: Mapping[str, Mapping[str, Value]] = MappingProxyType(
                 "legs": False,
                 "fit_shape": False,
                 "search_arms": False,
+                "colour_weight": 0.0,
                 "torso_forward_low": 0.0,
                 "torso_forward_high": 0.0,
                 "head_forward": 0.0,
@@ -43,6 +44,7 @@ _CHANGES: Mapping[str, Mapping[str, Value]] = MappingProxyType(
         "fast": MappingProxyType(
             {
                 "data_points": 800,
+                "colour_weight": 0.0,
                 "iterations": 3,
                 "search_proposals": 120,
                 "search_refined": 1,

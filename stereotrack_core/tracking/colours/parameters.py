@@ -12,9 +12,10 @@ class ColourParameters(ParameterGroup):
     """How much colours say about which part a datum belongs to."""
 
     colour_weight: float = parameter(
-        0.0,
+        0.06,
         "Distance that a datum counts as farther from a part for each standard deviation by which "
-        "its colour differs from the part's; 0 leaves colours out. Needs colour pictures.",
+        "its colour differs from the part's; 0 leaves colours out. Says nothing where the "
+        "pictures are grey.",
         group=_GROUP,
         unit="m",
         minimum=0.0,

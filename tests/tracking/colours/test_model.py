@@ -38,8 +38,8 @@ def known(rng):
 
 
 def test_own_colours_differ_little_and_foreign_ones_much(known, rng):
-    points, part, features = _clothed(POSES["t"], rng)
-    penalty = known.penalty(points, features, BODY.frames(POSES["t"]))
+    points, part, features = _clothed(ARM_ON_CHEST, rng)
+    penalty = known.penalty(points, features, BODY.frames(ARM_ON_CHEST))
     cones = BODY.cones.part
     on_arm = part == RIGHT_FOREARM
     by_arm = penalty[on_arm][:, cones == RIGHT_FOREARM].min(axis=1)
