@@ -11,7 +11,7 @@ from pathlib import Path
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.atomic import replacing
-from stereotrack_core.project.failures import ProjectDamaged, speaking
+from stereotrack_core.project.failures import ProjectDamaged, code_of, speaking
 from stereotrack_core.project.rows import Row
 from stereotrack_core.project.schema import APPLICATION, FORMAT, STATEMENTS
 
@@ -19,6 +19,8 @@ BUSY_SECONDS = 5.0
 _MAGIC = b"SQLite format 3\0"
 _HEADER = 100
 _VERSION_AT, _APPLICATION_AT = 60, 68
+_NO_SHARED_MEMORY = (sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_IOERR, sqlite3.SQLITE_READONLY)
+"""What SQLite says where it cannot make or map the memory that a write-ahead log needs."""
 
 
 def make_database(path: Path, recording: Row | None = None) -> None:
@@ -137,7 +139,8 @@ def connect(path: Path, *, safe: bool) -> tuple[sqlite3.Connection, str]:
     ----------
     path : Path
     safe : bool
-        Do without the write-ahead log, which needs memory that all its users share.
+        Do without the write-ahead log, which needs memory that all its users share. That is also
+        done where the drive turns out not to have such memory.
     """
     database = sqlite3.connect(
         f"{path.absolute().as_uri()}?mode=rw",
@@ -147,19 +150,30 @@ def connect(path: Path, *, safe: bool) -> tuple[sqlite3.Connection, str]:
         check_same_thread=False,
     )
     try:
-        if safe:  # in exclusive mode a log that is left is read without shared memory
-            database.execute("PRAGMA locking_mode = EXCLUSIVE")
-        wanted = "DELETE" if safe else "WAL"
-        journal = database.execute(f"PRAGMA journal_mode = {wanted}").fetchone()[0]
-        if safe:
-            database.execute("PRAGMA locking_mode = NORMAL")
-            database.execute("SELECT count(*) FROM sqlite_schema").fetchone()
+        journal = _journal(database, safe)
         database.execute("PRAGMA synchronous = FULL")
         database.execute("PRAGMA foreign_keys = ON")
-    except sqlite3.Error:
+    except sqlite3.OperationalError as error:
+        database.close()
+        if safe or code_of(error) not in _NO_SHARED_MEMORY:
+            raise
+        return connect(path, safe=True)
+    except BaseException:
         database.close()
         raise
-    return database, str(journal)
+    return database, journal
+
+
+def _journal(database: sqlite3.Connection, safe: bool) -> str:
+    """Choose the journal before anything else is read; ``wal`` or ``delete``."""
+    if safe:
+        database.execute("PRAGMA locking_mode = EXCLUSIVE")  # reads a log without shared memory
+    wanted = "DELETE" if safe else "WAL"
+    journal = database.execute(f"PRAGMA journal_mode = {wanted}").fetchone()[0]
+    database.execute("PRAGMA locking_mode = NORMAL")
+    database.execute("BEGIN IMMEDIATE")  # all this takes effect, or fails, with the first lock
+    database.execute("ROLLBACK")
+    return str(journal)
 
 
 def connect_for_reading(path: Path) -> sqlite3.Connection:

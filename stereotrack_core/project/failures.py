@@ -51,6 +51,11 @@ class ProjectDamaged(InputError):
         )
 
 
+def code_of(error: sqlite3.Error) -> int:
+    """SQLite's primary result code; 0 where Python itself complains."""
+    return getattr(error, "sqlite_errorcode", 0) & PRIMARY
+
+
 @contextmanager
 def speaking(path: Path) -> Iterator[None]:
     """Turn failures of the database within the block into sentences about `path`.
@@ -67,7 +72,7 @@ def speaking(path: Path) -> Iterator[None]:
     except UnicodeDecodeError as error:  # in a message about a list of tables that is rubbish
         raise ProjectDamaged(path, "its list of tables cannot be read") from error
     except sqlite3.DatabaseError as error:
-        kind = getattr(error, "sqlite_errorcode", 0) & PRIMARY
+        kind = code_of(error)
         if kind in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB) or _is_rubbish(kind, error):
             raise ProjectDamaged(path, str(error)) from error
         if kind not in _SENTENCES:

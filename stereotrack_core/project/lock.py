@@ -7,6 +7,7 @@ program ends in whichever way.
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 from pathlib import Path
@@ -19,6 +20,9 @@ if sys.platform == "win32":
 else:
     import fcntl
 
+_TAKEN = (errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES, errno.EDEADLK)
+"""What the system says where another program has the lock; anything else: it knows no locks."""
+
 
 def lock_path(project: Path) -> Path:
     """The file whose lock stands for the project."""
@@ -27,6 +31,11 @@ def lock_path(project: Path) -> Path:
 
 class ProjectLock:
     """Taken on construction, given back by :meth:`release`.
+
+    Attributes
+    ----------
+    holds : bool
+        False on drives that know no locks; only the note within the project tells its owner there.
 
     Raises
     ------
@@ -38,6 +47,7 @@ class ProjectLock:
 
     def __init__(self, project: Path) -> None:
         self._path = lock_path(project)
+        self.holds = True
         self._file: IO[bytes] | None = self._locked()
 
     def _locked(self) -> IO[bytes]:
@@ -52,7 +62,10 @@ class ProjectLock:
                 ) from error
             try:
                 _take(file)
-            except OSError:
+            except OSError as error:
+                if error.errno not in _TAKEN:
+                    self.holds = False
+                    return file
                 file.close()
                 raise BlockingIOError from None
             if _is_still(file, self._path):

@@ -19,7 +19,7 @@ from stereotrack_core.project.database import (
     transaction,
     version_of,
 )
-from stereotrack_core.project.failures import ProjectDamaged, speaking
+from stereotrack_core.project.failures import ProjectDamaged, code_of, speaking
 from stereotrack_core.project.filesystem import Mount, network_type
 from stereotrack_core.project.lock import ProjectLock
 from stereotrack_core.project.migrations import migrate, upgrade
@@ -80,9 +80,10 @@ def open_for_writing(
     check_header(path)
     with ExitStack() as stack:
         try:
-            stack.callback(ProjectLock(path).release)
+            lock = ProjectLock(path)
         except BlockingIOError:
             raise in_use(path) from None
+        stack.callback(lock.release)
         network = network_type(path, mounts)
         with speaking(path):
             database, journal = connect(path, safe=network is not None)
@@ -90,13 +91,13 @@ def open_for_writing(
             check_version(path, version_of(database))
             left = read_owner(database)
             if left is not None:
-                _check_left(path, database, left, network is not None and not take_over)
+                gone = take_over or (lock.holds and (network is None or left.host == myself().host))
+                _check_left(path, database, left, gone=gone)
             copy = migrate(database, path)
             if copy is not None:
                 database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
-            stack.callback(_leave_plain, database)
+            stack.callback(_give_back, database)
             write_owner(database, myself())
-            stack.callback(write_owner, database, None)
         notes = (
             *_note_of_journal(path, journal, network),
             *_note_of_crash(path, left),
@@ -129,7 +130,9 @@ def open_for_reading(path: Path) -> Opened:
             old = version_of(database) < FORMAT
             if old:
                 database.close()
-        except sqlite3.OperationalError:
+        except sqlite3.OperationalError as error:
+            if code_of(error) not in (sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY):
+                raise
             old = True
             notes = (_note_of_snapshot(path),)
         if old:
@@ -141,9 +144,14 @@ def open_for_reading(path: Path) -> Opened:
     raise AssertionError  # the stack swallows no exception
 
 
-def _leave_plain(database: sqlite3.Connection) -> None:
-    """Leave a single file without a log, which can be read in a read-only folder too."""
-    with suppress(sqlite3.OperationalError):  # somebody is reading: the log stays, and is read
+def _give_back(database: sqlite3.Connection) -> None:
+    """Say that nobody has it, and leave a single file that a read-only folder can hold.
+
+    Where that fails, because somebody is reading or the drive is full, nothing is lost: the log
+    stays beside the file, and the next program takes it for a crash.
+    """
+    with suppress(sqlite3.Error):
+        write_owner(database, None)
         database.execute("PRAGMA journal_mode = DELETE")
 
 
@@ -164,9 +172,9 @@ def _upgraded_copy(path: Path, folder: Path) -> sqlite3.Connection:
     return connect_for_reading(copy)
 
 
-def _check_left(path: Path, database: sqlite3.Connection, left: Owner, careful: bool) -> None:
-    """See after a crash that all is well, and on a network drive that it was one."""
-    if careful and left.host != myself().host:
+def _check_left(path: Path, database: sqlite3.Connection, left: Owner, *, gone: bool) -> None:
+    """See that the owner is gone for certain, and that all is well after its crash."""
+    if not gone:
         complaint = in_use(path, left)
         raise InputError(
             complaint.what,

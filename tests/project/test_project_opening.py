@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import shutil
 import sqlite3
@@ -173,6 +174,37 @@ def test_on_a_network_drive_it_is_slow_but_safe_and_says_so(project, project_pat
     with Project.open(project_path) as fast:
         assert fast.journal == "wal"
         assert len(fast.clicks.all()) == 1
+
+
+def test_a_drive_without_shared_memory_gets_the_safe_way_too(project, project_path):
+    project.apply(place(ELBOW))
+    project.close()
+    project_path.with_name(project_path.name + "-shm").mkdir()  # so that it cannot be made
+    with Project.open(project_path) as safe:
+        assert safe.journal == "delete"
+        assert "no shared memory" in safe.notes[0].what
+        assert safe.undo() is not None
+
+
+def test_on_a_drive_without_locks_the_note_in_the_file_counts(project, project_path, monkeypatch):
+    def no_locks(file: object, operation: int) -> None:
+        raise OSError(errno.ENOLCK, "no locks available")
+
+    project.close()
+    monkeypatch.setattr("stereotrack_core.project.lock.fcntl.flock", no_locks)
+    with Project.open(project_path), pytest.raises(InputError, match="take the project over"):
+        Project.open(project_path)
+    Project.open(project_path).close()
+
+
+def test_closing_ends_well_where_nothing_can_be_written(project, project_path):
+    project.apply(place(ELBOW))
+    with project._access.alone() as database:
+        database.execute("PRAGMA query_only = ON")
+    project.close()
+    with Project.open(project_path) as again:
+        assert "did not close it" in again.notes[0].what
+        assert again.clicks.count() == 1
 
 
 def test_a_log_that_a_crash_left_is_read_on_a_network_drive_too(held, project_path):
