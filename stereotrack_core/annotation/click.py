@@ -48,8 +48,8 @@ class Click:
     sigma : float or None
         Standard deviation in pixels per axis; None: as usual for this landmark.
     origin : str
-        How it came about: ``hand``, ``accepted`` (a prediction that a person confirmed),
-        ``imported`` or ``merged``.
+        How it came about: ``hand``, ``accepted`` (a prediction that a person confirmed) or
+        ``imported``.
     who : str
         Annotator; empty until the project stamps it.
     at : str

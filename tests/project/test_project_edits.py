@@ -15,6 +15,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Visibility
 from stereotrack_core.annotation.progress import Seen, seen
 from stereotrack_core.errors import InputError
+from stereotrack_core.project.accept import AcceptPredictions
 from stereotrack_core.project.click_edits import (
     DeleteClicks,
     MarkClicks,
@@ -240,6 +241,26 @@ def test_predictions_never_touch_clicks(project):
         project.predictions.replace("other", [predicted])
     assert project.clicks.all() == before
     assert project.predictions.sources() == ("run",)
+
+
+def test_accepted_predictions_never_replace_what_a_person_said(project):
+    predicted = [
+        Prediction(frame, "N_right", "left_elbow", "run", (50.0, float(frame)))
+        for frame in (1, 2, 3)
+    ]
+    project.apply(PlaceClicks((ELBOW, replace(ELBOW, frame=2))))
+    project.apply(DeleteClicks((replace(ELBOW, frame=2).key,)))
+    project.apply(AcceptPredictions(tuple(predicted)))
+    assert {click.frame: click.origin for click in project.clicks.all()} == {
+        1: "hand",
+        3: "accepted",
+    }
+    assert project.clicks.at(3)[0].position == (50.0, 3.0)
+    words = "accept left elbow in N_right, frames 1 to 3"
+    assert project.history.to_undo().words == words
+    project.apply(AcceptPredictions((predicted[1],), even_deleted=True))
+    assert project.clicks.at(2)[0].position == (50.0, 2.0)
+    assert project.apply(AcceptPredictions((predicted[0],), even_deleted=True)) is None
 
 
 def test_second_readings_are_kept_apart(project):
