@@ -18,6 +18,7 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.depth.points import Volume
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.chroma import has_colours
 from stereotrack_core.recording.description import Recording
@@ -25,7 +26,7 @@ from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.fingerprint import fingerprint
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.tracking.acquire import SeekingTracker
+from stereotrack_core.tracking.acquire import SeekingTracker, first_pose_in
 from stereotrack_core.tracking.colours.tracker import ColouredTracker
 from stereotrack_core.tracking.estimate import Estimate, Tracker
 from stereotrack_core.tracking.frame import Origin, TrackedFrame, run_of
@@ -71,7 +72,9 @@ def tracker_for(
     p = settings.tracking
     if p.matching == "model_to_data":
         return ThesisTracker(body, p, cameras, fps, seed)
-    return _ESTIMATORS[p.estimator](body, p, cameras, fps, seed)
+    tracker = _ESTIMATORS[p.estimator](body, p, cameras, fps, seed)
+    tracker.volume = Volume.of(settings.depth)
+    return tracker
 
 
 class Pipeline:
@@ -132,6 +135,7 @@ class Pipeline:
         self.shape = settings.body
         self.tracker = self._tracker()
         self._init = init
+        self._found: Pose | None = None
         self._preset = preset
         self._owns_reader = reader is None
         # Matrices of 24 columns gain nothing from a second thread and lose much on a busy machine.
@@ -163,24 +167,23 @@ class Pipeline:
             self.chain.learn_background(self.reader, frames)
         else:
             self._shared.learn(frames)
+        if self._init == "auto":
+            clouds = self._first_clouds(frames)
+            self._found = first_pose_in(self._seeker(), clouds) if clouds else None
         if self.settings.tracking.fit_shape and self.settings.tracking.matching == "data_to_model":
             self._fit_shape(frames)
 
     def _fit_shape(self, frames: range) -> None:
         """Follow the first frames in which somebody is there, and fit the shape to them."""
         p = self.settings.tracking
-        tracker = SeekingTracker(self.body, p, self._cameras, self.recording.fps, self.seed)
+        tracker = self._seeker()
         seen: list[SeenPose] = []
-        for frame in frames[: _LOOK_AHEAD * p.fit_frames]:
-            self._made[frame] = cloud, _ = self._cloud(frame)
-            if len(cloud.points) < p.least_points:
-                continue
+        for cloud in self._first_clouds(frames):
             if not seen:
                 tracker.start(self.first_pose(cloud))
             estimate = tracker.step(cloud)
-            seen.append(SeenPose(tracker.choose(cloud), estimate.pose))
-            if len(seen) == p.fit_frames:
-                break
+            if estimate.tracked:
+                seen.append(SeenPose(tracker.choose(cloud), estimate.pose))
         settled = seen[len(seen) // 3 :: 2]
         if len(settled) < _LEAST_SETTLED:
             return
@@ -188,6 +191,26 @@ class Pipeline:
         self.shape = fitted_shape(lengths, self.settings.body, settled, p, tracker.joints)
         self.body = body_model(lengths, self.shape)
         self.tracker = self._tracker()
+
+    def _first_clouds(self, frames: range) -> list[Cloud]:
+        """The first clouds that show somebody; all that are made on the way are kept."""
+        p, found = self.settings.tracking, []
+        for frame in frames[: _LOOK_AHEAD * p.fit_frames]:
+            if frame not in self._made:
+                self._made[frame] = self._cloud(frame)
+            cloud, _ = self._made[frame]
+            if len(cloud.points) >= p.least_points:
+                found.append(cloud)
+            if len(found) == p.fit_frames:
+                break
+        return found
+
+    def _seeker(self) -> SeekingTracker:
+        """A tracker that only looks for first poses."""
+        p = self.settings.tracking
+        seeker = SeekingTracker(self.body, p, self._cameras, self.recording.fps, self.seed)
+        seeker.volume = Volume.of(self.settings.depth)
+        return seeker
 
     def _tracker(self) -> Tracker:
         return tracker_for(self.body, self.settings, self._cameras, self.recording.fps, self.seed)
@@ -256,10 +279,9 @@ class Pipeline:
         if isinstance(self._init, Pose):
             return self._init
         if self._init == "auto":
-            p = self.settings.tracking
-            seeker = SeekingTracker(self.body, p, self._cameras, self.recording.fps, self.seed)
-            seeker.acquire(cloud)
-            return seeker.pose
+            found = self._found or first_pose_in(self._seeker(), [cloud])
+            if found is not None:
+                return found
         return t_pose_in_cloud(self.body, cloud.points)
 
 
