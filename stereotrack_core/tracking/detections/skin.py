@@ -34,7 +34,7 @@ _SIGMA = {HEAD: 0.07, HAND: 0.05}
 def skin_detections(cloud: Cloud) -> tuple[Detection, ...]:
     """Detect head and hands in a cloud with colours; nothing where it has none.
 
-    The highest patch is the face, others are hands; of a long one, a bare arm, the end that is
+    The patch that is highest over the trunk and least aside of it is the face, others are hands; of a long one, a bare arm, the end that is
     farther from the trunk counts.
     """
     if cloud.colours is None or len(cloud.colours) != len(cloud.points):
@@ -49,11 +49,11 @@ def skin_detections(cloud: Cloud) -> tuple[Detection, ...]:
     if not patches:
         return ()
     trunk = np.median(cloud.points, axis=0)
-    patches.sort(key=lambda patch: -float(patch[:, 2].mean()))
-    high = patches[0][:, 2].mean() > np.percentile(cloud.points[:, 2], 85.0)
+    over = [_over(patch, trunk) for patch in patches]
+    face = int(np.argmax(over)) if max(over) > 0.0 else -1
     found = []
     for i, patch in enumerate(patches):
-        kind = HEAD if i == 0 and high else HAND
+        kind = HEAD if i == face else HAND
         place = patch.mean(axis=0) if kind == HEAD else _far_end(patch, trunk)
         found.append(Detection(cloud.frame, kind, place, _SIGMA[kind], 0.5))
     return tuple(found)
@@ -74,6 +74,11 @@ def _patches(points: FloatArray) -> IntArray:
     _, label = csgraph.connected_components(graph, directed=False)
     result: IntArray = label.astype(np.int64)
     return result
+
+
+def _over(patch: FloatArray, trunk: FloatArray) -> float:
+    off = patch.mean(axis=0) - trunk
+    return float(off[2] - np.hypot(off[0], off[1]))
 
 
 def _far_end(patch: FloatArray, trunk: FloatArray) -> FloatArray:
