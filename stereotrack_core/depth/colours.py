@@ -19,8 +19,8 @@ from scipy.spatial import cKDTree
 from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
 from stereotrack_core.depth.cloud import ViewDepth
 
-_EVERY = 5
-"""Only every so many columns and rows are looked at."""
+_ACROSS = 128
+"""Columns that are looked at, evenly spread; as densely in the rows."""
 
 _SAME = 0.02
 """Metres within which two views show the same place."""
@@ -120,7 +120,8 @@ def shared_colours(views: Sequence[str], depths: Mapping[str, ViewDepth]) -> lis
 
 def _places_and_colours(depth: ViewDepth, picture: ImageArray) -> tuple[FloatArray, FloatArray]:
     g = depth.geometry
-    rows, columns = np.mgrid[_EVERY // 2 : g.height : _EVERY, _EVERY // 2 : g.width : _EVERY]
+    step = max(1, g.width // _ACROSS)
+    rows, columns = np.mgrid[step // 2 : g.height : step, step // 2 : g.width : step]
     z = depth.range_z[rows, columns].astype(np.float64)
     known = z < _FARTHEST
     z, u, v = z[known], columns[known], rows[known]

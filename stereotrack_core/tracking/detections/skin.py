@@ -34,8 +34,8 @@ _SIGMA = {HEAD: 0.07, HAND: 0.05}
 def skin_detections(cloud: Cloud) -> tuple[Detection, ...]:
     """Detect head and hands in a cloud with colours; nothing where it has none.
 
-    The patch that is highest over the trunk and least aside of it is the face, others are hands; of a long one, a bare arm, the end that is
-    farther from the trunk counts.
+    The patch that is highest over the trunk and least aside of it is the face, others are hands;
+    of a long one, a bare arm, the end that is farther from the trunk counts.
     """
     if cloud.colours is None or len(cloud.colours) != len(cloud.points):
         return ()
