@@ -1,0 +1,62 @@
+"""Detections given to ``track``."""
+
+import shutil
+
+import numpy as np
+import pytest
+
+from stereotrack_core.interop.run_file import read_run
+
+pytestmark = pytest.mark.xdist_group("cli")
+
+HEADER = "frame,view,kind,x,y,z,sigma,confidence\n"
+
+
+@pytest.fixture
+def track(run, tmp_path):
+    """Function from a recording and options to the landmarks of four frames."""
+
+    def tracked(folder, *options):
+        output = tmp_path / "run.npz"
+        given = ("--preset", "fast", "--frames", "0:4", *options)
+        ended = run("track", folder, "-o", output, *given)
+        assert ended.status == 0, ended.err
+        return read_run(output).landmarks
+
+    return tracked
+
+
+def test_a_file_of_detections_takes_part(track, recording, tmp_path):
+    plain = track(recording)
+    seen = np.flatnonzero(np.isfinite(plain[:, 6, 0]))
+    assert len(seen)
+    heads = {k: plain[k, 6] + [0.0, 0.04, 0.0] for k in seen}
+    rows = [f"{k},,head,{x},{y},{z},0.005,1\n" for k, (x, y, z) in heads.items()]
+    rows += [f"{k - 0.5},,head,{x},{y},{z},0.005,1\n" for k, (x, y, z) in heads.items()]
+    file = tmp_path / "mine.csv"
+    file.write_text(HEADER + "".join(rows))
+    pulled = track(recording, "--detections", file)
+    moved = (pulled - plain)[seen, 6, 1]
+    assert np.nanmax(moved) > 0.01
+    assert not np.nanmin(moved) < 0.0
+    other = tmp_path / "with-its-own"
+    shutil.copytree(recording, other)
+    shutil.copy(file, other / "detections.csv")
+    np.testing.assert_array_equal(track(other), pulled)
+
+
+def test_detections_of_nothing_change_nothing(track, recording, tmp_path):
+    file = tmp_path / "far.csv"
+    file.write_text(HEADER + "1,,hand,9,9,9,0.01,1\n")
+    np.testing.assert_array_equal(track(recording, "--detections", file), track(recording))
+
+
+@pytest.mark.parametrize("text", ["frame,kind\n", HEADER + "0,,nose,1,2,3,0.1,1\n", None])
+def test_a_wrong_file_is_told_before_any_work(run, recording, tmp_path, text):
+    file = tmp_path / "wrong.csv"
+    if text is not None:
+        file.write_text(text)
+    ended = run("track", recording, "-o", tmp_path / "a.npz", "--detections", file)
+    assert ended.status == 2
+    assert "wrong.csv" in ended.err
+    assert not (tmp_path / "a.npz").exists()
