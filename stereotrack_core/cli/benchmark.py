@@ -251,7 +251,7 @@ def _growth(recordings: list[Recording], contestants: list[Contestant], args: Na
             name = f"{recording.name}, {contestant.name}:"
             tables = (
                 growth_table(f"{name} the tracker's step", "points", points, exponent(points)),
-                growth_table(f"{name} processor time", "views", by_views, exponent(by_views)),
+                growth_table(f"{name} the whole chain", "views", by_views, exponent(by_views)),
             )
             for table in () if args.json else tables:
                 put_table(table)

@@ -94,5 +94,5 @@ def growth_table(title: str, what: str, costs: Sequence[Cost], exponent: float) 
         (str(cost.size), number(cost.milliseconds), number(cost.milliseconds / cost.size, 3))
         for cost in costs
     ]
-    grows = f"{title} grows as {what}^{number(exponent, 2)}"
+    grows = f"{title} grows as {what}^{number(exponent, 2)} (processor time)"
     return Table(grows, (f">{what}", ">ms", ">ms for each"), rows)

@@ -32,8 +32,8 @@ class Cost:
     size : int
         Measured points, or views.
     milliseconds : float
-        Median over frames: of the tracker's step for points, of processor time from encoded
-        images to the pose for views.
+        Median processor time over frames: of the tracker's step for points, from encoded images
+        to the pose for views.
     """
 
     size: int
@@ -90,7 +90,7 @@ def cost_of_points(
         tracker.start(t_pose_in_cloud(body, clouds[0].points))
         with threadpool_limits(1, user_api="blas"):
             tracker.step(clouds[0])
-            seconds = [_seconds_of_step(tracker.step, cloud) for cloud in clouds]
+            seconds = [_processor_seconds(tracker.step, cloud) for cloud in clouds]
         costs.append(Cost(size, 1000.0 * median(seconds)))
         on_progress(k + 1)
     return tuple(costs)
@@ -148,7 +148,7 @@ def _clouds(
     return [cloud for cloud in found if len(cloud.points) >= least]
 
 
-def _seconds_of_step(step: Callable[[Cloud], object], cloud: Cloud) -> float:
-    begun = time.perf_counter()
+def _processor_seconds(step: Callable[[Cloud], object], cloud: Cloud) -> float:
+    begun = time.process_time()
     step(cloud)
-    return time.perf_counter() - begun
+    return time.process_time() - begun
