@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+from stereotrack_core.body.outline_parameters import OutlineParameters
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.body.skeleton import (
@@ -20,6 +21,16 @@ from stereotrack_core.body.skeleton import (
     TORSO,
     UPPER_ARMS,
 )
+
+OUTLINE_NAMES: tuple[tuple[str, str], ...] = (
+    ("outline_torso_side", "outline_torso_front"),
+    *[("outline_shoulder_top", "outline_shoulder_front")] * 2,
+    ("outline_jaw_side", "outline_jaw_front"),
+    ("outline_head_side", "outline_head_front"),
+    *[("outline_upper_arm", "outline_upper_arm")] * 2,
+    *[("outline_forearm", "outline_forearm"), ("outline_hand", "outline_hand")] * 2,
+)
+"""Parameters of the outline along x and y of the thesis's 11 cones; legs are not measured."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +51,9 @@ class Cones:
         Factor on y: 1 is round, the torso is flattened front to back.
     round_base, round_end : (C,) bool
         Ends with a half sphere that takes data; other ends lie inside the body.
+    outline : (C, 2) float64, metres
+        How far the person's outline lies outside of the surface, along the cone's x and y:
+        the surface is that of the clouds, which block matching widens.
     """
 
     part: IntArray
@@ -51,6 +65,7 @@ class Cones:
     flatness: FloatArray
     round_base: BoolArray
     round_end: BoolArray
+    outline: FloatArray
 
     def __len__(self) -> int:
         return len(self.part)
@@ -89,7 +104,15 @@ def body_cones(proportions: Proportions, parameters: BodyParameters) -> Cones:
         flatness=np.array([row.flatness for row in rows]),
         round_base=np.array([row.round_base for row in rows]),
         round_end=np.array([row.round_end for row in rows]),
+        outline=_outline(parameters.outline, len(rows)),
     )
+
+
+def _outline(margins: OutlineParameters, count: int) -> FloatArray:
+    outline = np.zeros((count, 2))
+    known = [[getattr(margins, name) for name in pair] for pair in OUTLINE_NAMES]
+    outline[: len(known)] = known
+    return outline
 
 
 def _along(axis: FloatArray) -> FloatArray:

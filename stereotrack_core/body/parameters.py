@@ -1,7 +1,9 @@
 """Parameters of the body's shape; lengths come from the subject."""
 
+import dataclasses
 from dataclasses import dataclass
 
+from stereotrack_core.body.outline_parameters import OutlineParameters
 from stereotrack_core.parameters import ParameterGroup, parameter
 
 _GROUP = "Body"
@@ -95,3 +97,4 @@ class BodyParameters(ParameterGroup):
     leg_radius_factor: float = parameter(
         1.0, "Factor on the radii of the legs.", group=_GROUP, minimum=0.3, maximum=3.0
     )
+    outline: OutlineParameters = dataclasses.field(default_factory=OutlineParameters)

@@ -53,7 +53,10 @@ class ViewDepth:
     foreground : (H, W) bool
         Valid and in front of the background model.
     silhouette : (H, W) bool or None
-        Where the picture differs from the empty scene's; None where that is not known.
+        Where the picture differs from the empty scene's, generously; None where that is not
+        known.
+    outline : (H, W) bool or None
+        The same with sharp edges, for those who measure them.
     picture : (H, W, 3) uint8 or None
         The reference picture, rectified, BGR; None where colours are not wanted or not there.
     """
@@ -63,6 +66,7 @@ class ViewDepth:
     range_z: Float32Array
     foreground: BoolArray
     silhouette: BoolArray | None = None
+    outline: BoolArray | None = None
     picture: ImageArray | None = None
 
 

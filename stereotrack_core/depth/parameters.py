@@ -173,6 +173,13 @@ class DepthParameters(ParameterGroup):
         group=_BACKGROUND,
         thesis=False,
     )
+    outlines: bool = parameter(
+        True,
+        "Find the sharp edge of the person in the pictures, for the tracker to measure; needs a"
+        " picture of the empty scene, or a mask.",
+        group=_BACKGROUND,
+        thesis=False,
+    )
     halo_trim: str = parameter(
         "none",
         "Cut the border that block matching adds around the person: not at all, or where the"

@@ -15,6 +15,7 @@ from stereotrack_core.depth.background import (
     foreground,
     percentile_model,
 )
+from stereotrack_core.depth.outline import sharp_outline
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.region import Region, changed_region
 from stereotrack_core.depth.sources import DepthSource, StereoSource
@@ -123,6 +124,14 @@ class ViewBackground:
         closed = cv2.morphologyEx(differs, cv2.MORPH_CLOSE, kernel)
         result: BoolArray = closed.astype(bool)
         return result
+
+    def outline(
+        self, picture: ImageArray, foreground: BoolArray, region: Region
+    ) -> BoolArray | None:
+        """The person's sharp outline in a region; None without a picture of the empty scene."""
+        if self._picture is None:
+            return None
+        return sharp_outline(picture[region.slices], self._picture[region.slices], foreground)
 
 
 def _median_picture(pictures: Sequence[ImageArray]) -> ImageArray:

@@ -43,6 +43,32 @@ class ViewResult:
     seconds: Mapping[str, float]
 
 
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """What the picture alone says about the person.
+
+    Attributes
+    ----------
+    silhouette, outline : (H, W) bool or None
+        See :class:`ViewDepth`.
+    """
+
+    silhouette: BoolArray | None
+    outline: BoolArray | None
+
+    def placed(self, region: Region, shape: tuple[int, int]) -> Seen:
+        """Images of full size with nothing around the region."""
+        return Seen(_placed(self.silhouette, region, shape), _placed(self.outline, region, shape))
+
+
+def _placed(image: BoolArray | None, region: Region, shape: tuple[int, int]) -> BoolArray | None:
+    if image is None:
+        return None
+    around = np.zeros(shape, dtype=bool)
+    around[region.slices] = image
+    return around
+
+
 class ViewChain:
     """Depth, foreground and points of one view; not to be used by two threads at once.
 
@@ -128,10 +154,11 @@ class ViewChain:
         silhouette = self._silhouette(frame, region)
         if silhouette is not None:
             disparity[silhouette & ~chosen] = np.nan
+        outline = self._outline(images, frame, chosen, region)
         watch.lap("background")
         self._drop_patches(disparity, chosen)
         watch.lap("patches")
-        result = self._result(disparity, chosen, silhouette, region, watch)
+        result = self._result(disparity, chosen, Seen(silhouette, outline), region, watch)
         return self._with_picture(result, images, watch) if self._colour else result
 
     def _with_picture(self, result: ViewResult, images: ViewImages, watch: Stopwatch) -> ViewResult:
@@ -146,7 +173,7 @@ class ViewChain:
         self,
         disparity: Float32Array,
         chosen: BoolArray,
-        silhouette: BoolArray | None,
+        seen: Seen,
         region: Region,
         watch: Stopwatch,
     ) -> ViewResult:
@@ -156,7 +183,7 @@ class ViewChain:
             geometry, ranges, chosen, self._p.pixel_step, (region.left, region.top)
         )
         inside = self._volume.contains(points)
-        depth = self._view_depth(disparity, ranges, chosen, silhouette, region)
+        depth = self._view_depth(disparity, ranges, chosen, seen, region)
         watch.lap("points")
         return ViewResult(depth, "", points[inside], pixels[inside], watch.seconds)
 
@@ -165,7 +192,7 @@ class ViewChain:
         disparity: Float32Array,
         ranges: Float32Array,
         chosen: BoolArray,
-        silhouette: BoolArray | None,
+        seen: Seen,
         region: Region,
     ) -> ViewDepth:
         """Images of full size, with the empty scene around the region."""
@@ -176,11 +203,9 @@ class ViewChain:
             disparity, ranges = self.background.outside()
             chosen = np.zeros((geometry.height, geometry.width), dtype=bool)
             disparity[region.slices], ranges[region.slices], chosen[region.slices] = part
-            if silhouette is not None:
-                around = np.zeros((geometry.height, geometry.width), dtype=bool)
-                around[region.slices] = silhouette
-                silhouette = around
-        return ViewDepth(geometry, disparity if stereo else None, ranges, chosen, silhouette)
+            seen = seen.placed(region, (geometry.height, geometry.width))
+        given = disparity if stereo else None
+        return ViewDepth(geometry, given, ranges, chosen, seen.silhouette, seen.outline)
 
     def _foreground(
         self, images: ViewImages, frame: OpenedFrame, disparity: Float32Array, region: Region
@@ -207,6 +232,18 @@ class ViewChain:
         if not self.background.knows_picture:
             return None
         return self.background.changed(frame.picture, region)
+
+    def _outline(
+        self, images: ViewImages, frame: OpenedFrame, chosen: BoolArray, region: Region
+    ) -> BoolArray | None:
+        if not self._p.outlines:
+            return None
+        if isinstance(self.source, DepthSource):
+            mask = self.source.person_mask(images)
+            return None if mask is None else mask[region.slices]
+        if frame.picture is None:
+            return None
+        return self.background.outline(frame.picture, chosen, region)
 
     def _drop_patches(self, disparity: Float32Array, chosen: BoolArray) -> None:
         """Drop small patches of the foreground, in place (2.1.4).

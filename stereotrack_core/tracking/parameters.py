@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from stereotrack_core.parameters import ParameterGroup, parameter
 from stereotrack_core.tracking.colours.parameters import ColourParameters
 from stereotrack_core.tracking.detections.parameters import DetectionParameters
+from stereotrack_core.tracking.outlines.parameters import OutlineTrust
 from stereotrack_core.tracking.peers.parameters import PeerParameters
 from stereotrack_core.tracking.search.parameters import SearchParameters
 
@@ -215,6 +216,7 @@ class TrackingParameters(ParameterGroup):
         minimum=0.0,
         maximum=10.0,
     )
+    outlines: OutlineTrust = dataclasses.field(default_factory=OutlineTrust)
     search: SearchParameters = dataclasses.field(default_factory=SearchParameters)
     colours: ColourParameters = dataclasses.field(default_factory=ColourParameters)
     detections: DetectionParameters = dataclasses.field(default_factory=DetectionParameters)

@@ -31,6 +31,7 @@ from stereotrack_core.tracking.colours.tracker import ColouredTracker
 from stereotrack_core.tracking.estimate import Estimate, Tracker
 from stereotrack_core.tracking.frame import Origin, TrackedFrame, run_of
 from stereotrack_core.tracking.initialise import t_pose_in_cloud
+from stereotrack_core.tracking.outlines.edges import edge_maps
 from stereotrack_core.tracking.peers.annealed import AnnealedParticleTracker
 from stereotrack_core.tracking.peers.extended_kalman import ExtendedKalmanTracker
 from stereotrack_core.tracking.peers.limb_icp import LimbIcpTracker
@@ -183,7 +184,7 @@ class Pipeline:
                 tracker.start(self.first_pose(cloud))
             estimate = tracker.step(cloud)
             if estimate.tracked:
-                seen.append(SeenPose(tracker.choose(cloud), estimate.pose))
+                seen.append(SeenPose(tracker.choose(cloud), estimate.pose, edge_maps(cloud)))
         settled = seen[len(seen) // 3 :: 2]
         if len(settled) < _LEAST_SETTLED:
             return

@@ -37,6 +37,8 @@ _CHANGES: Mapping[str, Mapping[str, Value]] = MappingProxyType(
                 "disparity_from_volume": False,
                 "match_region": "whole",
                 "background_doubt": False,
+                "outlines": False,
+                "measure_outlines": False,
                 "background_mode": "average",
                 "outlier_repeat": True,
             }

@@ -22,6 +22,8 @@ from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.body.surface import nearest_on_surface
 from stereotrack_core.tracking.data_to_model import SurfaceResidual, Trust, surface_residual
 from stereotrack_core.tracking.limits import limit_residuals
+from stereotrack_core.tracking.outlines.edges import EdgeMap
+from stereotrack_core.tracking.outlines.fit import fitted_outline
 from stereotrack_core.tracking.parameters import TrackingParameters
 
 SHAPE_SIGMAS: dict[str, float] = {
@@ -59,10 +61,13 @@ class SeenPose:
     data : (N, 3) float64, world
     pose : Pose
         As followed with the present shape.
+    edges : tuple of EdgeMap
+        Of the views that know the person's outline.
     """
 
     data: FloatArray
     pose: Pose
+    edges: tuple[EdgeMap, ...] = ()
 
 
 def fitted_shape(
@@ -71,10 +76,26 @@ def fitted_shape(
     seen: Sequence[SeenPose],
     parameters: TrackingParameters,
     joints: tuple[int, ...],
+) -> BodyParameters:
+    """Surface that explains the data of all frames best, and outline that explains their edges."""
+    surface, poses = fitted_surface(proportions, shape, seen, parameters, joints)
+    edges = [frame.edges for frame in seen]
+    body = body_model(proportions, surface)
+    return fitted_outline(body, surface, tuple(zip(poses, edges, strict=True)), parameters.outlines)
+
+
+def fitted_surface(
+    proportions: Proportions,
+    shape: BodyParameters,
+    seen: Sequence[SeenPose],
+    parameters: TrackingParameters,
+    joints: tuple[int, ...],
     *,
     iterations: int = 6,
-) -> BodyParameters:
-    """Shape that explains the data of all frames best, held to the default by its spread.
+) -> tuple[BodyParameters, list[Pose]]:
+    """Shape that explains the data of all frames best, and the poses that go with it.
+
+    The shape is held to the default by its spread among people.
 
     Parameters
     ----------
@@ -104,7 +125,7 @@ def fitted_shape(
         for i, normal in enumerate(frames):
             delta: FloatArray = scipy.linalg.solve(normal.A, normal.a - normal.B @ step)
             poses[i] = displaced(poses[i], delta, joints)
-    return _with(shape, names, theta)
+    return _with(shape, names, theta), poses
 
 
 @dataclass(frozen=True, eq=False)

@@ -84,3 +84,29 @@ class SearchParameters(ParameterGroup):
     only_hidden_cost: float = parameter(
         0.75, "Cost of a place that views only hide.", group=_GROUP, minimum=0.0, maximum=100.0
     )
+    picture_cost: float = parameter(
+        1000.0,
+        "Cost of a square metre in which a view does not see what the pose should look like.",
+        group=_GROUP,
+        unit="1/m^2",
+        minimum=0.0,
+        maximum=100000.0,
+    )
+    picture_sigma: float = parameter(
+        0.5,
+        "Difference between the pose's disparity and the measured one that counts half.",
+        group=_GROUP,
+        unit="px",
+        minimum=0.05,
+        maximum=20.0,
+    )
+    picture_unknown: float = parameter(
+        0.1,
+        "What a body costs where the person is and no range is known, as a share.",
+        group=_GROUP,
+        minimum=0.0,
+        maximum=1.0,
+    )
+    picture_step: int = parameter(
+        3, "Every so many pixels are compared.", group=_GROUP, unit="px", minimum=1, maximum=20
+    )

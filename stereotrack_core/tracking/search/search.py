@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray
+from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray
 from stereotrack_core.body.model import BodyModel, PlacedCones, placed_cones
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import FOREARMS, TORSO, UPPER_ARMS
@@ -23,6 +23,12 @@ from stereotrack_core.tracking.search.arms import (
 )
 from stereotrack_core.tracking.search.kernels import arm_distances, pair_sums, unexplained_sums
 from stereotrack_core.tracking.search.parameters import SearchParameters
+from stereotrack_core.tracking.search.picture import (
+    Likeness,
+    SeenPicture,
+    outline_table,
+    seen_pictures,
+)
 from stereotrack_core.tracking.search.proposals import proposals
 from stereotrack_core.tracking.search.score import (
     Scene,
@@ -52,12 +58,15 @@ class Evidence:
     scene : Scene
     weight : float
         Of one datum, so that at most the wanted number counts.
+    pictures : tuple of SeenPicture
+        What the views saw, thinned out.
     """
 
     points: FloatArray
     body_distance: FloatArray
     scene: Scene
     weight: float
+    pictures: tuple[SeenPicture, ...]
 
 
 class ArmSearch:
@@ -73,6 +82,9 @@ class ArmSearch:
         self.body = body
         self.parameters = parameters
         self.shapes = (arm_shape(body, LEFT), arm_shape(body, RIGHT))
+        self._likeness = Likeness(parameters.picture_sigma, parameters.picture_unknown)
+        self._of_arm = [np.isin(body.cones.part, [UPPER_ARMS[s], FOREARMS[s]]) for s in (0, 1)]
+        self._trunk = ~(self._of_arm[LEFT] | self._of_arm[RIGHT])
         self._reach = max(shape.reach for shape in self.shapes) + 0.1
 
     def evidence(self, cloud: Cloud, pose: Pose, rng: np.random.Generator) -> Evidence:
@@ -90,6 +102,7 @@ class ArmSearch:
             np.abs(feet.distance),
             Scene.of(cloud, self.body, frames),
             min(1.0, wanted / max(1, len(near))),
+            seen_pictures(cloud, self.parameters.picture_step),
         )
 
     def best_pairs(
@@ -125,7 +138,32 @@ class ArmSearch:
             total += self._own_cost(evidence, shape, arm, arm_of_pose(before, shape.side))[0]
             nearest = np.minimum(nearest, self._distances(evidence, shape, arm)[0])
         squared = nearest**2
-        return float(total + evidence.weight * np.sum(squared / (squared + _SQUARED_SCALE)))
+        total += evidence.weight * np.sum(squared / (squared + _SQUARED_SCALE))
+        arms = [self._drawn(evidence, frames, chosen) for chosen in self._of_arm]
+        return float(total + self._unlike(evidence, pose, *arms))
+
+    def _drawn(
+        self, evidence: Evidence, frames: PartFrames, chosen: BoolArray
+    ) -> tuple[Float32Array, ...]:
+        """Some cones as all views should see them."""
+        table = outline_table(self.body, frames, chosen)
+        return tuple(seen.drawn(table) for seen in evidence.pictures)
+
+    def _unlike(
+        self,
+        evidence: Evidence,
+        pose: Pose,
+        left: tuple[Float32Array, ...],
+        right: tuple[Float32Array, ...],
+        rest: tuple[Float32Array, ...] | None = None,
+    ) -> float:
+        """Cost of what views should see of a pose and do not."""
+        if rest is None:
+            rest = self._drawn(evidence, self.body.frames(pose), self._trunk)
+        total = 0.0
+        for seen, *drawn in zip(evidence.pictures, rest, left, right, strict=True):
+            total += seen.area(pose.position) * self._likeness.unlike(seen, *drawn)
+        return self.parameters.picture_cost * total
 
     def _best_of(
         self,
@@ -158,6 +196,7 @@ class ArmSearch:
         pair_sums(evidence.body_distance, left_distance, right_distance, _SQUARED_SCALE, cost)
         cost *= evidence.weight
         cost += left_own[:, None] + right_own
+        cost += self._unlike_pairs(evidence, pose, left, right)
         best = np.argsort(cost, axis=None, kind="stable")[: self.parameters.search_refined]
         result = []
         for flat in best:
@@ -166,6 +205,19 @@ class ArmSearch:
             moved = with_arm(moved, RIGHT, right.upper[m], right.fore[m])
             result.append((float(cost[k, m]), moved))
         return result
+
+    def _unlike_pairs(self, evidence: Evidence, pose: Pose, left: Arms, right: Arms) -> FloatArray:
+        """Cost (K, L) of what views should see of the pairs and do not."""
+        if self.parameters.picture_cost == 0.0:
+            return np.zeros((len(left), len(right)))
+        rest = self._drawn(evidence, self.body.frames(pose), self._trunk)
+        drawn: list[list[tuple[Float32Array, ...]]] = []
+        for side, arms in ((LEFT, left), (RIGHT, right)):
+            poses = [with_arm(pose, side, arms.upper[k], arms.fore[k]) for k in range(len(arms))]
+            frames = [self.body.frames(turned) for turned in poses]
+            drawn.append([self._drawn(evidence, each, self._of_arm[side]) for each in frames])
+        costs = [[self._unlike(evidence, pose, a, b, rest) for b in drawn[1]] for a in drawn[0]]
+        return np.array(costs)
 
     def _own_cost(
         self, evidence: Evidence, shape: ArmShape, arms: Arms, expected: Arms
@@ -179,5 +231,4 @@ class ArmSearch:
         return result
 
     def _rest(self, frames: PartFrames) -> PlacedCones:
-        rest = ~np.isin(self.body.cones.part, [*UPPER_ARMS, *FOREARMS])
-        return placed_cones(self.body, frames)[rest]
+        return placed_cones(self.body, frames)[self._trunk]

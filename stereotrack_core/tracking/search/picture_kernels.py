@@ -1,0 +1,122 @@
+"""Compiled loops that draw bodies coarsely and compare them with what was measured."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numba
+
+COLUMNS = 11
+"""Numbers of a cone's image: column, row, radius, inverse range, bulge at both ends; in front."""
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def cone_images(table: Any, place: Any, pinhole: Any, eye: Any, images: Any) -> None:
+    """Fill the cones' images (C, 11) in one view.
+
+    Parameters
+    ----------
+    table : (C, 18) float64
+        See :func:`cone_table`.
+    place : (3, 4) float64
+        camera_from_world.
+    pinhole : (3,) float64
+        Focal length and principal point.
+    eye : (3,) float64, world
+        The camera's centre.
+    """
+    for c in range(table.shape[0]):
+        row = table[c]
+        s, front = row[15], 1.0
+        for end in range(2):
+            height, r = row[14] * end, row[12 + end]
+            px, py = row[2] * height + row[9], row[5] * height + row[10]
+            pz = row[8] * height + row[11]
+            a = place[0, 0] * px + place[0, 1] * py + place[0, 2] * pz + place[0, 3]
+            b = place[1, 0] * px + place[1, 1] * py + place[1, 2] * pz + place[1, 3]
+            z = place[2, 0] * px + place[2, 1] * py + place[2, 2] * pz + place[2, 3]
+            if z < 0.3:
+                front, z = 0.0, 0.3
+            dx, dy, dz = eye[0] - px, eye[1] - py, eye[2] - pz
+            wx = row[0] * dx + row[3] * dy + row[6] * dz
+            wy = row[1] * dx + row[4] * dy + row[7] * dz
+            norm = max(math.sqrt(wx * wx + wy * wy), 1e-9)
+            wx, wy = wx / norm, wy / norm
+            images[c, 5 * end] = pinhole[0] * a / z + pinhole[1]
+            images[c, 5 * end + 1] = pinhole[0] * b / z + pinhole[2]
+            images[c, 5 * end + 2] = pinhole[0] * r * math.sqrt(wy * wy + s * s * wx * wx) / z
+            images[c, 5 * end + 3] = 1.0 / z
+            images[c, 5 * end + 4] = r * math.sqrt(wx * wx + s * s * wy * wy)
+        images[c, 10] = front
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def draw(images: Any, left: float, top: float, step: float, picture: Any) -> None:
+    """Draw cones into a picture (h, w) of inverse ranges, nearer ones in front; 0 is nothing."""
+    height, width = picture.shape
+    for c in range(images.shape[0]):
+        im = images[c]
+        if im[10] < 0.5:
+            continue
+        ax, ay, bx, by = im[0], im[1], im[5] - im[0], im[6] - im[1]
+        length, most = max(bx * bx + by * by, 1e-9), max(im[2], im[7])
+        j0 = max(0, math.ceil((min(ax, im[5]) - most - left) / step))
+        j1 = min(width - 1, math.floor((max(ax, im[5]) + most - left) / step))
+        i0 = max(0, math.ceil((min(ay, im[6]) - most - top) / step))
+        i1 = min(height - 1, math.floor((max(ay, im[6]) + most - top) / step))
+        for i in range(i0, i1 + 1):
+            for j in range(j0, j1 + 1):
+                u, v = left + step * j - ax, top + step * i - ay
+                t = min(1.0, max(0.0, (u * bx + v * by) / length))
+                r = im[2] + t * (im[7] - im[2])
+                x, y = u - t * bx, v - t * by
+                across = (x * x + y * y) / (r * r)
+                if across < 1.0:
+                    axis = im[3] + t * (im[8] - im[3])
+                    bulge = im[4] + t * (im[9] - im[4])
+                    near = 1.0 / (1.0 / axis - bulge * math.sqrt(1.0 - across))
+                    picture[i, j] = max(picture[i, j], near)
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def disagreement(
+    rest: Any,
+    left: Any,
+    right: Any,
+    measured: Any,
+    person: Any,
+    scale: float,
+    squared_sigma: float,
+    unknown: float,
+) -> float:
+    """Sum over the pixels by how much a body does not look as measured, 0 to 1 each.
+
+    Parameters
+    ----------
+    rest, left, right : (h, w) float32
+        Inverse ranges of trunk, head and legs, and of both arms.
+    measured : (h, w) float32, 1/metres
+        0 where not known.
+    person : (h, w) int8
+        1 where the picture shows the person, 0 where it shows the empty scene.
+    scale : float
+        Disparity over inverse range.
+    squared_sigma : float, pixels squared
+    unknown : float
+        Of a body where the person is but nothing was measured.
+    """
+    total = 0.0
+    for i in range(rest.shape[0]):
+        for j in range(rest.shape[1]):
+            model = max(rest[i, j], left[i, j], right[i, j])
+            if model == 0.0:
+                total += person[i, j]
+            elif person[i, j] == 0:
+                total += 1.0
+            elif measured[i, j] > 0.0:
+                e = scale * (model - measured[i, j])
+                total += e * e / (e * e + squared_sigma)
+            else:
+                total += unknown
+    return total
