@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.evaluation.summary import Summary, summarise
@@ -167,7 +168,7 @@ def accuracy(
     blind = dataclasses.replace(recording, reference=None)
     scores: dict[tuple[str, int], Score] = {}
     done = 0
-    for group in _same_depth(contestants):
+    for group in _same_clouds(contestants):
         entries = [(contestant, seed) for contestant in group for seed in seeds]
         landmarks: list[list[FloatArray]] = [[] for _ in entries]
         with closing(_abreast(blind, entries, frames, views)) as together:
@@ -216,7 +217,7 @@ def _abreast(
     frames: range,
     views: Sequence[str] | None,
 ) -> Generator[tuple[TrackedFrame, ...], None, None]:
-    """Track with all entries at once, whose depth parameters are the same, frame by frame."""
+    """Track with all entries at once, who see the same clouds, frame by frame."""
     with ExitStack() as stack:
         first = stack.enter_context(Pipeline(recording, entries[0][0].settings, views=views))
         clouds = SharedClouds(first.chain, first.reader, len(entries))
@@ -230,17 +231,22 @@ def _abreast(
         yield from zip(*runs, strict=True)
 
 
-def _same_depth(contestants: Sequence[Contestant]) -> list[list[Contestant]]:
+def _same_clouds(contestants: Sequence[Contestant]) -> list[list[Contestant]]:
     """Contestants in groups that see the same clouds."""
     groups: list[list[Contestant]] = []
     for contestant in contestants:
         for group in groups:
-            if group[0].settings.depth == contestant.settings.depth:
+            if _seen(group[0].settings) == _seen(contestant.settings):
                 group.append(contestant)
                 break
         else:
             groups.append([contestant])
     return groups
+
+
+def _seen(settings: Settings) -> tuple[DepthParameters, bool]:
+    """All that clouds depend on."""
+    return settings.depth, settings.tracking.wants_colour
 
 
 def _reference_within(recording: Recording, frames: range) -> LandmarkTrajectory:
