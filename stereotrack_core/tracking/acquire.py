@@ -65,6 +65,10 @@ _NATURAL_ARMS = 3.0
 _TURN_GAIN = 3.0
 """Cost by which a pose must be more natural the other way round to be turned."""
 
+_ENOUGH_DOUBT, _MOST_TRUST = 60.0, 200.0
+"""Sum of such costs over frames from which a settled pose is turned round, and the most that
+earlier frames can weigh against it."""
+
 _LEAST_SUPPORT, _WHOLE = 0.55, 0.9
 """Shares of the trunk's patches without which too little of the body is there, and with which it
 is there as a whole."""
@@ -118,7 +122,7 @@ class SeekingTracker(ManifoldTracker):
         super().start(pose)
         self._present = True
         self._age, self._unchanged = 0, _SETTLED
-        self._cost = 0.0
+        self._cost = self._doubt = 0.0
         self._rivals: list[_Candidate] = []
 
     def seek(self) -> None:
@@ -136,6 +140,8 @@ class SeekingTracker(ManifoldTracker):
         estimate = super().step(cloud)
         if estimate.tracked and self._unchanged < _SETTLED:
             estimate = self._on_trial(cloud, estimate)
+        elif estimate.tracked:
+            estimate = self._watched(cloud, estimate)
         if estimate.tracked:
             reason = self._why_partial(cloud)
             if reason:
@@ -199,6 +205,19 @@ class SeekingTracker(ManifoldTracker):
         self._rivals = _distinct(sorted(hopeful, key=_by_cost))[:_RIVALS]
         return estimate
 
+    def _watched(self, cloud: Cloud, estimate: Estimate) -> Estimate:
+        """Turn round where frame after frame has said that the body faces the other way.
+
+        The evidence is added up as in Page's test (doi:10.1093/biomet/41.1-2.100), but what has
+        spoken for the pose before is remembered up to a limit.
+        """
+        gain = self._gain_of_turning(self.pose, cloud)
+        self._doubt = max(-_MOST_TRUST, self._doubt + gain - _TURN_GAIN)
+        if self._doubt > _ENOUGH_DOUBT:
+            self.start(turned_round(self.pose))
+            estimate = self._estimate_anew(cloud)
+        return estimate
+
     def _exchanged(self, rival: _Candidate) -> _Candidate:
         """Let a rival lead; the pose that led becomes the rival."""
         twin, cost, leader = self._twin(self.pose), self._cost, rival.tracker
@@ -228,7 +247,7 @@ class SeekingTracker(ManifoldTracker):
 
     def _coarse_cost(self, cloud: Cloud, data: FloatArray, poses: Sequence[Pose]) -> FloatArray:
         unexplained = unexplained_by_trunk(data, self.body, poses)
-        facing = [facing_cost(self.body, pose, cloud.points) for pose in poses]
+        facing = [facing_cost(self.body, pose, cloud.points, self.cameras) for pose in poses]
         return _ALL_DATA * unexplained + trunk_sight_cost(cloud, self.body, poses) + facing
 
     def _followed(self, pose: Pose, data: FloatArray) -> Pose:
@@ -255,16 +274,19 @@ class SeekingTracker(ManifoldTracker):
 
     def _turn_if_natural(self, tracker: ManifoldTracker, cloud: Cloud) -> None:
         """Let a tracker go on from the other side's pose where that is clearly more natural."""
-        turned = turned_round(tracker.pose)
-        gain = self._unnatural(tracker.pose, cloud) - self._unnatural(turned, cloud)
-        if gain > _TURN_GAIN:
-            tracker.start(turned)
+        if self._gain_of_turning(tracker.pose, cloud) > _TURN_GAIN:
+            tracker.start(turned_round(tracker.pose))
+
+    def _gain_of_turning(self, pose: Pose, cloud: Cloud) -> float:
+        return self._unnatural(pose, cloud) - self._unnatural(turned_round(pose), cloud)
 
     def _unnatural(self, pose: Pose, cloud: Cloud) -> float:
         frames = self.body.frames(pose)
         scene = Scene.of(cloud, self.body, frames)
         arms = [anatomy_cost(scene, s, arm_of_pose(frames, s.side))[0] for s in self._arms.shapes]
-        return _NATURAL_ARMS * float(np.sum(arms)) + facing_cost(self.body, pose, cloud.points)
+        return _NATURAL_ARMS * float(np.sum(arms)) + facing_cost(
+            self.body, pose, cloud.points, self.cameras
+        )
 
     def _twin(self, pose: Pose) -> ManifoldTracker:
         twin = ManifoldTracker(*self._made_from)
@@ -283,7 +305,7 @@ class SeekingTracker(ManifoldTracker):
             self._arms.cost(evidence, pose, pose)
             + _ALL_DATA * coverage(surface_distances(data, self.body, pose))
             + trunk_sight_cost(cloud, self.body, [pose])[0]
-            + facing_cost(self.body, pose, cloud.points)
+            + facing_cost(self.body, pose, cloud.points, self.cameras)
         )
 
 

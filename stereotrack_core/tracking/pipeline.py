@@ -31,6 +31,7 @@ from stereotrack_core.tracking.colours.tracker import ColouredTracker
 from stereotrack_core.tracking.estimate import Estimate, Tracker
 from stereotrack_core.tracking.frame import Origin, TrackedFrame, run_of
 from stereotrack_core.tracking.initialise import t_pose_in_cloud
+from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.peers.annealed import AnnealedParticleTracker
 from stereotrack_core.tracking.peers.extended_kalman import ExtendedKalmanTracker
 from stereotrack_core.tracking.peers.limb_icp import LimbIcpTracker
@@ -112,7 +113,7 @@ class Pipeline:
         *,
         views: Sequence[str] | None = None,
         seed: int = 0,
-        init: FirstPose = "tpose",
+        init: FirstPose = "auto",
         reader: FrameReader | None = None,
         preset: str = "",
         clouds: SharedClouds | None = None,
@@ -207,8 +208,11 @@ class Pipeline:
 
     def _seeker(self) -> SeekingTracker:
         """A tracker that only looks for first poses."""
-        p = self.settings.tracking
-        seeker = SeekingTracker(self.body, p, self._cameras, self.recording.fps, self.seed)
+        p, body = self.settings.tracking, self.body
+        if p.matching == "model_to_data":
+            # The thesis begins from a known pose; its body, without legs, is not made for search.
+            p, body = TrackingParameters(), body_model(proportions_of(self.recording.subject))
+        seeker = SeekingTracker(body, p, self._cameras, self.recording.fps, self.seed)
         seeker.volume = Volume.of(self.settings.depth)
         return seeker
 
@@ -313,7 +317,7 @@ def track(
     frames: range | None = None,
     views: Sequence[str] | None = None,
     seed: int = 0,
-    init: FirstPose = "tpose",
+    init: FirstPose = "auto",
     preset: str = "",
     on_frame: Callable[[TrackedFrame], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
