@@ -126,8 +126,9 @@ class Pipeline:
         self.body = body_model(proportions_of(recording.subject), settings.body)
         self._shared = clouds
         self._detections = detections or Detections()
-        colour = settings.tracking.wants_colour and has_colours(recording, self.views)
+        colour = False
         if clouds is None:
+            colour = settings.tracking.wants_colour and has_colours(recording, self.views)
             self.chain = DepthChain(recording, settings.depth, views=self.views, colour=colour)
         else:
             self.chain, reader = clouds.chain, clouds.reader
