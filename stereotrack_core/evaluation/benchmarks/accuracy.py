@@ -21,7 +21,7 @@ from stereotrack_core.evaluation.summary import Summary, summarise
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.frame import TrackedFrame
-from stereotrack_core.tracking.pipeline import Pipeline
+from stereotrack_core.tracking.pipeline import FirstPose, Pipeline
 from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.shared_clouds import SharedClouds
 
@@ -139,6 +139,7 @@ def accuracy(
     frames: range,
     *,
     views: Sequence[str] | None = None,
+    init: FirstPose = "auto",
     on_progress: Callable[[int], None] = lambda _: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> tuple[Score, ...]:
@@ -153,6 +154,8 @@ def accuracy(
     frames : range
     views : sequence of str, optional
         Views to use; all that give depth when not given.
+    init : str or Pose
+        First pose; see :class:`Pipeline`.
     on_progress : callable, optional
         Told how many frames are tracked, of ``len(frames) * len(contestants) * len(seeds)``.
     cancelled : callable, optional
@@ -171,7 +174,7 @@ def accuracy(
     for group in _same_clouds(contestants):
         entries = [(contestant, seed) for contestant in group for seed in seeds]
         landmarks: list[list[FloatArray]] = [[] for _ in entries]
-        with closing(_abreast(blind, entries, frames, views)) as together:
+        with closing(_abreast(blind, entries, frames, views, init)) as together:
             for tracked in together:
                 for own, frame in zip(landmarks, tracked, strict=True):
                     own.append(frame.landmarks)
@@ -216,6 +219,7 @@ def _abreast(
     entries: Sequence[tuple[Contestant, int]],
     frames: range,
     views: Sequence[str] | None,
+    init: FirstPose,
 ) -> Generator[tuple[TrackedFrame, ...], None, None]:
     """Track with all entries at once, who see the same clouds, frame by frame."""
     with ExitStack() as stack:
@@ -224,7 +228,7 @@ def _abreast(
         runs = []
         for contestant, seed in entries:
             pipeline = Pipeline(
-                recording, contestant.settings, views=views, seed=seed, clouds=clouds
+                recording, contestant.settings, views=views, seed=seed, init=init, clouds=clouds
             )
             stack.enter_context(pipeline)
             runs.append(stack.enter_context(closing(pipeline.frames(frames))))
