@@ -73,7 +73,7 @@ _LEAST_SUPPORT, _WHOLE = 0.55, 0.9
 """Shares of the trunk's patches without which too little of the body is there, and with which it
 is there as a whole."""
 
-_CUT, _HALF_CUT = 0.02, 0.15
+_CUT, _HALF_CUT = 0.035, 0.15
 """Shares of the points at the sides of the volume from which a body is cut by them that is not
 seen as a whole, and any body."""
 
