@@ -25,7 +25,7 @@ from app.views.welcome import WelcomePage
 if TYPE_CHECKING:
     pass
 
-FIRST_POSE = "tpose"
+FIRST_POSE = "auto"
 TITLES = {
     "scene": "3-D scene",
     "plot": "Limbs over frames",

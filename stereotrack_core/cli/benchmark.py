@@ -75,6 +75,13 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_frames(parser)
     add_views(parser)
     parser.add_argument(
+        "--init",
+        choices=("auto", "tpose"),
+        default="auto",
+        help="where the first pose comes from: found without help (default), or the T pose facing "
+        "north",
+    )
+    parser.add_argument(
         "--speed-frames",
         type=int,
         default=20,
@@ -212,6 +219,7 @@ def _scores(
             seeds,
             frames,
             views=views,
+            init=args.init,
             on_progress=show,
             cancelled=stopped,
         )

@@ -45,10 +45,10 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
     parser.add_argument(
         "--init",
-        default="tpose",
+        default="auto",
         metavar="auto|tpose|FILE",
-        help="where the first pose comes from: the T pose facing north (default), found without "
-        "help (auto), or a run or landmarks file that knows the first frame",
+        help="where the first pose comes from: found without help (auto, default), the T pose "
+        "facing north (tpose), or a run or landmarks file that knows the first frame",
     )
     parser.add_argument(
         "--detections",

@@ -105,7 +105,7 @@ def track_recording(
     preset: str,
     views: Sequence[str] | None = None,
     seed: int = 0,
-    init: FirstPose = "tpose",
+    init: FirstPose = "auto",
     smooth: bool = False,
     detections: Detections | None = None,
 ) -> TrackingJob:

@@ -16,6 +16,7 @@ from stereotrack_core.depth.points import Volume
 from stereotrack_core.geometry.rotation import angle_between, vector_from_rotation
 from stereotrack_core.tracking.confidence import coverage, surface_distances
 from stereotrack_core.tracking.estimate import Estimate
+from stereotrack_core.tracking.initialise import t_pose_in_cloud
 from stereotrack_core.tracking.manifold_tracker import ManifoldTracker
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.search.arms import arm_of_pose
@@ -65,11 +66,15 @@ _NATURAL_ARMS = 3.0
 _TURN_GAIN = 3.0
 """Cost by which a pose must be more natural the other way round to be turned."""
 
+_ENOUGH_DOUBT, _MOST_TRUST = 60.0, 200.0
+"""Sum of such costs over frames from which a settled pose is turned round, and the most that
+earlier frames can weigh against it."""
+
 _LEAST_SUPPORT, _WHOLE = 0.55, 0.9
 """Shares of the trunk's patches without which too little of the body is there, and with which it
 is there as a whole."""
 
-_CUT, _HALF_CUT = 0.02, 0.15
+_CUT, _HALF_CUT = 0.035, 0.15
 """Shares of the points at the sides of the volume from which a body is cut by them that is not
 seen as a whole, and any body."""
 
@@ -118,7 +123,7 @@ class SeekingTracker(ManifoldTracker):
         super().start(pose)
         self._present = True
         self._age, self._unchanged = 0, _SETTLED
-        self._cost = 0.0
+        self._cost = self._doubt = 0.0
         self._rivals: list[_Candidate] = []
 
     def seek(self) -> None:
@@ -136,6 +141,8 @@ class SeekingTracker(ManifoldTracker):
         estimate = super().step(cloud)
         if estimate.tracked and self._unchanged < _SETTLED:
             estimate = self._on_trial(cloud, estimate)
+        elif estimate.tracked:
+            estimate = self._watched(cloud, estimate)
         if estimate.tracked:
             reason = self._why_partial(cloud)
             if reason:
@@ -175,12 +182,12 @@ class SeekingTracker(ManifoldTracker):
         that what was found first may be wrong in a way that following does not mend.
         """
         self._age += 1
-        self._cost = _MEMORY * self._cost + self._cost_of(self, cloud)
+        self._cost = _MEMORY * self._cost + self.cost(self.pose, cloud)
         kept = []
         for rival in self._rivals:
             if rival.tracker.step(cloud).tracked:
                 self._turn_if_natural(rival.tracker, cloud)
-                rival.cost = _MEMORY * rival.cost + self._cost_of(rival.tracker, cloud)
+                rival.cost = _MEMORY * rival.cost + self.cost(rival.tracker.pose, cloud)
                 kept.append(rival)
         if self._age in _LOOK_AGAIN:
             memory = sum(_MEMORY**k for k in range(self._age + 1))
@@ -197,6 +204,19 @@ class SeekingTracker(ManifoldTracker):
         hopeful = [rival for rival in kept if rival.cost < self._cost + _HOPELESS]
         hopeful = [rival for rival in hopeful if _differ(rival.tracker.pose, self.pose)]
         self._rivals = _distinct(sorted(hopeful, key=_by_cost))[:_RIVALS]
+        return estimate
+
+    def _watched(self, cloud: Cloud, estimate: Estimate) -> Estimate:
+        """Turn round where frame after frame has said that the body faces the other way.
+
+        The evidence is added up as in Page's test (doi:10.1093/biomet/41.1-2.100), but what has
+        spoken for the pose before is remembered up to a limit.
+        """
+        gain = self._gain_of_turning(self.pose, cloud)
+        self._doubt = max(-_MOST_TRUST, self._doubt + gain - _TURN_GAIN)
+        if self._doubt > _ENOUGH_DOUBT:
+            self.start(turned_round(self.pose))
+            estimate = self._estimate_anew(cloud)
         return estimate
 
     def _exchanged(self, rival: _Candidate) -> _Candidate:
@@ -228,7 +248,7 @@ class SeekingTracker(ManifoldTracker):
 
     def _coarse_cost(self, cloud: Cloud, data: FloatArray, poses: Sequence[Pose]) -> FloatArray:
         unexplained = unexplained_by_trunk(data, self.body, poses)
-        facing = [facing_cost(self.body, pose, cloud.points) for pose in poses]
+        facing = [facing_cost(self.body, pose, cloud.points, self.cameras) for pose in poses]
         return _ALL_DATA * unexplained + trunk_sight_cost(cloud, self.body, poses) + facing
 
     def _followed(self, pose: Pose, data: FloatArray) -> Pose:
@@ -251,31 +271,33 @@ class SeekingTracker(ManifoldTracker):
             twin.start(pose)
         twin.start(self._followed(best, data))
         self._turn_if_natural(twin, cloud)
-        return _Candidate(twin, self._cost_of(twin, cloud))
+        return _Candidate(twin, self.cost(twin.pose, cloud))
 
     def _turn_if_natural(self, tracker: ManifoldTracker, cloud: Cloud) -> None:
         """Let a tracker go on from the other side's pose where that is clearly more natural."""
-        turned = turned_round(tracker.pose)
-        gain = self._unnatural(tracker.pose, cloud) - self._unnatural(turned, cloud)
-        if gain > _TURN_GAIN:
-            tracker.start(turned)
+        if self._gain_of_turning(tracker.pose, cloud) > _TURN_GAIN:
+            tracker.start(turned_round(tracker.pose))
+
+    def _gain_of_turning(self, pose: Pose, cloud: Cloud) -> float:
+        return self._unnatural(pose, cloud) - self._unnatural(turned_round(pose), cloud)
 
     def _unnatural(self, pose: Pose, cloud: Cloud) -> float:
         frames = self.body.frames(pose)
         scene = Scene.of(cloud, self.body, frames)
         arms = [anatomy_cost(scene, s, arm_of_pose(frames, s.side))[0] for s in self._arms.shapes]
-        return _NATURAL_ARMS * float(np.sum(arms)) + facing_cost(self.body, pose, cloud.points)
+        return _NATURAL_ARMS * float(np.sum(arms)) + facing_cost(
+            self.body, pose, cloud.points, self.cameras
+        )
 
     def _twin(self, pose: Pose) -> ManifoldTracker:
         twin = ManifoldTracker(*self._made_from)
         twin.start(pose)
         return twin
 
-    def _cost_of(self, tracker: ManifoldTracker, cloud: Cloud) -> float:
-        """What speaks against a tracker's present pose."""
+    def cost(self, pose: Pose, cloud: Cloud) -> float:
+        """What speaks against a pose in a cloud."""
         rng = np.random.default_rng((self._seed, cloud.frame, 2))
-        evidence = self._arms.evidence(cloud, tracker.pose, rng)
-        return self._cost_at(tracker.pose, cloud, evidence)
+        return self._cost_at(pose, cloud, self._arms.evidence(cloud, pose, rng))
 
     def _cost_at(self, pose: Pose, cloud: Cloud, evidence: Evidence) -> float:
         data = _thinned(cloud.points, self.parameters.data_points)
@@ -283,7 +305,7 @@ class SeekingTracker(ManifoldTracker):
             self._arms.cost(evidence, pose, pose)
             + _ALL_DATA * coverage(surface_distances(data, self.body, pose))
             + trunk_sight_cost(cloud, self.body, [pose])[0]
-            + facing_cost(self.body, pose, cloud.points)
+            + facing_cost(self.body, pose, cloud.points, self.cameras)
         )
 
 
@@ -334,7 +356,8 @@ def first_pose_in(seeker: SeekingTracker, clouds: Sequence[Cloud]) -> Pose | Non
     """Pose in the first of successive clouds in which somebody is tracked; None without anybody.
 
     The clouds are followed forwards, until it has shown which of the poses that explain the first
-    one is right, and then back to it.
+    one is right, and then back to it. Where the pose in which recordings usually begin, the T
+    pose facing north, explains the clouds about as well, it is taken.
     """
     seeker.seek()
     estimates = [seeker.step(cloud) for cloud in clouds]
@@ -342,9 +365,28 @@ def first_pose_in(seeker: SeekingTracker, clouds: Sequence[Cloud]) -> Pose | Non
     if not tracked:
         return None
     first, last = tracked[0], tracked[-1]
+    usual = t_pose_in_cloud(seeker.body, clouds[first].points)
+    if _explains_as_well(seeker, usual, clouds[first:], estimates[first:]):
+        return usual
     seeker.start(estimates[last].pose)
     for cloud in reversed(clouds[first:last]):
         estimate = seeker.step(cloud)
         if not estimate.tracked:
             return estimates[first].pose
     return seeker.pose
+
+
+def _explains_as_well(
+    seeker: SeekingTracker, usual: Pose, clouds: Sequence[Cloud], found: Sequence[Estimate]
+) -> bool:
+    """Whether following from the usual pose costs no more than what was found, or little more."""
+    seeker.start(usual)
+    more = []
+    for cloud, other in zip(clouds, found, strict=True):
+        estimate = seeker.step(cloud)
+        if not estimate.tracked:
+            return False
+        if other.tracked:
+            here, there = seeker.cost(estimate.pose, cloud), seeker.cost(other.pose, cloud)
+            more.append(here - there)
+    return float(np.mean(more)) < _BETTER

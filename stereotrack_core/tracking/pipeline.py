@@ -32,6 +32,7 @@ from stereotrack_core.tracking.estimate import Estimate, Tracker
 from stereotrack_core.tracking.frame import Origin, TrackedFrame, run_of
 from stereotrack_core.tracking.initialise import t_pose_in_cloud
 from stereotrack_core.tracking.outlines.edges import edge_maps
+from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.peers.annealed import AnnealedParticleTracker
 from stereotrack_core.tracking.peers.extended_kalman import ExtendedKalmanTracker
 from stereotrack_core.tracking.peers.limb_icp import LimbIcpTracker
@@ -113,7 +114,7 @@ class Pipeline:
         *,
         views: Sequence[str] | None = None,
         seed: int = 0,
-        init: FirstPose = "tpose",
+        init: FirstPose = "auto",
         reader: FrameReader | None = None,
         preset: str = "",
         clouds: SharedClouds | None = None,
@@ -126,8 +127,9 @@ class Pipeline:
         self.body = body_model(proportions_of(recording.subject), settings.body)
         self._shared = clouds
         self._detections = detections or Detections()
-        colour = settings.tracking.wants_colour and has_colours(recording, self.views)
+        colour = False
         if clouds is None:
+            colour = settings.tracking.wants_colour and has_colours(recording, self.views)
             self.chain = DepthChain(recording, settings.depth, views=self.views, colour=colour)
         else:
             self.chain, reader = clouds.chain, clouds.reader
@@ -208,8 +210,11 @@ class Pipeline:
 
     def _seeker(self) -> SeekingTracker:
         """A tracker that only looks for first poses."""
-        p = self.settings.tracking
-        seeker = SeekingTracker(self.body, p, self._cameras, self.recording.fps, self.seed)
+        p, body = self.settings.tracking, self.body
+        if p.matching == "model_to_data":
+            # The thesis begins from a known pose; its body, without legs, is not made for search.
+            p, body = TrackingParameters(), body_model(proportions_of(self.recording.subject))
+        seeker = SeekingTracker(body, p, self._cameras, self.recording.fps, self.seed)
         seeker.volume = Volume.of(self.settings.depth)
         return seeker
 
@@ -314,7 +319,7 @@ def track(
     frames: range | None = None,
     views: Sequence[str] | None = None,
     seed: int = 0,
-    init: FirstPose = "tpose",
+    init: FirstPose = "auto",
     preset: str = "",
     on_frame: Callable[[TrackedFrame], None] | None = None,
     cancelled: Callable[[], bool] | None = None,

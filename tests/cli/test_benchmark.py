@@ -12,7 +12,8 @@ from stereotrack_core.evaluation.benchmarks import ablations
 from stereotrack_core.evaluation.benchmarks.accuracy import MEASURES, Row
 
 pytestmark = pytest.mark.xdist_group("cli")
-QUICK = ("--frames", "0:3", "--set", "search_proposals=30", "--set", "data_points=400")
+SMALL = ("--set", "search_proposals=30", "--set", "data_points=400")
+QUICK = ("--frames", "0:3", "--init", "tpose", *SMALL)
 
 
 def test_presets_are_compared(run, recording, tmp_path):

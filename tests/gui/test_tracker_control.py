@@ -56,14 +56,14 @@ def test_the_window_s_run_is_the_command_line_s(opened, qtbot):
     assert by_window.meta == by_core.meta
 
 
-def test_the_first_pose_may_be_found_without_help(opened, qtbot):
-    assert opened.actions_book.action("first_pose_tpose").isChecked()
-    trigger(opened, "first_pose_auto")
+def test_the_first_pose_is_found_without_help_or_taken_for_a_t_pose(opened, qtbot):
+    assert opened.actions_book.action("first_pose_auto").isChecked()
+    trigger(opened, "first_pose_tpose")
     opened.refresh()
-    assert not opened.actions_book.action("first_pose_tpose").isChecked()
+    assert not opened.actions_book.action("first_pose_auto").isChecked()
     trigger(opened, "step")
     qtbot.waitUntil(lambda: tracked(opened) == 1 and opened.track.paused, timeout=60_000)
-    assert opened.runs.active.origin.init == "auto"
+    assert opened.runs.active.origin.init == "tpose"
     assert opened.runs.active.frames[0].tracked
 
 

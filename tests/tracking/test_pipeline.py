@@ -119,7 +119,7 @@ def test_the_reference_is_never_seen(recording, fast_run):
 def test_the_run_says_where_it_comes_from(recording, fast_run):
     meta = fast_run.meta
     assert (meta["preset"], meta["seed"], meta["views"]) == ("fast", 3, list("NOSW"))
-    assert (meta["recording"], meta["fps"], meta["init"]) == ("cones", 10.0, "tpose")
+    assert (meta["recording"], meta["fps"], meta["init"]) == ("cones", 10.0, "auto")
     assert meta["parameters"] == _settings("fast").values()
     assert meta["subject"]["torso_length"] == AVERAGE.torso_length
     assert {"read", "track"} <= set(fast_run.stage_names)

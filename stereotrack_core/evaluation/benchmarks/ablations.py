@@ -40,6 +40,7 @@ ABLATIONS: tuple[Ablation, ...] = (
     Ablation("no fitted shape", {"fit_shape": False}),
     Ablation("no legs", {"legs": False}),
     Ablation("average proportions", {"proportions": "average"}),
+    Ablation("no colours", {"colour_weight": 0.0}),
     Ablation("wide weights throughout", {"robust_narrow": 0.12}),
     Ablation("no robust weights", {"robust_wide": 2.0, "robust_narrow": 2.0}),
     Ablation("no widened prior", {"hurry": 100.0}),

@@ -14,13 +14,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.evaluation.summary import Summary, summarise
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.frame import TrackedFrame
-from stereotrack_core.tracking.pipeline import Pipeline
+from stereotrack_core.tracking.pipeline import FirstPose, Pipeline
 from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.shared_clouds import SharedClouds
 
@@ -138,6 +139,7 @@ def accuracy(
     frames: range,
     *,
     views: Sequence[str] | None = None,
+    init: FirstPose = "auto",
     on_progress: Callable[[int], None] = lambda _: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> tuple[Score, ...]:
@@ -152,6 +154,8 @@ def accuracy(
     frames : range
     views : sequence of str, optional
         Views to use; all that give depth when not given.
+    init : str or Pose
+        First pose; see :class:`Pipeline`.
     on_progress : callable, optional
         Told how many frames are tracked, of ``len(frames) * len(contestants) * len(seeds)``.
     cancelled : callable, optional
@@ -167,10 +171,10 @@ def accuracy(
     blind = dataclasses.replace(recording, reference=None)
     scores: dict[tuple[str, int], Score] = {}
     done = 0
-    for group in _same_depth(contestants):
+    for group in _same_clouds(contestants):
         entries = [(contestant, seed) for contestant in group for seed in seeds]
         landmarks: list[list[FloatArray]] = [[] for _ in entries]
-        with closing(_abreast(blind, entries, frames, views)) as together:
+        with closing(_abreast(blind, entries, frames, views, init)) as together:
             for tracked in together:
                 for own, frame in zip(landmarks, tracked, strict=True):
                     own.append(frame.landmarks)
@@ -215,32 +219,38 @@ def _abreast(
     entries: Sequence[tuple[Contestant, int]],
     frames: range,
     views: Sequence[str] | None,
+    init: FirstPose,
 ) -> Generator[tuple[TrackedFrame, ...], None, None]:
-    """Track with all entries at once, whose depth parameters are the same, frame by frame."""
+    """Track with all entries at once, who see the same clouds, frame by frame."""
     with ExitStack() as stack:
         first = stack.enter_context(Pipeline(recording, entries[0][0].settings, views=views))
         clouds = SharedClouds(first.chain, first.reader, len(entries))
         runs = []
         for contestant, seed in entries:
             pipeline = Pipeline(
-                recording, contestant.settings, views=views, seed=seed, clouds=clouds
+                recording, contestant.settings, views=views, seed=seed, init=init, clouds=clouds
             )
             stack.enter_context(pipeline)
             runs.append(stack.enter_context(closing(pipeline.frames(frames))))
         yield from zip(*runs, strict=True)
 
 
-def _same_depth(contestants: Sequence[Contestant]) -> list[list[Contestant]]:
+def _same_clouds(contestants: Sequence[Contestant]) -> list[list[Contestant]]:
     """Contestants in groups that see the same clouds."""
     groups: list[list[Contestant]] = []
     for contestant in contestants:
         for group in groups:
-            if group[0].settings.depth == contestant.settings.depth:
+            if _seen(group[0].settings) == _seen(contestant.settings):
                 group.append(contestant)
                 break
         else:
             groups.append([contestant])
     return groups
+
+
+def _seen(settings: Settings) -> tuple[DepthParameters, bool]:
+    """All that clouds depend on."""
+    return settings.depth, settings.tracking.wants_colour
 
 
 def _reference_within(recording: Recording, frames: range) -> LandmarkTrajectory:

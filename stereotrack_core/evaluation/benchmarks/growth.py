@@ -14,7 +14,6 @@ from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.evaluation.benchmarks.clock import median
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.initialise import t_pose_in_cloud
 from stereotrack_core.tracking.pipeline import Pipeline, tracker_for, usable_views
 from stereotrack_core.tracking.settings import Settings
@@ -122,10 +121,8 @@ def _processor_ms(
     recording: Recording, settings: Settings, views: Sequence[str], frames: int
 ) -> float:
     spent = []
-    with (
-        FrameReader(recording, views=views, colour=False, read_ahead=0) as reader,
-        Pipeline(recording, settings, views=views, reader=reader) as pipeline,
-    ):
+    with Pipeline(recording, settings, views=views) as pipeline:
+        reader = pipeline.reader
         count = min(frames + 1, reader.frame_count)
         pipeline.prepare(range(count))
         for frame in range(count):

@@ -21,8 +21,8 @@ _HEIGHTS, _ANGLES = 6, 8
 _NEAR, _APART = 0.03, 0.07
 """Metres: a datum this near to a part and this far from all others surely belongs to it."""
 
-_FAR = 0.45
-"""Metres from a cone's axis and ends beyond which no datum belongs to it whatever its colour."""
+_FAR = 0.25
+"""Metres from a cone's surface beyond which its colour is not asked for."""
 
 _TAUGHT = 2
 """Every so many data teach colours; more cost time and add little."""
@@ -145,7 +145,9 @@ def _differences(
             x, y, z = points[i, 0] - row[9], points[i, 1] - row[10], points[i, 2] - row[11]
             along = row[2] * x + row[5] * y + row[8] * z
             aside = x * x + y * y + z * z - along * along
-            if aside > _FAR**2 or along < -_FAR or along > row[14] + _FAR:
+            radius = max(row[12], row[13])
+            beyond = max(-along, along - row[14])
+            if aside > (radius + _FAR) ** 2 or beyond > radius + _FAR:
                 result[i, c] = _UNKNOWN
                 continue
             h = min(heights - 1, max(0, int(along / row[14] * heights)))

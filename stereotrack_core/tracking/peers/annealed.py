@@ -26,11 +26,11 @@ class AnnealedParticleTracker(PeerTracker):
 
     Every layer weighs the particles by exp(-beta E), with beta such that the wanted share of them
     survives, and draws them anew by their weights. E is the tracker's own measure; see
-    :class:`PoseEnergy`. Between two layers limbs are exchanged among the particles, and each number
-    is scattered in proportion to how far the particles still disagree about it (Deutscher, Reid,
-    DOI 10.1023/B:VISI.0000043757.18370.9c); without these two, 24 numbers are too many for some
-    hundred particles. The pose is the weighted mean of the last layer, whose particles go on to
-    the next frame.
+    :class:`PoseEnergy`; colours say nothing in it. Between two layers limbs are exchanged among
+    the particles, and each number is scattered in proportion to how far the particles still
+    disagree about it (Deutscher, Reid, DOI 10.1023/B:VISI.0000043757.18370.9c); without these two,
+    24 numbers are too many for some hundred particles. The pose is the weighted mean of the last
+    layer, whose particles go on to the next frame.
     """
 
     def start(self, pose: Pose) -> None:
@@ -43,6 +43,7 @@ class AnnealedParticleTracker(PeerTracker):
         """Scatter, weigh and draw the particles, layer by layer."""
         p, rng = self.parameters.peers, self.random(frame)
         energy = PoseEnergy(self.body, self.parameters, self.joints)
+        data = data[:, :3]
         if len(data) > p.annealed_data:
             data = data[np.sort(rng.choice(len(data), p.annealed_data, replace=False))]
         particles, beta = self._scattered(P0, rng), 0.0

@@ -8,7 +8,7 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.tracking.acquire import SeekingTracker
+from stereotrack_core.tracking.colours.tracker import ColouredTracker
 from stereotrack_core.tracking.data_to_model import SurfaceResidual
 from stereotrack_core.tracking.estimate import Prior
 from stereotrack_core.tracking.limits import limit_residuals
@@ -18,7 +18,7 @@ WIDE, NARROW = 0, 2
 """Iterations of the tracker in which a datum's weight falls off slowly, and fast."""
 
 
-class PeerTracker(SeekingTracker, ABC):
+class PeerTracker(ColouredTracker, ABC):
     """The tracker with another estimator in the place of its own.
 
     Body, error state, process noise, choice of data, correspondences with their weights, other
@@ -38,7 +38,7 @@ class PeerTracker(SeekingTracker, ABC):
         ----------
         frame : int
             For what is random: the same for the same frame.
-        data : (N, 3) float64, world
+        data : (N, 3) float64, world, or (N, 6) with colours
         P0 : (n, n) float64
             Covariance of the predicted pose, which ``self.pose`` is.
         """

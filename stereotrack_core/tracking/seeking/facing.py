@@ -34,6 +34,12 @@ _KNEE, _THIGH, _LEAN, _FEET = 10.0, 5.0, 8.0, 8.0
 """Costs of one knee bent forward, one thigh far behind, a trunk bent backward, two feet turned
 backward; in data explained, as those of the search for arms."""
 
+_STRAIGHT = 0.2
+"""Radians up to which a knee that is bent forward may be a straight one of another shape."""
+
+_TURNED_AWAY = 20.0
+"""Cost of turning one's back on the only camera: people are filmed where one sees what they do."""
+
 _HEADLONG = 20.0
 """Cost of a trunk whose head hangs under its hips."""
 
@@ -53,7 +59,7 @@ def turned_round(pose: Pose) -> Pose:
     return Pose(pose.position, rotations)
 
 
-def facing_cost(body: BodyModel, pose: Pose, points: FloatArray) -> float:
+def facing_cost(body: BodyModel, pose: Pose, points: FloatArray, cameras: FloatArray) -> float:
     """What speaks against the direction that a pose faces, apart from its arms.
 
     Parameters
@@ -62,9 +68,12 @@ def facing_cost(body: BodyModel, pose: Pose, points: FloatArray) -> float:
     pose : Pose
     points : (N, 3) float64, world
         The body's data.
+    cameras : (V, 3) float64, world
+        Optical centres. Where they stand all around they say nothing.
     """
     frames = body.frames(pose)
-    return _legs_cost(frames) + _lean_cost(frames) + _feet_cost(body, frames, points)
+    legs = _legs_cost(frames) + _feet_cost(body, frames, points)
+    return legs + _lean_cost(frames) + _away_cost(frames, cameras)
 
 
 def _legs_cost(frames: PartFrames) -> float:
@@ -74,7 +83,7 @@ def _legs_cost(frames: PartFrames) -> float:
         along = torso.T @ frames.rotations[[thigh, shank], :, 2].T
         swing = np.arctan2(along[1], -along[2])
         bend = float((swing[0] - swing[1] + np.pi) % (2.0 * np.pi) - np.pi)
-        total += _KNEE * float(np.clip(-bend / 0.25, 0.0, 2.0))
+        total += _KNEE * float(np.clip((-bend - _STRAIGHT) / 0.25, 0.0, 2.0))
         total += _THIGH * float(np.clip((-swing[0] - 0.5) / 0.3, 0.0, 2.0))
     return total
 
@@ -100,6 +109,16 @@ def _feet_cost(body: BodyModel, frames: PartFrames, points: FloatArray) -> float
             ahead = float(np.median(off[near] @ forward))
             total += 0.25 * _FEET * (1.0 - float(np.clip(ahead / 0.04, -1.0, 1.0)))
     return total
+
+
+def _away_cost(frames: PartFrames, cameras: FloatArray) -> float:
+    """Cost of facing away from where the cameras stand together."""
+    to_cameras = (cameras - frames.origins[TORSO])[:, :2]
+    distance = np.maximum(np.linalg.norm(to_cameras, axis=1, keepdims=True), 1e-6)
+    towards = (to_cameras / distance).mean(axis=0)
+    together = float(np.linalg.norm(towards))
+    cosine = float(_on_floor(frames)[:2] @ towards) / max(together, 1e-6)
+    return _TURNED_AWAY * together**2 * 0.5 * (1.0 - cosine)
 
 
 def _on_floor(frames: PartFrames) -> FloatArray:

@@ -14,10 +14,10 @@ from stereotrack_core.depth.points import Volume
 _NEAR = 0.10
 """Metres from the surface up to which data speak for the patch that they lie on."""
 
-_ROWS, _COLUMNS = 6, 8
+_ROWS, _COLUMNS = 3, 6
 """Patches of the torso along its axis and around it."""
 
-_HEAD_COLUMNS = 8
+_HEAD_COLUMNS = 4
 
 _SIDE = 0.05
 """Metres from a side of the working volume."""

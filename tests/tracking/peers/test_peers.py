@@ -1,5 +1,7 @@
 """What every peer must do: follow a body, say when it is not there, repeat itself."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -161,6 +163,18 @@ def test_other_sensors_are_listened_to(name):
         found = tracker.step(cloud_of(rest, k))
     said = np.arcsin(found.pose.rotations[LEFT_FOREARM, 0, 2])
     assert np.degrees(said) == pytest.approx(20.0, abs=8.0 if name == "annealed" else 3.0)
+
+
+@EACH
+def test_data_with_colours_are_taken_as_well(name):
+    rng = np.random.default_rng(8)
+    tracker = make(name)
+    tracker.start(POSES["reaching"])
+    for cloud in clouds(tracker.body, POSES["reaching"], rng, 3):
+        colours = rng.uniform(0, 255, (len(cloud.points), 3))
+        found = tracker.step(dataclasses.replace(cloud, colours=colours))
+    assert found.tracked
+    assert angle_errors(tracker.body, found.pose, POSES["reaching"]).max() < LARGEST[name]
 
 
 @EACH
