@@ -69,18 +69,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         dest="changes",
         help="change one parameter for all; may be given several times",
     )
-    parser.add_argument(
-        "--seeds", default="0,1,2,3,4", metavar="0,1,2,3,4", help="seeds, joined by commas"
-    )
-    add_frames(parser)
-    add_views(parser)
-    parser.add_argument(
-        "--init",
-        choices=("auto", "tpose"),
-        default="auto",
-        help="where the first pose comes from: found without help (default), or the T pose facing "
-        "north",
-    )
+    _add_choice(parser)
     parser.add_argument(
         "--speed-frames",
         type=int,
@@ -96,6 +85,22 @@ def add_arguments(parser: ArgumentParser) -> None:
         help="also write the table: .md (as it is printed) or .csv (every number in full)",
     )
     add_json(parser)
+
+
+def _add_choice(parser: ArgumentParser) -> None:
+    """Arguments that say which frames, views, seeds and first pose."""
+    parser.add_argument(
+        "--seeds", default="0,1,2,3,4", metavar="0,1,2,3,4", help="seeds, joined by commas"
+    )
+    add_frames(parser)
+    add_views(parser)
+    parser.add_argument(
+        "--init",
+        choices=("auto", "tpose"),
+        default="auto",
+        help="where the first pose comes from: found without help (default), or the T pose facing "
+        "north",
+    )
 
 
 def run(args: Namespace) -> int:

@@ -51,6 +51,9 @@ _CHANGES: Mapping[str, Mapping[str, Value]] = MappingProxyType(
                 "search_proposals": 120,
                 "search_refined": 1,
                 "search_iterations": 2,
+                "outlines": False,
+                "measure_outlines": False,
+                "picture_cost": 0.0,
             }
         ),
         "ekf": MappingProxyType({"estimator": "extended_kalman"}),

@@ -79,5 +79,6 @@ def single_cone(rng, r1, r2, height, s=1.0, round_base=False, round_end=False):
         flatness=np.array([s]),
         round_base=np.array([round_base]),
         round_end=np.array([round_end]),
+        outline=np.zeros((1, 2)),
     )
     return PlacedCones(turn[None], origin[None], cones), turn, origin

@@ -64,19 +64,26 @@ def edge_maps(cloud: Cloud) -> tuple[EdgeMap, ...]:
 
 def _signed_distances(outline: BoolArray) -> tuple[Float32Array, int, int] | None:
     """Signed distances around the larger patches, and the left and top of that region."""
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(outline.astype(np.uint8))
+    rows, columns = np.flatnonzero(outline.any(axis=1)), np.flatnonzero(outline.any(axis=0))
+    if not len(rows):
+        return None
+    x, y = int(columns[0]), int(rows[0])
+    cut = outline[y : rows[-1] + 1, x : columns[-1] + 1].astype(np.uint8)
+    count, found, stats, _ = cv2.connectedComponentsWithStats(cut)
     large = np.flatnonzero(stats[1:, cv2.CC_STAT_AREA] >= _LEAST_PATCH) + 1
     if not len(large):
         return None
-    left, top = stats[large, :2].min(axis=0)
-    right, bottom = (stats[large, :2] + stats[large, 2:4]).max(axis=0)
-    height, width = outline.shape
-    left, top = max(0, int(left) - _AROUND), max(0, int(top) - _AROUND)
-    right, bottom = min(width, int(right) + _AROUND), min(height, int(bottom) + _AROUND)
+    left, top = (int(low) for low in stats[large, :2].min(axis=0))
+    right, bottom = (int(high) for high in (stats[large, :2] + stats[large, 2:4]).max(axis=0))
     keep = np.zeros(count, dtype=np.uint8)
     keep[large] = 1
-    inside = keep[labels[top:bottom, left:right]]
+    person = keep[found[top:bottom, left:right]]
+    height, width = outline.shape
+    left, top, right, bottom = left + x, top + y, right + x, bottom + y
+    before = min(_AROUND, top), min(_AROUND, left)
+    after = min(_AROUND, height - bottom), min(_AROUND, width - right)
+    inside = np.pad(person, tuple(zip(before, after, strict=True)))
     outward = cv2.distanceTransform(1 - inside, cv2.DIST_L2, 5)
     inward = cv2.distanceTransform(inside, cv2.DIST_L2, 5)
     distance: Float32Array = np.ascontiguousarray(outward - inward, dtype=np.float32)
-    return distance, left, top
+    return distance, left - before[1], top - before[0]

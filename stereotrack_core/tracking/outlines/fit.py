@@ -48,12 +48,12 @@ def fitted_outline(
     A, e = _rows(body, names, seen, trust)
     if not len(e):
         return shape
-    theta: FloatArray = np.zeros(len(names))
     prior = np.eye(len(names)) / _PRIOR_SIGMA**2
+    left: FloatArray = e
     for _ in range(_ROUNDS):
-        left = e - A @ theta
         weight = 1.0 / ((1.0 + (left / _NOISE) ** 2) * _NOISE**2 * _TOGETHER)
-        theta = np.linalg.solve(prior + (A.T * weight) @ A, (A.T * weight) @ e)
+        theta: FloatArray = np.linalg.solve(prior + (A.T * weight) @ A, (A.T * weight) @ e)
+        left = e - A @ theta
     known = {row.name: row for row in shape.rows()}
     return shape.replaced(
         **{
