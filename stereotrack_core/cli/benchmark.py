@@ -46,11 +46,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         metavar="RECORDING",
         help="recordings with a reference (default: the demo recording, made where it is missing)",
     )
-    parser.add_argument(
-        "--presets",
-        metavar="a,b,c",
-        help=f"presets, joined by commas (default: all; for growth {_BASE})",
-    )
+    _add_choice(parser)
     parser.add_argument(
         "--ablation",
         action="store_true",
@@ -69,7 +65,6 @@ def add_arguments(parser: ArgumentParser) -> None:
         dest="changes",
         help="change one parameter for all; may be given several times",
     )
-    _add_choice(parser)
     parser.add_argument(
         "--speed-frames",
         type=int,
@@ -88,7 +83,12 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def _add_choice(parser: ArgumentParser) -> None:
-    """Arguments that say which frames, views, seeds and first pose."""
+    """Arguments that say which presets, frames, views, seeds and first pose."""
+    parser.add_argument(
+        "--presets",
+        metavar="a,b,c",
+        help=f"presets, joined by commas (default: all; for growth {_BASE})",
+    )
     parser.add_argument(
         "--seeds", default="0,1,2,3,4", metavar="0,1,2,3,4", help="seeds, joined by commas"
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import scipy.linalg
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.cones import OUTLINE_NAMES
@@ -52,7 +53,7 @@ def fitted_outline(
     left: FloatArray = e
     for _ in range(_ROUNDS):
         weight = 1.0 / ((1.0 + (left / _NOISE) ** 2) * _NOISE**2 * _TOGETHER)
-        theta: FloatArray = np.linalg.solve(prior + (A.T * weight) @ A, (A.T * weight) @ e)
+        theta: FloatArray = scipy.linalg.solve(prior + (A.T * weight) @ A, (A.T * weight) @ e)
         left = e - A @ theta
     known = {row.name: row for row in shape.rows()}
     return shape.replaced(

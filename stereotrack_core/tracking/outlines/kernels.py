@@ -166,8 +166,8 @@ def measure_outline(
         row, image = table[c], capsules[c]
         for a in range(along.shape[0]):
             t = along[a]
-            middle_u = (1.0 - t) * image[0] + t * image[3]
-            middle_v = (1.0 - t) * image[1] + t * image[4]
+            middle_u = image[0] + t * (image[3] - image[0])
+            middle_v = image[1] + t * (image[4] - image[1])
             for k in range(2):
                 x, y, z = _grazed(row, eye[0], eye[1], eye[2], t, 1.0 - 2.0 * k)
                 px, py, pz, column, line, depth = _seen(row, place, pinhole, x, y, z)
@@ -193,7 +193,6 @@ def measure_outline(
                     ) / scale
                 widened = (margin[c, 0] * x * x + margin[c, 1] * y * y) / (x * x + y * y)
                 distance[n] = -value * depth / pinhole[0] / scale - widened
-                foot[n, 0], foot[n, 1], foot[n, 2] = px, py, pz
-                cone[n] = c
+                foot[n, 0], foot[n, 1], foot[n, 2], cone[n] = px, py, pz, c
                 n += 1
     return n
