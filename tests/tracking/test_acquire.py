@@ -10,6 +10,7 @@ from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.geometry.rotation import angle_between, rotation_from_vector
 from stereotrack_core.tracking.acquire import SeekingTracker, first_pose_in
+from stereotrack_core.tracking.initialise import t_pose_in_cloud
 from stereotrack_core.tracking.presets import preset
 from tests.tracking.scenes import CAMERAS, POSES, angle_errors, cloud_of, surface_points
 
@@ -100,6 +101,37 @@ def test_the_first_pose_is_that_of_the_first_cloud(seeker, rng):
     assert found is not None
     assert np.abs(difference(found, poses[0], seeker.joints)[:3]).max() < 0.03
     assert first_pose_in(seeker, [cloud_of(np.empty((0, 3)))]) is None
+
+
+def _clouds(seeker, pose, rng, count=4):
+    return [cloud_of(surface_points(seeker.body, pose, 2000, rng, 0.005), k) for k in range(count)]
+
+
+def test_the_usual_first_pose_is_taken_where_it_explains_the_clouds(seeker, rng):
+    clouds = _clouds(seeker, POSES["t"], rng)
+    found, usual = first_pose_in(seeker, clouds), t_pose_in_cloud(seeker.body, clouds[0].points)
+    assert found is not None
+    np.testing.assert_array_equal(found.rotations, usual.rotations)
+    np.testing.assert_array_equal(found.position, usual.position)
+
+
+@pytest.mark.parametrize(
+    ("name", "heading"), [("reaching", 90.0), ("reaching", 180.0), ("t", 90.0)]
+)
+def test_another_first_pose_is_not_taken_for_the_usual(seeker, rng, name, heading):
+    true = _turned(POSES[name], heading)
+    found = first_pose_in(seeker, _clouds(seeker, true, rng))
+    assert found is not None
+    assert _axis_off(found, true) < 12.0
+    if name == "reaching":
+        assert angle_between(found.torso[:, 0], true.torso[:, 0]) < np.radians(30.0)
+
+
+def test_the_usual_first_pose_is_that_of_the_first_cloud_with_somebody(seeker, rng):
+    clouds = [cloud_of(np.empty((0, 3))), *_clouds(seeker, POSES["t"], rng)]
+    found, usual = first_pose_in(seeker, clouds), t_pose_in_cloud(seeker.body, clouds[1].points)
+    assert found is not None
+    np.testing.assert_array_equal(found.position, usual.position)
 
 
 def test_the_same_seed_finds_the_same(make_tracker, rng):

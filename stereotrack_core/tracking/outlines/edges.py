@@ -85,5 +85,7 @@ def _signed_distances(outline: BoolArray) -> tuple[Float32Array, int, int] | Non
     inside = np.pad(person, tuple(zip(before, after, strict=True)))
     outward = cv2.distanceTransform(1 - inside, cv2.DIST_L2, 5)
     inward = cv2.distanceTransform(inside, cv2.DIST_L2, 5)
-    distance: Float32Array = np.ascontiguousarray(outward - inward, dtype=np.float32)
+    # Both count to the middle of a pixel on the other side; the edge runs half a pixel before it.
+    half = 0.5 - inside.astype(np.float32)
+    distance: Float32Array = np.ascontiguousarray(outward - inward - half, dtype=np.float32)
     return distance, left - before[1], top - before[0]
