@@ -59,6 +59,18 @@ def test_at_the_true_pose_outlines_lie_on_the_edges(edges, name):
 
 
 @pytest.mark.parametrize("name", POSES)
+def test_views_do_not_see_the_true_pose_shifted(edges, name):
+    """The shift along the images' axes that explains the distances best, on average."""
+    shifts = []
+    for edge in edges[name]:
+        found = _outlines((edge,), POSES[name])
+        close = abs(found.distance) < 1.5 * PIXEL
+        A = found.direction[close] @ edge.camera_from_world[:2, :3].T
+        shifts.append(np.linalg.lstsq(A, found.distance[close], rcond=None)[0])
+    assert abs(np.mean(shifts, axis=0)).max() < 0.25 * PIXEL
+
+
+@pytest.mark.parametrize("name", POSES)
 def test_every_measured_part_is_seen_and_legs_are_not(edges, name):
     parts = set(BODY.cones.part[_outlines(edges[name], POSES[name]).cone].tolist())
     assert parts == set(MEASURED_PARTS)
