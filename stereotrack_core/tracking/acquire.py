@@ -63,6 +63,9 @@ _HOPELESS, _BETTER = 40.0, 6.0
 _NATURAL_ARMS = 3.0
 """Factor on what speaks against the anatomy of arms, as in the search for them."""
 
+_UNUSUAL = 20.0
+"""Cost by which a first pose must be better than the usual one: front and back look much alike."""
+
 _TURN_GAIN = 3.0
 """Cost by which a pose must be more natural the other way round to be turned."""
 
@@ -389,4 +392,4 @@ def _explains_as_well(
         if other.tracked:
             here, there = seeker.cost(estimate.pose, cloud), seeker.cost(other.pose, cloud)
             more.append(here - there)
-    return float(np.mean(more)) < _BETTER
+    return float(np.mean(more)) < _UNUSUAL
