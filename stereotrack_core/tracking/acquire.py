@@ -64,7 +64,8 @@ _NATURAL_ARMS = 3.0
 """Factor on what speaks against the anatomy of arms, as in the search for them."""
 
 _UNUSUAL = 20.0
-"""Cost by which a first pose must be better than the usual one: front and back look much alike."""
+"""Cost by which a first pose that faces away from the usual one must be better: front and back look
+much alike."""
 
 _TURN_GAIN = 3.0
 """Cost by which a pose must be more natural the other way round to be turned."""
@@ -392,4 +393,5 @@ def _explains_as_well(
         if other.tracked:
             here, there = seeker.cost(estimate.pose, cloud), seeker.cost(other.pose, cloud)
             more.append(here - there)
-    return float(np.mean(more)) < _UNUSUAL
+    turned_away = float(found[0].pose.torso[:, 1] @ usual.torso[:, 1]) < 0.0
+    return float(np.mean(more)) < (_UNUSUAL if turned_away else _BETTER)
