@@ -393,5 +393,6 @@ def _explains_as_well(
         if other.tracked:
             here, there = seeker.cost(estimate.pose, cloud), seeker.cost(other.pose, cloud)
             more.append(here - there)
-    turned_away = float(found[0].pose.torso[:, 1] @ usual.torso[:, 1]) < 0.0
+    forward = [other.pose.torso[:, 1] @ usual.torso[:, 1] for other in found if other.tracked]
+    turned_away = min(forward) < 0.0
     return float(np.mean(more)) < (_UNUSUAL if turned_away else _BETTER)
