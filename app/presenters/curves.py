@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from app.limb_colours import EXTRA_COLOURS, LIMB_COLOURS, limb_words
-from app.presenters.judgement import MEASURED_LIMBS, Judgement
+from app.presenters.judgement import LOST_SHARE, MEASURED_LIMBS, Judgement
 from app.presenters.runs import RunList
 from app.views.error_curves import Curve
 from app.views.timeline_lanes import Lane, Span
@@ -76,10 +76,27 @@ def lanes_of(
     coverage = _spread(judgement, 100.0 * judgement.coverage, count)
     colour = EXTRA_COLOURS["unexplained %"]
     lanes.append(Lane("unexplained", colour, "heat", coverage, 60.0, "% of the cloud"))
+    doubted = _doubted(judgement)
+    if doubted:
+        lanes.append(Lane("probably lost", "#d08a50", "bars", doubted))
     lost = judgement.frame[~judgement.tracked]
     if len(lost):
         lanes.append(Lane("not tracked", "#d05050", "bars", _stretches(lost, "not tracked")))
     return tuple(lanes)
+
+
+def _doubted(judgement: Judgement) -> list[Span]:
+    """Stretches in which the tracker takes the same limbs for lost."""
+    chances = {limb: chance > LOST_SHARE for limb, chance in judgement.lost.items()}
+    named: dict[str, list[int]] = {}
+    for place, frame in enumerate(judgement.frame):
+        limbs = [limb_words(limb) for limb, lost in chances.items() if lost[place]]
+        if limbs:
+            named.setdefault(", ".join(limbs), []).append(int(frame))
+    found = [
+        span for words, frames in named.items() for span in _stretches(np.array(frames), words)
+    ]
+    return sorted(found, key=lambda span: span.first)
 
 
 def _spread(judgement: Judgement, values: FloatArray, count: int) -> FloatArray:

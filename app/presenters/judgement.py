@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -16,8 +17,15 @@ from stereotrack_core.tracking.frame import TrackedFrame
 
 Measure: TypeAlias = Literal["error", "sigma"]
 
-UNCERTAIN_DEG = 20.0
-"""A limb's direction with a larger standard deviation is called uncertain."""
+UNCERTAIN_DEG = 22.5
+"""A limb's direction with a larger standard deviation is called uncertain: two of them reach 45
+degrees, where a limb is lost."""
+
+UNCERTAIN_SHARE = 0.2
+"""A limb that is lost with a larger probability is called uncertain."""
+
+LOST_SHARE = 0.5
+"""A limb that is lost with a larger probability is called probably lost."""
 
 CROSSED_METRES = 0.16
 """Two limbs whose axes come nearer than this may be taken for each other."""
@@ -40,6 +48,8 @@ class Judgement:
     tracked : (F,) bool
     coverage : (F,) float64
     errors : LimbErrors or None
+    lost : mapping from limb to (F,) float64
+        Probability that the limb is lost, as the tracker itself says; NaN where not known.
     """
 
     measure: Measure
@@ -48,6 +58,7 @@ class Judgement:
     tracked: BoolArray
     coverage: FloatArray
     errors: LimbErrors | None
+    lost: Mapping[str, FloatArray] = field(default_factory=dict)
 
     @property
     def words(self) -> str:
@@ -61,12 +72,14 @@ def judged(entry: RunEntry, reference: LandmarkTrajectory | None) -> Judgement:
     frames = list(entry.ordered())
     tracked = np.array([frame.tracked for frame in frames], dtype=bool)
     coverage = np.array([frame.coverage for frame in frames], dtype=np.float64)
+    chances = np.array([frame.limb_lost for frame in frames]).reshape(len(frames), len(LIMBS))
+    lost = {limb: chances[:, LIMBS.index(limb)] for limb in MEASURED_LIMBS}
     if reference is not None and np.isin(numbers, reference.frame).any():
         limbs, errors = _errors(entry, numbers, reference)
-        return Judgement("error", numbers, limbs, tracked, coverage, errors)
+        return Judgement("error", numbers, limbs, tracked, coverage, errors, lost)
     sigma = np.array([frame.limb_sigma_deg for frame in frames]).reshape(len(frames), len(LIMBS))
     limbs = {limb: sigma[:, LIMBS.index(limb)] for limb in MEASURED_LIMBS}
-    return Judgement("sigma", numbers, limbs, tracked, coverage, None)
+    return Judgement("sigma", numbers, limbs, tracked, coverage, None, lost)
 
 
 def _errors(
@@ -95,11 +108,39 @@ def reference_at(reference: LandmarkTrajectory | None, frame: int) -> FloatArray
     return points if np.isfinite(points).any() else None
 
 
-def uncertain_limbs(tracked: TrackedFrame) -> tuple[tuple[str, str], ...]:
-    """Limbs that the tracker itself is unsure of, the worst first, each with a probable cause."""
-    sigma = tracked.limb_sigma_deg
-    order = [i for i in np.argsort(-np.nan_to_num(sigma)) if sigma[i] > UNCERTAIN_DEG]
-    return tuple((LIMBS[i], probable_cause(tracked.landmarks, LIMBS[i])) for i in order)
+@dataclass(frozen=True)
+class Doubt:
+    """A limb that the tracker itself is unsure of.
+
+    Attributes
+    ----------
+    limb : str
+    lost : float
+        Probability that it is lost; NaN where not known.
+    cause : str
+        Probable cause in words; may be empty.
+    """
+
+    limb: str
+    lost: float
+    cause: str
+
+    @property
+    def words(self) -> str:
+        """What is to be said of the limb, without its name."""
+        doubt = "probably lost" if self.lost > LOST_SHARE else "uncertain"
+        return f"{doubt} ({self.cause})" if self.cause else doubt
+
+
+def doubts(tracked: TrackedFrame) -> tuple[Doubt, ...]:
+    """Limbs that the tracker is unsure of by its signs or its covariance, the worst first."""
+    chance, sigma = np.nan_to_num(tracked.limb_lost), np.nan_to_num(tracked.limb_sigma_deg)
+    unsure = (chance > UNCERTAIN_SHARE) | (sigma > UNCERTAIN_DEG)
+    order = [int(i) for i in np.lexsort((-sigma, -chance)) if unsure[i]]
+    return tuple(
+        Doubt(LIMBS[i], float(tracked.limb_lost[i]), probable_cause(tracked.landmarks, LIMBS[i]))
+        for i in order
+    )
 
 
 def probable_cause(landmarks: FloatArray, limb: str) -> str:

@@ -212,6 +212,7 @@ def _stored_frame(run: Run, i: int) -> TrackedFrame:
         residual=float(run.residual[i]),
         innovation=float(run.innovation[i]),
         limb_sigma_deg=run.limb_sigma_deg[i],
+        limb_lost=run.limb_lost[i],
     )
     seconds = dict(zip(run.stage_names, run.seconds[i].tolist(), strict=True))
     return TrackedFrame(frame, estimate, run.landmarks[i], nothing, seconds)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from app.limb_colours import limb_words
 from app.presenters.document import DocumentPresenter
-from app.presenters.judgement import Judgement, uncertain_limbs
+from app.presenters.judgement import Judgement, doubts
 from app.presenters.runs import RunList
 from app.presenters.tracking import TrackPresenter
 from stereotrack_core.body.limbs import LIMBS
@@ -67,13 +69,11 @@ def frame_words(tracked: TrackedFrame) -> str:
     """What is to be said about one tracked frame."""
     if not tracked.tracked:
         return f"not tracked: {tracked.reason}"
-    unsure = uncertain_limbs(tracked)
+    unsure = doubts(tracked)
     if not unsure:
-        return "all limbs certain"
-    words = [
-        f"{limb_words(limb)} uncertain{f' ({cause})' if cause else ''}"
-        for limb, cause in unsure[:2]
-    ]
+        judged = np.isfinite(tracked.limb_lost).any()
+        return "all limbs certain" if judged else "limbs not judged"
+    words = [f"{limb_words(doubt.limb)} {doubt.words}" for doubt in unsure[:2]]
     more = len(unsure) - len(words)
     return ", ".join(words) + (f" and {more} more" if more > 0 else "")
 
@@ -90,20 +90,20 @@ def number_rows(
         return []
     rows = []
     place = _place(judgement, tracked.frame)
-    unsure = {limb: _unsure_words(cause) for limb, cause in uncertain_limbs(tracked)}
+    unsure = {doubt.limb: doubt for doubt in doubts(tracked)}
     for index, limb in enumerate(LIMBS):
         sigma = tracked.limb_sigma_deg[index]
         value = f"± {sigma:.1f}°" if sigma == sigma else "not known"
         error = _error(judgement, limb, place)
         if error is not None:
             value = f"{error:.1f}°  ({value})"
-        rows.append((limb, limb_words(limb), value, unsure.get(limb, "")))
+        chance = tracked.limb_lost[index]
+        if chance == chance:
+            value += f", lost {100.0 * chance:.0f} %"
+        hint = unsure[limb].words if limb in unsure else ""
+        rows.append((limb, limb_words(limb), value, hint))
     rows += _frame_rows(tracked, judgement, place)
     return rows
-
-
-def _unsure_words(cause: str) -> str:
-    return f"uncertain: {cause}" if cause else "uncertain"
 
 
 def _frame_rows(

@@ -8,10 +8,16 @@ from typing import TYPE_CHECKING, Any
 from stereotrack_core.cli.output import Table, number
 
 if TYPE_CHECKING:
+    from stereotrack_core.evaluation.doubts import Doubts
     from stereotrack_core.evaluation.summary import Summary
 
 
-def error_table(summary: Summary, title: str, frames_per_second: float | None = None) -> Table:
+def error_table(
+    summary: Summary,
+    title: str,
+    frames_per_second: float | None = None,
+    doubts: Doubts | None = None,
+) -> Table:
     """Mean, median and 95th percentile of every measure, and the share that is lost."""
     rows: list[tuple[str, ...]] = []
     for measure in summary.measures:
@@ -19,6 +25,10 @@ def error_table(summary: Summary, title: str, frames_per_second: float | None = 
         values = (figures.mean, figures.median, figures.p95)
         rows.append((f"{measure.label} [{measure.unit}]", *(number(value) for value in values)))
     rows.append(("lost (arm segments over 45 deg off) [%]", number(100.0 * summary.lost), "", ""))
+    if doubts is not None:
+        called = f"{doubts.both} of {doubts.called}"
+        rows.append(("called lost by the run, rightly", called, "", ""))
+        rows.append(("lost, and called so by the run", f"{doubts.both} of {doubts.lost}", "", ""))
     rows.append(("frames", str(summary.frames), "", ""))
     rows.append(("frames not tracked", str(summary.not_tracked), "", ""))
     if frames_per_second is not None:
@@ -42,6 +52,17 @@ def segment_table(summaries: Sequence[Summary]) -> Table:
         for summary in summaries
     ]
     return Table("Means per segment, degrees where no unit is said", headings, rows)
+
+
+def doubt_facts(doubts: Doubts) -> dict[str, Any]:
+    """How right a run is about which limbs are lost, for JSON."""
+    return {
+        "judged": doubts.judged,
+        "lost": doubts.lost,
+        "called_lost": doubts.called,
+        "precision": doubts.precision,
+        "recall": doubts.recall,
+    }
 
 
 def error_facts(summary: Summary) -> dict[str, Any]:

@@ -10,14 +10,21 @@ from typing import TYPE_CHECKING, Any
 
 from stereotrack_core.cli.arguments import add_frames, add_json, frame_bounds
 from stereotrack_core.cli.command import OK, Command
-from stereotrack_core.cli.error_tables import error_facts, error_table, segment_table
+from stereotrack_core.cli.error_tables import (
+    doubt_facts,
+    error_facts,
+    error_table,
+    segment_table,
+)
 from stereotrack_core.cli.output import put_json, put_table, say
 from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
+    from stereotrack_core.evaluation.doubts import Doubts
     from stereotrack_core.evaluation.errors import LimbErrors
     from stereotrack_core.recording.description import Recording, Segment
     from stereotrack_core.recording.landmarks import LandmarkTrajectory
+    from stereotrack_core.tracking.run import Run
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +59,8 @@ def run(args: Namespace) -> int:
     from stereotrack_core.evaluation.errors import errors_against
     from stereotrack_core.evaluation.summary import summarise, summarise_segments
 
-    trajectory, meta = _read(args.run_file)
+    trajectory, stored = _read(args.run_file)
+    meta = {} if stored is None else dict(stored.meta)
     truth = _truth(args.reference, meta)
     errors = _chosen(errors_against(trajectory, truth.reference), args.frames)
     _warn_about_frames(trajectory, errors, args.frames)
@@ -60,26 +68,39 @@ def run(args: Namespace) -> int:
     summary = summarise(errors)
     parts = summarise_segments(errors, _segments(truth)) if args.segments else ()
     speed = _frames_per_second(trajectory, meta)
+    doubts = _doubts(stored, errors)
     if args.json:
         facts = {"run": args.run_file, "reference": truth.source, "frames_per_second": speed}
         facts |= error_facts(summary)
+        if doubts is not None:
+            facts["lost_limbs"] = doubt_facts(doubts)
         if args.segments:
             facts["segments"] = [error_facts(part) for part in parts]
         put_json(facts)
         return OK
-    put_table(error_table(summary, f"{args.run_file} against {truth.source}", speed))
+    put_table(error_table(summary, f"{args.run_file} against {truth.source}", speed, doubts))
     if args.segments:
         put_table(segment_table(parts))
     return OK
 
 
-def _read(path: Path) -> tuple[LandmarkTrajectory, dict[str, Any]]:
+def _read(path: Path) -> tuple[LandmarkTrajectory, Run | None]:
     from stereotrack_core.interop.run_file import read_run, read_trajectory
 
     if path.suffix.lower() == ".npz":
         stored = read_run(path)
-        return stored.trajectory(), dict(stored.meta)
-    return read_trajectory(path), {}
+        return stored.trajectory(), stored
+    return read_trajectory(path), None
+
+
+def _doubts(stored: Run | None, errors: LimbErrors) -> Doubts | None:
+    """How right the run is about its lost limbs; None where it does not say."""
+    from stereotrack_core.evaluation.doubts import doubts_against
+
+    if stored is None:
+        return None
+    doubts = doubts_against(stored.frame, stored.limb_lost, errors)
+    return doubts if doubts.judged else None
 
 
 def _truth(given: Path | None, meta: dict[str, Any]) -> _Truth:

@@ -31,11 +31,15 @@ _SHAPES: dict[str, tuple[str, tuple[str | int, ...]]] = {
     "residual": ("f", ("F",)),
     "innovation": ("f", ("F",)),
     "limb_sigma_deg": ("f", ("F", len(LIMBS))),
+    "limb_lost": ("f", ("F", len(LIMBS))),
     "seconds": ("f", ("F", "stages")),
     "stage_names": ("U", ("stages",)),
     "meta": ("U", ()),
 }
 """Kind and shape of every array; a letter stands for the same length wherever it appears."""
+
+_ADDED = ("limb_lost",)
+"""Arrays that files of older versions lack; NaN then."""
 
 _FOLDER = "recording_folder"
 _FOLDER_FROM_RUN = "recording_folder_from_run"
@@ -85,6 +89,7 @@ def read_npz(path: Path) -> Run:
         residual=arrays["residual"].astype(np.float64),
         innovation=arrays["innovation"].astype(np.float64),
         limb_sigma_deg=arrays["limb_sigma_deg"].astype(np.float64),
+        limb_lost=arrays["limb_lost"].astype(np.float64),
         seconds=arrays["seconds"].astype(np.float64),
         stage_names=tuple(str(name) for name in arrays["stage_names"]),
         meta=_meta_from_store(path, str(arrays["meta"])),
@@ -103,16 +108,19 @@ def _arrays(path: Path) -> dict[str, NDArray[Any]]:
             stored = np.load(file, allow_pickle=False)
             if not isinstance(stored, np.lib.npyio.NpzFile):
                 raise _foreign(path, "it holds a single array")
-            missing = [name for name in _SHAPES if name not in stored.files]
+            missing = [name for name in _SHAPES if name not in (*stored.files, *_ADDED)]
             if missing:
                 raise _foreign(path, f"it lacks {', '.join(missing)}")
-            return {name: stored[name] for name in _SHAPES}
+            arrays = {name: stored[name] for name in _SHAPES if name in stored.files}
     except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error) as error:
         raise InputError(
             "the file is damaged or is not a run file",
             where=str(path),
             remedy="Track the recording again, or take another copy of the file.",
         ) from error
+    for name in _ADDED:
+        arrays.setdefault(name, np.full((arrays["frame"].size, len(LIMBS)), np.nan))
+    return arrays
 
 
 def _check(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:

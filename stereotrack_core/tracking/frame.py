@@ -96,6 +96,11 @@ class TrackedFrame:
         return self.estimate.limb_sigma_deg
 
     @property
+    def limb_lost(self) -> FloatArray:
+        """Probability (6,) that each limb is lost; NaN where not known."""
+        return self.estimate.limb_lost
+
+    @property
     def correspondences(self) -> Correspondences | None:
         """Pairs that the last correction used."""
         return self.estimate.correspondences
@@ -179,6 +184,7 @@ def run_of(frames: Sequence[TrackedFrame], origin: Origin) -> Run:
         residual=np.array([frame.residual for frame in frames]),
         innovation=np.array([frame.innovation for frame in frames]),
         limb_sigma_deg=_stacked([frame.limb_sigma_deg for frame in frames], (6,)),
+        limb_lost=_stacked([frame.limb_lost for frame in frames], (6,)),
         seconds=np.array(seconds).reshape(len(frames), len(names)),
         stage_names=names,
         meta=origin.meta(),

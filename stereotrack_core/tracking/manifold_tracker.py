@@ -19,8 +19,16 @@ from stereotrack_core.filtering.linearisation import posterior
 from stereotrack_core.filtering.sigma_points import scaled_weights, sigma_deviations
 from stereotrack_core.tracking.confidence import coverage, coverage_of, surface_distances
 from stereotrack_core.tracking.data_to_model import SurfaceResidual, Trust, surface_residual
-from stereotrack_core.tracking.estimate import Correspondences, Estimate, Prior, limb_sigma_deg
+from stereotrack_core.tracking.estimate import (
+    OVERCONFIDENCE,
+    Correspondences,
+    Estimate,
+    Prior,
+    limb_sigma_deg,
+)
 from stereotrack_core.tracking.limits import limit_residuals
+from stereotrack_core.tracking.lost.judge import lost_probability
+from stereotrack_core.tracking.lost.signs import Judged, limb_signs, unexpected
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.process import process_noise
 from stereotrack_core.tracking.residuals import (
@@ -254,17 +262,25 @@ class ManifoldTracker:
         )
         weight = surface.weight
         squared = float(weight @ surface.distance**2) / max(float(weight.sum()), 1e-12)
+        sigma = limb_sigma_deg(spread, self._weights.covariance)
+        pairs = Correspondences(surface.data, surface.foot, surface.part, weight)
+        share = coverage_of(cloud.points, self.body, frames)
+        jump = unexpected(self.movement, self._prior, self.joints)
+        judged = Judged(self.pose, frames, sigma, share, pairs, jump)
+        signs = limb_signs(cloud, self.body, judged)
         return Estimate(
             tracked=True,
             reason="",
             pose=self.pose,
             x=state_of_pose(self.pose, self.joints),
             P=self.P.copy(),
-            coverage=coverage_of(cloud.points, self.body, frames),
+            coverage=share,
             residual=float(np.sqrt(squared)),
             innovation=innovation,
-            limb_sigma_deg=limb_sigma_deg(spread, self._weights.covariance),
-            correspondences=Correspondences(surface.data, surface.foot, surface.part, weight),
+            limb_sigma_deg=OVERCONFIDENCE * sigma,
+            limb_lost=lost_probability(signs),
+            limb_signs=signs,
+            correspondences=pairs,
             seconds={"track": seconds},
             prior=self._prior,
         )

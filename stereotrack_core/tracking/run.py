@@ -34,6 +34,9 @@ class Run:
         Root mean square of the innovation over its predicted standard deviation.
     limb_sigma_deg : (F, 6) float64
         Standard deviation of each limb's direction, in the order of ``LIMBS``.
+    limb_lost : (F, 6) float64
+        Probability that the limb's direction is more than 45 deg off, in the order of ``LIMBS``;
+        NaN where not known: for torso and head, and in runs of older versions.
     seconds : (F, S) float64
         Wall time of each stage.
     stage_names : tuple of str
@@ -52,6 +55,7 @@ class Run:
     residual: FloatArray
     innovation: FloatArray
     limb_sigma_deg: FloatArray
+    limb_lost: FloatArray
     seconds: FloatArray
     stage_names: tuple[str, ...]
     meta: Mapping[str, Any]

@@ -23,7 +23,13 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.filtering.linearisation import Information, posterior
 from stereotrack_core.filtering.sigma_points import scaled_weights, sigma_deviations
 from stereotrack_core.filtering.smoothing import backward_step
-from stereotrack_core.tracking.estimate import Estimate, Prior, Tracker, limb_sigma_deg
+from stereotrack_core.tracking.estimate import (
+    OVERCONFIDENCE,
+    Estimate,
+    Prior,
+    Tracker,
+    limb_sigma_deg,
+)
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.manifold_tracker import ManifoldTracker
 from stereotrack_core.tracking.parameters import TrackingParameters
@@ -118,7 +124,8 @@ class Smoothed:
     Attributes
     ----------
     frames : tuple of TrackedFrame
-        Coverage, residual and innovation remain those of the forward pass; NaN where bridged.
+        Coverage, residual, innovation and what is said of lost limbs remain those of the forward
+        pass; NaN where bridged.
     bridged : tuple of int
         Numbers of the frames that were not tracked and lie in a gap that was bridged.
     """
@@ -193,7 +200,8 @@ def _with_sigma(
         return estimate
     weights = scaled_weights(len(estimate.P), p.ut_alpha, p.ut_beta, p.ut_kappa)
     spread = body.frames(state.poses(estimate, sigma_deviations(estimate.P, weights)))
-    return replace(estimate, limb_sigma_deg=limb_sigma_deg(spread, weights.covariance))
+    sigma = OVERCONFIDENCE * limb_sigma_deg(spread, weights.covariance)
+    return replace(estimate, limb_sigma_deg=sigma)
 
 
 def _backwards(
@@ -297,6 +305,8 @@ def _as_bridge(estimate: Estimate) -> Estimate:
         innovation=unknown,
         correspondences=None,
         prior=None,
+        limb_lost=np.full_like(estimate.limb_lost, unknown),
+        limb_signs=None,
     )
 
 

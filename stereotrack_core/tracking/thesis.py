@@ -18,7 +18,15 @@ from stereotrack_core.filtering.correction import correct
 from stereotrack_core.filtering.sigma_points import scaled_weights, sigma_deviations
 from stereotrack_core.tracking.collisions import Clearance, collisions_avoided
 from stereotrack_core.tracking.confidence import coverage_of
-from stereotrack_core.tracking.estimate import Correspondences, Estimate, Prior, limb_sigma_deg
+from stereotrack_core.tracking.estimate import (
+    OVERCONFIDENCE,
+    Correspondences,
+    Estimate,
+    Prior,
+    limb_sigma_deg,
+)
+from stereotrack_core.tracking.lost.judge import lost_probability
+from stereotrack_core.tracking.lost.signs import Judged, limb_signs, unexpected
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.process import process_noise
 
@@ -96,6 +104,7 @@ class ThesisTracker:
         self.x = np.zeros(len(self.Q))
         self.P = self.Q.copy()
         self._prior: Prior | None = None
+        self._movement = np.zeros(len(self.Q))
         self._anew = True
 
     def start(self, pose: Pose) -> None:
@@ -106,7 +115,7 @@ class ThesisTracker:
 
     def step(self, cloud: Cloud) -> Estimate:
         """Follow to the next cloud (3.2.3 and 3.2.4)."""
-        begun = time.perf_counter()
+        begun, before = time.perf_counter(), self.x
         self.predict()
         carried = np.ones(len(self.x), dtype=np.bool_)
         self._prior = None if self._anew else Prior(np.zeros(len(self.x)), self.P, carried)
@@ -124,6 +133,8 @@ class ThesisTracker:
             innovations.append(self.correct(pairs))
         self.avoid_collisions()
         self._anew = False
+        self._movement = self.x - before
+        self._movement[3:] = np.arctan2(np.sin(self._movement[3:]), np.cos(self._movement[3:]))
         return self.estimate(cloud, pairs, innovations[0], time.perf_counter() - begun)
 
     def predict(self) -> None:
@@ -181,19 +192,25 @@ class ThesisTracker:
         distance = np.einsum("mi,mi->m", pairs.e, pairs.measured - model)
         dX = sigma_deviations(self.P, self._weights)
         spread = self.body.frames(pose_of_state(self.x + dX, THESIS_JOINTS))
+        sigma = limb_sigma_deg(spread, self._weights.covariance)
+        joined = Correspondences(pairs.measured, model, pairs.sampled.part, np.ones(len(model)))
+        share = coverage_of(cloud.points, self.body, frames)
+        jump = unexpected(self._movement, self._prior, THESIS_JOINTS)
+        judged = Judged(pose, frames, sigma, share, joined, jump)
+        signs = limb_signs(cloud, self.body, judged)
         return Estimate(
             tracked=True,
             reason="",
             pose=pose,
             x=self.x.copy(),
             P=self.P.copy(),
-            coverage=coverage_of(cloud.points, self.body, frames),
+            coverage=share,
             residual=float(np.sqrt(np.mean(distance**2))),
             innovation=innovation,
-            limb_sigma_deg=limb_sigma_deg(spread, self._weights.covariance),
-            correspondences=Correspondences(
-                pairs.measured, model, pairs.sampled.part, np.ones(len(model))
-            ),
+            limb_sigma_deg=OVERCONFIDENCE * sigma,
+            limb_lost=lost_probability(signs),
+            limb_signs=signs,
+            correspondences=joined,
             seconds={"track": seconds},
             prior=self._prior,
         )

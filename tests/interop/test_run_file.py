@@ -40,11 +40,28 @@ def test_npz_holds_what_the_format_says(tmp_path, random, make_run):
     with np.load(tmp_path / "run.npz", allow_pickle=False) as stored:
         assert set(stored.files) == {
             *("frame", "landmarks", "landmark_names", "x", "P", "state_names", "tracked"),
-            *("coverage", "residual", "innovation", "limb_sigma_deg", "seconds"),
-            *("stage_names", "meta"),
+            *("coverage", "residual", "innovation", "limb_sigma_deg", "limb_lost"),
+            *("seconds", "stage_names", "meta"),
         }
         assert stored["landmark_names"][0] == "left_shoulder"
         assert json.loads(str(stored["meta"]))["preset"] == "accurate"
+
+
+def test_a_file_of_an_older_version_does_not_say_which_limbs_are_lost(tmp_path, random, make_run):
+    run, path = make_run(random), tmp_path / "run.npz"
+    write_run(path, run)
+    with np.load(path, allow_pickle=False) as stored:
+        older = {name: stored[name] for name in stored.files if name != "limb_lost"}
+    np.savez_compressed(path, allow_pickle=False, **older)
+    unknown = np.full((len(run.frame), 6), np.nan)
+    assert_same_run(read_run(path), dataclasses.replace(run, limb_lost=unknown))
+
+
+def test_probabilities_of_another_shape_are_refused(tmp_path, random, make_run):
+    run = make_run(random)
+    write_run(tmp_path / "run.npz", dataclasses.replace(run, limb_lost=run.limb_lost[:, :4]))
+    with pytest.raises(InputError, match="limb_lost"):
+        read_run(tmp_path / "run.npz")
 
 
 @pytest.mark.parametrize("suffix", RUN_SUFFIXES)

@@ -62,6 +62,7 @@ def run() -> Run:
         residual=rng.random(3),
         innovation=rng.random(3),
         limb_sigma_deg=rng.random((3, 6)),
+        limb_lost=rng.random((3, 6)),
         seconds=rng.random((3, 2)),
         stage_names=("depth", "tracking"),
         meta={"preset": "accurate", "seed": 3},

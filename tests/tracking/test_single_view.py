@@ -40,7 +40,7 @@ def test_a_limb_that_no_data_see_keeps_still_and_becomes_uncertain(name, rng):
         assert angle_errors(BODY, estimate.pose, pose).max() < 5.0
         sigma.append(estimate.limb_sigma_deg)
     sigma = np.array(sigma)
-    assert sigma[1].max() < 10.0
+    assert sigma[1].max() < 20.0
     assert (np.diff(sigma[1:, HIDDEN], axis=0) > 0).all()
-    assert sigma[-1, HIDDEN].min() > 25.0
-    assert sigma[-1, SEEN].max() < 10.0
+    assert sigma[-1, HIDDEN].min() > 60.0
+    assert sigma[-1, SEEN].max() < 20.0

@@ -1,0 +1,144 @@
+"""Fits the coefficients by which limbs are called lost, on simulated recordings alone.
+
+``python tools/fit_lost_limbs.py FOLDER`` simulates the recordings below into the folder (those that
+are there already are taken as they are), tracks each with several presets and choices of views, so
+that limbs are really lost, and rewrites ``stereotrack_core/tracking/lost/coefficients.py``. It
+takes about half an hour.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import scipy.optimize
+from scipy.special import expit
+
+from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
+from stereotrack_core.evaluation.errors import errors_against
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.simulation.make import simulate
+from stereotrack_core.tracking.frame import TrackedFrame
+from stereotrack_core.tracking.lost.judge import LOST_DEG, with_neighbours
+from stereotrack_core.tracking.lost.signs import SIGNS
+from stereotrack_core.tracking.pipeline import track
+from stereotrack_core.tracking.presets import preset
+
+PRESETS = ("accurate", "fast", "ekf", "thesis")
+WRITTEN = Path(__file__).parents[1] / "stereotrack_core/tracking/lost/coefficients.py"
+
+SHRINKAGE = 3.0
+"""Examples that speak for slopes of 0 in units of the signs' own spread."""
+
+FRAMES_OF_ONE = 3.0
+"""Successive frames show nearly the same: so many count as one example."""
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """A recording to simulate, and the choices of its views that are tracked; all when empty."""
+
+    person: str
+    motion: str
+    frames: int
+    views: str
+    seed: int
+    chosen: tuple[str, ...]
+
+
+RECORDINGS: Mapping[str, Simulated] = {
+    "A": Simulated("P1", "whip+cross-arms+arms-at-sides", 140, "NOSW", 3, ("", "NO", "S")),
+    "B": Simulated("P3", "tie-shoes+travolta+cross-arms", 140, "NOSW", 4, ("", "OW")),
+    "C": Simulated("P2", "cross-arms+point+travolta", 60, "NOSW", 11, ("", "NS")),
+    "D": Simulated("P4", "whip+tie-shoes+arms-at-sides", 80, "NO", 12, ("",)),
+    "E": Simulated("P3", "cross-arms+whip+travolta", 80, "OW", 13, ("",)),
+    "F": Simulated("P1", "walk+cross-arms+tie-shoes+point", 90, "NOSW", 14, ("", "NS", "W")),
+}
+
+
+def main(arguments: list[str]) -> int:
+    """Simulate what is missing, track, fit, write."""
+    folder = Path(arguments[0])
+    signs, lost = [], []
+    for name, made in RECORDINGS.items():
+        place = folder / name
+        if not place.exists():
+            simulate(
+                place, person=made.person, motion=made.motion, frames=made.frames,
+                views=made.views, seed=made.seed,
+            )  # fmt: skip
+        for views in made.chosen:
+            for used in PRESETS:
+                print(name, views or made.views, used, flush=True)
+                found = examples(place, used, views or made.views)
+                signs.append(found[0])
+                lost.append(found[1])
+    WRITTEN.write_text(written(fitted_by_limb(np.concatenate(signs), np.concatenate(lost))))
+    return 0
+
+
+def examples(place: Path, used: str, views: str) -> tuple[FloatArray, FloatArray]:
+    """Signs (F, 6, S) and errors (F, 6) in degrees of one run that begins in the T pose."""
+    recording = open_recording(place)
+    frames: list[TrackedFrame] = []
+    run = track(
+        recording, preset(used), views=tuple(views), init="tpose",
+        on_frame=lambda frame: frames.append(frame.without_cloud()),
+    )  # fmt: skip
+    if recording.reference is None:
+        raise ValueError(f"{place} has no reference")
+    errors = errors_against(run.trajectory(), recording.reference)
+    judged = {f.frame: f.estimate.limb_signs for f in frames if f.estimate.limb_signs is not None}
+    known = [k for k, frame in enumerate(errors.frame) if int(frame) in judged]
+    degrees = np.full((len(known), 6), np.nan)
+    degrees[:, list(UPPER_ARMS)] = np.degrees(errors.upper_arm[known])
+    degrees[:, list(FOREARMS)] = np.degrees(errors.forearm[known])
+    return np.array([judged[int(errors.frame[k])] for k in known]), degrees
+
+
+def fitted_by_limb(signs: FloatArray, degrees: FloatArray) -> dict[str, FloatArray]:
+    """Coefficients (1 + 2 S,) by the name of their constant."""
+    result = {}
+    signs = with_neighbours(signs)
+    for name, limbs in (("UPPER_ARM", UPPER_ARMS), ("FOREARM", FOREARMS)):
+        rows = signs[:, list(limbs)].reshape(-1, signs.shape[-1])
+        error = degrees[:, list(limbs)].ravel()
+        known = np.isfinite(error) & np.isfinite(rows).all(axis=1)
+        result[name] = fitted(rows[known], error[known] > LOST_DEG)
+    return result
+
+
+def fitted(signs: FloatArray, lost: BoolArray) -> FloatArray:
+    """Constant and slopes (1 + S,) of a logistic regression with shrunk slopes."""
+    middle, spread = signs.mean(axis=0), np.maximum(signs.std(axis=0), 1e-6)
+    X = np.column_stack([np.ones(len(signs)), (signs - middle) / spread])
+    y = lost.astype(np.float64)
+
+    def cost(b: FloatArray) -> tuple[float, FloatArray]:
+        z = X @ b
+        against = np.sum(np.logaddexp(0.0, z) - y * z) / FRAMES_OF_ONE
+        slope = X.T @ (expit(z) - y) / FRAMES_OF_ONE
+        shrunk = np.append(0.0, b[1:])
+        return against + 0.5 * SHRINKAGE * shrunk @ shrunk, slope + SHRINKAGE * shrunk
+
+    b = scipy.optimize.minimize(cost, np.zeros(X.shape[1]), jac=True, method="L-BFGS-B").x
+    slopes = b[1:] / spread
+    return np.append(b[0] - slopes @ middle, slopes)
+
+
+def written(coefficients: Mapping[str, FloatArray]) -> str:
+    """Text of the module that holds them."""
+    lines = ['"""Written by ``tools/fit_lost_limbs.py``: a constant, a slope per sign."""']
+    names = ("constant", *SIGNS, *(f"{sign} of the neighbour" for sign in SIGNS))
+    for name, values in coefficients.items():
+        rows = [f"    {value:.4f},  # {sign}" for value, sign in zip(values, names, strict=True)]
+        lines += ["", f"{name} = (", *rows, ")"]
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
