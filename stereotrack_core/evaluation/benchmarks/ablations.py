@@ -26,6 +26,8 @@ class Ablation:
 
 ABLATIONS: tuple[Ablation, ...] = (
     Ablation("no search for arms", {"search_arms": False}),
+    Ablation("no outlines", {"measure_outlines": False}),
+    Ablation("no comparison of pictures", {"picture_cost": 0.0}),
     Ablation(
         "no free space",
         {
