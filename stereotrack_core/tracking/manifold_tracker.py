@@ -262,6 +262,7 @@ class ManifoldTracker:
         )
         weight = surface.weight
         squared = float(weight @ surface.distance**2) / max(float(weight.sum()), 1e-12)
+        begun = time.perf_counter()
         sigma = limb_sigma_deg(spread, self._weights.covariance)
         pairs = Correspondences(surface.data, surface.foot, surface.part, weight)
         share = coverage_of(cloud.points, self.body, frames)
@@ -281,6 +282,6 @@ class ManifoldTracker:
             limb_lost=lost_probability(signs),
             limb_signs=signs,
             correspondences=pairs,
-            seconds={"track": seconds},
+            seconds={"track": seconds, "judge": time.perf_counter() - begun},
             prior=self._prior,
         )

@@ -192,6 +192,7 @@ class ThesisTracker:
         distance = np.einsum("mi,mi->m", pairs.e, pairs.measured - model)
         dX = sigma_deviations(self.P, self._weights)
         spread = self.body.frames(pose_of_state(self.x + dX, THESIS_JOINTS))
+        begun = time.perf_counter()
         sigma = limb_sigma_deg(spread, self._weights.covariance)
         joined = Correspondences(pairs.measured, model, pairs.sampled.part, np.ones(len(model)))
         share = coverage_of(cloud.points, self.body, frames)
@@ -211,6 +212,6 @@ class ThesisTracker:
             limb_lost=lost_probability(signs),
             limb_signs=signs,
             correspondences=joined,
-            seconds={"track": seconds},
+            seconds={"track": seconds, "judge": time.perf_counter() - begun},
             prior=self._prior,
         )

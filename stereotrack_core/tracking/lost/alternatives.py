@@ -7,7 +7,7 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import BodyModel
-from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.geometry.rotation import rotation_from_vector
@@ -100,15 +100,19 @@ def _gains(
     nothing = [np.zeros_like(drawn) for drawn in behind]
     areas = [seen.area(pose.position) for seen in pictures]
 
-    def unlike(at: Pose) -> float:
-        table = outline_table(body, body.frames(at), chosen)
+    def unlike(at: PartFrames) -> float:
+        table = outline_table(body, at, chosen)
         return sum(
             area * _LIKENESS.unlike(seen, drawn, seen.drawn(table), empty)
             for seen, drawn, empty, area in zip(pictures, behind, nothing, areas, strict=True)
         )
 
-    here = unlike(pose)
-    return np.array([here - unlike(other) for other in poses]) / len(pictures)
+    rotations = np.stack([each.rotations for each in (pose, *poses)])
+    frames = body.frames(Pose(np.broadcast_to(pose.position, (len(rotations), 3)), rotations))
+    each = zip(frames.rotations, frames.origins, strict=True)
+    costs = np.array([unlike(PartFrames(turn, origin)) for turn, origin in each])
+    gains: FloatArray = (costs[0] - costs[1:]) / len(pictures)
+    return gains
 
 
 def _around(direction: FloatArray) -> FloatArray:
