@@ -196,6 +196,7 @@ def test_evaluate_prints_the_measures(run, recording, tracked):
     assert set(facts["measures"]) == MEASURES
     assert facts["frames"] == 10
     assert facts["frames_per_second"] > 0
+    assert facts["lost_limbs"]["judged"] == 4 * (facts["frames"] - facts["not_tracked"])
     assert facts["segments"][0]["name"] == "t-pose"
     forearms = facts["measures"]["forearms"]
     assert forearms["unit"] == "deg"
