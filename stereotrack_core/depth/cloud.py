@@ -9,6 +9,10 @@ from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageAr
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.detections import Detection
 
+_DEPTH_CAMERA_SCALE = 75.0
+"""Focal length times base line (pixels, metres) of the stereo camera whose uncertainty of range
+a depth camera is taken to have."""
+
 
 @dataclass(frozen=True, eq=False)
 class DepthGeometry:
@@ -37,6 +41,14 @@ class DepthGeometry:
     width: int
     height: int
     world_from_depth: RigidTransform
+
+    @property
+    def disparity_scale(self) -> float:
+        """Disparity over inverse range, pixels times metres.
+
+        A depth camera is taken to be as uncertain of its ranges as a usual stereo camera.
+        """
+        return self.focal * self.baseline if self.baseline > 0 else _DEPTH_CAMERA_SCALE
 
 
 @dataclass(frozen=True, eq=False)

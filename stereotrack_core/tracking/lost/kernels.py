@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numba
+
+from stereotrack_core.tracking.search.picture_kernels import near_at, reached
 
 THROUGH, BEHIND, BEFORE, UNKNOWN, AGREED, VISIBLE = range(6)
 """Columns of the looks: pixels beside the person, with a range behind or before the body's,
@@ -19,31 +20,17 @@ def draw_owned(
     images: Any, part: Any, left: float, top: float, step: float, picture: Any, owner: Any
 ) -> None:
     """Draw cones as :func:`draw` does, and note the part that is in front; -1 is none."""
-    height, width = picture.shape
     for c in range(images.shape[0]):
         im = images[c]
         if im[10] < _HALF:
             continue
-        ax, ay, bx, by = im[0], im[1], im[5] - im[0], im[6] - im[1]
-        length, most = max(bx * bx + by * by, 1e-9), max(im[2], im[7])
-        j0 = max(0, math.ceil((min(ax, im[5]) - most - left) / step))
-        j1 = min(width - 1, math.floor((max(ax, im[5]) + most - left) / step))
-        i0 = max(0, math.ceil((min(ay, im[6]) - most - top) / step))
-        i1 = min(height - 1, math.floor((max(ay, im[6]) + most - top) / step))
+        i0, i1, j0, j1 = reached(im, left, top, step, picture.shape[0], picture.shape[1])
         for i in range(i0, i1 + 1):
             for j in range(j0, j1 + 1):
-                u, v = left + step * j - ax, top + step * i - ay
-                t = min(1.0, max(0.0, (u * bx + v * by) / length))
-                r = im[2] + t * (im[7] - im[2])
-                x, y = u - t * bx, v - t * by
-                across = (x * x + y * y) / (r * r)
-                if across < 1.0:
-                    axis = im[3] + t * (im[8] - im[3])
-                    bulge = im[4] + t * (im[9] - im[4])
-                    near = 1.0 / (1.0 / axis - bulge * math.sqrt(1.0 - across))
-                    if near > picture[i, j]:
-                        picture[i, j] = near
-                        owner[i, j] = part[c]
+                near = near_at(im, left + step * j, top + step * i)
+                if near > picture[i, j]:
+                    picture[i, j] = near
+                    owner[i, j] = part[c]
 
 
 @numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]

@@ -56,7 +56,7 @@ def edge_maps(cloud: Cloud) -> tuple[EdgeMap, ...]:
                     depth.range_z[top : top + height, left : left + width]
                 ),
                 pinhole=np.array([g.focal, g.c_x, g.c_y, left, top], dtype=np.float64),
-                camera_from_world=np.column_stack([to_camera.rotation, to_camera.translation]),
+                camera_from_world=to_camera.matrix()[:3],
             )
         )
     return tuple(maps)

@@ -15,9 +15,9 @@ from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import FOREARMS, HEAD, TORSO, UPPER_ARMS
-from stereotrack_core.body.surface import cone_table
+from stereotrack_core.body.surface import Feet, cone_table, parts_of_cones
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.tracking.data_to_model import SurfaceResidual
+from stereotrack_core.tracking.data_to_model import SurfaceResidual, Trust, residual_of_feet
 from stereotrack_core.tracking.outlines.edges import EdgeMap, edge_maps
 from stereotrack_core.tracking.outlines.kernels import measure_outline
 from stereotrack_core.tracking.outlines.parameters import OutlineTrust
@@ -97,25 +97,11 @@ class OutlineObservation:
             return ()
         frames = body.frames(pose)
         seen = outlines_of(self.edges, body, frames, self.trust)
-        part = body.cones.part[seen.cone]
-        order = np.argsort(part, kind="stable")
-        part, foot, direction = part[order], seen.foot[order], seen.direction[order]
-        e, squared = seen.distance[order], self.trust.outline_scale**2
-        weight = (squared / (squared + e**2)) ** 2
-        crowd = max(1.0, len(e) / self.trust.outline_points)
-        in_part = np.einsum("mji,mj->mi", frames.rotations[part], foot - frames.origins[part])
-        return (
-            SurfaceResidual(
-                data=foot + e[:, None] * direction,
-                part=part,
-                foot=foot,
-                foot_in_part=in_part,
-                direction=direction,
-                distance=e,
-                variance=self.trust.outline_sigma**2 * crowd / np.maximum(weight, 1e-6),
-                weight=weight,
-            ),
-        )
+        t = self.trust
+        trust = Trust(t.outline_reach, t.outline_scale, t.outline_sigma, t.outline_points)
+        feet = Feet(seen.cone, seen.distance, seen.foot, seen.direction)
+        data = seen.foot + seen.distance[:, None] * seen.direction
+        return (residual_of_feet(data, parts_of_cones(body, seen.cone), feet, frames, trust),)
 
 
 @dataclass(frozen=True)

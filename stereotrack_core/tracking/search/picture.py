@@ -24,10 +24,6 @@ _AROUND = 25
 
 _SPECKS = np.ones((5, 5), np.uint8)
 
-_DEPTH_CAMERA_SCALE = 75.0
-"""Focal length times base line (pixels, metres) of the stereo camera whose uncertainty of range
-a depth camera is taken to have."""
-
 
 @dataclass(frozen=True, eq=False)
 class SeenPicture:
@@ -96,9 +92,9 @@ def _seen_picture(depth: ViewDepth, step: int) -> SeenPicture | None:
         top=float(top),
         step=float(step),
         pinhole=np.array([g.focal, g.c_x, g.c_y]),
-        camera_from_world=np.column_stack([to_camera.rotation, to_camera.translation]),
+        camera_from_world=to_camera.matrix()[:3],
         eye=g.world_from_depth.translation.copy(),
-        scale=g.focal * g.baseline if g.baseline > 0 else _DEPTH_CAMERA_SCALE,
+        scale=g.disparity_scale,
     )
 
 

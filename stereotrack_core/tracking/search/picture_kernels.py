@@ -51,32 +51,44 @@ def cone_images(table: Any, place: Any, pinhole: Any, eye: Any, images: Any) -> 
         images[c, 10] = front
 
 
+@numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
+def reached(im: Any, left: float, top: float, step: float, height: int, width: int) -> Any:
+    """First and last row and column of a picture that a cone's image (11,) can reach."""
+    most = max(im[2], im[7])
+    i0 = max(0, math.ceil((min(im[1], im[6]) - most - top) / step))
+    i1 = min(height - 1, math.floor((max(im[1], im[6]) + most - top) / step))
+    j0 = max(0, math.ceil((min(im[0], im[5]) - most - left) / step))
+    j1 = min(width - 1, math.floor((max(im[0], im[5]) + most - left) / step))
+    return i0, i1, j0, j1
+
+
+@numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
+def near_at(im: Any, column: float, line: float) -> Any:
+    """Inverse range of a cone's front at a pixel; 0 beside it."""
+    bx, by = im[5] - im[0], im[6] - im[1]
+    u, v = column - im[0], line - im[1]
+    t = min(1.0, max(0.0, (u * bx + v * by) / max(bx * bx + by * by, 1e-9)))
+    r = im[2] + t * (im[7] - im[2])
+    x, y = u - t * bx, v - t * by
+    across = (x * x + y * y) / (r * r)
+    if not across < 1.0:
+        return 0.0
+    axis, bulge = im[3] + t * (im[8] - im[3]), im[4] + t * (im[9] - im[4])
+    return 1.0 / (1.0 / axis - bulge * math.sqrt(1.0 - across))
+
+
 @numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def draw(images: Any, left: float, top: float, step: float, picture: Any) -> None:
     """Draw cones into a picture (h, w) of inverse ranges, nearer ones in front; 0 is nothing."""
-    height, width = picture.shape
     for c in range(images.shape[0]):
         im = images[c]
         if im[10] < 0.5:
             continue
-        ax, ay, bx, by = im[0], im[1], im[5] - im[0], im[6] - im[1]
-        length, most = max(bx * bx + by * by, 1e-9), max(im[2], im[7])
-        j0 = max(0, math.ceil((min(ax, im[5]) - most - left) / step))
-        j1 = min(width - 1, math.floor((max(ax, im[5]) + most - left) / step))
-        i0 = max(0, math.ceil((min(ay, im[6]) - most - top) / step))
-        i1 = min(height - 1, math.floor((max(ay, im[6]) + most - top) / step))
+        i0, i1, j0, j1 = reached(im, left, top, step, picture.shape[0], picture.shape[1])
         for i in range(i0, i1 + 1):
             for j in range(j0, j1 + 1):
-                u, v = left + step * j - ax, top + step * i - ay
-                t = min(1.0, max(0.0, (u * bx + v * by) / length))
-                r = im[2] + t * (im[7] - im[2])
-                x, y = u - t * bx, v - t * by
-                across = (x * x + y * y) / (r * r)
-                if across < 1.0:
-                    axis = im[3] + t * (im[8] - im[3])
-                    bulge = im[4] + t * (im[9] - im[4])
-                    near = 1.0 / (1.0 / axis - bulge * math.sqrt(1.0 - across))
-                    picture[i, j] = max(picture[i, j], near)
+                near = near_at(im, left + step * j, top + step * i)
+                picture[i, j] = max(picture[i, j], near)
 
 
 @numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]

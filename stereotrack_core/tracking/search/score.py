@@ -19,10 +19,6 @@ from stereotrack_core.tracking.search.parameters import SearchParameters
 _ALONG = np.linspace(0.0, 3.0, 11)[2:]
 """Nine places along the arm: 0 shoulder, 1 elbow, 2 wrist, 3 finger tip."""
 
-_DEPTH_CAMERA_SCALE = 75.0
-"""Focal length times base line (pixels, metres) of the stereo camera whose uncertainty of range
-a depth camera is taken to have."""
-
 _UNKNOWN = np.zeros((0, 0), dtype=np.bool_)
 
 _DEEP = -0.03
@@ -75,7 +71,7 @@ def sight_cost(scene: Scene, shape: ArmShape, arms: Arms, p: SearchParameters) -
     for depth in scene.depths:
         g = depth.geometry
         pinhole = np.array([g.focal, g.c_x, g.c_y])
-        scale = g.focal * g.baseline if g.baseline > 0 else _DEPTH_CAMERA_SCALE
+        scale = g.disparity_scale
         in_camera = g.world_from_depth.inverse().apply(world)
         see_through, support = p.see_through_px / scale, p.support_px / scale
         silhouette = _UNKNOWN if depth.silhouette is None else depth.silhouette

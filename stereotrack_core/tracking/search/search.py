@@ -59,7 +59,7 @@ class Evidence:
     weight : float
         Of one datum, so that at most the wanted number counts.
     pictures : tuple of SeenPicture
-        What the views saw, thinned out.
+        What the views saw, thinned out; none where they are not compared.
     """
 
     points: FloatArray
@@ -93,7 +93,8 @@ class ArmSearch:
         torso = (cloud.points - frames.origins[TORSO]) @ frames.rotations[TORSO]
         off = [np.linalg.norm(torso - shape.shoulder, axis=1) for shape in self.shapes]
         near = np.flatnonzero(np.minimum(*off) < self._reach)
-        wanted = self.parameters.search_data
+        p = self.parameters
+        wanted = p.search_data
         if len(near) > wanted:
             near = np.sort(rng.choice(near, wanted, replace=False))
         feet = nearest_on_surface(cloud.points[near], self._rest(frames), np.inf)
@@ -102,7 +103,7 @@ class ArmSearch:
             np.abs(feet.distance),
             Scene.of(cloud, self.body, frames),
             min(1.0, wanted / max(1, len(near))),
-            seen_pictures(cloud, self.parameters.picture_step),
+            seen_pictures(cloud, p.picture_step) if p.picture_cost > 0.0 else (),
         )
 
     def best_pairs(
@@ -139,6 +140,8 @@ class ArmSearch:
             nearest = np.minimum(nearest, self._distances(evidence, shape, arm)[0])
         squared = nearest**2
         total += evidence.weight * np.sum(squared / (squared + _SQUARED_SCALE))
+        if not evidence.pictures:
+            return float(total)
         arms = [self._drawn(evidence, frames, chosen) for chosen in self._of_arm]
         return float(total + self._unlike(evidence, pose, *arms))
 
@@ -208,7 +211,7 @@ class ArmSearch:
 
     def _unlike_pairs(self, evidence: Evidence, pose: Pose, left: Arms, right: Arms) -> FloatArray:
         """Cost (K, L) of what views should see of the pairs and do not."""
-        if self.parameters.picture_cost == 0.0:
+        if not evidence.pictures:
             return np.zeros((len(left), len(right)))
         rest = self._drawn(evidence, self.body.frames(pose), self._trunk)
         drawn: list[list[tuple[Float32Array, ...]]] = []

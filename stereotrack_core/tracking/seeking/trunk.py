@@ -28,10 +28,6 @@ _SQUARED_SCALE = 0.06**2
 _SEE_THROUGH_PX, _SUPPORT_PX = 1.3, 0.9
 """Pixels of disparity from which a view looks through a place, and up to which it supports it."""
 
-_DEPTH_CAMERA_SCALE = 75.0
-"""Focal length times base line (pixels, metres) of the stereo camera whose uncertainty of range
-a depth camera is taken to have."""
-
 _MAYBE_ARM = 0.5
 """Weight of data that an arm could explain."""
 
@@ -77,7 +73,7 @@ def sight_of(cloud: Cloud, places: FloatArray) -> IntArray:
     for depth in cloud.depths.values():
         g = depth.geometry
         pinhole = np.array([g.focal, g.c_x, g.c_y])
-        scale = g.focal * g.baseline if g.baseline > 0 else _DEPTH_CAMERA_SCALE
+        scale = g.disparity_scale
         in_camera = g.world_from_depth.inverse().apply(places)
         silhouette = nothing if depth.silhouette is None else depth.silhouette
         count_sight(
