@@ -1,0 +1,91 @@
+"""The body fitted to clicked landmarks: one frame live, or a whole trajectory."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from stereotrack_core.annotation.fit.measurement import ClickMeasurement
+from stereotrack_core.annotation.fit.results import FrameFit, TrajectoryFit
+from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.annotation.landmark_set import LandmarkSet
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.proportions import Proportions
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.geometry.camera import Camera
+
+
+class ClickFit:
+    """Fits one person's body to clicks.
+
+    Parameters
+    ----------
+    cameras : mapping from camera name to Camera
+    landmark_set : LandmarkSet
+    proportions : Proportions
+    settings : FitSettings
+    """
+
+    def __init__(
+        self,
+        cameras: Mapping[str, Camera],
+        landmark_set: LandmarkSet,
+        proportions: Proportions,
+        settings: FitSettings | None = None,
+    ) -> None:
+        self.cameras = cameras
+        self.landmark_set = landmark_set
+        self.proportions = proportions
+        self.settings = FitSettings() if settings is None else settings
+
+    def frame(
+        self,
+        measurements: Sequence[ClickMeasurement],
+        *,
+        cloud: Cloud | None = None,
+        start: Pose | None = None,
+    ) -> FrameFit:
+        """Fit one frame; what the clicks do not decide, the prior does.
+
+        Parameters
+        ----------
+        measurements : sequence of ClickMeasurement
+            May be few, or none.
+        cloud : Cloud, optional
+            Measured points of the frame; used where the settings say so.
+        start : Pose, optional
+            A pose nearby, such as that of the frame before.
+        """
+        raise NotImplementedError
+
+    def trajectory(
+        self,
+        measurements_by_frame: Mapping[int, Sequence[ClickMeasurement]],
+        frames: range,
+        *,
+        clouds: Callable[[int], Cloud | None] | None = None,
+        gaps: Sequence[range] = (),
+        on_frame: Callable[[int], None] | None = None,
+        cancelled: Callable[[], bool] | None = None,
+    ) -> TrajectoryFit:
+        """Follow the clicks over the frames, forward and backward.
+
+        Parameters
+        ----------
+        measurements_by_frame : mapping from frame to measurements
+        frames : range
+            To be filled.
+        clouds : callable, optional
+            Gives the measured points of a frame, or None.
+        gaps : sequence of range
+            Frames over which nothing is filled in.
+        on_frame : callable, optional
+            Told every frame whose clicks and cloud have been taken in.
+        cancelled : callable, optional
+            Asked before every frame whether to stop.
+
+        Raises
+        ------
+        Cancelled
+            When stopped.
+        """
+        raise NotImplementedError
