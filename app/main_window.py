@@ -2,31 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from PySide6.QtCore import QSettings, Qt, QTimer, Signal, Slot
 from PySide6.QtGui import (
-    QAction,
     QCloseEvent,
     QDragEnterEvent,
     QDropEvent,
     QResizeEvent,
 )
-from PySide6.QtWidgets import (
-    QApplication,
-    QLabel,
-    QMainWindow,
-    QProgressBar,
-    QStackedWidget,
-    QToolButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QApplication, QMainWindow, QStackedWidget, QVBoxLayout, QWidget
 
 from app.actions import ActionBook
 from app.commands import file_menu, playback_menu, track_menu, view_menu, window_menu
 from app.dialogs import Dialogs
-from app.failures import Message, message_of
+from app.failures import message_of
 from app.file_work import FileWork, dropped_folder
 from app.icons import set_icon
 from app.panel_follower import PanelFollower
@@ -35,24 +23,15 @@ from app.presenters.document import DocumentPresenter
 from app.presenters.instant import InstantPresenter
 from app.presenters.judging import JudgementPresenter
 from app.presenters.runs import RunList
-from app.presenters.scene import POINT_COLOURS
 from app.presenters.tracking import TrackPresenter
 from app.tasks.task import TaskList
 from app.theme import ThemeName, apply_theme
 from app.track_control import TrackControl
 from app.view_control import ViewControl
-from app.views.scene_bar import SceneBar
-from app.views.toolbars import add_toolbar
-from app.window_panels import FIRST_POSE, TITLES, PanelWindow
-from app.workspaces.layout import (
-    WORKSPACES,
-    Workspace,
-    arrange,
-    forget_layout,
-    restore_layout,
-    save_layout,
-    workspace_named,
-)
+from app.window_bars import WindowBars
+from app.window_panels import FIRST_POSE, PanelWindow
+from app.workspace_control import WorkspaceControl
+from app.workspaces.layout import Workspace
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import View
 
@@ -71,12 +50,12 @@ class MainWindow(PanelWindow):
     def __init__(self, settings: QSettings | None = None) -> None:
         super().__init__()
         self.settings = settings if settings is not None else user_settings()
-        self.workspace: Workspace | None = None
         self._close_wanted = False
         self._make_presenters()
         self._make_centre()
-        self._make_status_line()
+        self.cancel_button.clicked.connect(self.tasks.cancel_all)
         self.files = FileWork(self, self.settings)
+        self.spaces = WorkspaceControl(self, self.settings)
         self.view = ViewControl(self)
         self.dialogs = Dialogs(self)
         self._refresh_timer = QTimer(self, singleShot=True, interval=30)
@@ -130,55 +109,12 @@ class MainWindow(PanelWindow):
         column.addWidget(self.stack, 1)
         self.setCentralWidget(centre)
 
-    def _make_status_line(self) -> None:
-        self.state_label = QLabel()
-        self.state_label.setContentsMargins(8, 0, 0, 0)
-        self.pixel_label = QLabel()
-        self.progress = QProgressBar()
-        self.progress.setMaximumWidth(160)
-        self.progress.setMaximumHeight(14)
-        self.progress.setTextVisible(False)
-        self.cancel_button = QToolButton()
-        self.cancel_button.setToolTip("Cancel the work in the background")
-        self.cancel_button.setAutoRaise(True)
-        set_icon(self.cancel_button, "stop")
-        self.cancel_button.clicked.connect(self.tasks.cancel_all)
-        bar = self.statusBar()
-        bar.addWidget(self.state_label, 1)
-        bar.addPermanentWidget(self.pixel_label)
-        bar.addPermanentWidget(self.progress)
-        bar.addPermanentWidget(self.cancel_button)
-        self.progress.hide()
-        self.cancel_button.hide()
-
     def _make_actions(self) -> None:
         self.actions_book = ActionBook(self, self.settings)
         for menu in (file_menu, view_menu, playback_menu, track_menu, window_menu):
             self.actions_book.add(menu.commands(self))
         self.actions_book.fill(self.menuBar())
-        book = self.actions_book
-
-        def named(names: tuple[str, ...]) -> list[QAction]:
-            return [book.action(name) for name in names]
-
-        spaces = tuple(f"workspace_{space.name}" for space in WORKSPACES)
-        self.workspace_bar = add_toolbar(self, "Workspaces", named(spaces), words=True)
-        go = ("first", "previous", "play", "next", "last")
-        self.play_bar = add_toolbar(self, "Playback", named(go), widgets=[self.transport])
-        track = ("run", "pause", "step", "iterate", "run_here", "stop")
-        self.track_bar = add_toolbar(self, "Tracker", named(track))
-        overlays = ("outline", "reference", "points", "correspondences")
-        other = ("arrange_grid", "arrange_one-and-more", "arrange_single", "keep_person", "loupe")
-        shown = [*named(tuple(f"overlay_{name}" for name in overlays)), None, *named(other)]
-        self.view_bar = add_toolbar(self, "Views", shown)
-        self._make_scene_bar(named)
-
-    def _make_scene_bar(self, named: Callable[[tuple[str, ...]], list[QAction]]) -> None:
-        layers = named(tuple(f"scene_{layer}" for layer in view_menu.SCENE_LAYERS))
-        sides = named(tuple(f"scene_from_{side}" for side in view_menu.SCENE_SIDES))
-        colours = named(tuple(f"points_{kind}" for kind in POINT_COLOURS))
-        menus = [("Colour of the points", "theme", colours), ("Standard views", "scene", sides)]
-        self.docks["scene"].setTitleBarWidget(SceneBar(TITLES["scene"], layers, menus))
+        self.bars = WindowBars(self)
 
     def _connect(self) -> None:
         document, track = self.document, self.track
@@ -237,11 +173,19 @@ class MainWindow(PanelWindow):
         playing = self.document.playing
         set_icon(self.actions_book.action("play"), "pause" if playing else "play")
         open_now = self.document.recording is not None
-        for bar in (self.workspace_bar, self.play_bar, self.track_bar, self.view_bar):
-            bar.setVisible(open_now)
+        self.bars.set_visible(open_now)
         self.refreshed.emit()
 
     # ---- what commands do
+
+    @property
+    def workspace(self) -> Workspace | None:
+        """The arrangement that is shown."""
+        return self.spaces.current
+
+    def show_workspace_named(self, name: str) -> None:
+        """Show a workspace by its name; one that has nothing to show says why."""
+        self.spaces.show_named(name)
 
     def toggle_playing(self) -> None:
         """Play or pause."""
@@ -261,80 +205,6 @@ class MainWindow(PanelWindow):
             self.statusBar().showMessage(
                 f"No limb is above the threshold {where} this frame.", 4000
             )
-
-    def toggle_run(self) -> None:
-        """Show or hide the active run."""
-        active = self.runs.active
-        if active is not None:
-            self.runs.show(active, visible=not active.visible)
-
-    def activate_next_run(self) -> None:
-        """Make the next run the active one."""
-        entries, active = self.runs.entries, self.runs.active
-        if active is not None:
-            self.runs.activate(entries[(entries.index(active) + 1) % len(entries)])
-
-    def remove_run(self) -> None:
-        """Take the active run from the list."""
-        if self.runs.active is not None:
-            self.runs.remove(self.runs.active)
-
-    # ---- workspaces and panels
-
-    def show_workspace(self, space: Workspace) -> None:
-        """Arrange the panels as a workspace has them, as the person left it."""
-        if self.workspace is not None:
-            save_layout(self, self.settings, self.workspace)
-        self.workspace = space
-        self.settings.setValue("workspace", space.name)
-        if not restore_layout(self, self.settings, space):
-            arrange(self, self.docks, space)
-        self.follower.look_at(cameras=space.name == "calibrate")
-        self.instant.tell_soon()
-        self.refresh_soon()
-
-    def show_workspace_named(self, name: str) -> None:
-        """Show a workspace by its name; one that has nothing to show says why."""
-        space = workspace_named(name)
-        if space is None:
-            known = ", ".join(space.name for space in WORKSPACES)
-            self.show_error(
-                InputError(f"there is no workspace {name!r}", remedy=f"Known are: {known}.")
-            )
-            return
-        why_not = window_menu.why_no_workspace(self, space)
-        if why_not:
-            self.messages.show_message(
-                Message("note", f"The workspace {space.title} has nothing to show", remedy=why_not)
-            )
-        else:
-            self.show_workspace(space)
-
-    def reset_workspace(self) -> None:
-        """Put the panels of this workspace back where they belong."""
-        if self.workspace is not None:
-            forget_layout(self.settings, self.workspace)
-            arrange(self, self.docks, self.workspace)
-
-    def in_workspace(self, space: Workspace) -> bool:
-        """Whether this is the workspace that is shown."""
-        return self.workspace is space
-
-    def panel_shown(self, name: str) -> bool:
-        """Whether a panel is there, be it behind another one."""
-        return not self.docks[name].isHidden()
-
-    def toggle_panel(self, name: str) -> None:
-        """Show or hide a panel; one that was never placed comes to the right."""
-        dock = self.docks[name]
-        if dock.isHidden():
-            if self.dockWidgetArea(dock) == Qt.DockWidgetArea.NoDockWidgetArea:
-                self.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, dock)
-            dock.show()
-            dock.raise_()
-        else:
-            dock.hide()
-        self.instant.tell_soon()
 
     def choose_theme(self, name: ThemeName) -> None:
         """Change the look, and keep it for next time."""
@@ -363,29 +233,19 @@ class MainWindow(PanelWindow):
             self.show_error(error)
         self.follower.show_recording()
         self.stack.setCurrentWidget(self.grid)
-        self._choose_first_workspace()
+        self.spaces.show_first()
         self.refresh()
-
-    def _choose_first_workspace(self) -> None:
-        self.workspace = None
-        wanted = workspace_named(str(self.settings.value("workspace") or "track"))
-        for space in (wanted, *WORKSPACES):
-            if space is not None and not window_menu.why_no_workspace(self, space):
-                self.show_workspace(space)
-                return
-        self.show_workspace(WORKSPACES[0])
 
     @Slot()
     def _on_closed(self) -> None:
-        if self.workspace is not None:
-            save_layout(self, self.settings, self.workspace)
+        self.spaces.leave()
         self.runs.clear()
         self.instant.clear()
         self.clouds.set_recording(None)
         self._show_welcome()
 
     def _show_welcome(self) -> None:
-        self.workspace = None
+        self.spaces.leave()
         self.follower.show_recording()
         for dock in self.docks.values():
             dock.hide()
@@ -414,8 +274,7 @@ class MainWindow(PanelWindow):
         QTimer.singleShot(0, self.close)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        if self.workspace is not None:
-            save_layout(self, self.settings, self.workspace)
+        self.spaces.leave()
         self.settings.setValue("geometry", self.saveGeometry())
         self.document.pause()
         self.track.stop()
@@ -428,8 +287,8 @@ class MainWindow(PanelWindow):
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         first = not event.oldSize().isValid()
-        if first and self.workspace is not None:
-            arrange(self, self.docks, self.workspace)
+        if first:
+            self.spaces.arrange()
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         if dropped_folder(event.mimeData()) is not None:

@@ -96,6 +96,23 @@ class TrackControl(QObject):
         """Show each frame as it is tracked, or stay."""
         self.follow = not self.follow
 
+    def toggle_run(self) -> None:
+        """Show or hide the active run."""
+        active = self._runs.active
+        if active is not None:
+            self._runs.show(active, visible=not active.visible)
+
+    def activate_next_run(self) -> None:
+        """Make the next run the active one."""
+        entries, active = self._runs.entries, self._runs.active
+        if active is not None:
+            self._runs.activate(entries[(entries.index(active) + 1) % len(entries)])
+
+    def remove_run(self) -> None:
+        """Take the active run from the list."""
+        if self._runs.active is not None:
+            self._runs.remove(self._runs.active)
+
     def _go_on_or_begin(self, allowed: float) -> None:
         self._document.pause()
         track = self._track

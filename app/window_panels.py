@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QDockWidget, QLabel, QMainWindow, QStackedWidget, QWidget
+from PySide6.QtWidgets import (
+    QDockWidget,
+    QLabel,
+    QMainWindow,
+    QProgressBar,
+    QStackedWidget,
+    QToolButton,
+    QWidget,
+)
 
+from app.icons import set_icon
 from app.views.camera_grid import CameraGrid
 from app.views.comparison_panel import ComparisonPanel
 from app.views.display_panel import DisplayPanel
@@ -21,9 +28,6 @@ from app.views.scene_view import SceneView
 from app.views.timeline_view import TimelineView
 from app.views.transport import Transport
 from app.views.welcome import WelcomePage
-
-if TYPE_CHECKING:
-    pass
 
 FIRST_POSE = "auto"
 TITLES = {
@@ -85,3 +89,24 @@ class PanelWindow(QMainWindow):
         # the timeline is the scrubber: it stays where it is and needs no title
         self.docks["timeline"].setTitleBarWidget(QWidget())
         self.docks["timeline"].setFeatures(QDockWidget.DockWidgetFeature.NoDockWidgetFeatures)
+        self._make_status_line()
+
+    def _make_status_line(self) -> None:
+        self.state_label = QLabel()
+        self.state_label.setContentsMargins(8, 0, 0, 0)
+        self.pixel_label = QLabel()
+        self.progress = QProgressBar()
+        self.progress.setMaximumWidth(160)
+        self.progress.setMaximumHeight(14)
+        self.progress.setTextVisible(False)
+        self.cancel_button = QToolButton()
+        self.cancel_button.setToolTip("Cancel the work in the background")
+        self.cancel_button.setAutoRaise(True)
+        set_icon(self.cancel_button, "stop")
+        bar = self.statusBar()
+        bar.addWidget(self.state_label, 1)
+        bar.addPermanentWidget(self.pixel_label)
+        bar.addPermanentWidget(self.progress)
+        bar.addPermanentWidget(self.cancel_button)
+        self.progress.hide()
+        self.cancel_button.hide()

@@ -72,18 +72,18 @@ def commands(w: MainWindow) -> list[Command]:
         ),
         Command(
             "hide_run", _MENU, "Show or hide the active run",
-            "Switch the active run's model and curves on or off.", w.toggle_run, "H", "model",
-            lambda: no_run(w), section=True,
+            "Switch the active run's model and curves on or off.", w.tracker.toggle_run,
+            "H", "model", lambda: no_run(w), section=True,
         ),
         Command(
             "next_run", _MENU, "Next run", "Make the next run the active one.",
-            w.activate_next_run, "T", "compare",
+            w.tracker.activate_next_run, "T", "compare",
             lambda: no_run(w) or ("" if len(w.runs.entries) > 1 else "There is only one run."),
         ),
         Command(
             "remove_run", _MENU, "Remove the active run",
-            "Take the active run from the list; files stay.", w.remove_run, "Ctrl+Del", "delete",
-            lambda: no_run(w) or (
+            "Take the active run from the list; files stay.", w.tracker.remove_run, "Ctrl+Del",
+            "delete", lambda: no_run(w) or (
                 "This run is in progress; end it first." if w.runs.active is w.track.entry else ""
             ),
         ),

@@ -30,15 +30,15 @@ def _workspaces(w: MainWindow) -> list[Command]:
     spaces = [
         Command(
             f"workspace_{space.name}", f"{_MENU}/Workspace", space.title, space.tip,
-            partial(w.show_workspace, space), f"Alt+{number}", space.icon,
+            partial(w.spaces.show, space), f"Alt+{number}", space.icon,
             partial(why_no_workspace, w, space),
-            partial(w.in_workspace, space),
+            partial(w.spaces.is_shown, space),
         )
         for number, space in enumerate(WORKSPACES, start=1)
     ]  # fmt: skip
     reset = Command(
         "workspace_reset", f"{_MENU}/Workspace", "Reset this workspace",
-        "Put the panels back where they belong.", w.reset_workspace, icon="reset",
+        "Put the panels back where they belong.", w.spaces.reset, icon="reset",
         why_not=lambda: no_recording(w), section=True,
     )  # fmt: skip
     return [*spaces, reset]
@@ -49,8 +49,8 @@ def _panels(w: MainWindow) -> list[Command]:
         Command(
             f"panel_{name}", f"{_MENU}/Panel", dock.windowTitle(),
             f"Show or hide the panel {dock.windowTitle()}.",
-            partial(w.toggle_panel, name), why_not=lambda: no_recording(w),
-            checked=partial(w.panel_shown, name),
+            partial(w.spaces.toggle_panel, name), why_not=lambda: no_recording(w),
+            checked=partial(w.spaces.panel_shown, name),
         )
         for name, dock in w.docks.items()
     ]  # fmt: skip

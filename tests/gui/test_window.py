@@ -161,7 +161,9 @@ def test_the_pixel_under_the_cursor_is_told(opened, qtbot):
 @pytest.mark.parametrize("space", WORKSPACES, ids=lambda space: space.name)
 def test_every_workspace_fits_the_smallest_screen(opened, qtbot, space):
     qtbot.mouseClick(
-        opened.workspace_bar.widgetForAction(opened.actions_book.action(f"workspace_{space.name}")),
+        opened.bars.workspaces.widgetForAction(
+            opened.actions_book.action(f"workspace_{space.name}")
+        ),
         Qt.MouseButton.LeftButton,
     )
     qtbot.waitUntil(opened.settled, timeout=60_000)
