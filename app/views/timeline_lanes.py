@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from stereotrack_core.arrays import FloatArray, IntArray
 
 LaneKind: TypeAlias = Literal["heat", "marks", "bars"]
+MarkArray: TypeAlias = NDArray[np.uint8]
 _FACTOR = 8
 
 
@@ -25,6 +26,8 @@ class Mark(IntEnum):
     MISSING = 2
     CLICKED = 3
     FLAGGED = 4
+    PARTLY = 5
+    GAP = 6
 
 
 MARK_WORDS = {
@@ -33,6 +36,8 @@ MARK_WORDS = {
     Mark.MISSING: "missing",
     Mark.CLICKED: "clicked",
     Mark.FLAGGED: "flagged",
+    Mark.PARTLY: "clicked, but in too few views",
+    Mark.GAP: "gap, nothing is interpolated here",
 }
 
 
@@ -70,14 +75,22 @@ class Lane:
         Heat: the value shown in the full colour; None takes the largest.
     unit : str
         Heat: written after the value in the tooltip.
+    key : str
+        What the program calls it; the name where that is empty.
     """
 
     name: str
     colour: str
     kind: LaneKind
-    values: FloatArray | IntArray | Sequence[Span]
+    values: FloatArray | IntArray | MarkArray | Sequence[Span]
     full: float | None = None
     unit: str = ""
+    key: str = ""
+
+    @property
+    def id(self) -> str:
+        """What the program calls it."""
+        return self.key or self.name
 
     @cached_property
     def spans(self) -> tuple[Span, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPen, QPolygonF
@@ -98,14 +98,17 @@ def paint_names(
     width: int,
     height: int,
     theme: Theme,
+    selected: Collection[str] = (),
 ) -> None:
-    """Write each lane's name at the left, with its colour before it."""
+    """Write each lane's name at the left, with its colour before it; selected ones stand out."""
     painter.fillRect(QRectF(0, RULER_HEIGHT, width - 2, height), QColor(theme.window))
     metrics = QFontMetricsF(painter.font())
     for index, lane in enumerate(lanes):
         top = RULER_HEIGHT + index * lane_height - first_row
         if top + lane_height < RULER_HEIGHT or top > height:
             continue
+        if lane.id in selected:
+            painter.fillRect(QRectF(0, top, width - 2, lane_height), QColor(theme.selection))
         painter.fillRect(QRectF(8, top + 3, 4, lane_height - _LANE_GAP - 6), QColor(lane.colour))
         painter.setPen(QColor(theme.text))
         text = metrics.elidedText(lane.name, Qt.TextElideMode.ElideRight, width - 26.0)

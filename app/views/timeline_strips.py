@@ -83,13 +83,22 @@ def _paint_marks(pixels: ImageArray, lane: Lane, edges: FloatArray, theme: Theme
         return (bits & (1 << mark)) > 0
 
     colour = rgba(lane.colour)
+    _stripe(pixels, has(Mark.GAP), theme)
     pixels[middle - half : middle + half, has(Mark.INTERPOLATED)] = colour
+    pixels[middle:-1, _widened(has(Mark.PARTLY), edges)] = colour
     missing = has(Mark.MISSING)
     pixels[-max(2, height // 6) :, missing] = rgba(theme.error)
     pixels[1:-1, _widened(has(Mark.CLICKED), edges)] = colour
     flagged = _widened(has(Mark.FLAGGED), edges)
     pixels[1:-1, flagged] = colour
     pixels[: max(3, height // 3), flagged] = rgba(theme.warning)
+
+
+def _stripe(pixels: ImageArray, columns: NDArray[np.bool_], theme: Theme) -> None:
+    # slanted lines over the whole height: on purpose nothing
+    rows, places = np.indices(pixels.shape[:2])
+    inside = (rows > 0) & (rows < pixels.shape[0] - 1)
+    pixels[((rows + places) % 6 < 2) & inside & columns] = rgba(theme.disabled)
 
 
 def _widened(columns: NDArray[np.bool_], edges: FloatArray) -> NDArray[np.bool_]:

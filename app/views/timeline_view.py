@@ -22,6 +22,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QAbstractScrollArea, QToolTip, QWidget
 
 from app.theme import current_theme
+from app.views.timeline_keys import HELP, ZOOMS, steps
 from app.views.timeline_lanes import Lane
 from app.views.timeline_painting import (
     LEAST_LANE,
@@ -39,11 +40,6 @@ from app.views.timeline_scale import TimelineScale
 
 _NAMES_NARROWEST, _NAMES_WIDEST = 120, 190
 _SCROLL_STEPS = 1000
-_HELP = (
-    "Drag to scrub, Shift and drag or drag in the ruler to select frames, wheel to zoom. "
-    "Keys: arrows step, Shift and arrows by ten, Page keys by a second, Home and End, "
-    "+ - 0 zoom, [ and ] set the selection's ends, Esc clears it."
-)
 
 
 class _Drag(Enum):
@@ -65,7 +61,9 @@ class TimelineView(QAbstractScrollArea):
     selection_changed : range or None
         The person selected these frames, or none.
     lane_clicked : str
-        The name of a lane was clicked.
+        The name of a lane was clicked; what the program calls the lane.
+    lanes_selected : frozenset of str
+        The person selected lanes by Ctrl and a click on their names.
     visible_range_changed : float, float
         The person zoomed or moved, or a page was turned; borders of the visible frames, where
         frame k covers the stretch from k to k + 1.
@@ -76,6 +74,7 @@ class TimelineView(QAbstractScrollArea):
     frame_requested = Signal(int)
     selection_changed = Signal(object)
     lane_clicked = Signal(str)
+    lanes_selected = Signal(object)
     visible_range_changed = Signal(float, float)
     margins_changed = Signal(float, float)
 
@@ -85,9 +84,11 @@ class TimelineView(QAbstractScrollArea):
         self.setFrameShape(QAbstractScrollArea.Shape.NoFrame)
         self.setMinimumHeight(RULER_HEIGHT + 3 * LEAST_LANE)
         self.setAccessibleName("Timeline")
-        self.setAccessibleDescription(_HELP)
+        self.setAccessibleDescription(HELP)
         self.viewport().setMouseTracking(True)
         self._lanes: tuple[Lane, ...] = ()
+        self._groups: dict[str, tuple[Lane, ...]] = {}
+        self._selected_lanes: frozenset[str] = frozenset()
         self._lane_height = MOST_LANE
         self._hint = ""
         self._scale = TimelineScale()
@@ -145,9 +146,33 @@ class TimelineView(QAbstractScrollArea):
             self._hint = words
             self._forget_picture()
 
-    def set_lanes(self, lanes: Sequence[Lane]) -> None:
-        """Show these lanes; those handed on before keep what was computed for them."""
-        self._lanes = tuple(lanes)
+    @property
+    def lanes(self) -> tuple[Lane, ...]:
+        """All lanes from top to bottom."""
+        return self._lanes
+
+    @property
+    def selected_lanes(self) -> frozenset[str]:
+        """What the program calls the lanes that are selected."""
+        return self._selected_lanes
+
+    def set_lanes(self, lanes: Sequence[Lane], group: str = "runs") -> None:
+        """Show these lanes; those handed on before keep what was computed for them.
+
+        Parameters
+        ----------
+        lanes : sequence of Lane
+        group : str
+            Lanes of other groups stay; groups stand in the order of their names.
+        """
+        self._groups[group] = tuple(lanes)
+        shown = tuple(lane for name in sorted(self._groups) for lane in self._groups[name])
+        same_names = [lane.name for lane in shown] == [lane.name for lane in self._lanes]
+        self._lanes = shown
+        if same_names:
+            self._forget_picture()
+            return
+        self._select_lanes(self._selected_lanes & {lane.id for lane in shown})
         self._place_lanes()
         # a scroll bar that comes or goes makes this widget place the lanes again
         self._set_scroll_bars()
@@ -273,7 +298,8 @@ class TimelineView(QAbstractScrollArea):
         first_row = self.verticalScrollBar().value()
         lanes, tall, left = self._lanes, self._lane_height, int(self._scale.left)
         paint_lanes(painter, self._scale, lanes, tall, first_row, size.height(), ratio, theme)
-        paint_names(painter, lanes, tall, first_row, left, size.height(), theme)
+        names = self._selected_lanes
+        paint_names(painter, lanes, tall, first_row, left, size.height(), theme, names)
         painter.setFont(self.font())
         paint_ruler(painter, self._scale, self._fps, size.width(), theme)
         if self._hint and not self._lanes:
@@ -301,8 +327,10 @@ class TimelineView(QAbstractScrollArea):
             return
         if position.x() < self._scale.left:
             lane = self.lane_at(position.y())
-            if lane is not None:
-                self.lane_clicked.emit(lane.name)
+            if lane is not None and event.modifiers() & Qt.KeyboardModifier.ControlModifier:
+                self._select_lanes(self._selected_lanes ^ {lane.id})
+            elif lane is not None and event.button() == Qt.MouseButton.LeftButton:
+                self.lane_clicked.emit(lane.id)
             return
         self._drag_from = position
         self._drag_start = self._scale.frame_at(position.x())
@@ -358,7 +386,7 @@ class TimelineView(QAbstractScrollArea):
     def tooltip_at(self, position: QPointF) -> str:
         """Frame, time and value at a position of the viewport; the help over the names."""
         if not self._scale.frame_count or position.x() < self._scale.left:
-            return _HELP
+            return HELP
         frame = self._scale.frame_at(position.x())
         text = f"frame {frame}   {time_text(frame, self._fps)}"
         lane = self.lane_at(position.y())
@@ -368,28 +396,20 @@ class TimelineView(QAbstractScrollArea):
     # ---- keys
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        second = max(1, round(self._fps))
-        ten = 10 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1
-        steps = {
-            Qt.Key.Key_Left: -ten,
-            Qt.Key.Key_Right: ten,
-            Qt.Key.Key_PageUp: -second,
-            Qt.Key.Key_PageDown: second,
-            Qt.Key.Key_Home: -self._scale.frame_count,
-            Qt.Key.Key_End: self._scale.frame_count,
-        }
-        zooms = {Qt.Key.Key_Plus: 1.5, Qt.Key.Key_Equal: 1.5, Qt.Key.Key_Minus: 1 / 1.5}
+        shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+        go = steps(self._fps, self._scale.frame_count, shift=shift)
         key = Qt.Key(event.key())
         if not self._scale.frame_count:
             super().keyPressEvent(event)
-        elif key in steps:
-            self._request(self._frame + steps[key])
-        elif key in zooms:
-            self._set_scale(self._scale.zoomed(zooms[key], self._scale.x_of(self._frame + 0.5)))
+        elif key in go:
+            self._request(self._frame + go[key])
+        elif key in ZOOMS:
+            self._set_scale(self._scale.zoomed(ZOOMS[key], self._scale.x_of(self._frame + 0.5)))
         elif key == Qt.Key.Key_0:
             self._set_scale(self._scale.whole())
-        elif key == Qt.Key.Key_Escape and self._selection is not None:
+        elif key == Qt.Key.Key_Escape and (self._selection or self._selected_lanes):
             self._select(None)
+            self._select_lanes(frozenset())
         elif key in (Qt.Key.Key_BracketLeft, Qt.Key.Key_BracketRight):
             self._select_from_key(to_end=key == Qt.Key.Key_BracketRight)
         else:
@@ -409,6 +429,12 @@ class TimelineView(QAbstractScrollArea):
         if frame != self._frame:
             self.set_frame(frame)
             self.frame_requested.emit(frame)
+
+    def _select_lanes(self, names: frozenset[str]) -> None:
+        if names != self._selected_lanes:
+            self._selected_lanes = names
+            self._forget_picture()
+            self.lanes_selected.emit(names)
 
     def _select(self, selection: range | None) -> None:
         if selection != self._selection:

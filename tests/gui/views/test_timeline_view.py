@@ -217,6 +217,39 @@ class TestLanes:
             qtbot.mouseClick(timeline.viewport(), LEFT, pos=position)
         assert caught.args == [LANDMARKS[1]]
 
+    def test_ctrl_and_click_on_names_selects_lanes(self, qtbot, timeline):
+        control = Qt.KeyboardModifier.ControlModifier
+        for row in (0, 2):
+            place = QPoint(20, RULER_HEIGHT + row * timeline.lane_height + 5)
+            qtbot.mouseClick(timeline.viewport(), LEFT, control, place)
+        assert timeline.selected_lanes == {LANDMARKS[0], LANDMARKS[2]}
+        height = timeline.lane_height
+        shown, other = (QPoint(3, RULER_HEIGHT + row * height + 5) for row in (0, 1))
+        assert colour_at(timeline, shown) != colour_at(timeline, other)
+        with qtbot.waitSignal(timeline.lanes_selected) as caught:
+            qtbot.keyClick(timeline, Qt.Key.Key_Escape)
+        assert caught.args == [frozenset()]
+
+    def test_groups_of_lanes_stand_beside_each_other(self, timeline):
+        marks = np.full(490, Mark.CLICKED, dtype=np.uint8)
+        before = len(timeline.lanes)
+        timeline.set_lanes([Lane("left elbow", "#0072B2", "marks", marks)], "annotation")
+        assert timeline.lanes[0].name == "left elbow"
+        assert len(timeline.lanes) == before + 1
+        timeline.set_lanes([])
+        assert [lane.name for lane in timeline.lanes] == ["left elbow"]
+
+    def test_what_was_clicked_in_few_views_and_gaps_look_different(self, timeline):
+        pictures = []
+        for mark in (Mark.CLICKED, Mark.PARTLY, Mark.GAP, Mark.NONE, Mark.MISSING):
+            lane = Lane("left elbow", "#0072B2", "marks", np.full(490, mark, dtype=np.uint8))
+            timeline.set_lanes([lane])
+            port = timeline.viewport().grab().toImage()
+            left, top = int(timeline.scale.left) + 200, RULER_HEIGHT
+            strip = port.copy(left, top, 40, timeline.lane_height - 2)
+            pictures.append(bytes(strip.constBits()))
+        assert len(set(pictures)) == 5
+
     def test_heat_is_seen_where_it_is(self, timeline):
         values = np.zeros(490)
         values[100:110] = 90.0

@@ -1,0 +1,141 @@
+"""A project of a recording of four views, and clicks of a person in it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.body.model import body_model
+from stereotrack_core.body.pose import Pose, hanging_pose
+from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.rotation import rotation_from_vector
+from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.project.project import Project
+from stereotrack_core.recording.description import Recording, Stream, View
+from stereotrack_core.recording.writing import write_png, write_recording_description
+
+MATRIX = np.array([[520.0, 0, 319.5], [0, 520.0, 239.5], [0, 0, 1]])
+DISTORTIONS = np.array([-0.2, 0.05, 0.001, -0.001, 0.0])
+AZIMUTHS = {"N": 95.0, "O": 8.0, "S": 262.0, "W": 187.0}
+FRAMES = 60
+
+
+def pytest_collection_modifyitems(items):
+    for item in items:
+        if item.path.is_relative_to(Path(__file__).parent):
+            item.add_marker(pytest.mark.qt_log_level_fail("WARNING"))
+            item.add_marker(pytest.mark.qt_log_ignore("propagateSizeHints"))
+
+
+def looking_in(azimuth_deg: float) -> RigidTransform:
+    """camera_from_world 2.8 m from the middle of the scene, 1.7 m high."""
+    azimuth = np.radians(azimuth_deg)
+    place = np.array([2.8 * np.cos(azimuth), 2.8 * np.sin(azimuth), 1.7])
+    z = np.array([0.0, 0.0, 1.1]) - place
+    z /= np.linalg.norm(z)
+    x = np.cross(z, [0.0, 0.0, 1.0])
+    x /= np.linalg.norm(x)
+    rotation = np.stack([x, np.cross(z, x), z])
+    return RigidTransform(rotation, -rotation @ place)
+
+
+CAMERAS = {
+    name: Camera(name, 640, 480, MATRIX, DISTORTIONS, False, looking_in(azimuth))
+    for name, azimuth in AZIMUTHS.items()
+}
+
+
+def write_recording(folder: Path) -> Recording:
+    for name in CAMERAS:
+        (folder / name).mkdir(parents=True)
+        for k in range(2):
+            write_png(folder / name / f"{k}.png", np.full((480, 640), 40 * k, np.uint8))
+    views = tuple(View(name, "mono", Stream(name, f"{name}/%d.png")) for name in CAMERAS)
+    recording = Recording(folder, "walk", 10.0, views, CAMERAS)
+    write_recording_description(recording)
+    return recording
+
+
+def pose_at(frame: int) -> Pose:
+    """Arms that swing slowly."""
+    bend = np.tile(np.eye(3), (10, 1, 1))
+    bend[3:7] = rotation_from_vector(
+        np.array([[0.5 + 0.01 * frame, 0.3, 0.0]] * 4) * [[1], [1], [0.6], [0.6]]
+    )
+    pose = hanging_pose(np.array([0.05, 0.001 * frame, 0.9]))
+    return replace(pose, rotations=pose.rotations @ bend)
+
+
+def places_at(frame: int, proportions=AVERAGE) -> np.ndarray:
+    """The nine landmarks (9, 3) of the person."""
+    body = body_model(proportions)
+    return NINE.places(body, body.frames(pose_at(frame)))
+
+
+def clicks_at(frames, *, sigma=0.0, seed=0, cameras=tuple(CAMERAS), **more) -> tuple[Click, ...]:
+    """Clicks of every landmark in every view."""
+    rng = np.random.default_rng(seed)
+    proportions = more.pop("proportions", AVERAGE)
+    found = []
+    for frame in frames:
+        for name in cameras:
+            pixels = CAMERAS[name].project(places_at(frame, proportions))
+            pixels = pixels + rng.normal(0, sigma, (9, 2)) if sigma else pixels
+            found += [
+                Click(frame, name, landmark, (float(x), float(y)), **more)
+                for landmark, (x, y) in zip(NINE.names, pixels, strict=True)
+            ]
+    return tuple(found)
+
+
+@pytest.fixture
+def recording(tmp_path) -> Recording:
+    return write_recording(tmp_path / "data" / "walk")
+
+
+@pytest.fixture
+def project(recording) -> Iterator[Project]:
+    with Project.create(recording.folder.parent / "walk.stereotrack", recording.folder) as made:
+        yield made
+
+
+@pytest.fixture
+def dark(qapp):
+    """The dark theme's tokens, with the theme shown; the old theme comes back."""
+    from app.theme import apply_theme, chosen_theme, current_theme
+
+    before = chosen_theme()
+    apply_theme(qapp, "dark")
+    yield current_theme()
+    apply_theme(qapp, before)
+
+
+@pytest.fixture
+def shown(qtbot, dark):
+    """Function that shows a widget of a given size and waits until it is painted."""
+
+    def show(widget, width=640, height=480):
+        qtbot.addWidget(widget)
+        widget.resize(width, height)
+        with qtbot.waitExposed(widget):
+            widget.show()
+        return widget
+
+    return show
+
+
+@pytest.fixture
+def make():
+    """What tests make clicks, cameras and poses with."""
+    from types import SimpleNamespace
+
+    return SimpleNamespace(
+        clicks_at=clicks_at, places_at=places_at, pose_at=pose_at, CAMERAS=CAMERAS, FRAMES=FRAMES
+    )

@@ -1,0 +1,154 @@
+"""Lanes say what the project says, and follow it edit by edit."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+
+from app.presenters.annotation_lanes import AnnotationLanes, LaneFilter
+from app.views.timeline_lanes import Mark
+from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Visibility
+from stereotrack_core.annotation.landmark_set import NINE, Landmark, LandmarkSet
+from stereotrack_core.project.click_edits import DeleteClicks, MarkClicks, PlaceClicks
+from stereotrack_core.project.entries import Choose
+from stereotrack_core.project.marks import FrameFlag, SetFlags, SetKeyframes
+from stereotrack_core.project.references import Reference
+from stereotrack_core.project.setups import save_landmark_set
+
+FRAMES = 60
+EVERYTHING = LaneFilter(frozenset({"landmarks", "uncertainty", "residual"}))
+
+
+@pytest.fixture
+def lanes(project):
+    made = AnnotationLanes(project, FRAMES, cameras=4)
+    project.on_change(made.follow)
+    return made
+
+
+def marks_of(lanes, landmark):
+    return next(lane.values for lane in lanes.lanes(EVERYTHING) if lane.id == landmark)
+
+
+def test_a_landmark_is_clicked_partly_flagged_missing_or_a_gap(project, lanes, make):
+    project.apply(PlaceClicks(make.clicks_at([3], cameras=("N", "O"))[:5]))
+    project.apply(PlaceClicks((Click(4, "N", "head", (3.0, 4.0)),)))
+    project.apply(PlaceClicks((Click(5, "N", "head", (3.0, 4.0), flag=UNCERTAIN),)))
+    project.apply(PlaceClicks((Click(6, "N", "head", None, Visibility.OUTSIDE),)))
+    project.apply(SetKeyframes((8,)))
+    project.apply(SetFlags((FrameFlag(9, "", "gap"), FrameFlag(10, "head", "gap"))))
+    project.apply(SetFlags((FrameFlag(11, "head", "look again"),)))
+    head = marks_of(lanes, "head")
+    said = [Mark(int(mark)).name for mark in head[3:12]]
+    assert said == [
+        "MISSING", "PARTLY", "FLAGGED", "NONE", "NONE", "MISSING", "GAP", "GAP", "FLAGGED",
+    ]  # fmt: skip
+    elbow = marks_of(lanes, "left_elbow")
+    assert [Mark(int(m)).name for m in elbow[8:12]] == ["MISSING", "GAP", "NONE", "NONE"]
+    assert marks_of(lanes, "left_shoulder")[3] == Mark.PARTLY
+
+
+def test_two_views_make_a_landmark_clicked_and_undo_takes_it_back(project, lanes, make):
+    project.apply(PlaceClicks(make.clicks_at([7])))
+    assert all(marks_of(lanes, name)[7] == Mark.CLICKED for name in NINE.names)
+    assert lanes.clicked_landmarks(7) == NINE.names
+    keys = tuple(ClickKey(7, camera, "head") for camera in "NOS")
+    project.apply(DeleteClicks(keys))
+    assert marks_of(lanes, "head")[7] == Mark.PARTLY
+    project.undo()
+    assert marks_of(lanes, "head")[7] == Mark.CLICKED
+
+
+def test_only_the_lane_that_changed_is_made_anew(project, lanes, make):
+    project.apply(PlaceClicks(make.clicks_at([7])))
+    before = {lane.id: lane for lane in lanes.lanes(EVERYTHING)}
+    old = before["head"].values.copy()
+    project.apply(MarkClicks((ClickKey(7, "N", "head"),), flag=UNCERTAIN))
+    after = {lane.id: lane for lane in lanes.lanes(EVERYTHING)}
+    assert {name for name in after if after[name] is not before[name]} == {"head"}
+    np.testing.assert_array_equal(before["head"].values, old)
+
+
+def test_following_edits_is_the_same_as_reading_everything(project, lanes, make):
+    rng = np.random.default_rng(5)
+    for _ in range(60):
+        frames = rng.integers(0, FRAMES, 2)
+        clicks = make.clicks_at(frames.tolist(), cameras=("N", "W"))
+        chosen = [clicks[i] for i in rng.integers(0, len(clicks), 4)]
+        edits = (
+            PlaceClicks(tuple(chosen)),
+            DeleteClicks(tuple(one.key for one in chosen)),
+            SetFlags((FrameFlag(int(frames[0]), "", "gap"),), off=bool(rng.integers(2))),
+            SetFlags((FrameFlag(int(frames[1]), "head"),)),
+            SetKeyframes((int(frames[0]),), ("wanted", "done", "none")[rng.integers(3)]),
+        )
+        project.apply(edits[rng.integers(5)])
+        if rng.random() < 0.3:
+            project.undo()
+    afresh = AnnotationLanes(project, FRAMES, cameras=4)
+    for name in NINE.names:
+        np.testing.assert_array_equal(marks_of(lanes, name), marks_of(afresh, name))
+
+
+def test_the_fitted_trajectory_fills_lanes_in(project, lanes, make):
+    project.apply(PlaceClicks(make.clicks_at([10, 20])))
+    frame = np.arange(10, 21)
+    filled = ~np.isin(frame, (10, 20))
+    points = np.stack([make.places_at(int(k)) for k in frame])
+    points[5] = np.nan
+    sigma = np.full((11, 6), 2.5)
+    lanes.show_reference(Reference(frame, points, None, sigma, filled))
+    head = marks_of(lanes, "head")
+    assert head[10] == head[20] == Mark.CLICKED
+    assert head[11] == Mark.INTERPOLATED
+    assert head[15] == Mark.NONE
+    torso = next(lane for lane in lanes.lanes(EVERYTHING) if lane.id == "torso ±")
+    assert torso.value_text(12) == "2.5 °"
+    assert torso.value_text(30) == "not known"
+    lanes.show_reference(None)
+    assert marks_of(lanes, "head")[11] == Mark.NONE
+
+
+def test_filters(project, lanes, make):
+    project.apply(PlaceClicks(make.clicks_at([7])))
+    project.apply(SetFlags((FrameFlag(12, "head"), FrameFlag(40, "head"))))
+    only = LaneFilter(EVERYTHING.kinds, only_flagged=True)
+    assert [lane.id for lane in lanes.lanes(only)] == ["head"]
+    assert len(lanes.lanes(LaneFilter(frozenset({"landmarks"}), frozenset({"head"})))) == 8
+    assert lanes.next_flagged(12) == 40
+    assert lanes.next_flagged(40) is None
+    assert lanes.next_flagged(40, backwards=True) == 12
+
+
+def test_another_set_of_landmarks_has_other_lanes(project, lanes):
+    wrist = Landmark("left_wrist", "#112233", "left_forearm", "left_forearm", along=0.7)
+    project.apply(save_landmark_set(LandmarkSet("one", (wrist,))))
+    project.apply(Choose("landmark_set", "one"))
+    assert [lane.id for lane in lanes.lanes(LaneFilter())] == ["left_wrist"]
+
+
+def test_a_hundred_thousand_clicks(project):
+    """A click is in its lane within a frame step's time, whatever is in the project."""
+    frames, cameras = 2800, ("N", "O", "S", "W")
+    project.apply(
+        PlaceClicks(
+            tuple(
+                Click(frame, camera, name, (1.5, 2.5))
+                for frame in range(frames)
+                for camera in cameras
+                for name in NINE.names
+            )
+        )
+    )
+    lanes = AnnotationLanes(project, 100_000, cameras=4)
+    seconds = []
+    for frame in range(200, 220):
+        changed = project.apply(DeleteClicks((ClickKey(frame, "N", "head"),)))
+        start = time.process_time()
+        lanes.follow(changed)
+        for lane in lanes.lanes(LaneFilter()):
+            lane.summary.columns(np.linspace(0.0, 100_000.0, 1001))
+        seconds.append(time.process_time() - start)
+    assert sorted(seconds)[10] < 0.02, seconds
