@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.prediction import Prediction
 from stereotrack_core.project.click_rows import click_in, place_in_words, values_of
 from stereotrack_core.project.edit import Edit, Stamp, State
-from stereotrack_core.project.predictions import Prediction
 from stereotrack_core.project.rows import Change
 from stereotrack_core.project.schema import CLICK
 

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
 from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Visibility
+from stereotrack_core.annotation.prediction import Prediction
 from stereotrack_core.annotation.progress import Seen, seen
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.accept import AcceptPredictions
@@ -28,7 +29,6 @@ from stereotrack_core.project.click_edits import (
 from stereotrack_core.project.database import make_database
 from stereotrack_core.project.edit import Together
 from stereotrack_core.project.marks import FrameFlag, SetFlags, SetKeyframes
-from stereotrack_core.project.predictions import Prediction
 from stereotrack_core.project.project import Project
 
 ELBOW = Click(1, "N_right", "left_elbow", (10.25, 20.5))

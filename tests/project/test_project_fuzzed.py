@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.annotation.click import Click, ClickKey
+from stereotrack_core.annotation.prediction import Prediction
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.click_edits import (
     DeleteClicks,
@@ -19,7 +20,6 @@ from stereotrack_core.project.click_edits import (
     place,
 )
 from stereotrack_core.project.marks import FrameFlag, SetFlags, SetKeyframes
-from stereotrack_core.project.predictions import Prediction
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.references import Reference, load_reference, save_reference
 from stereotrack_core.project.rescue import rescue

@@ -70,14 +70,18 @@ def measurements(
                 click.camera,
                 click.landmark,
                 np.array(click.position, dtype=np.float64),
-                _sigma(click, default_sigma),
+                sigma_of(click, default_sigma),
                 click.visibility,
             )
         )
     return tuple(found)
 
 
-def _sigma(click: Click, default: Mapping[str, float] | float) -> float:
+def sigma_of(click: Click, default: Mapping[str, float] | float = USUAL_SIGMA) -> float:
+    """Standard deviation of a click in pixels per axis: its own, or from its landmark's usual one.
+
+    Guessed and doubted clicks without a sigma of their own count less.
+    """
     if click.sigma is not None:
         return click.sigma
     usual = default if isinstance(default, float | int) else default.get(click.landmark)

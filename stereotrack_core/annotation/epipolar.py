@@ -1,0 +1,196 @@
+"""After a click in one image: the curve in another image on which the same landmark lies.
+
+The ray of the click is straight in the world and, without distortion, in every other image. It is
+cut to the working volume and to what the other camera can see, and sampled so closely that straight
+lines between the samples are off the distorted curve by less than a tenth of a pixel.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.depth.points import Volume
+from stereotrack_core.geometry.camera import Camera
+
+_STEP = 6.0
+"""Pixels between samples, about."""
+
+_COARSE = 200
+"""Samples with which the part of the ray that the image shows is looked for."""
+
+_BORDER = 9
+"""Samples along every side of the image, to know what the camera can see at most."""
+
+_WIDEST = 8.0
+"""Tangent of the largest angle off a camera's axis that is looked at (83 deg)."""
+
+_HALVINGS = 40
+_NEAREST = 1e-3
+"""Metres; nearer to a camera nothing is looked for."""
+
+
+@dataclass(frozen=True, eq=False)
+class EpipolarCurve:
+    """Where a landmark that was clicked in one image can be in another; K samples.
+
+    Attributes
+    ----------
+    pixels : (K, 2) float64
+        Raw pixels of the other image, ordered from near to far as the first camera sees them; no
+        NaN. Nothing (0, 2) where the other camera sees no part of the ray within the volume.
+    distance : (K,) float64, metres
+        From the first camera along the ray.
+    """
+
+    pixels: FloatArray
+    distance: FloatArray
+
+    def between(self, near: float, far: float) -> EpipolarCurve:
+        """The part at distances from `near` to `far`, such as around a measured depth."""
+        if not len(self.distance) or far < self.distance[0] or near > self.distance[-1]:
+            return EpipolarCurve(np.empty((0, 2)), np.empty(0))
+        ends = np.clip([near, far], self.distance[0], self.distance[-1])
+        inner = (self.distance > ends[0]) & (self.distance < ends[1])
+        distance = np.concatenate([ends[:1], self.distance[inner], ends[1:]])
+        columns = [np.interp(distance, self.distance, self.pixels[:, i]) for i in (0, 1)]
+        return EpipolarCurve(np.stack(columns, axis=1), distance)
+
+
+def epipolar_curve(
+    from_camera: Camera, pixel: FloatArray, to_camera: Camera, volume: Volume
+) -> FloatArray:
+    """Raw pixels (K, 2) of :func:`epipolar_samples`, free of NaN; K may be 0."""
+    return epipolar_samples(from_camera, pixel, to_camera, volume).pixels
+
+
+def epipolar_samples(
+    from_camera: Camera, pixel: FloatArray, to_camera: Camera, volume: Volume
+) -> EpipolarCurve:
+    """The curve of a click in another image, cut to the volume and to the image.
+
+    Parameters
+    ----------
+    from_camera : Camera
+        Where the click is.
+    pixel : (2,) float64
+        Raw pixels of the click.
+    to_camera : Camera
+    volume : Volume
+        Where the landmark can be.
+    """
+    origin = from_camera.position_world
+    direction = from_camera.rays_world(np.asarray(pixel, dtype=np.float64))
+    near, far = ray_in_volume(origin, direction, volume)
+    if far > near:
+        near, far = _ray_in_view(to_camera, origin, direction, (near, far))
+    if not far > near:
+        return EpipolarCurve(np.empty((0, 2)), np.empty(0))
+    ray = _Ray(to_camera, origin, direction, near, far)
+    shares = ray.visible_shares()
+    distance = ray.distance(shares)
+    pixels = ray.pixels(shares)
+    known = np.isfinite(pixels).all(axis=1)
+    return EpipolarCurve(pixels[known], distance[known])
+
+
+def ray_in_volume(origin: FloatArray, direction: FloatArray, volume: Volume) -> tuple[float, float]:
+    """Distances at which a ray enters and leaves the volume; the second is less where it misses.
+
+    Parameters
+    ----------
+    origin, direction : (3,) float64, world, metres
+    volume : Volume
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        crossings = (np.stack([volume.low, volume.high]) - origin) / direction
+    along = direction == 0
+    if (along & ((origin < volume.low) | (origin > volume.high))).any() or along.all():
+        return 0.0, -1.0
+    low, high = np.sort(crossings[:, ~along], axis=0)
+    return max(float(low.max()), _NEAREST), float(high.min())
+
+
+def in_image(camera: Camera, pixels: FloatArray) -> BoolArray:
+    """Whether raw pixels (..., 2) lie on the camera's image; False for NaN."""
+    low = pixels >= -0.5
+    high = pixels <= np.array([camera.width - 0.5, camera.height - 0.5])
+    result: BoolArray = np.asarray((low & high).all(axis=-1))
+    return result
+
+
+def _ray_in_view(
+    camera: Camera, origin: FloatArray, direction: FloatArray, within: tuple[float, float]
+) -> tuple[float, float]:
+    """The stretch of a ray inside the pyramid that holds all that the camera sees."""
+    start = camera.camera_from_world.apply(origin)
+    step = camera.camera_from_world.rotation @ direction
+    widest = min(_WIDEST, camera.widest_slope)
+    across = np.linspace(-0.5, camera.width - 0.5, _BORDER)
+    down = np.linspace(-0.5, camera.height - 0.5, _BORDER)
+    grid = np.stack(np.meshgrid(across, down), axis=-1)
+    border = np.concatenate([grid[0], grid[-1], grid[:, 0], grid[:, -1]])
+    slopes = np.nan_to_num(camera.normalised(border), nan=widest, posinf=widest, neginf=-widest)
+    low = np.clip(slopes.min(axis=0), -widest, widest)
+    high = np.clip(slopes.max(axis=0), -widest, widest)
+    near, far = within
+    planes = [(0.0, 0.0, 1.0), (1, 0, -low[0]), (-1, 0, high[0]), (0, 1, -low[1]), (0, -1, high[1])]
+    for plane in planes:  # inside where the product is positive
+        here, growth = float(np.dot(plane, start)), float(np.dot(plane, step))
+        if growth > 0:
+            near = max(near, -here / growth)
+        elif growth < 0:
+            far = min(far, -here / growth)
+        elif here <= 0:
+            return 0.0, -1.0
+    return near, far
+
+
+class _Ray:
+    """A stretch of a ray by its share, which runs evenly in the image but for the distortion.
+
+    Between two points at the depths z0 and z1 of the camera, the share u of the way in the image is
+    reached at the share u z0 / (u z0 + (1 - u) z1) of the way in the world.
+    """
+
+    def __init__(
+        self, camera: Camera, origin: FloatArray, direction: FloatArray, near: float, far: float
+    ) -> None:
+        self._camera, self._origin, self._direction = camera, origin, direction
+        self._near, self._far = near, far
+        ends = camera.camera_from_world.apply(origin + np.outer([near, far], direction))
+        self._z = np.maximum(ends[:, 2], _NEAREST)
+
+    def distance(self, share: FloatArray) -> FloatArray:
+        """Distances from the ray's origin."""
+        z0, z1 = self._z
+        way = share * z0 / (share * z0 + (1.0 - share) * z1)
+        result: FloatArray = self._near + (self._far - self._near) * way
+        return result
+
+    def pixels(self, share: FloatArray) -> FloatArray:
+        """Raw pixels (K, 2) of shares (K,)."""
+        distance = self.distance(share)
+        return self._camera.project(self._origin + distance[:, None] * self._direction)
+
+    def visible_shares(self) -> FloatArray:
+        """Shares (K,) of samples about :data:`_STEP` apart, from border to border of the image."""
+        coarse = np.linspace(0.0, 1.0, _COARSE)
+        visible = np.flatnonzero(in_image(self._camera, self.pixels(coarse)))
+        if not len(visible):
+            return np.empty(0)
+        first, last = int(visible[0]), int(visible[-1])
+        ends = coarse[[first, last]]
+        beyond = coarse[[max(first - 1, 0), min(last + 1, _COARSE - 1)]]
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (ends + beyond)
+            inside = in_image(self._camera, self.pixels(middle))
+            ends, beyond = np.where(inside, middle, ends), np.where(inside, beyond, middle)
+        shares = np.linspace(ends[0], ends[1], _COARSE)
+        steps = np.linalg.norm(np.diff(self.pixels(shares), axis=0), axis=1)
+        length = np.concatenate([[0.0], np.cumsum(np.nan_to_num(steps))])
+        count = max(2, int(np.ceil(length[-1] / _STEP)) + 1)
+        result: FloatArray = np.interp(np.linspace(0.0, length[-1], count), length, shares)
+        return result

@@ -1,0 +1,190 @@
+"""Where a landmark is after clicks in two or more images, and how far every click is from that.
+
+The point is triangulated from the clicks that are measurements, by robust weighted least squares in
+the raw images. A click is never compared with a point that it has helped to place: its error is its
+distance from what the other clicks predict in its image, which with a single other click is the
+epipolar curve of that one.
+
+A prediction that a person accepted lies where the other clicks have put it, so it tells nothing
+more about the point. It takes part only where fewer than two clicks are a person's own; accepting
+and predicting again and again therefore leaves everything where it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.epipolar import in_image
+from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA, sigma_of
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.reprojection import (
+    Sightings,
+    nearest_on_ray,
+    pixel_jacobian,
+    point_of_sightings,
+)
+from stereotrack_core.geometry.triangulation import nearest_to_rays
+
+ACCEPTED = "accepted"
+"""Origin of a click that was a prediction before."""
+
+
+@dataclass(frozen=True, eq=False)
+class PredictedPoint:
+    """A landmark at one frame, from the clicks of it.
+
+    Attributes
+    ----------
+    landmark : str
+    world : (3,) float64, metres
+    covariance : (3, 3) float64, square metres
+        Of the point; grows with the residuals where the clicks contradict each other.
+    used : tuple of str
+        Cameras whose clicks placed the point.
+    pixel : mapping from camera to (2,) float64
+        Where it is in every image that shows it, raw pixels. In an image with a click: as the other
+        clicks say, where they can say so.
+    spread_px : mapping from camera to float
+        Largest standard deviation of these, from the covariance, pixels.
+    error_px : mapping from camera to float
+        For every click: how far it is from what the others predict.
+    outliers : tuple of str
+        Cameras whose click fits none of the others (see :func:`point_of_sightings`).
+    """
+
+    landmark: str
+    world: FloatArray
+    covariance: FloatArray
+    used: tuple[str, ...]
+    pixel: Mapping[str, FloatArray]
+    spread_px: Mapping[str, float]
+    error_px: Mapping[str, float]
+    outliers: tuple[str, ...] = ()
+
+    @property
+    def rms_px(self) -> float:
+        """Root mean square error in pixels over the cameras that were used."""
+        errors = [self.error_px[name] for name in self.used]
+        return float(np.sqrt(np.mean(np.square(errors))))
+
+
+def predicted_point(
+    cameras: Mapping[str, Camera],
+    clicks: Iterable[Click],
+    *,
+    sigma: Mapping[str, float] | float = USUAL_SIGMA,
+) -> PredictedPoint | None:
+    """The point of one landmark at one frame, and how far every click is from what others say.
+
+    Parameters
+    ----------
+    cameras : mapping from name to Camera
+        Left and right images of a stereo camera count as cameras.
+    clicks : iterable of Click
+        Of one landmark at one frame; deleted ones, those outside the image and those in unknown
+        cameras take no part.
+    sigma : float or mapping from landmark to float
+        Usual standard deviation of a click in pixels per axis.
+
+    Returns
+    -------
+    PredictedPoint or None
+        None with clicks in fewer than two places, or where their rays do not meet in front of the
+        cameras.
+
+    Raises
+    ------
+    ValueError
+        Where the clicks are of several landmarks or frames.
+    """
+    there = {
+        click.camera: click
+        for click in clicks
+        if not click.deleted and click.position is not None and click.camera in cameras
+    }
+    if len({(click.frame, click.landmark) for click in there.values()}) > 1:
+        raise ValueError("these are clicks of several landmarks or frames")
+    used = _measurements(there)
+    if len(used) < 2:
+        return None
+    found = point_of_sightings(_sightings(cameras, used, sigma))
+    if found is None:
+        return None
+    others = {name: _from_others(cameras, there[name], used, sigma) for name in there}
+    own = {name: place for name, place in others.items() if np.isfinite(place).all()}
+    pixel, spread = {}, {}
+    for name, camera in cameras.items():
+        place = own.get(name, camera.project(found.world))
+        if in_image(camera, place):
+            pixel[name] = place
+            spread[name] = _spread(camera, found.world, found.covariance)
+    return PredictedPoint(
+        landmark=next(iter(used.values())).landmark,
+        world=found.world,
+        covariance=found.covariance,
+        used=tuple(used),
+        pixel=pixel,
+        spread_px=spread,
+        error_px={
+            name: float(np.linalg.norm(_place(there[name]) - place)) for name, place in own.items()
+        },
+        outliers=tuple(name for name, out in zip(used, found.outlier, strict=True) if out),
+    )
+
+
+def _measurements(there: Mapping[str, Click]) -> dict[str, Click]:
+    """The clicks that tell where the point is: a person's own, or all where they are too few."""
+    own = {name: click for name, click in there.items() if click.origin != ACCEPTED}
+    return own if len(own) >= 2 else dict(there)
+
+
+def _sightings(
+    cameras: Mapping[str, Camera],
+    clicks: Mapping[str, Click],
+    sigma: Mapping[str, float] | float,
+) -> Sightings:
+    return Sightings(
+        [cameras[name] for name in clicks],
+        np.array([_place(click) for click in clicks.values()]),
+        np.array([sigma_of(click, sigma) for click in clicks.values()]),
+    )
+
+
+def _from_others(
+    cameras: Mapping[str, Camera],
+    click: Click,
+    used: Mapping[str, Click],
+    sigma: Mapping[str, float] | float,
+) -> FloatArray:
+    """Where the clicks of the other cameras put a clicked landmark in its image (2,); may be NaN.
+
+    One other click gives a curve; the place on it that is nearest to the click is taken.
+    """
+    camera = cameras[click.camera]
+    others = {name: one for name, one in used.items() if name != click.camera}
+    if len(others) >= 2:
+        found = point_of_sightings(_sightings(cameras, others, sigma))
+        return np.full(2, np.nan) if found is None else camera.project(found.world)
+    ((name, other),) = others.items()
+    pixel, theirs = _place(click), _place(other)
+    origin, direction = cameras[name].position_world, cameras[name].rays_world(theirs)
+    meeting = nearest_to_rays(
+        np.stack([origin, camera.position_world]),
+        np.stack([direction, camera.rays_world(pixel)]),
+    )
+    start = float((meeting - origin) @ direction)
+    return camera.project(nearest_on_ray(camera, pixel, origin, direction, start))
+
+
+def _spread(camera: Camera, world: FloatArray, covariance: FloatArray) -> float:
+    jacobian = pixel_jacobian(camera, world)
+    return float(np.sqrt(np.linalg.norm(jacobian @ covariance @ jacobian.T, 2)))
+
+
+def _place(click: Click) -> FloatArray:
+    return np.array(click.position, dtype=np.float64)

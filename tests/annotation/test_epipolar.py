@@ -1,0 +1,121 @@
+"""A click's curve in another image goes through every place where its landmark can be."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from stereotrack_core.annotation.epipolar import (
+    epipolar_curve,
+    epipolar_samples,
+    in_image,
+    ray_in_volume,
+)
+from stereotrack_core.depth.points import Volume
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.transform import RigidTransform
+from tests.annotation.scenes import LENSES, MATRIX, VOLUME, cameras
+
+pixels = st.tuples(st.floats(0, 639), st.floats(0, 479)).map(np.array)
+
+
+def distance_to_line(point, line):
+    """Least distance of a point (2,) from a line of points (K, 2)."""
+    if len(line) == 1:
+        return np.linalg.norm(point - line[0])
+    start, step = line[:-1], np.diff(line, axis=0)
+    length = np.maximum(np.einsum("ki,ki->k", step, step), 1e-12)
+    share = np.clip(np.einsum("ki,ki->k", point - start, step) / length, 0, 1)
+    return np.linalg.norm(start + share[:, None] * step - point, axis=1).min()
+
+
+@pytest.mark.parametrize("lens", LENSES)
+@given(pixel=pixels, share=st.floats(0, 1), names=st.permutations("NOSW"))
+def test_curve_goes_through_every_point_of_the_ray(lens, pixel, share, names):
+    rig = cameras(lens)
+    one, two = rig[names[0]], rig[names[1]]
+    direction = one.rays_world(pixel)
+    near, far = ray_in_volume(one.position_world, direction, VOLUME)
+    assume(far > near)
+    point = one.position_world + (near + share * (far - near)) * direction
+    seen = two.project(point)
+    assume(in_image(two, seen))
+    curve = epipolar_curve(one, pixel, two, VOLUME)
+    assert distance_to_line(seen, curve) < 0.1
+
+
+@pytest.mark.parametrize("lens", LENSES)
+@given(pixel=pixels, names=st.permutations("NOSW"))
+def test_curve_stays_in_image_and_volume_and_its_distances_are_those_of_the_ray(lens, pixel, names):
+    rig = cameras(lens)
+    one, two = rig[names[0]], rig[names[1]]
+    curve = epipolar_samples(one, pixel, two, VOLUME)
+    assert np.isfinite(curve.pixels).all()
+    assert in_image(two, curve.pixels).all()
+    points = one.position_world + curve.distance[:, None] * one.rays_world(pixel)
+    grown = Volume(VOLUME.low - 1e-9, VOLUME.high + 1e-9)
+    assert grown.contains(points).all()
+    assert np.allclose(two.project(points), curve.pixels, atol=1e-6)
+    assert (np.diff(curve.distance) > 0).all()
+    assert len(curve.distance) < 400
+
+
+def test_curve_reaches_from_side_to_side_of_the_volume():
+    rig = cameras()
+    small = Volume(np.array([-0.4, -0.4, 0.8]), np.array([0.4, 0.4, 1.6]))
+    pixel = np.array([320.0, 240.0])
+    direction = rig["N"].rays_world(pixel)
+    ends = ray_in_volume(rig["N"].position_world, direction, small)
+    curve = epipolar_samples(rig["N"], pixel, rig["O"], small)
+    assert curve.distance[[0, -1]] == pytest.approx(ends)
+    expected = rig["O"].project(rig["N"].position_world + np.outer(ends, direction))
+    assert np.allclose(curve.pixels[[0, -1]], expected)
+
+
+def test_curve_reaches_from_border_to_border_of_the_image():
+    rig = cameras()
+    large = Volume(np.array([-9.0, -9, -9]), np.array([9.0, 9, 9]))
+    wide = epipolar_samples(rig["N"], np.array([320.0, 240.0]), rig["O"], large)
+    border = np.array([[-0.5, -0.5], [639.5, 479.5]])
+    assert np.abs(wide.pixels[0] - border).min() < 1e-3
+    assert np.abs(wide.pixels[-1] - border).min() < 1e-3
+
+
+def test_ray_that_misses_the_volume_has_no_curve():
+    rig = cameras()
+    above = Volume(np.array([-1.8, -1.8, 7.0]), np.array([1.8, 1.8, 8.0]))
+    assert epipolar_curve(rig["N"], np.array([320.0, 240]), rig["O"], above).shape == (0, 2)
+
+
+def test_camera_that_looks_away_has_no_curve():
+    one = Camera("A", 640, 480, MATRIX, np.zeros(5), False, RigidTransform.identity())
+    turned = np.diag([-1.0, 1.0, -1.0])
+    two = Camera("B", 640, 480, MATRIX, np.zeros(5), False, RigidTransform(turned, np.zeros(3)))
+    ahead = Volume(np.array([-1.0, -1, 1]), np.array([1.0, 1, 3]))
+    assert epipolar_curve(one, np.array([320.0, 240]), two, ahead).shape == (0, 2)
+
+
+def test_stretch_of_known_depth_is_cut_out_exactly():
+    rig = cameras()
+    curve = epipolar_samples(rig["N"], np.array([300.0, 200]), rig["W"], VOLUME)
+    known = curve.between(2.4, 3.1)
+    assert known.distance[[0, -1]] == pytest.approx([2.4, 3.1])
+    ray = rig["N"].rays_world(np.array([300.0, 200]))
+    ends = rig["W"].project(rig["N"].position_world + np.outer([2.4, 3.1], ray))
+    assert np.allclose(known.pixels[[0, -1]], ends, atol=0.5)
+    assert len(curve.between(99.0, 100.0).pixels) == 0
+
+
+def test_stereo_pair_has_short_curves():
+    rig = cameras()
+    right = rig["N"]
+    shifted = RigidTransform(
+        right.camera_from_world.rotation,
+        right.camera_from_world.translation + np.array([0.12, 0.0, 0.0]),
+    )
+    left = Camera("N_left", 640, 480, MATRIX, right.distortions, False, shifted)
+    curve = epipolar_curve(right, np.array([320.0, 240]), left, VOLUME)
+    assert np.ptp(curve[:, 0]) > 20
+    assert np.ptp(curve[:, 1]) < 2
