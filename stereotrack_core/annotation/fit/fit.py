@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
+from stereotrack_core.annotation.fit.context import FitContext
+from stereotrack_core.annotation.fit.live import fitted_frame
 from stereotrack_core.annotation.fit.measurement import ClickMeasurement
 from stereotrack_core.annotation.fit.results import FrameFit, TrajectoryFit
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.landmark_set import LandmarkSet
+from stereotrack_core.body.model import body_model
+from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.depth.cloud import Cloud
@@ -22,7 +26,13 @@ class ClickFit:
     cameras : mapping from camera name to Camera
     landmark_set : LandmarkSet
     proportions : Proportions
-    settings : FitSettings
+    settings : FitSettings, optional
+    fps : float
+        Frame sets per second.
+    shape : BodyParameters, optional
+        The body's surface, for measured points; an average one when not given.
+    views : mapping from camera name to view name, optional
+        How people call the cameras.
     """
 
     def __init__(
@@ -31,11 +41,20 @@ class ClickFit:
         landmark_set: LandmarkSet,
         proportions: Proportions,
         settings: FitSettings | None = None,
+        *,
+        fps: float = 10.0,
+        shape: BodyParameters | None = None,
+        views: Mapping[str, str] | None = None,
     ) -> None:
-        self.cameras = cameras
-        self.landmark_set = landmark_set
-        self.proportions = proportions
         self.settings = FitSettings() if settings is None else settings
+        self._context = FitContext(
+            cameras,
+            landmark_set,
+            body_model(proportions, shape),
+            self.settings,
+            fps,
+            views or {},
+        )
 
     def frame(
         self,
@@ -44,7 +63,7 @@ class ClickFit:
         cloud: Cloud | None = None,
         start: Pose | None = None,
     ) -> FrameFit:
-        """Fit one frame; what the clicks do not decide, the prior does.
+        """Fit one frame; what the clicks do not decide, the usual pose does.
 
         Parameters
         ----------
@@ -53,9 +72,14 @@ class ClickFit:
         cloud : Cloud, optional
             Measured points of the frame; used where the settings say so.
         start : Pose, optional
-            A pose nearby, such as that of the frame before.
+            A pose nearby, such as that of the frame before. It is then what is expected.
+
+        Raises
+        ------
+        KeyError
+            For a camera that is not known.
         """
-        raise NotImplementedError
+        return fitted_frame(self._context, measurements, cloud, start)
 
     def trajectory(
         self,

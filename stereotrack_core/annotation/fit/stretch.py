@@ -1,0 +1,199 @@
+"""Successive frames fitted together: linearise everywhere, smooth, judge the clicks, again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.annotation.fit.mistakes import Judgement, judged
+from stereotrack_core.annotation.fit.movement import Movement
+from stereotrack_core.annotation.fit.residuals import (
+    ClickResidual,
+    Clicks,
+    SlippingSurface,
+)
+from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.annotation.fit.smoother import smooth
+from stereotrack_core.annotation.fit.start import without_twists
+from stereotrack_core.annotation.fit.state import FitState, Freedom, slipped
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.pose import PartFrames, Pose
+from stereotrack_core.errors import Cancelled
+from stereotrack_core.filtering.linearisation import Information
+from stereotrack_core.tracking.data_to_model import Trust, surface_residual
+from stereotrack_core.tracking.limits import limit_residuals
+from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.residuals import Residual, gathered
+
+_LEAST_SIGMAS = (20.0, 12.0, 6.0)
+"""Pixels that clicks are taken to scatter at least in the first rounds, before gross mistakes
+are known."""
+
+_WIDE_ROUNDS = 2
+"""Rounds in which measured points are let in from far."""
+
+_STEP_LIMIT = 0.5
+"""Radians and metres by which one round may move a number of the error state."""
+
+
+@dataclass(frozen=True, eq=False)
+class FrameData:
+    """What is known of one frame.
+
+    Attributes
+    ----------
+    clicks : Clicks
+    points : (N, 3) float64, world, or None
+        Measured points that look for the body.
+    """
+
+    clicks: Clicks
+    points: FloatArray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """Frames of a stretch.
+
+    Attributes
+    ----------
+    states : sequence of FitState
+    P : (K, n, n) float64
+        Covariances of the error states.
+    judgements : sequence of Judgement
+        Of each frame's clicks.
+    """
+
+    states: Sequence[FitState]
+    P: FloatArray
+    judgements: Sequence[Judgement]
+
+
+class Stretch:
+    """Fits successive frames together.
+
+    Parameters
+    ----------
+    freedom : Freedom
+    settings : FitSettings
+    movement : Movement
+    """
+
+    def __init__(self, freedom: Freedom, settings: FitSettings, movement: Movement) -> None:
+        self.freedom = freedom
+        self.settings = settings
+        self.movement = movement
+        self._limits = TrackingParameters()
+
+    def fit(
+        self,
+        data: Sequence[FrameData],
+        start: Sequence[Pose],
+        usual: Pose,
+        pose_sigma: FloatArray,
+        *,
+        rounds: int,
+        cancelled: Callable[[], bool] | None = None,
+    ) -> Fitted:
+        """Fit all frames, from poses that are roughly right.
+
+        Parameters
+        ----------
+        data : sequence of FrameData
+        start : sequence of Pose
+        usual : Pose
+            What is expected of the first frame.
+        pose_sigma : (of_pose,) float64
+            How firmly.
+        rounds : int
+        cancelled : callable, optional
+            Asked in every round.
+
+        Raises
+        ------
+        Cancelled
+        """
+        f, move = self.freedom, self.movement
+        n = f.columns.n
+        states = [f.still(pose) for pose in without_twists(start)]
+        speeds = np.zeros((len(data), f.of_pose))
+        factors = np.ones((len(data) - 1, f.of_pose))
+        judgements = [_all_right(frame.clicks) for frame in data]
+        for i in range(rounds):
+            if cancelled is not None and cancelled():
+                raise Cancelled
+            measured = [
+                self.information(*args, i) for args in zip(data, states, judgements, strict=True)
+            ]
+            found = smooth(move.walk(states, speeds, factors, usual, pose_sigma), measured)
+            step = np.clip(found.mean, -_STEP_LIMIT, _STEP_LIMIT)
+            states = [f.displaced(s, d[:n]) for s, d in zip(states, step, strict=True)]
+            speeds = speeds + step[:, n:]
+            factors = move.factors(found.noise)
+            P = found.P[:, :n, :n]
+            judgements = [
+                self.judge(frame.clicks, state, cov, old, i)
+                for frame, state, cov, old in zip(data, states, P, judgements, strict=True)
+            ]
+        return Fitted(states, P, judgements)
+
+    def information(
+        self, frame: FrameData, state: FitState, judgement: Judgement, i: int
+    ) -> Information:
+        """What the frame's measurements say in round `i`, linearised at a state."""
+        body = self.freedom.body_at(state.offsets)
+        rows: list[Residual] = list(limit_residuals(body, state.pose, self._limits, self._joints))
+        if len(frame.clicks):
+            variance = self.sigmas(frame.clicks, i) ** 2 / judgement.weight
+            rows.append(self.click_residual(frame.clicks, state, np.repeat(variance, 2)))
+        if frame.points is not None and len(frame.points):
+            rows.append(self.surface(frame.points, body.frames(state.pose), state, i))
+        return gathered(tuple(rows), body, state.pose, self.freedom.columns)
+
+    @property
+    def _joints(self) -> tuple[int, ...]:
+        return self.freedom.joints
+
+    def sigmas(self, clicks: Clicks, i: int) -> FloatArray:
+        """Pixels (M,) that right clicks are taken to scatter in round `i`."""
+        least = _LEAST_SIGMAS[i] if i < len(_LEAST_SIGMAS) else 0.0
+        return np.maximum(clicks.sigma, least)
+
+    def click_residual(
+        self, clicks: Clicks, state: FitState, variance: FloatArray
+    ) -> ClickResidual:
+        """The clicks as a residual."""
+        return ClickResidual(clicks, self.freedom, self.freedom.own_place(state.offsets), variance)
+
+    def surface(
+        self, points: FloatArray, frames: PartFrames, state: FitState, i: int
+    ) -> SlippingSurface:
+        """Pair the measured points with the surface."""
+        p = self._limits
+        scale = p.robust_wide if i < _WIDE_ROUNDS else p.robust_narrow
+        trust = Trust(p.reach, scale, p.sigma_measurement, self.settings.depth_effective)
+        off = slipped(frames, state.slips)
+        body = self.freedom.body_at(state.offsets)
+        return SlippingSurface(surface_residual(points, body, off, trust), self.freedom, off)
+
+    def judge(
+        self, clicks: Clicks, state: FitState, P: FloatArray, old: Judgement, i: int
+    ) -> Judgement:
+        """Judge the clicks of a frame after round `i`."""
+        if not len(clicks):
+            return old
+        s, sigma = self.settings, self.sigmas(clicks, i)
+        row = self.click_residual(clicks, state, np.ones(2 * len(clicks)))
+        frames = self.freedom.body_at(state.offsets).frames(state.pose)
+        J = row.jacobian(frames, self.freedom.columns).reshape(len(clicks), 2, -1)
+        stacked = PartFrames(frames.rotations[None], frames.origins[None])
+        residual = (row.measured - row.predicted(stacked)[0]).reshape(-1, 2)
+        spread = J @ P @ np.swapaxes(J, 1, 2)
+        return judged(residual, spread, sigma, old.weight, s.mistake_share, s.mistake_spread)
+
+
+def _all_right(clicks: Clicks) -> Judgement:
+    nothing = np.zeros(len(clicks))
+    return Judgement(nothing, nothing, nothing)
