@@ -44,6 +44,11 @@ class Command:
         For commands that switch something: whether it is on.
     section : bool
         Whether a separator stands before it in the menu.
+    says : callable or None
+        What it is called now, where that changes: ``Undo: place left elbow``.
+    local : bool
+        Whether its keys count only in a picture, and only while it can be done; there they go
+        before another command of the same keys.
     """
 
     id: str
@@ -56,6 +61,8 @@ class Command:
     why_not: Callable[[], str] = _always
     checked: Callable[[], bool] | None = None
     section: bool = False
+    says: Callable[[], str] | None = None
+    local: bool = False
 
     @property
     def place(self) -> str:
@@ -79,6 +86,7 @@ class ActionBook(QObject):
         self._settings = settings
         self._commands: dict[str, Command] = {}
         self._actions: dict[str, QAction] = {}
+        self._keys: dict[str, QKeySequence] = {}
 
     @property
     def commands(self) -> tuple[Command, ...]:
@@ -98,6 +106,9 @@ class ActionBook(QObject):
                 raise ValueError(f"there are two commands {command.id!r}")
             self._commands[command.id] = command
             self._actions[command.id] = self._action(command)
+            stored = self._settings.value(f"{_SHORTCUTS}/{command.id}")
+            keys = command.shortcut if stored is None else str(stored)
+            self._give_keys(command, QKeySequence(keys))
         self.refresh()
 
     def action(self, name: str) -> QAction:
@@ -114,9 +125,11 @@ class ActionBook(QObject):
             action = self._actions[name]
             why_not = command.why_not()
             action.setEnabled(not why_not)
+            if command.says is not None:
+                action.setText(command.says())
             words = f"{command.tip} Not now: {why_not}" if why_not else command.tip
             action.setStatusTip(words)
-            keys = action.shortcut().toString(QKeySequence.SequenceFormat.NativeText)
+            keys = self.key_words(name)
             action.setToolTip(f"{words}  [{keys}]" if keys else words)
             if command.checked is not None:
                 action.setChecked(command.checked())
@@ -128,23 +141,35 @@ class ActionBook(QObject):
             self._settings.remove(f"{_SHORTCUTS}/{name}")
         else:
             self._settings.setValue(f"{_SHORTCUTS}/{name}", keys)
-        self._actions[name].setShortcut(QKeySequence(keys))
+        self._give_keys(command, QKeySequence(keys))
         self.refresh()
         self.shortcuts_changed.emit()
 
     def shortcut(self, name: str) -> str:
         """Key sequence of a command, as it is stored."""
-        keys: str = self._actions[name].shortcut().toString()
-        return keys
+        return self._keys[name].toString()
+
+    def key_words(self, name: str) -> str:
+        """Key sequence of a command, as a person reads it."""
+        return self._keys[name].toString(QKeySequence.SequenceFormat.NativeText)
 
     def user_of(self, keys: str, besides: str = "") -> Command | None:
-        """Tell which command has a key sequence already."""
+        """Tell which command has a key sequence already, where both would count."""
         wanted = QKeySequence(keys)
         if wanted.isEmpty():
             return None
-        for name, action in self._actions.items():
-            if name != besides and action.shortcut() == wanted:
-                return self._commands[name]
+        local = besides in self._commands and self._commands[besides].local
+        for name, used in self._keys.items():
+            command = self._commands[name]
+            if name != besides and used == wanted and command.local == local:
+                return command
+        return None
+
+    def local_of(self, keys: QKeySequence) -> Command | None:
+        """The command that these keys mean in a picture now; None where they mean the usual."""
+        for name, command in self._commands.items():
+            if command.local and self._keys[name] == keys and not command.why_not():
+                return command
         return None
 
     def fill(self, bar: QMenuBar) -> None:
@@ -169,8 +194,6 @@ class ActionBook(QObject):
     def _action(self, command: Command) -> QAction:
         action = QAction(command.text, self._window)
         action.setObjectName(command.id)
-        stored = self._settings.value(f"{_SHORTCUTS}/{command.id}")
-        action.setShortcut(QKeySequence(command.shortcut if stored is None else str(stored)))
         action.setShortcutContext(Qt.ShortcutContext.WindowShortcut)
         action.setCheckable(command.checked is not None)
         if command.icon:
@@ -178,6 +201,15 @@ class ActionBook(QObject):
         action.triggered.connect(lambda _checked=False, run=command.run: self._run(run))
         self._window.addAction(action)
         return action
+
+    def _give_keys(self, command: Command, keys: QKeySequence) -> None:
+        self._keys[command.id] = keys
+        action = self._actions[command.id]
+        if command.local:  # shown in menus all the same
+            words = keys.toString(QKeySequence.SequenceFormat.NativeText)
+            action.setText(f"{command.text}\t{words}")
+        else:
+            action.setShortcut(keys)
 
     def _run(self, run: Callable[[], None]) -> None:
         run()

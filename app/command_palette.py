@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QObject, Qt
-from PySide6.QtGui import QIcon, QKeyEvent, QKeySequence, QPixmap
+from PySide6.QtGui import QIcon, QKeyEvent, QPixmap
 from PySide6.QtWidgets import (
     QDialog,
     QLabel,
@@ -93,8 +93,8 @@ class CommandPalette(QDialog):
 
     def _item(self, command: Command) -> QTreeWidgetItem:
         action = self._book.action(command.id)
-        keys = action.shortcut().toString(QKeySequence.SequenceFormat.NativeText)
-        item = QTreeWidgetItem([command.text, command.place, keys])
+        text = command.says() if command.says is not None else command.text
+        item = QTreeWidgetItem([text, command.place, self._book.key_words(command.id)])
         item.setData(0, _ID, command.id)
         item.setIcon(0, self._blank if action.icon().isNull() else action.icon())
         if not action.isEnabled():

@@ -1,4 +1,4 @@
-"""Opening and saving: dialogs, recent recordings, dropped folders, the demo."""
+"""Opening and saving: dialogs, recent recordings and projects, what is dropped, the demo."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from app.tasks.task import Task
 from stereotrack_core.cli.demo import DemoPlaces, demo_places
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_file import read_run, write_run
+from stereotrack_core.project.whereabouts import SUFFIX
 from stereotrack_core.simulation.make import demo_recording
 
 if TYPE_CHECKING:
@@ -45,6 +46,7 @@ class FileWork(QObject):
         self._demo_places: DemoPlaces | None = None
         self._track_when_open = False
         self._run_when_open: Path | None = None
+        self._project_when_open: Path | None = None
         self._workspace_when_open: str | None = None
 
     @property
@@ -58,10 +60,11 @@ class FileWork(QObject):
         return self._demo_places.run if self._demo_places is not None else None
 
     def recent(self) -> list[Path]:
-        """Recordings opened last that are still there, the newest first."""
+        """Recordings and projects opened last that are still there, the newest first."""
         stored = self._settings.value(_RECENT) or []
         paths = [stored] if isinstance(stored, str) else list(stored)
-        return [Path(path) for path in paths if Path(path).is_dir()]
+        found = [Path(path) for path in paths]
+        return [path for path in found if path.is_dir() or is_project(path)]
 
     def ask_for_recording(self) -> None:
         """Let the person choose a recording folder."""
@@ -74,11 +77,15 @@ class FileWork(QObject):
     def open(
         self, path: Path, *, frame: int = 0, workspace: str | None = None, run: Path | None = None
     ) -> None:
-        """Open a recording folder, or the folder of a recording.toml."""
-        folder = path.parent if path.name == "recording.toml" else path
+        """Open a recording folder, the folder of a recording.toml, or a project."""
         self._run_when_open, self._workspace_when_open = run, workspace
         self._window.track.stop()
-        self._window.document.open(folder, frame)
+        if path.is_file() and path.name != "recording.toml":
+            self._project_when_open = path.resolve()
+            self._window.project.open_file(path, frame)
+            return
+        self._project_when_open = None
+        self._window.document.open(path.parent if path.name == "recording.toml" else path, frame)
 
     def close_recording(self) -> None:
         """Go back to the welcome page."""
@@ -126,7 +133,7 @@ class FileWork(QObject):
         recording = self._window.document.recording
         if recording is None:
             return
-        self._remember(recording.folder.resolve())
+        self._remember(self._project_when_open or recording.folder.resolve())
         run, self._run_when_open = self._run_when_open, None
         if run is not None:
             self.open_run(run)
@@ -211,10 +218,17 @@ class FileWork(QObject):
             )
 
 
-def dropped_folder(data: QMimeData) -> Path | None:
-    """Folder, or folder of a recording.toml, that was dragged into the window."""
+def is_project(path: Path) -> bool:
+    """Whether a path looks like a project file."""
+    return path.suffix == SUFFIX and path.is_file()
+
+
+def dropped_path(data: QMimeData) -> Path | None:
+    """Recording folder, recording.toml or project that was dragged into the window."""
     for url in data.urls():
         path = Path(url.toLocalFile())
-        if url.isLocalFile() and (path.is_dir() or path.name == "recording.toml"):
+        if not url.isLocalFile():
+            continue
+        if path.is_dir() or path.name == "recording.toml" or is_project(path):
             return path
     return None

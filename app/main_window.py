@@ -12,18 +12,20 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QApplication, QMainWindow, QStackedWidget, QVBoxLayout, QWidget
 
 from app.actions import ActionBook
-from app.commands import file_menu, playback_menu, track_menu, view_menu, window_menu
+from app.commands import edit_menu, file_menu, playback_menu, track_menu, view_menu, window_menu
 from app.dialogs import Dialogs
 from app.failures import message_of
-from app.file_work import FileWork, dropped_folder
+from app.file_work import FileWork, dropped_path
 from app.icons import set_icon
 from app.panel_follower import PanelFollower
 from app.presenters.clouds import CloudPresenter
 from app.presenters.document import DocumentPresenter
 from app.presenters.instant import InstantPresenter
 from app.presenters.judging import JudgementPresenter
+from app.presenters.project_file import ProjectPresenter
 from app.presenters.runs import RunList
 from app.presenters.tracking import TrackPresenter
+from app.project_work import ProjectWork
 from app.tasks.task import TaskList
 from app.theme import ThemeName, apply_theme
 from app.track_control import TrackControl
@@ -55,6 +57,7 @@ class MainWindow(PanelWindow):
         self._make_centre()
         self.cancel_button.clicked.connect(self.tasks.cancel_all)
         self.files = FileWork(self, self.settings)
+        self.projects = ProjectWork(self)
         self.spaces = WorkspaceControl(self, self.settings)
         self.view = ViewControl(self)
         self.dialogs = Dialogs(self)
@@ -84,6 +87,7 @@ class MainWindow(PanelWindow):
         self.tasks = TaskList(self)
         self.runs = RunList(self)
         self.document = DocumentPresenter(self.tasks, self)
+        self.project = ProjectPresenter(self.document, self.tasks, self.settings, self)
         self.clouds = CloudPresenter(self)
         self.track = TrackPresenter(self.runs, self)
         self.tracker = TrackControl(self.document, self.clouds, self.runs, self.track, FIRST_POSE)
@@ -111,7 +115,7 @@ class MainWindow(PanelWindow):
 
     def _make_actions(self) -> None:
         self.actions_book = ActionBook(self, self.settings)
-        for menu in (file_menu, view_menu, playback_menu, track_menu, window_menu):
+        for menu in (file_menu, edit_menu, view_menu, playback_menu, track_menu, window_menu):
             self.actions_book.add(menu.commands(self))
         self.actions_book.fill(self.menuBar())
         self.bars = WindowBars(self)
@@ -121,13 +125,16 @@ class MainWindow(PanelWindow):
         document.opened.connect(self._on_opened)
         document.opened.connect(self.files.on_opened)
         document.closed.connect(self._on_closed)
-        for signal in (document.message, self.clouds.message, track.message):
+        for signal in (
+            document.message, self.project.message, self.clouds.message, track.message
+        ):  # fmt: skip
             signal.connect(self.messages.show_message)
         self.tasks.failed.connect(self._on_task_failed)
         for changed in (
             document.frame_changed, document.playing_changed, document.count_changed,
             document.findings_changed, track.state_changed, self.runs.changed, self.runs.grew,
             self.runs.active_changed, self.tasks.changed, self.grid.arranged,
+            self.project.opened, self.project.closed, self.project.changed,
         ):  # fmt: skip
             changed.connect(self.refresh_soon)
         track.finished.connect(self._on_run_finished)
@@ -280,6 +287,7 @@ class MainWindow(PanelWindow):
         self.track.stop()
         self.tasks.shutdown()
         self.document.close()
+        self.project.shutdown()
         self.clouds.set_recording(None)
         self.settings.sync()
         event.accept()
@@ -291,14 +299,14 @@ class MainWindow(PanelWindow):
             self.spaces.arrange()
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        if dropped_folder(event.mimeData()) is not None:
+        if dropped_path(event.mimeData()) is not None:
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:
-        folder = dropped_folder(event.mimeData())
-        if folder is not None:
+        path = dropped_path(event.mimeData())
+        if path is not None:
             event.acceptProposedAction()
-            self.files.open(folder)
+            self.files.open(path)
 
 
 def user_settings() -> QSettings:

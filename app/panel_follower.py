@@ -62,6 +62,8 @@ class PanelFollower(QObject):
         w.document.frame_changed.connect(self._on_frame_changed)
         w.document.count_changed.connect(self._on_count_changed)
         w.document.findings_changed.connect(self._on_findings)
+        w.project.opened.connect(self.write_title)
+        w.project.closed.connect(self.write_title)
         w.judging.judged.connect(self.show_judgements)
         w.grid.kinds_changed.connect(w.instant.tell_soon)
         w.grid.hovered.connect(w.pixel_label.setText)
@@ -127,10 +129,18 @@ class PanelFollower(QObject):
         w.timeline.set_selection(None)
         self._on_selection(None)
         self.show_judgements()
-        if recording is None:
-            w.setWindowTitle("stereotrack")
-        else:
-            w.setWindowTitle(f"{recording.name} – stereotrack")
+        self.write_title()
+
+    @Slot()
+    def write_title(self) -> None:
+        """Say in the title which recording and which project are open."""
+        w = self._w
+        recording, path = w.document.recording, w.project.path
+        names = [recording.name] if recording is not None else []
+        if recording is not None and path is not None:
+            reading = w.project.project is not None and w.project.project.read_only
+            names.append(f"{path.name} (reading only)" if reading else path.name)
+        w.setWindowTitle(" – ".join([*names, "stereotrack"]))
 
     def write_status(self) -> None:
         """Say how things are in one line."""

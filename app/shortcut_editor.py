@@ -86,7 +86,7 @@ class ShortcutEditor(QDialog):
         for row in range(self.list.topLevelItemCount()):
             item = self.list.topLevelItem(row)
             if item is not None:
-                keys = self._book.action(item.data(0, _ID)).shortcut()
+                keys = QKeySequence(self._book.shortcut(item.data(0, _ID)))
                 item.setText(2, keys.toString(QKeySequence.SequenceFormat.NativeText))
 
     def _filter(self, text: str) -> None:
@@ -98,7 +98,7 @@ class ShortcutEditor(QDialog):
 
     def _on_current(self, item: QTreeWidgetItem | None) -> None:
         if item is not None:
-            self.keys.setKeySequence(self._book.action(item.data(0, _ID)).shortcut())
+            self.keys.setKeySequence(QKeySequence(self._book.shortcut(item.data(0, _ID))))
             self.note.setText(self._book.command(item.data(0, _ID)).tip)
 
     def _set_default(self) -> None:

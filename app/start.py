@@ -60,11 +60,14 @@ def _check(args: Namespace, picture: Path | None) -> None:
     """Refuse at once what can be known to be wrong before a window is there."""
     if args.command == "open":
         from app.workspaces.names import check_workspace_name
+        from stereotrack_core.project.database import check_header
         from stereotrack_core.recording.folder import open_recording
 
         check_workspace_name(args.workspace)
-        path = args.path.parent if args.path.name == "recording.toml" else args.path
-        open_recording(path)
+        if args.path.is_file() and args.path.name != "recording.toml":
+            check_header(args.path)
+        else:
+            open_recording(args.path.parent if args.path.is_file() else args.path)
     if picture is not None:
         folder = picture.absolute().parent
         if not folder.is_dir() or not os.access(folder, os.W_OK):
@@ -79,6 +82,7 @@ def _show(args: Namespace, picture: Path | None) -> int:
     from app.program import WindowProgram
 
     program = WindowProgram()
+    program.window.project.makes = picture is None  # a picture leaves nothing behind
     if args.command == "open":
         program.window.files.open(args.path, frame=args.frame, workspace=args.workspace)
     elif args.command == "demo" and args.headless:

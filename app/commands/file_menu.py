@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from app.actions import Command
-from app.commands.reasons import no_recording, no_run
+from app.commands.reasons import no_project, no_recording, no_run
 
 if TYPE_CHECKING:
     from app.main_window import MainWindow
@@ -21,6 +21,15 @@ def commands(w: MainWindow) -> list[Command]:
             "Open a recording folder.",
             w.files.ask_for_recording,
             "Ctrl+O",
+            "open",
+        ),
+        Command(
+            "open_project",
+            "&File",
+            "Open a project …",
+            "Open a project file (.stereotrack) with its recording.",
+            w.projects.ask_for_project,
+            "Ctrl+Alt+O",
             "open",
         ),
         Command(
@@ -41,6 +50,7 @@ def commands(w: MainWindow) -> list[Command]:
             "Ctrl+W",
             why_not=lambda: no_recording(w),
         ),
+        *_projects(w),
         Command(
             "open_run",
             "&File",
@@ -82,3 +92,35 @@ def commands(w: MainWindow) -> list[Command]:
             section=True,
         ),
     ]
+
+
+def _projects(w: MainWindow) -> list[Command]:
+    return [
+        Command(
+            "copy_project", "&File/Project", "Save a copy …", "Write the project as it is now to "
+            "another file; the project itself needs no saving.", w.projects.ask_for_copy,
+            icon="save", why_not=lambda: no_project(w),
+        ),
+        Command(
+            "take_over", "&File/Project", "Take over …", "Open for writing a project that another "
+            "program seems to have, because that program is gone for certain.",
+            w.projects.take_over, icon="lock",
+            why_not=lambda: "" if w.project.in_use else "No other program has the project.",
+        ),
+        Command(
+            "rescue_project", "&File/Project", "Rescue a damaged project …", "Save everything that "
+            "can be read of a damaged project file into a new one.",
+            w.projects.ask_what_to_rescue, icon="reset",
+        ),
+        Command(
+            "projects_beside", "&File/Project", "New ones beside their recordings",
+            "Make the project of a recording that has none beside its folder.",
+            w.projects.keep_beside, checked=w.projects.kept_beside, section=True,
+        ),
+        Command(
+            "projects_folder", "&File/Project", "New ones in a folder …",
+            "Choose a folder for the projects of recordings that have none yet.",
+            w.projects.ask_for_home, icon="settings",
+            checked=lambda: not w.projects.kept_beside(),
+        ),
+    ]  # fmt: skip

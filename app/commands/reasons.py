@@ -15,6 +15,16 @@ def no_recording(w: MainWindow) -> str:
     return "" if w.document.recording is not None else "Open a recording first."
 
 
+def no_project(w: MainWindow) -> str:
+    """No project is open, be it for reading."""
+    return no_recording(w) or ("" if w.project.project is not None else w.project.why_no_edit())
+
+
+def no_edit(w: MainWindow) -> str:
+    """Nothing can be changed in the project."""
+    return no_recording(w) or w.project.why_no_edit()
+
+
 def no_frames(w: MainWindow) -> str:
     """There is no frame to go to."""
     reason = no_recording(w)

@@ -51,6 +51,10 @@ class ProjectDamaged(InputError):
         )
 
 
+class ProjectInUse(InputError):
+    """Another program has the project open for writing; it can still be read."""
+
+
 def code_of(error: sqlite3.Error) -> int:
     """SQLite's primary result code; 0 where Python itself complains."""
     return getattr(error, "sqlite_errorcode", 0) & PRIMARY

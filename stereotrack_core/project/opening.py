@@ -19,7 +19,7 @@ from stereotrack_core.project.database import (
     transaction,
     version_of,
 )
-from stereotrack_core.project.failures import ProjectDamaged, code_of, speaking
+from stereotrack_core.project.failures import ProjectDamaged, ProjectInUse, code_of, speaking
 from stereotrack_core.project.filesystem import Mount, network_type
 from stereotrack_core.project.lock import ProjectLock
 from stereotrack_core.project.migrations import migrate, upgrade
@@ -176,7 +176,7 @@ def _check_left(path: Path, database: sqlite3.Connection, left: Owner, *, gone: 
     """See that the owner is gone for certain, and that all is well after its crash."""
     if not gone:
         complaint = in_use(path, left)
-        raise InputError(
+        raise ProjectInUse(
             complaint.what,
             where=complaint.where,
             remedy="Close it there. If that program is gone for certain, take the project over.",

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from stereotrack_core.errors import InputError
 from stereotrack_core.project.database import connect_for_reading, transaction
+from stereotrack_core.project.failures import ProjectInUse
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ def write_owner(database: sqlite3.Connection, owner: Owner | None) -> None:
             )
 
 
-def in_use(path: Path, owner: Owner | None = None) -> InputError:
+def in_use(path: Path, owner: Owner | None = None) -> ProjectInUse:
     """The complaint of the second program, which names the first one."""
     if owner is None:
         owner = _owner_of_file(path)
@@ -70,7 +70,7 @@ def in_use(path: Path, owner: Owner | None = None) -> InputError:
             f"it is open already: process {owner.process} on {owner.host},"
             f" user {owner.who}, since {owner.at.replace('T', ' ')[:16]} UTC"
         )
-    return InputError(who, where=str(path), remedy="Close it there, or open it for reading only.")
+    return ProjectInUse(who, where=str(path), remedy="Close it there, or open it for reading only.")
 
 
 def _owner_of_file(path: Path) -> Owner | None:

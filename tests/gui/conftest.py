@@ -34,7 +34,9 @@ def small_recording(tmp_path_factory) -> Path:
 
 @pytest.fixture
 def settings(tmp_path) -> QSettings:
-    return QSettings(str(tmp_path / "settings.ini"), QSettings.Format.IniFormat)
+    made = QSettings(str(tmp_path / "settings.ini"), QSettings.Format.IniFormat)
+    made.setValue("projects_folder", str(tmp_path / "projects"))
+    return made
 
 
 @pytest.fixture

@@ -53,8 +53,9 @@ def test_no_two_commands_share_a_shortcut(window):
     for command in book.commands:
         keys = book.shortcut(command.id)
         if keys:
-            assert keys not in used, f"{command.id} and {used.get(keys)} are both on {keys}"
-            used[keys] = command.id
+            where = (command.local, keys)
+            assert where not in used, f"{command.id} and {used.get(where)} are both on {keys}"
+            used[where] = command.id
 
 
 def test_a_shortcut_is_changed_kept_and_never_stolen(opened, qtbot, settings):

@@ -1,0 +1,236 @@
+"""The window's project: made, found again, locked, moved; nothing is ever lost or saved by hand."""
+
+from __future__ import annotations
+
+import os
+import shutil
+
+import pytest
+from PySide6.QtCore import QMimeData, QPointF, QSettings, Qt, QUrl
+from PySide6.QtGui import QDropEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox
+
+from app.main_window import MainWindow
+from app.start import start
+from stereotrack_core.annotation.click import Click
+from stereotrack_core.project.click_edits import place
+from stereotrack_core.project.project import Project
+
+pytestmark = pytest.mark.window
+
+
+@pytest.fixture
+def folder(small_recording, tmp_path):
+    """A copy of the recording that a test may have projects beside and move."""
+    return shutil.copytree(small_recording, tmp_path / "place" / "walk")
+
+
+def ready(qtbot, window):
+    qtbot.waitUntil(lambda: window.document.recording is not None, timeout=30_000)
+    qtbot.waitUntil(window.settled, timeout=60_000)
+
+
+def open_path(qtbot, window, path):
+    window.files.open(path)
+    qtbot.waitUntil(window.settled, timeout=60_000)
+    ready(qtbot, window)
+
+
+def clicked(window, frame=0, landmark="head", camera="N_right"):
+    window.project.apply(place(Click(frame, camera, landmark, (100.0, 120.0))))
+
+
+def test_opening_a_recording_makes_its_project_beside_it(window, qtbot, folder, settings):
+    settings.remove("projects_folder")
+    open_path(qtbot, window, folder)
+    path = folder.parent / "walk.stereotrack"
+    assert path.is_file()
+    assert window.project.path == path.resolve()
+    assert window.windowTitle() == "small – walk.stereotrack – stereotrack"
+    clicked(window)
+    window.actions_book.action("close").trigger()
+    assert window.project.project is None
+    open_path(qtbot, window, folder)
+    assert [c.landmark for c in window.project.project.clicks.at(0)] == ["head"]
+    assert len(list(folder.parent.glob("*.stereotrack"))) == 1
+
+
+def test_a_project_file_opens_its_recording(window, qtbot, folder, tmp_path):
+    path = tmp_path / "mine.stereotrack"
+    with Project.create(path, folder, who="A") as project:
+        project.apply(place(Click(3, "S_right", "left_hand", (10.0, 20.0))))
+    data = QMimeData()
+    data.setUrls([QUrl.fromLocalFile(str(path))])
+    buttons, keys = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+    copy = Qt.DropAction.CopyAction
+    window.dropEvent(QDropEvent(QPointF(200, 200), copy, data, buttons, keys))
+    qtbot.waitUntil(window.settled, timeout=60_000)
+    ready(qtbot, window)
+    assert window.project.path == path
+    assert window.document.recording.folder.resolve() == folder.resolve()
+    assert window.files.recent() == [path]
+    assert len(window.project.project.clicks.at(3)) == 1
+
+
+def test_the_menu_opens_a_project(window, qtbot, folder, tmp_path, monkeypatch):
+    path = tmp_path / "mine.stereotrack"
+    Project.create(path, folder).close()
+    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *a, **k: (str(path), ""))
+    window.actions_book.action("open_project").trigger()
+    ready(qtbot, window)
+    assert window.project.path == path
+
+
+def test_a_file_that_is_no_project_is_refused_before_a_window_comes(tmp_path, capsys):
+    path = tmp_path / "mine.stereotrack"
+    path.write_text("this is something else entirely" * 10)
+    assert start(["open", str(path)]) == 2
+    assert "not a project" in capsys.readouterr().err
+
+
+def test_two_windows_on_one_project(window, qtbot, folder, tmp_path, settings):
+    open_path(qtbot, window, folder)
+    clicked(window)
+    other = MainWindow(QSettings(str(tmp_path / "settings.ini"), QSettings.Format.IniFormat))
+    qtbot.addWidget(other)
+    other.show()
+    open_path(qtbot, other, folder)
+    assert other.project.path == window.project.path
+    assert "reading only" in other.windowTitle()
+    words = other.messages.text()
+    assert "open already" in words
+    assert str(os.getpid()) in words
+    assert other.project.in_use
+    assert not other.actions_book.action("undo").isEnabled()
+    assert "another program" in other.actions_book.command("undo").why_not()
+    clicked(other, landmark="left_hand")
+    assert {c.landmark for c in window.project.project.clicks.at(0)} == {"head"}
+    assert {c.landmark for c in other.project.project.clicks.at(0)} == {"head"}, "it can be read"
+    other.close()
+
+
+def test_a_recording_that_has_moved_is_asked_for(window, qtbot, folder, tmp_path, monkeypatch):
+    path = tmp_path / "mine.stereotrack"
+    with Project.create(path, folder) as project:
+        project.apply(place(Click(2, "N_right", "head", (10.0, 20.0))))
+    away = tmp_path / "far" / "away" / "elsewhere"
+    away.parent.mkdir(parents=True)
+    folder.rename(away)
+    asked = []
+
+    def answer(_parent, title, *_rest):
+        asked.append(title)
+        return str(away)
+
+    monkeypatch.setattr(QFileDialog, "getExistingDirectory", answer)
+    window.files.open(path)
+    ready(qtbot, window)
+    assert len(asked) == 1
+    assert "mine.stereotrack" in asked[0]
+    assert window.project.path == path
+    window.actions_book.action("close").trigger()
+    open_path(qtbot, window, path)
+    assert len(asked) == 1, "it remembers"
+    assert len(window.project.project.clicks.at(2)) == 1
+
+
+def test_another_recording_is_not_taken_unasked(
+    window, qtbot, folder, small_recording, tmp_path, monkeypatch
+):
+    path = tmp_path / "mine.stereotrack"
+    Project.create(path, folder).close()
+    other = shutil.copytree(small_recording, tmp_path / "others" / "other")
+    text = (other / "recording.toml").read_text()
+    (other / "recording.toml").write_text(text.replace('name = "small"', 'name = "another"'))
+    calibration = (other / "calibration.toml").read_text()
+    (other / "calibration.toml").write_text(calibration.replace("N_left", "N_left_2"))
+    (other / "recording.toml").write_text(text.replace('N_left"', 'N_left_2"'))
+    shutil.rmtree(folder)
+    questions = []
+    monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *a: str(other))
+
+    def cancel(*args):
+        questions.append(args[2])
+        return QMessageBox.StandardButton.Cancel
+
+    monkeypatch.setattr(QMessageBox, "question", cancel)
+    window.files.open(path)
+    qtbot.waitUntil(
+        lambda: bool(questions) or window.document.recording is not None, timeout=20_000
+    )
+    assert questions
+    assert "not the recording" in questions[0]
+    assert window.document.recording is None
+    Project.open(path).close()  # nobody holds it any more
+
+
+def test_a_read_only_place_leads_to_the_documents(
+    window, qtbot, folder, settings, tmp_path, monkeypatch
+):
+    settings.remove("projects_folder")
+    documents = tmp_path / "documents"
+    for module in ("stereotrack_core.project.whereabouts", "app.presenters.project_opening"):
+        monkeypatch.setattr(f"{module}.documents_folder", lambda: documents)
+    monkeypatch.setattr("stereotrack_core.project.whereabouts.os.access", lambda *a: False)
+    open_path(qtbot, window, folder)
+    assert window.project.path == (documents / "walk.stereotrack").resolve()
+    assert "kept elsewhere" in window.messages.text()
+    assert str(documents) in window.messages.text()
+
+
+def test_undo_names_the_edit_and_goes_to_its_frame(window, qtbot, folder):
+    open_path(qtbot, window, folder)
+    book = window.actions_book
+    assert "no edit" in book.command("undo").why_not()
+    clicked(window, frame=2)
+    clicked(window, frame=6, landmark="left_hand")
+    qtbot.waitUntil(lambda: book.action("undo").isEnabled(), timeout=5_000)
+    assert book.action("undo").text() == "Undo: place left hand in N_right, frame 6"
+    window.document.go_to(1)
+    window.activateWindow()
+    QTest.keyClick(window, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    assert window.document.frame == 6
+    assert window.project.project.clicks.at(6) == ()
+    QTest.keyClick(window, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    assert window.document.frame == 2
+    both = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
+    QTest.keyClick(window, Qt.Key.Key_Z, both)
+    QTest.keyClick(window, Qt.Key.Key_Z, both)
+    assert window.document.frame == 6
+    assert len(window.project.project.clicks.at(6)) == 1
+    assert not book.action("redo").isEnabled()
+
+
+def test_who_annotates_is_a_setting(window, qtbot, folder, settings):
+    open_path(qtbot, window, folder)
+    window.actions_book.action("annotator").trigger()
+    dialog = window.findChild(QInputDialog)
+    dialog.setTextValue("Somebody Else")
+    dialog.accept()
+    clicked(window)
+    assert window.project.project.clicks.at(0)[0].who == "Somebody Else"
+    assert settings.value("annotator") == "Somebody Else"
+
+
+def test_a_damaged_project_is_said_and_can_be_rescued(
+    window, qtbot, folder, tmp_path, monkeypatch, settings
+):
+    home = tmp_path / "projects"
+    home.mkdir()
+    path = home / "walk.stereotrack"
+    with Project.create(path, folder) as project:
+        for frame in range(200):
+            project.apply(place(Click(frame, "N_right", "head", (10.0, 20.0))))
+    whole = bytearray(path.read_bytes())
+    size = len(whole)
+    for start_at in range(size // 2, size // 2 + 3 * 4096, 4096):
+        whole[start_at : start_at + 3000] = b"\xff" * 3000
+    path.write_bytes(whole)
+    target = tmp_path / "saved.stereotrack"
+    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *a, **k: (str(path), ""))
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *a, **k: (str(target), ""))
+    window.actions_book.action("rescue_project").trigger()
+    ready(qtbot, window)
+    assert window.project.path == target
+    assert window.project.project.clicks.count() > 100
