@@ -1,0 +1,1 @@
+"""Annotation in the window: its panels and dialogs around an open project."""

@@ -1,0 +1,141 @@
+"""Clicks from elsewhere are looked at before they are written, and written as decided."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+
+from app.annotating.take_in_dialog import TakeInDialog
+from app.presenters.taking_in import TakeIn
+from stereotrack_core.annotation.click import ClickKey, Visibility
+from stereotrack_core.errors import InputError
+from stereotrack_core.project.click_edits import DeleteClicks, PlaceClicks, place
+from stereotrack_core.project.incoming import incoming
+
+LEFT = Qt.MouseButton.LeftButton
+
+
+def moved(click, by):
+    return replace(click, position=(click.position[0] + by, click.position[1]))
+
+
+@pytest.fixture
+def theirs(project, make):
+    """Of frame 3 equal, of 5 moved, deleted or outside, of 9 new."""
+    mine = make.clicks_at([3, 5])
+    project.apply(PlaceClicks(mine))
+    deleted = next(c for c in mine if c.key == ClickKey(5, "S", "head"))
+    project.apply(DeleteClicks((deleted.key,)))
+    changed = [c for c in mine if c.frame == 5 and c.camera in ("N", "S") and c.landmark == "head"]
+    outside = next(c for c in mine if c.key == ClickKey(5, "W", "head"))
+    return [
+        *(c for c in mine if c.frame == 3),
+        *(moved(c, 4.0) for c in changed),
+        replace(outside, position=None, visibility=Visibility.OUTSIDE),
+        *make.clicks_at([9]),
+    ]
+
+
+@pytest.fixture
+def dialog(project, theirs, shown):
+    def compare():
+        mine = project.clicks.all(with_deleted=True)
+        return TakeIn(incoming(mine, theirs, "clicks of B"))
+
+    return shown(TakeInDialog(project, compare, compare()), 860, 560)
+
+
+def click_cell(qtbot, dialog, row, column):
+    area = dialog.table.visualRect(dialog.table.model().index(row, column))
+    qtbot.mouseClick(dialog.table.viewport(), LEFT, pos=area.center())
+
+
+def row_of(dialog, camera):
+    keys = [one.key for one in dialog.shown.conflicts]
+    return keys.index(ClickKey(5, camera, "head"))
+
+
+def test_it_counts_before_anything_is_written(project, dialog):
+    assert dialog.summary.text() == (
+        "clicks of B: 36 new, 36 equal, 3 differ (1 moved, 1 seen differently,"
+        " 1 deleted on one side)."
+    )
+    assert dialog.outcome.text() == (
+        "36 clicks will be written, 3 conflicts left as the project has it."
+    )
+    assert project.clicks.count() == 71
+
+
+def test_mine_stays_where_nothing_is_decided(qtbot, project, dialog):
+    before = {c.key: c for c in project.clicks.all()}
+    with qtbot.waitSignal(dialog.taken_in) as caught:
+        qtbot.mouseClick(dialog.take_button, LEFT)
+    assert caught.args == ["take 36 clicks from clicks of B"]
+    after = {c.key: c for c in project.clicks.all()}
+    assert {key: after[key] for key in before} == before
+    assert len(after) == len(before) + 36
+    project.undo()
+    assert project.clicks.count() == 71
+
+
+def test_a_click_on_a_side_decides(qtbot, project, dialog):
+    x = project.clicks.get(ClickKey(5, "N", "head")).position[0]
+    click_cell(qtbot, dialog, row_of(dialog, "N"), 5)
+    click_cell(qtbot, dialog, row_of(dialog, "S"), 4)
+    box = QPoint(10, dialog.with_new.height() // 2)
+    qtbot.mouseClick(dialog.with_new, LEFT, pos=box)
+    assert not dialog.with_new.isChecked()
+    assert dialog.outcome.text().startswith("2 clicks will be written")
+    qtbot.mouseClick(dialog.take_button, LEFT)
+    assert project.clicks.get(ClickKey(5, "N", "head")).position[0] == pytest.approx(x + 2.0)
+    assert not project.clicks.get(ClickKey(5, "S", "head")).deleted
+    assert project.clicks.count() == 72
+
+
+def test_keys_decide_all_that_is_selected(qtbot, dialog):
+    dialog.table.selectAll()
+    qtbot.keyClick(dialog.table, Qt.Key.Key_B)
+    said = [dialog.shown.decision(row) for row in range(3)]
+    assert said.count("mean") == 1  # one of the three has a place on both sides
+    qtbot.keyClick(dialog.table, Qt.Key.Key_T)
+    assert [dialog.shown.decision(row) for row in range(3)] == ["theirs"] * 3
+    qtbot.mouseClick(dialog.decide_buttons["mine"], LEFT)
+    assert [dialog.shown.decision(row) for row in range(3)] == ["mine"] * 3
+
+
+def test_enter_shows_the_click_in_the_views(qtbot, dialog):
+    dialog.table.setCurrentIndex(dialog.table.model().index(row_of(dialog, "S"), 0))
+    with qtbot.waitSignal(dialog.visit_requested) as caught:
+        qtbot.keyClick(dialog.table, Qt.Key.Key_Return)
+    assert caught.args == [5, "S", "head"]
+
+
+def test_a_project_that_changed_meanwhile_is_compared_again(qtbot, project, dialog, make):
+    click_cell(qtbot, dialog, row_of(dialog, "N"), 4)
+    project.apply(place(make.clicks_at([9], sigma=5.0)[0]))
+    qtbot.mouseClick(dialog.take_button, LEFT)
+    assert dialog.isVisible()
+    assert "changed meanwhile" in dialog.failure.text()
+    assert len(dialog.shown.conflicts) == 4
+    assert dialog.shown.decision(row_of(dialog, "N")) == "theirs"
+    qtbot.mouseClick(dialog.take_button, LEFT)
+    assert not dialog.isVisible()
+
+
+def test_what_cannot_be_read_is_listed(project, shown, make):
+    problems = [InputError(f"line {k}: x is 'a'", where="c.csv") for k in range(60)]
+    one = TakeIn(incoming([], make.clicks_at([1]), "c.csv"), problems)
+    dialog = shown(TakeInDialog(project, lambda: one, one), 700, 500)
+    assert dialog.problems.isVisible()
+    assert dialog.problems.toPlainText().splitlines()[-1] == "and 10 more"
+    assert not dialog.table.isVisible()
+
+
+def test_nothing_to_do_cannot_be_done(project, shown):
+    one = TakeIn(incoming([], [], "c.csv"))
+    dialog = shown(TakeInDialog(project, lambda: one, one), 700, 500)
+    assert not dialog.take_button.isEnabled()
+    with pytest.raises(InputError, match="nothing would be taken in"):
+        one.edit()
