@@ -1,0 +1,279 @@
+"""What to click next: places ranked by the degrees that a click there is expected to gain."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.annotation.click import Click, ClickKey
+from stereotrack_core.annotation.click_doubts import (
+    Doubt,
+    disagreement_deg,
+    doubts_of,
+    swaps_of,
+)
+from stereotrack_core.annotation.click_gains import ClickGains, Place
+from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
+from stereotrack_core.annotation.fit.results import FrameFit, TrajectoryFit
+from stereotrack_core.annotation.landmark_set import LandmarkSet
+from stereotrack_core.annotation.limb_axes import SCORED
+from stereotrack_core.annotation.suggestion import Suggestion
+from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+
+LARGE_GAP = 10
+"""Frames without a click of a landmark that are worth a word."""
+
+_APART = 5
+"""Frames around a suggestion in which the same landmark is not suggested again."""
+
+_DISAGREE = 15.0
+"""Degrees between tracker and fit, beyond what the fit may be off, that are worth a word."""
+
+_FIT_WRONG = 0.1
+"""How probably the fit is the one that is wrong, where both disagree."""
+
+_UNKNOWN_DEG = 45.0
+"""What a limb may be off where there is no click far and wide."""
+
+
+@dataclass(frozen=True)
+class Wish:
+    """Which suggestions are wanted; empty collections mean all.
+
+    Attributes
+    ----------
+    count : int
+        At most so many.
+    frames : range or None
+    cameras, landmarks : collection of str
+    """
+
+    count: int = 20
+    frames: range | None = None
+    cameras: Collection[str] = ()
+    landmarks: Collection[str] = ()
+
+
+class NextClicks:
+    """The ranking, kept up to date edit by edit.
+
+    Making it looks at all frames once (about a second for 2000 of them); an edit computes the
+    frames around it anew.
+
+    Parameters
+    ----------
+    cameras : mapping from name to Camera
+    landmark_set : LandmarkSet
+    fit : TrajectoryFit
+    clicks : iterable of Click
+        All of them, deleted ones too: where a person took a click away, none is asked for.
+    sigma : float or mapping from landmark to float
+        Usual standard deviation of a click in pixels per axis.
+    run : LandmarkTrajectory, optional
+        What a tracker says.
+    gaps : sequence of range
+        Flagged stretches, where nothing is asked for.
+    limbs : sequence of str
+        Limbs whose errors count.
+    """
+
+    def __init__(
+        self,
+        cameras: Mapping[str, Camera],
+        landmark_set: LandmarkSet,
+        fit: TrajectoryFit,
+        clicks: Iterable[Click],
+        *,
+        sigma: Mapping[str, float] | float = USUAL_SIGMA,
+        run: LandmarkTrajectory | None = None,
+        gaps: Sequence[range] = (),
+        limbs: Sequence[str] = SCORED,
+    ) -> None:
+        known = tuple(clicks)
+        self._cameras, self._set = cameras, landmark_set
+        self._sigma = sigma if isinstance(sigma, float | int) else _middle(sigma)
+        self.gains = ClickGains(cameras, landmark_set, fit, known, sigma=sigma, limbs=limbs)
+        self._limbs = tuple(limbs)
+        self._doubts = doubts_of(fit, cameras, self._sigma)
+        suspicious = {key.frame for key in self._doubts}
+        self._swaps = swaps_of(known, cameras, landmark_set, suspicious, self._sigma)
+        self._apart_deg = None if run is None else disagreement_deg(fit, run, limbs)
+        self._barred: BoolArray = np.zeros(len(fit.frame), dtype=np.bool_)
+        for gap in gaps:
+            self._barred |= (fit.frame >= gap.start) & (fit.frame < gap.stop)
+
+    def update(self, frame: int, clicks: Iterable[Click], fit: FrameFit | None = None) -> None:
+        """Take in the present clicks of an edited frame; see :meth:`ClickGains.update`."""
+        there = tuple(clicks)
+        self.gains.update(frame, there, fit)
+        for known in (self._doubts, self._swaps):
+            for key in [key for key in known if key.frame == frame]:
+                del known[key]
+        self._swaps |= swaps_of(there, self._cameras, self._set, [frame], self._sigma)
+
+    def best(self, wish: Wish | None = None) -> tuple[Suggestion, ...]:
+        """The places where a click helps most, best first.
+
+        Of one landmark in neighbouring frames only the best place is told: a click there changes
+        what the others gain.
+        """
+        wish = Wish() if wish is None else wish
+        found = [*self._unknown(wish), *self._doubted(wish), *self._new(wish)]
+        found.sort(key=lambda one: (-one.gain_deg, one.key))
+        return tuple(_apart(found, wish.count))
+
+    def _new(self, wish: Wish) -> Iterator[Suggestion]:
+        """Places without a click."""
+        gain = self._weighed(wish)
+        for _ in range(wish.count):
+            row, camera, landmark = (int(i) for i in np.unravel_index(gain.argmax(), gain.shape))
+            value = float(gain[row, camera, landmark])
+            if value <= 0:
+                return
+            reason = self._reason(row, camera, landmark)
+            name = self._set.names[landmark]
+            yield Suggestion(
+                int(self.gains.frame[row]), self.gains.names[camera], name, value, reason
+            )
+            gain[max(0, row - _APART) : row + _APART + 1, :, landmark] = 0.0
+
+    def _weighed(self, wish: Wish) -> FloatArray:
+        """Gains (F, C, n) of new clicks that are wanted."""
+        gain = np.where(self.gains.state == Place.FREE, self.gains.gain, 0.0)
+        gain[self._barred] = 0.0
+        if self._apart_deg is not None:
+            wrong = _FIT_WRONG * np.nan_to_num(self._excess()).sum(axis=1)
+            most = np.maximum(gain.max(axis=(1, 2)), 1e-9)
+            gain *= (1.0 + wrong / most)[:, None, None]
+        if wish.frames is not None:
+            outside = (self.gains.frame < wish.frames.start) | (
+                self.gains.frame >= wish.frames.stop
+            )
+            gain[outside] = 0.0
+        for axis, names, wanted in (
+            (1, self.gains.names, wish.cameras),
+            (2, self._set.names, wish.landmarks),
+        ):
+            if wanted:
+                kept = np.array([name in wanted for name in names])
+                gain *= kept[:, None] if axis == 1 else kept
+        return gain
+
+    def _excess(self) -> FloatArray:
+        """Degrees (F, 6) by which tracker and fit disagree more than the fit may be off."""
+        if self._apart_deg is None:
+            return np.zeros((len(self.gains.frame), len(LIMBS)))
+        beyond = self._apart_deg - 3.0 * self.gains.limb_sigma_deg()
+        return np.where(beyond > _DISAGREE, beyond, 0.0)
+
+    def _doubted(self, wish: Wish) -> Iterator[Suggestion]:
+        """Clicks that should be looked at again."""
+        for key, doubt in (self._doubts | self._swaps).items():
+            row = self.gains.row(key.frame)
+            if row is None or self._barred[row] or not _wanted(key, wish):
+                continue
+            camera = self.gains.names.index(key.camera)
+            landmark = self._set.names.index(key.landmark)
+            if self.gains.state[row, camera, landmark] != Place.CLICKED:
+                continue
+            gain = _gain_of(doubt, float(self.gains.gain[row, camera, landmark]))
+            yield Suggestion(*key, gain, doubt.words, click_there=True)
+
+    def _unknown(self, wish: Wish) -> Iterator[Suggestion]:
+        """The middle of every stretch that nothing is known of."""
+        known = np.isfinite(self.gains.limb_sigma_deg()).any(axis=1)
+        waiting = ~known & ~self._barred & ~self.gains.clicked().any(axis=1)
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], waiting.astype(int), [0]])))
+        for first, end in edges.reshape(-1, 2):
+            frame = int(self.gains.frame[(first + end - 1) // 2])
+            camera = next(iter(wish.cameras or self.gains.names))
+            landmark = next(iter(wish.landmarks or self._set.names))
+            key = ClickKey(frame, camera, landmark)
+            if _wanted(key, wish):
+                reason = f"nothing is known of {end - first} frame{'s' if end - first > 1 else ''}"
+                yield Suggestion(*key, _UNKNOWN_DEG * len(self._limbs), reason)
+
+    def _reason(self, row: int, camera: int, landmark: int) -> str:
+        """Why a click is asked for: which limb it is for, and what is the matter there."""
+        parts = self.gains.by_limb(row, camera, landmark)
+        limb = int(np.argmax(parts))
+        sigma = float(self.gains.limb_sigma_deg()[row, limb])
+        said = []
+        excess = self._excess()[row]
+        if excess.max() > 0 and self._apart_deg is not None:
+            worst = int(np.argmax(excess))
+            name = LIMBS[worst].replace("_", " ")
+            said.append(
+                f"tracker and reference {self._apart_deg[row, worst]:.0f} deg apart ({name})"
+            )
+        said.append(f"{LIMBS[limb].replace('_', ' ')} uncertain ({sigma:.1f} deg)")
+        gap = self._gap(row, landmark)
+        if gap >= LARGE_GAP:
+            said.append(f"{gap} frames without a click of it")
+        seen_by = int((self.gains.state[row, :, landmark] == Place.CLICKED).sum())
+        if seen_by == 1:
+            said.append("clicked in one camera only")
+        if self.gains.hidden[row, camera, landmark]:
+            said.append("hidden, so only a guess")
+        return ", ".join(said)
+
+    def _gap(self, row: int, landmark: int) -> int:
+        """Frames between the clicks of a landmark before and after a frame; 0 where it has one."""
+        clicked = np.flatnonzero(self.gains.clicked()[:, landmark])
+        if row in clicked:
+            return 0
+        before, after = clicked[clicked < row], clicked[clicked > row]
+        low = int(before[-1]) if len(before) else -1
+        high = int(after[0]) if len(after) else len(self.gains.frame)
+        return high - low - 1
+
+
+def next_clicks(
+    cameras: Mapping[str, Camera],
+    landmark_set: LandmarkSet,
+    fit: TrajectoryFit,
+    clicks: Iterable[Click],
+    *,
+    sigma: Mapping[str, float] | float = USUAL_SIGMA,
+    run: LandmarkTrajectory | None = None,
+    gaps: Sequence[range] = (),
+    limbs: Sequence[str] = SCORED,
+    wish: Wish | None = None,
+) -> tuple[Suggestion, ...]:
+    """The places where a click helps most, best first; see :class:`NextClicks`."""
+    ranking = NextClicks(
+        cameras, landmark_set, fit, clicks, sigma=sigma, run=run, gaps=gaps, limbs=limbs
+    )
+    return ranking.best(wish)
+
+
+def _gain_of(doubt: Doubt, new_click: float) -> float:
+    return doubt.mistake * new_click + (1.0 - doubt.mistake) * doubt.angle_deg
+
+
+def _wanted(key: ClickKey, wish: Wish) -> bool:
+    return (
+        (wish.frames is None or key.frame in wish.frames)
+        and (not wish.cameras or key.camera in wish.cameras)
+        and (not wish.landmarks or key.landmark in wish.landmarks)
+    )
+
+
+def _apart(found: Iterable[Suggestion], count: int) -> Iterator[Suggestion]:
+    """The best ones, of which none is of the same click."""
+    seen: set[ClickKey] = set()
+    for one in found:
+        if len(seen) >= count:
+            return
+        if one.key not in seen:
+            seen.add(one.key)
+            yield one
+
+
+def _middle(sigma: Mapping[str, float]) -> float:
+    return float(np.median(list(sigma.values()))) if sigma else USUAL_SIGMA

@@ -1,0 +1,32 @@
+"""Distances between line segments."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+
+
+def segment_distance(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> FloatArray:
+    """Least distances (...) between the segments a to b and c to d, all (..., 3).
+
+    The feet are found on the lines, then moved into the segments one after the other (Ericson,
+    Real-Time Collision Detection, section 5.1.9). Segments may be points; NaN where one is NaN.
+    """
+    u, v, w = b - a, d - c, a - c
+    uu, vv, uv = _dot(u, u), _dot(v, v), _dot(u, v)
+    uw, vw = _dot(u, w), _dot(v, w)
+    determinant = uu * vv - uv * uv
+    s = np.clip((uv * vw - uw * vv) / np.where(determinant > 1e-15, determinant, np.inf), 0, 1)
+    t = (uv * s + vw) / np.where(vv > 0, vv, np.inf)
+    inside = np.clip(t, 0.0, 1.0)
+    moved = np.clip((uv * inside - uw) / np.where(uu > 0, uu, np.inf), 0.0, 1.0)
+    s = np.where((t == inside) & (vv > 0), s, moved)
+    apart = w + s[..., None] * u - inside[..., None] * v
+    result: FloatArray = np.sqrt(_dot(apart, apart))
+    return result
+
+
+def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    result: FloatArray = np.einsum("...i,...i->...", a, b)
+    return result

@@ -1,0 +1,35 @@
+"""Fits of a trajectory as they come out where every so many frames are clicked."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, TrajectoryFit
+from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.annotation.limb_axes import limb_sigma_deg
+
+
+def fit_of(points, clicked, *, sure=0.01, unsure=0.06, unknown=(), residuals=None, mistakes=None):
+    """A fit of landmarks (F, 9, 3), known to `sure` metres at clicked frames, worse between."""
+    frames = len(points)
+    clicked = np.array(sorted(clicked))
+    away = np.abs(np.arange(frames)[:, None] - clicked).min(axis=1)
+    largest = max(int(np.diff(clicked).max()) / 2, 1.0) if len(clicked) > 1 else frames
+    spread = sure + (unsure - sure) * np.sqrt(np.minimum(away / largest, 1.0))
+    covariance = np.square(spread)[:, None, None, None] * np.eye(3)
+    covariance = np.broadcast_to(covariance, (frames, 9, 3, 3)).copy()
+    points = points.copy()
+    kind = np.where(away == 0, CLICKED, INTERPOLATED)
+    for row in unknown:
+        points[row], covariance[row], kind[row] = np.nan, np.nan, GAP
+    return TrajectoryFit(
+        names=NINE.names,
+        frame=np.arange(frames),
+        landmarks=points,
+        covariance=covariance,
+        limb_sigma_deg=limb_sigma_deg(points, covariance, NINE),
+        kind=kind,
+        nine=points,
+        residual_px=residuals or {},
+        mistake=mistakes or {},
+    )

@@ -1,0 +1,242 @@
+"""Suggestions are where a click helps, say why, and are kept up to date by edits."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stereotrack_core.annotation.click import Click, ClickKey, Visibility
+from stereotrack_core.annotation.click_gains import ClickGains
+from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
+from stereotrack_core.annotation.limb_axes import SCORED, limb_quadratics, limb_sigma_deg
+from stereotrack_core.annotation.next_clicks import NextClicks, Wish, next_clicks
+from stereotrack_core.annotation.stop_sign import good_enough
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.geometry.reprojection import pixel_jacobian
+from stereotrack_core.geometry.rotation import angle_between
+from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+from tests.annotation.fits import fit_of
+from tests.annotation.scenes import bodies, cameras, clicks_of
+
+RIG = cameras()
+
+
+def clicked_every(points, step, rig=RIG):
+    return [click for click in clicks_of(points, rig) if click.frame % step == 0]
+
+
+def test_limb_angles_are_those_of_landmarks_that_scatter():
+    nine = bodies(1)[0]
+    covariance = np.broadcast_to(np.diag([1e-4, 4e-4, 2e-4]), (9, 3, 3))
+    stated = limb_sigma_deg(nine, covariance, NINE)
+    rng = np.random.default_rng(1)
+    moved = nine + rng.normal(0, np.sqrt([1e-4, 4e-4, 2e-4]), (20000, 9, 3))
+    for limb, (one, two) in {
+        "left_upper_arm": ("left_shoulder", "left_elbow"),
+        "right_forearm": ("right_elbow", "right_hand"),
+    }.items():
+        i, j = LANDMARKS.index(one), LANDMARKS.index(two)
+        off = np.degrees(angle_between(moved[:, j] - moved[:, i], nine[j] - nine[i]))
+        assert stated[LIMBS.index(limb)] == pytest.approx(np.sqrt(np.mean(off**2)), rel=0.05)
+
+
+def test_gain_is_what_a_kalman_filter_gains():
+    points = bodies(3)
+    fit = fit_of(points, [0, 2])
+    gains = ClickGains(RIG, NINE, fit, [], sigma=3.0)
+    hand, camera = NINE.names.index("left_hand"), 1
+    name = gains.names[camera]
+    P = fit.covariance[1].copy()
+    J = pixel_jacobian(RIG[name], points[1, hand])
+    sigma = 9.0 if gains.hidden[1, camera, hand] else 3.0
+    K = P[hand] @ J.T @ np.linalg.inv(J @ P[hand] @ J.T + sigma**2 * np.eye(2))
+    P[hand] = (np.eye(3) - K @ J) @ P[hand]
+    before, after = fit.limb_sigma_deg[1], limb_sigma_deg(points[1], P, NINE)
+    assert gains.by_limb(1, camera, hand) == pytest.approx(before - after, abs=1e-9)
+    assert gains.gain[1, camera, hand] == pytest.approx((before - after).sum())
+
+
+def test_clicks_are_asked_for_where_least_is_known():
+    points = bodies(60)
+    clicked = [0, 10, 50]
+    clicks = [click for click in clicks_of(points, RIG) if click.frame in clicked]
+    found = next_clicks(RIG, NINE, fit_of(points, clicked), clicks)
+    assert 25 <= found[0].frame <= 35
+    assert "39 frames without a click of it" in found[0].reason
+    assert "uncertain (" in found[0].reason
+    assert [one.gain_deg for one in found] == sorted((o.gain_deg for o in found), reverse=True)
+    assert not {one.key for one in found} & {click.key for click in clicks}
+    assert all(one.landmark != "head" for one in found)  # the head enters no measure
+
+
+def test_places_outside_deleted_and_out_of_sight_are_not_asked_for():
+    points = bodies(20)
+    clicks = clicked_every(points, 19)
+    refused = [
+        Click(frame, camera, name, None, Visibility.OUTSIDE)
+        for frame in range(1, 19)
+        for camera in "NOS"
+        for name in NINE.names
+    ]
+    refused += [
+        Click(frame, "W", name, (1.0, 1.0), deleted=True)
+        for frame in range(1, 19)
+        for name in NINE.names
+        if name != "left_hand"
+    ]
+    found = next_clicks(RIG, NINE, fit_of(points, [0, 19]), clicks + refused)
+    assert {(one.camera, one.landmark) for one in found} == {("W", "left_hand")}
+    far = points + [0.0, 0.0, 30.0]
+    assert not next_clicks(RIG, NINE, fit_of(far, [0, 19]), [])
+
+
+def test_flagged_gaps_and_wishes_are_kept_to():
+    points = bodies(80)
+    clicks = clicked_every(points, 20)
+    fit = fit_of(points, range(0, 80, 20))
+    found = next_clicks(RIG, NINE, fit, clicks, gaps=[range(21, 60)])
+    assert found
+    assert not any(21 <= one.frame < 60 for one in found)
+    wish = Wish(5, frames=range(40, 60), cameras={"S"}, landmarks={"right_elbow", "right_hand"})
+    chosen = next_clicks(RIG, NINE, fit, clicks, wish=wish)
+    assert 0 < len(chosen) <= 5
+    assert all(one.camera == "S" and 40 <= one.frame < 60 for one in chosen)
+    assert {one.landmark for one in chosen} <= {"right_elbow", "right_hand"}
+
+
+def test_stretch_of_which_nothing_is_known_comes_first():
+    points = bodies(40)
+    clicks = [c for c in clicks_of(points, RIG) if c.frame in (0, 20)]
+    found = next_clicks(RIG, NINE, fit_of(points, [0, 20], unknown=range(21, 40)), clicks)
+    assert found[0].frame == 30
+    assert found[0].reason == "nothing is known of 19 frames"
+
+
+def test_probable_mistakes_and_high_residuals_are_to_be_looked_at_again():
+    points = bodies(20)
+    clicks = clicked_every(points, 5)
+    wrong, far = ClickKey(5, "N", "left_elbow"), ClickKey(10, "O", "right_hand")
+    fit = fit_of(
+        points,
+        range(0, 20, 5),
+        residuals={wrong: np.array([60.0, 0]), far: np.array([0.0, 20])},
+        mistakes={wrong: 0.97, far: 0.2},
+    )
+    found = {one.key: one for one in next_clicks(RIG, NINE, fit, clicks, wish=Wish(500))}
+    assert found[wrong].reason == "probably a mistake: 60 px off"
+    assert found[far].reason == "far from the fit: 20 px off"
+    assert found[wrong].click_there
+    assert found[far].click_there
+    assert found[far].gain_deg > 1.0
+
+
+def test_swapped_sides_are_told():
+    points = bodies(12)
+    clicks = {click.key: click for click in clicked_every(points, 4)}
+    keys = [ClickKey(4, "S", name) for name in ("left_elbow", "right_elbow")]
+    one, two = (clicks[key] for key in keys)
+    clicks[keys[0]] = replace(one, position=two.position)
+    clicks[keys[1]] = replace(two, position=one.position)
+    away = np.subtract(two.position, one.position)
+    fit = fit_of(
+        points,
+        range(0, 12, 4),
+        residuals=dict.fromkeys(keys, away),
+        mistakes=dict.fromkeys(keys, 0.9),
+    )
+    found = {s.key: s for s in next_clicks(RIG, NINE, fit, clicks.values(), wish=Wish(500))}
+    assert "seem to be swapped" in found[keys[0]].reason
+
+
+def test_disagreement_with_a_tracker_moves_its_frames_up_and_is_told():
+    points = bodies(60)
+    clicks = clicked_every(points, 10)
+    fit = fit_of(points, range(0, 60, 10))
+    other = points.copy()
+    hand, elbow = LANDMARKS.index("left_hand"), LANDMARKS.index("left_elbow")
+    other[42:48, hand] = other[42:48, elbow] - (other[42:48, hand] - other[42:48, elbow])
+    run = LandmarkTrajectory(np.arange(60), other)
+    found = next_clicks(RIG, NINE, fit, clicks, run=run)
+    assert 42 <= found[0].frame < 48
+    assert found[0].reason.startswith("tracker and reference 180 deg apart (left forearm)")
+
+
+def test_an_edit_brings_down_what_its_click_would_have_gained():
+    points = bodies(60)
+    clicks = clicked_every(points, 30)
+    ranking = NextClicks(RIG, NINE, fit_of(points, [0, 30]), clicks)
+    first = ranking.best()[0]
+    all_there = {click.key: click for click in clicks_of(points, RIG)}
+    ranking.update(first.frame, [all_there[first.key]])
+    after = ranking.best(Wish(500))
+    assert first.key not in {one.key for one in after}
+    near = [one for one in after if one.landmark == first.landmark and one.camera == first.camera]
+    assert all(one.gain_deg < first.gain_deg for one in near)
+    assert after[0].gain_deg <= first.gain_deg
+
+
+def test_an_edit_beyond_the_fit_is_passed_over():
+    points = bodies(20)
+    ranking = NextClicks(RIG, NINE, fit_of(points, [0, 19]), [])
+    before = ranking.best()
+    ranking.update(500, [Click(500, "N", "head", (3.0, 4.0))])
+    assert ranking.best() == before
+
+
+def test_an_edit_of_a_long_recording_takes_a_moment():
+    points = np.tile(bodies(200), (10, 1, 1))
+    clicks = [click for click in clicks_of(points, RIG) if click.frame % 20 == 0]
+    ranking = NextClicks(RIG, NINE, fit_of(points, range(0, 2000, 20)), clicks)
+    new = [click for click in clicks_of(points[:110], RIG) if click.frame == 109]
+    times = []
+    for count in range(1, 6):
+        start = time.perf_counter()
+        ranking.update(109, new[:count])
+        ranking.best()
+        times.append(time.perf_counter() - start)
+    assert np.median(times) < 0.05
+
+
+def test_fit_of_another_set_is_refused():
+    points = bodies(5)
+    few = LandmarkSet("few", (replace(NINE["head"]),))
+    with pytest.raises(ValueError, match="another set"):
+        next_clicks(RIG, few, fit_of(points, [0]), [])
+
+
+def test_landmarks_besides_the_nine_count_for_their_limb():
+    extra = replace(NINE["left_hand"], name="left_thumb", mirror="")
+    larger = LandmarkSet("ten", (*NINE.landmarks, extra))
+    quadratics = limb_quadratics(bodies(1)[0], larger)
+    assert quadratics.shape == (10, 6, 3, 3)
+    assert quadratics[9, LIMBS.index("left_forearm")].trace() > 0
+    assert not quadratics[9, LIMBS.index("torso")].any()
+
+
+def test_stop_sign_counts_frames_and_limbs():
+    sigma = np.full((100, 6), 2.0)
+    sigma[:, LIMBS.index("head")] = 50.0  # not scored
+    sigma[:3, LIMBS.index("left_forearm")] = 6.0
+    sigma[0, LIMBS.index("right_upper_arm")] = np.nan
+    sign = good_enough(sigma, 3.0)
+    assert (sign.frames_missing, sign.unknown) == (3, 0)
+    assert sign.missing_by_limb["left_forearm"] == 3
+    assert sign.missing_by_limb["right_upper_arm"] == 1
+    assert sign.rms_deg["torso"] == pytest.approx(2.0)
+    assert sign.reached
+    assert sign.words() == (
+        "3 of 100 frames miss 3 deg, most often the left forearm (3): that is enough"
+    )
+    assert not good_enough(sigma, 3.0, allowed=0.0).reached
+    assert set(sign.missing_by_limb) == set(SCORED)
+    everything = good_enough(np.full((7, 6), 1.0), 3.0)
+    assert everything.words() == "good to 3 deg in all 7 frames: that is enough"
+    assert not good_enough(np.empty((0, 6)), 3.0).reached
+    unknown = good_enough(np.full((4, 6), np.nan), 3.0)
+    assert (unknown.unknown, unknown.reached) == (4, False)
+    assert np.isnan(unknown.rms_deg["torso"])
+    with pytest.raises(ValueError, match="no wish"):
+        good_enough(sigma, 0.0)
