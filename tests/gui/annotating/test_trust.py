@@ -1,0 +1,139 @@
+"""Annotating again blindly, and how well two readings agree."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QGuiApplication
+
+from app.annotating.agreement_dialog import AgreementDialog
+from app.presenters.agreement import agreement_report
+from app.presenters.blind_repeats import BlindRepeats, Repeat
+from app.views.repeat_bar import RepeatBar
+from stereotrack_core.annotation.agreement import differences
+from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.project.click_edits import PlaceClicks, PlaceRepeats
+from stereotrack_core.project.click_sigma import measured_sigmas, repeat_differences
+from stereotrack_core.project.marks import SetKeyframes
+from stereotrack_core.project.project import Project
+
+LEFT = Qt.MouseButton.LeftButton
+
+
+@pytest.fixture
+def annotated(project, make):
+    """Forty frames that are done, one after the other."""
+    project.apply(PlaceClicks(make.clicks_at(range(40), sigma=2.0, seed=1)))
+    for frame in range(40):
+        project.apply(SetKeyframes((frame,), "done"))
+    return project
+
+
+def test_nothing_comes_again_unless_switched_on(annotated):
+    repeats = BlindRepeats(annotated)
+    assert repeats.due() is None
+    repeats.switch(0.05)
+    assert repeats.due() in range(20)  # those done long ago, so that nobody remembers
+    repeats.switch(0.0)
+    assert repeats.due() is None
+
+
+def test_the_second_reading_is_blind_and_apart(annotated, make):
+    repeats = BlindRepeats(annotated)
+    repeats.switch(0.05)
+    frame = repeats.due()
+    first = annotated.clicks.at(frame)
+    assert repeats.begin(frame) == Repeat(frame, 1)
+    assert repeats.hides(frame)
+    assert not repeats.hides(frame + 1)
+    assert repeats.clicks() == ()
+    assert len(repeats.missing()) == 36
+    again = make.clicks_at([frame], sigma=2.0, seed=9)
+    repeats.place(again[:30])
+    repeats.delete([again[0].key])
+    assert len(repeats.clicks()) == 29
+    assert len(repeats.missing()) == 7
+    assert "29 clicks so far, 7 to go" in repeats.words()
+    assert annotated.clicks.at(frame) == first
+    with pytest.raises(ValueError, match="no frame"):
+        repeats.place(make.clicks_at([frame + 1])[:1])
+    repeats.finish()
+    assert not repeats.hides(frame)
+    assert repeats.words() == ""
+    assert repeats.due() is not None  # two of forty are five percent
+
+
+def test_what_is_under_way_survives_closing(recording, make):
+    path = recording.folder.parent / "again.stereotrack"
+    with Project.create(path, recording.folder) as project:
+        project.apply(PlaceClicks(make.clicks_at([3])))
+        BlindRepeats(project).begin(3)
+    with Project.open(path) as project:
+        assert BlindRepeats(project).hides(3)
+
+
+def test_the_measured_sigma_comes_from_repeats(annotated, make):
+    again = make.clicks_at(range(0, 40, 2), sigma=2.0, seed=9)
+    annotated.apply(PlaceRepeats(1, again))
+    assert len(repeat_differences(annotated)) == 20 * 36
+    sigmas = measured_sigmas(annotated, usual=6.0)
+    assert set(sigmas) == set(NINE.names)
+    np.testing.assert_allclose(list(sigmas.values()), 2.0, atol=0.6)
+
+
+def report_of(project, second, make):
+    return agreement_report(differences(project.clicks.all(), second), make.CAMERAS, NINE)
+
+
+def test_the_report_says_words_first(annotated, make):
+    report = report_of(annotated, make.clicks_at(range(10), sigma=2.0, seed=9), make)
+    assert report.verdict.startswith("Good: a click is good to ")
+    assert "(360 pairs in 10 frames)" in report.verdict
+    assert [row.name for row in report.rows][:2] == ["all landmarks", "left shoulder"]
+    assert report.rows[0].count == 360
+    assert 1.7 < report.rows[0].sigma < 2.3
+    assert 3.0 < report.rows[1].median_mm < 20.0
+    assert 0.5 < report.rows[1].median_deg < 6.0
+
+
+def test_a_landmark_that_is_understood_differently_is_named(annotated, make):
+    second = [
+        replace(c, position=(c.position[0] + 15, c.position[1])) if c.landmark == "left_hip" else c
+        for c in make.clicks_at(range(10), sigma=2.0, seed=9)
+    ]
+    report = report_of(annotated, second, make)
+    assert "Agree on where the left hip is: both put it 16 px apart" in report.remedy
+
+
+def test_nothing_in_common_is_said(annotated, make):
+    report = report_of(annotated, make.clicks_at([50]), make)
+    assert report.verdict.startswith("There is nothing to compare")
+    assert report.rows[0].count == 0
+
+
+def test_the_dialog_shows_and_copies(qtbot, annotated, make, shown):
+    dialog = shown(AgreementDialog(), 940, 420)
+    report = report_of(annotated, make.clicks_at(range(10), sigma=2.0, seed=9), make)
+    dialog.show_report("A against B", report)
+    assert dialog.table.rowCount() == 10
+    qtbot.mouseClick(dialog.copy_button, LEFT)
+    lines = QGuiApplication.clipboard().text().splitlines()
+    assert len(lines) == 11
+    assert lines[1].startswith("all landmarks\t360\t")
+    with qtbot.waitSignal(dialog.differences_requested):
+        qtbot.mouseClick(dialog.look_button, LEFT)
+    with qtbot.waitSignal(dialog.other_project_requested):
+        qtbot.mouseClick(dialog.other_button, LEFT)
+
+
+def test_the_bar_says_that_clicks_are_hidden(qtbot, shown):
+    bar = shown(RepeatBar(), 600, 40)
+    bar.show_words("Frame 3 once more, blindly")
+    assert bar.isVisible()
+    with qtbot.waitSignal(bar.finish_requested):
+        qtbot.mouseClick(bar.finish_button, LEFT)
+    bar.show_words("")
+    assert not bar.isVisible()
