@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 
 from app.limb_colours import LIMB_COLOURS, limb_words
+from app.views.lane_filter import KINDS, LaneFilter
 from app.views.timeline_lanes import Lane, Mark, MarkArray
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.progress import LaneState, Seen, lane_states
@@ -24,8 +24,6 @@ FULL_SIGMA_DEG = 10.0
 """Uncertainty that is shown in a lane's full colour."""
 FULL_RESIDUAL_PX = 10.0
 """Residual that is shown in a lane's full colour."""
-KINDS = ("landmarks", "uncertainty", "residual")
-"""Kinds of lanes that can be shown or hidden together."""
 _TABLES = frozenset({"click", "frame_flag", "keyframe"})
 _MOST_QUERIES = 64
 
@@ -37,25 +35,6 @@ _MARKS[LaneState.CLICKED] = Mark.CLICKED
 _MARKS[LaneState.FLAGGED] = Mark.FLAGGED
 
 _Flags: TypeAlias = dict[int, list[str]]
-
-
-@dataclass(frozen=True)
-class LaneFilter:
-    """Which lanes are shown.
-
-    Attributes
-    ----------
-    kinds : frozenset of str
-        Of :data:`KINDS`.
-    hidden : frozenset of str
-        What lanes are called (``Lane.id``) that are left out.
-    only_flagged : bool
-        Leave out the landmarks without a flagged frame, and all limbs.
-    """
-
-    kinds: frozenset[str] = frozenset({"landmarks", "uncertainty"})
-    hidden: frozenset[str] = frozenset()
-    only_flagged: bool = False
 
 
 class AnnotationLanes:

@@ -7,7 +7,8 @@ import time
 import numpy as np
 import pytest
 
-from app.presenters.annotation_lanes import AnnotationLanes, LaneFilter
+from app.presenters.annotation_lanes import AnnotationLanes
+from app.views.lane_filter import LaneFilter
 from app.views.timeline_lanes import Mark
 from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Visibility
 from stereotrack_core.annotation.landmark_set import NINE, Landmark, LandmarkSet

@@ -1,0 +1,152 @@
+"""Commands on what is selected are edits, said in words, taken back at once."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction
+
+from app.presenters.annotation_lanes import GAP
+from app.presenters.selection import (
+    Selection,
+    clear_clicks,
+    flag_frames,
+    gaps_of,
+    keyframes_done,
+    keyframes_every,
+    mark_gap,
+    no_keyframes,
+    selection_of,
+    selection_summary,
+    unflag_frames,
+    unmark_gap,
+)
+from app.views.annotation_bar import AnnotationBar
+from app.views.lane_filter import LaneFilter
+from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.errors import InputError
+from stereotrack_core.project.click_edits import PlaceClicks
+
+LEFT = Qt.MouseButton.LeftButton
+
+
+@pytest.fixture
+def annotated(project, make):
+    project.apply(PlaceClicks(make.clicks_at(range(0, 40, 5))))
+    return project
+
+
+def test_words():
+    assert Selection(range(7, 8)).words() == "frame 7"
+    two = Selection(range(120, 181), ("left_elbow", "left_hand"))
+    assert two.words() == "frames 120 – 180, left elbow and left hand"
+    assert Selection(range(2), NINE.names[:3]).words() == "frames 0 – 1, 3 landmarks"
+
+
+def test_without_a_selection_commands_work_on_the_frame_shown():
+    found = selection_of(None, 9, {"head", "torso ±"}, NINE.names)
+    assert found == Selection(range(9, 10), ("head",))
+    assert selection_of(range(2, 5), 9, (), NINE.names) == Selection(range(2, 5))
+
+
+def test_clicks_are_cleared_and_come_back(annotated):
+    chosen = Selection(range(5, 16), ("left_elbow", "head"))
+    assert selection_summary(annotated, chosen) == ("frames 5 – 15, left elbow and head: 24 clicks")
+    before = annotated.clicks.all()
+    annotated.apply(clear_clicks(annotated, chosen))
+    assert annotated.clicks.count() == len(before) - 24
+    assert annotated.history.to_undo().words == "delete 2 landmarks in 4 cameras, frames 5 to 15"
+    annotated.undo()
+    assert annotated.clicks.all() == before
+    with pytest.raises(InputError, match="no clicks in frames 1 – 2"):
+        clear_clicks(annotated, Selection(range(1, 3)))
+
+
+def test_gaps(annotated):
+    annotated.apply(mark_gap(Selection(range(10, 14))))
+    annotated.apply(mark_gap(Selection(range(14, 16))))
+    annotated.apply(mark_gap(Selection(range(30, 33), ("head",))))
+    assert gaps_of(annotated) == (range(10, 16),)
+    annotated.apply(unmark_gap(annotated, Selection(range(12, 14))))
+    assert gaps_of(annotated) == (range(10, 12), range(14, 16))
+    annotated.apply(unmark_gap(annotated, Selection(range(60))))
+    assert not [flag for flag in annotated.marks.flags() if flag.kind == GAP]
+    with pytest.raises(InputError, match="nothing is marked as a gap"):
+        unmark_gap(annotated, Selection(range(60)))
+
+
+def test_flags_leave_gaps_alone(annotated):
+    chosen = Selection(range(10, 14))
+    annotated.apply(mark_gap(chosen))
+    annotated.apply(flag_frames(chosen))
+    annotated.apply(unflag_frames(annotated, chosen))
+    assert gaps_of(annotated) == (range(10, 14),)
+    with pytest.raises(InputError, match="nothing is flagged"):
+        unflag_frames(annotated, chosen)
+
+
+def test_keyframes_every_n(annotated):
+    annotated.apply(keyframes_every(Selection(range(60)), 10))
+    assert annotated.progress().words() == "0 of 6 keyframes"
+    annotated.apply(keyframes_done(annotated, Selection(range(25))))
+    assert annotated.progress().words() == "3 of 6 keyframes"
+    annotated.apply(no_keyframes(annotated, Selection(range(30, 60))))
+    assert annotated.progress().words() == "3 of 3 keyframes"
+    annotated.apply(keyframes_done(annotated, Selection(range(7, 8))))
+    assert annotated.progress().words() == "4 of 4 keyframes"
+    with pytest.raises(InputError, match="no keyframe in frames 41 – 43"):
+        keyframes_done(annotated, Selection(range(41, 44)))
+    with pytest.raises(InputError, match="every 0"):
+        keyframes_every(Selection(range(60)), 0)
+
+
+@pytest.fixture
+def bar(shown):
+    made = shown(AnnotationBar(), 900, 32)
+    made.set_lanes([(one.name, one.label) for one in NINE.landmarks])
+    return made
+
+
+def toggle(qtbot, bar, words):
+    """Open the menu of lanes by a click and choose an entry by a click."""
+    bar.lanes_menu.aboutToShow.emit()
+    menu = bar.lanes_menu
+    menu.popup(bar.mapToGlobal(bar.rect().bottomLeft()))
+    action = next(one for one in menu.actions() if one.text() == words)
+    qtbot.mouseClick(menu, LEFT, pos=menu.actionGeometry(action).center())
+    menu.hide()
+
+
+def test_lanes_are_filtered_by_a_menu(qtbot, bar):
+    chosen = []
+    bar.filter_changed.connect(chosen.append)
+    toggle(qtbot, bar, "left elbow")
+    toggle(qtbot, bar, "Residual of each limb [px]")
+    toggle(qtbot, bar, "Only what is flagged")
+    assert bar.lanes_button.text() == "Only flagged"
+    assert chosen[-1] == LaneFilter(
+        frozenset({"landmarks", "uncertainty", "residual"}), frozenset({"left_elbow"}), True
+    )
+    toggle(qtbot, bar, "As at first")
+    assert chosen[-1] == LaneFilter()
+    assert bar.lanes_button.text() == "Lanes"
+
+
+def test_flagged_frames_are_gone_to(qtbot, bar):
+    bar.show_progress("214 of 300 keyframes, 3 flagged", 0.71, flagged=True)
+    with qtbot.waitSignal(bar.flagged_requested) as caught:
+        qtbot.mouseClick(bar.next_button, LEFT)
+    assert caught.args == [False]
+    bar.show_progress("214 of 300 keyframes", 0.71, flagged=False)
+    assert not bar.next_button.isEnabled()
+
+
+def test_commands_on_the_selection_are_a_menu(qtbot, bar):
+    done = []
+    action = QAction("Clear clicks", bar)
+    action.triggered.connect(lambda: done.append(1))
+    bar.set_selection_actions([action, None])
+    bar.show_selection_menu(bar.mapToGlobal(bar.rect().bottomRight()))
+    menu = bar.selection_menu
+    qtbot.mouseClick(menu, LEFT, pos=menu.actionGeometry(action).center())
+    assert done == [1]
