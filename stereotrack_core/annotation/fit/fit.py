@@ -9,6 +9,7 @@ from stereotrack_core.annotation.fit.live import fitted_frame
 from stereotrack_core.annotation.fit.measurement import ClickMeasurement
 from stereotrack_core.annotation.fit.results import FrameFit, TrajectoryFit
 from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.annotation.fit.trajectory import fitted_trajectory
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.parameters import BodyParameters
@@ -112,4 +113,6 @@ class ClickFit:
         Cancelled
             When stopped.
         """
-        raise NotImplementedError
+        return fitted_trajectory(
+            self._context, measurements_by_frame, frames, clouds, gaps, on_frame, cancelled
+        )
