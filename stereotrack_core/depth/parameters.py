@@ -94,6 +94,15 @@ class DepthParameters(ParameterGroup):
         choices=("whole", "changed"),
         thesis="whole",
     )
+    subpixel: str = parameter(
+        "aligned",
+        "Where the part of a pixel comes from: the matcher's parabola, which is drawn to whole"
+        " pixels; or the pictures aligned once more around every pixel that becomes a point, with"
+        " the person's pixels only (needs the person's outline to keep the wall out).",
+        group=_MATCH,
+        choices=("matcher", "aligned"),
+        thesis="matcher",
+    )
     speckle_size: int = parameter(
         60,
         "Foreground patches of at most so many pixels are dropped; 0 keeps all.",
@@ -181,11 +190,12 @@ class DepthParameters(ParameterGroup):
         thesis=False,
     )
     halo_trim: str = parameter(
-        "none",
-        "Cut the border that block matching adds around the person: not at all, or where the"
-        " picture looks as it does in the empty scene.",
+        "outline",
+        "Cut the border that block matching adds around the person: not at all, where the"
+        " picture looks as it does in the empty scene, or outside of the sharp outline (which is"
+        " kept whole for the search, and no points are made from it).",
         group=_BACKGROUND,
-        choices=("none", "picture"),
+        choices=("none", "picture", "outline"),
         thesis="none",
     )
     halo_contrast: int = parameter(

@@ -53,37 +53,35 @@ def range_of_disparity(geometry: DepthGeometry, disparity: Float32Array) -> Floa
     return result
 
 
-def world_points(
-    geometry: DepthGeometry,
-    range_z: Float32Array,
-    chosen: BoolArray,
-    step: int,
-    origin: tuple[int, int] = (0, 0),
-) -> tuple[FloatArray, IntArray]:
-    """Points of the chosen pixels on every `step`-th row and column, (2.2) and (2.3).
+def thinned_pixels(chosen: BoolArray, step: int, origin: tuple[int, int]) -> IntArray:
+    """Columns and rows (N, 2) of the chosen pixels on every `step`-th row and column.
+
+    The same rows and columns of the image whatever the region is.
+
+    Parameters
+    ----------
+    chosen : (h, w) bool
+    step : int
+    origin : (int, int)
+        Column and row of the array's first pixel in the view's depth image.
+    """
+    left, top = ((step // 2 - start) % step for start in origin)
+    rows, columns = np.nonzero(chosen[top::step, left::step])
+    in_region = np.stack([columns * step + left, rows * step + top], axis=1)
+    pixels: IntArray = in_region + np.array(origin)
+    return pixels
+
+
+def world_points(geometry: DepthGeometry, range_z: FloatArray, pixels: IntArray) -> FloatArray:
+    """Points (N, 3), world, metres, of pixels with their ranges, (2.2) and (2.3).
 
     Parameters
     ----------
     geometry : DepthGeometry
-    range_z : (h, w) float32, metres
-    chosen : (h, w) bool
-    step : int
-    origin : (int, int)
-        Column and row of the arrays' first pixel in the view's depth image.
-
-    Returns
-    -------
-    points : (N, 3) float64, world, metres
+    range_z : (N,) float64, metres
     pixels : (N, 2) int64
-        Column and row.
+        Column and row in the view's depth image.
     """
-    # The same rows and columns of the image whatever the region is.
-    left, top = ((step // 2 - start) % step for start in origin)
-    rows, columns = np.nonzero(chosen[top::step, left::step])
-    rows, columns = rows * step + top, columns * step + left
-    z = range_z[rows, columns].astype(np.float64)
-    columns, rows = columns + origin[0], rows + origin[1]
-    x = (columns - geometry.c_x) / geometry.focal * z
-    y = (rows - geometry.c_y) / geometry.focal * z
-    points = geometry.world_from_depth.apply(np.stack([x, y, z], axis=1))
-    return points, np.stack([columns, rows], axis=1)
+    x = (pixels[:, 0] - geometry.c_x) / geometry.focal * range_z
+    y = (pixels[:, 1] - geometry.c_y) / geometry.focal * range_z
+    return geometry.world_from_depth.apply(np.stack([x, y, range_z], axis=1))

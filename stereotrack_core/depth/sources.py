@@ -8,13 +8,14 @@ from typing import Protocol
 import cv2
 import numpy as np
 
-from stereotrack_core.arrays import BoolArray, Float32Array, ImageArray
+from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray, IntArray
 from stereotrack_core.depth.cloud import DepthGeometry
 from stereotrack_core.depth.match import STEPS, DisparityRange, Matcher
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume, range_of_disparity
 from stereotrack_core.depth.rectify import Rectification
 from stereotrack_core.depth.region import Region
+from stereotrack_core.depth.subpixel import refined_disparity
 from stereotrack_core.recording.frames import ViewImages
 
 _DARK_BELOW = 16  # of 255
@@ -45,6 +46,7 @@ class StereoFrame:
     picture: ImageArray
     outside: BoolArray | None
     matcher: Matcher
+    window: int
 
     def disparity(self, region: Region) -> Float32Array:
         """Match the region; see :class:`OpenedFrame`."""
@@ -56,6 +58,10 @@ class StereoFrame:
         if self.outside is not None:
             disparity[self.outside[region.slices]] = np.nan
         return disparity
+
+    def aligned(self, person: BoolArray, pixels: IntArray, disparity: FloatArray) -> FloatArray:
+        """Disparities (N,) of some pixels, refined; see :func:`refined_disparity`."""
+        return refined_disparity(self.left, self.picture, person, pixels, disparity, self.window)
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +89,7 @@ class StereoSource:
         self.geometry = rectification.geometry
         self._rectification = rectification
         self._low_pass = parameters.low_pass
+        self._window = parameters.match_window | 1
         self.disparity_range = disparity_range(self.geometry, parameters)
         self._matcher = Matcher(parameters, self.disparity_range)
         self._outside = _windows_outside(rectification, parameters.match_window)
@@ -106,7 +113,7 @@ class StereoSource:
             left = left_map.apply(left)
         if (image_map := self._rectification.image_map) is not None:
             right = image_map.apply(right)
-        return StereoFrame(left, right, self._outside, self._matcher)
+        return StereoFrame(left, right, self._outside, self._matcher, self._window)
 
     def rectified(self, image: ImageArray) -> ImageArray:
         """The reference picture where the disparities are, in its colours."""

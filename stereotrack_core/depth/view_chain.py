@@ -12,9 +12,15 @@ from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, IntArra
 from stereotrack_core.depth.cloud import ViewDepth
 from stereotrack_core.depth.match import STEPS
 from stereotrack_core.depth.parameters import DepthParameters
-from stereotrack_core.depth.points import Volume, world_points
+from stereotrack_core.depth.points import Volume, thinned_pixels, world_points
 from stereotrack_core.depth.region import Region, region_of_points
-from stereotrack_core.depth.sources import DepthSource, NoDepth, OpenedFrame, StereoSource
+from stereotrack_core.depth.sources import (
+    DepthSource,
+    NoDepth,
+    OpenedFrame,
+    StereoFrame,
+    StereoSource,
+)
 from stereotrack_core.depth.stopwatch import Stopwatch
 from stereotrack_core.depth.view_background import ViewBackground
 from stereotrack_core.recording.frames import ViewImages
@@ -58,12 +64,11 @@ class Seen:
 
     def placed(self, region: Region, shape: tuple[int, int]) -> Seen:
         """Images of full size with nothing around the region."""
-        return Seen(_placed(self.silhouette, region, shape), _placed(self.outline, region, shape))
+        images = self.silhouette, self.outline
+        return Seen(*(None if i is None else _placed(i, region, shape) for i in images))
 
 
-def _placed(image: BoolArray | None, region: Region, shape: tuple[int, int]) -> BoolArray | None:
-    if image is None:
-        return None
+def _placed(image: BoolArray, region: Region, shape: tuple[int, int]) -> BoolArray:
     around = np.zeros(shape, dtype=bool)
     around[region.slices] = image
     return around
@@ -158,7 +163,12 @@ class ViewChain:
         watch.lap("background")
         self._drop_patches(disparity, chosen)
         watch.lap("patches")
-        result = self._result(disparity, chosen, Seen(silhouette, outline), region, watch)
+        seen = Seen(silhouette, outline)
+        pixels = self._pixels(chosen, seen, region)
+        if self._p.subpixel == "aligned" and isinstance(frame, StereoFrame):
+            self._align(frame, disparity, chosen if outline is None else outline, pixels, region)
+            watch.lap("subpixel")
+        result = self._result(disparity, chosen, pixels, seen, region, watch)
         return self._with_picture(result, images, watch) if self._colour else result
 
     def _with_picture(self, result: ViewResult, images: ViewImages, watch: Stopwatch) -> ViewResult:
@@ -169,19 +179,39 @@ class ViewChain:
         depth = replace(result.depth, picture=picture)
         return replace(result, depth=depth, seconds=watch.seconds)
 
+    def _pixels(self, chosen: BoolArray, seen: Seen, region: Region) -> IntArray:
+        """Pixels (N, 2) of the view's depth image that become points."""
+        if self._p.halo_trim == "outline" and seen.outline is not None:
+            chosen = chosen & seen.outline
+        return thinned_pixels(chosen, self._p.pixel_step, (region.left, region.top))
+
+    def _align(
+        self,
+        frame: StereoFrame,
+        disparity: Float32Array,
+        person: BoolArray,
+        pixels: IntArray,
+        region: Region,
+    ) -> None:
+        """Refine the disparities of some pixels, in place."""
+        whole = _placed(person, region, frame.picture.shape)
+        columns, rows = pixels[:, 0] - region.left, pixels[:, 1] - region.top
+        found = disparity[rows, columns].astype(np.float64)
+        disparity[rows, columns] = frame.aligned(whole, pixels, found)
+
     def _result(
         self,
         disparity: Float32Array,
         chosen: BoolArray,
+        pixels: IntArray,
         seen: Seen,
         region: Region,
         watch: Stopwatch,
     ) -> ViewResult:
         geometry = self.source.geometry
         ranges = self.source.ranges(disparity)
-        points, pixels = world_points(
-            geometry, ranges, chosen, self._p.pixel_step, (region.left, region.top)
-        )
+        range_z = ranges[pixels[:, 1] - region.top, pixels[:, 0] - region.left]
+        points = world_points(geometry, range_z.astype(np.float64), pixels)
         inside = self._volume.contains(points)
         depth = self._view_depth(disparity, ranges, chosen, seen, region)
         watch.lap("points")

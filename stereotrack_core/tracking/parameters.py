@@ -90,7 +90,7 @@ class TrackingParameters(ParameterGroup):
         thesis=40.0,
     )
     sigma_measurement: float = parameter(
-        0.02,
+        0.015,
         "Distance expected between corresponding points.",
         group=_NOISE,
         unit="m",

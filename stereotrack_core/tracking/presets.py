@@ -38,6 +38,8 @@ _CHANGES: Mapping[str, Mapping[str, Value]] = MappingProxyType(
                 "match_region": "whole",
                 "background_doubt": False,
                 "outlines": False,
+                "subpixel": "matcher",
+                "halo_trim": "none",
                 "measure_outlines": False,
                 "background_mode": "average",
                 "outlier_repeat": True,
@@ -46,12 +48,15 @@ _CHANGES: Mapping[str, Mapping[str, Value]] = MappingProxyType(
         "fast": MappingProxyType(
             {
                 "data_points": 800,
+                "sigma_measurement": 0.02,
                 "colour_weight": 0.0,
                 "iterations": 3,
                 "search_proposals": 120,
                 "search_refined": 1,
                 "search_iterations": 2,
                 "outlines": False,
+                "subpixel": "matcher",
+                "halo_trim": "none",
                 "measure_outlines": False,
                 "picture_cost": 0.0,
             }

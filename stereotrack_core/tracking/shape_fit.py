@@ -25,6 +25,7 @@ from stereotrack_core.tracking.limits import limit_residuals
 from stereotrack_core.tracking.outlines.edges import EdgeMap
 from stereotrack_core.tracking.outlines.fit import fitted_outline
 from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.upright import UprightResidual, upright
 
 SHAPE_SIGMAS: dict[str, float] = {
     "torso_radius_low": 0.02,
@@ -116,7 +117,10 @@ def fitted_surface(
         here = _with(shape, names, theta)
         A, b, frames = prior.copy(), prior @ (start - theta), []
         for frame, pose in zip(seen, poses, strict=True):
-            normal = _normal_equations(frame.data, pose, proportions, here, parameters, joints)
+            standing = upright(pose, len(seen))
+            normal = _normal_equations(
+                frame.data, pose, proportions, here, parameters, joints, standing
+            )
             frames.append(normal)
             A += normal.C - normal.B.T @ np.linalg.solve(normal.A, normal.B)
             b += normal.c - normal.B.T @ np.linalg.solve(normal.A, normal.a)
@@ -146,6 +150,7 @@ def _normal_equations(
     shape: BodyParameters,
     parameters: TrackingParameters,
     joints: tuple[int, ...],
+    standing: tuple[UprightResidual, ...],
 ) -> _Normal:
     body = body_model(proportions, shape)
     p = parameters
@@ -155,7 +160,7 @@ def _normal_equations(
     near = np.concatenate([_STEP * np.eye(n), -_STEP * np.eye(n)])
     frames = body.frames(displaced(pose, near, joints))
     A, a = np.eye(n) / _POSE_SIGMA**2, np.zeros(n)
-    for residual in limit_residuals(body, pose, p, joints):
+    for residual in (*limit_residuals(body, pose, p, joints), *standing):
         J = _differences(residual.predicted(frames))
         here = residual.predicted(body.frames(displaced(pose, np.zeros((1, n)), joints)))[0]
         A += (J / residual.variance) @ J.T

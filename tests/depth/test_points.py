@@ -3,7 +3,7 @@ import pytest
 
 from stereotrack_core.depth.cloud import DepthGeometry
 from stereotrack_core.depth.parameters import DepthParameters
-from stereotrack_core.depth.points import Volume, range_of_disparity, world_points
+from stereotrack_core.depth.points import Volume, range_of_disparity, thinned_pixels, world_points
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
 
@@ -29,7 +29,9 @@ def test_points_come_back_from_their_disparities():
     g = GEOMETRY
     disparity = np.full((240, 320), np.nan, np.float32)
     disparity[chosen] = g.focal * g.baseline / z + g.disparity_offset
-    points, pixels = world_points(g, range_of_disparity(g, disparity), chosen, 1)
+    pixels = thinned_pixels(chosen, 1, (0, 0))
+    ranges = range_of_disparity(g, disparity)[pixels[:, 1], pixels[:, 0]]
+    points = world_points(g, ranges.astype(np.float64), pixels)
     x, y = (columns - g.c_x) / g.focal * z, (rows - g.c_y) / g.focal * z
     expected = g.world_from_depth.apply(np.stack([x, y, z], axis=1))
     assert np.array_equal(pixels, np.stack([columns, rows], axis=1))
@@ -46,11 +48,19 @@ def test_nothing_lies_behind_the_camera_or_at_infinity():
 @pytest.mark.parametrize("step", [1, 2, 3, 5])
 def test_every_step_is_a_subset_of_all_pixels(step):
     chosen = np.random.default_rng(4).random((240, 320)) < 0.5
-    z = np.full((240, 320), 2.0, np.float32)
-    points, pixels = world_points(GEOMETRY, z, chosen, step)
+    pixels = thinned_pixels(chosen, step, (0, 0))
     assert chosen[pixels[:, 1], pixels[:, 0]].all()
-    assert len(points) == pytest.approx(chosen.sum() / step**2, rel=0.1)
+    assert len(pixels) == pytest.approx(chosen.sum() / step**2, rel=0.1)
     assert len(np.unique(pixels, axis=0)) == len(pixels)
+
+
+@pytest.mark.parametrize("step", [1, 2, 3, 5])
+def test_a_region_has_the_same_pixels_as_the_whole_image(step):
+    chosen = np.random.default_rng(5).random((60, 80)) < 0.5
+    whole = thinned_pixels(chosen, step, (0, 0))
+    part = thinned_pixels(chosen[13:, 7:], step, (7, 13))
+    inside = (whole[:, 0] >= 7) & (whole[:, 1] >= 13)
+    assert np.array_equal(part, whole[inside])
 
 
 def test_the_volume_is_a_box_with_its_floor_at_the_bottom():

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from stereotrack_core.depth.match import STEPS, DisparityRange, Matcher
 from stereotrack_core.depth.parameters import DepthParameters
-from stereotrack_core.depth.points import range_of_disparity, world_points
+from stereotrack_core.depth.points import range_of_disparity, thinned_pixels, world_points
 from stereotrack_core.depth.rectify import depth_rectification, stereo_rectification
 from stereotrack_core.errors import InputError
 from tests.depth.scenes import camera, texture
@@ -94,7 +94,8 @@ def test_images_of_a_convergent_rig_match_along_rows():
     d = np.where(steps > disparities.invalid, steps / STEPS, np.nan).astype(np.float32)
     d[rectification.image_map.outside] = np.nan
     z = range_of_disparity(g, d)
-    points, _ = world_points(g, z, np.isfinite(z), 3)
+    pixels = thinned_pixels(np.isfinite(z), 3, (0, 0))
+    points = world_points(g, z[pixels[:, 1], pixels[:, 0]].astype(np.float64), pixels)
     assert len(points) > 1500
     assert abs(np.median(points[:, 1]) - WALL) < 0.01
     assert np.percentile(np.abs(points[:, 1] - WALL), 90) < 0.05

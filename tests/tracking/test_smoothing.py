@@ -68,7 +68,9 @@ def _errors(tracker, frames):
 def test_smoothing_comes_closer_to_the_truth(make_tracker, name, share):
     before, after = [], []
     for seed in range(3):
-        tracker = make_tracker(name, seed=seed, sigma_joint=10.0, effective_points=60.0)
+        tracker = make_tracker(
+            name, seed=seed, sigma_joint=10.0, effective_points=60.0, sigma_measurement=0.02
+        )
         frames = _followed(tracker, np.random.default_rng(seed))
         before.append(_errors(tracker, frames))
         after.append(_errors(tracker, _back(tracker, frames).frames))
@@ -200,7 +202,7 @@ def test_an_arm_that_was_searched_for_and_stayed_learns_from_before(make_tracker
 
 def test_the_search_says_that_an_arm_has_jumped(make_tracker, rng):
     lost = pose_with_arms([0.1, 0.1, -1], [0.1, 0.2, -1], [-0.9, 0.5, 0.4], [-0.3, 0.6, 1])
-    tracker = make_tracker("manifold", search_arms=True)
+    tracker = make_tracker("manifold", search_arms=True, sigma_measurement=0.02)
     tracker.start(lost)
     first = tracker.step(cloud_of(surface_points(tracker.body, lost, 2500, rng, 0.005), 0))
     points = surface_points(tracker.body, POSES["pointing"], 2500, rng, 0.005)

@@ -17,6 +17,9 @@ _SLOPE = 1.5
 _OUTWARDS = 0.3
 """Least cosine between the edge's and the outline's outward directions."""
 
+_SHARED = 2.5
+"""Pixels between an edge and an outline of the trunk, within which it is not an arm's alone."""
+
 _INSIDE = 3.0
 """Pixels inside of an edge where its range is read."""
 
@@ -85,6 +88,24 @@ def _covered(capsules: Any, own: int, u: float, v: float) -> Any:
 
 
 @numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
+def _shared(capsules: Any, limb: Any, u: float, v: float) -> Any:
+    """Whether the outline of the trunk, the head or a leg lies at an edge as well."""
+    for c in range(capsules.shape[0]):
+        if limb[c] or capsules[c, 6] < 0.5:
+            continue
+        ax, ay, ra = capsules[c, 0], capsules[c, 1], capsules[c, 2]
+        bx, by = capsules[c, 3] - ax, capsules[c, 4] - ay
+        length = max(bx * bx + by * by, 1e-9)
+        t = ((u - ax) * bx + (v - ay) * by) / length
+        if not 0.0 <= t <= 1.0:
+            continue
+        r = ra + t * (capsules[c, 5] - ra)
+        if abs(math.hypot(u - ax - t * bx, v - ay - t * by) - r) < _SHARED:
+            return True
+    return False
+
+
+@numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
 def _at(image: Any, u: float, v: float) -> Any:
     i, j = int(v), int(u)
     a, b = v - i, u - j
@@ -115,9 +136,21 @@ def _edge_near(edge: Any, range_z: Any, u: float, v: float, depth: float, reach:
 
 
 @numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _centre(place: Any) -> Any:
+    """World place (3,) of the camera with camera_from_world `place`."""
+    eye = np.empty(3)
+    for k in range(3):
+        eye[k] = -(
+            place[0, k] * place[0, 3] + place[1, k] * place[1, 3] + place[2, k] * place[2, 3]
+        )
+    return eye
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def measure_outline(
     table: Any,
     measured: Any,
+    limb: Any,
     margin: Any,
     edge: Any,
     range_z: Any,
@@ -138,6 +171,8 @@ def measure_outline(
         See :func:`cone_table`.
     measured : (C,) bool
         Cones whose outlines are wanted.
+    limb : (C,) bool
+        Cones of arms; edges at which the trunk ends as well say nothing about them.
     margin : (C, 2) float64, metres
         How far the outline lies outside of the surface along the cones' x and y.
     edge, range_z, pinhole, place
@@ -151,12 +186,8 @@ def measure_outline(
         From the outline to the edge, positive outwards.
     cone : (2 C A,) int64
     """
-    eye = np.empty(3)
-    for k in range(3):
-        eye[k] = -(
-            place[0, k] * place[0, 3] + place[1, k] * place[1, 3] + place[2, k] * place[2, 3]
-        )
     capsules = np.empty((table.shape[0], 7))
+    eye = _centre(place)
     _capsules(table, place, pinhole, eye, capsules)
     height, width = edge.shape
     n = 0
@@ -184,6 +215,8 @@ def measure_outline(
                     continue
                 value, gu, gv = _edge_near(edge, range_z, u, v, depth, depth_reach)
                 if not gu * du + gv * dv > _OUTWARDS:
+                    continue
+                if limb[c] and _shared(capsules, limb, column - value * gu, line - value * gv):
                     continue
                 w = (gu * (column - pinhole[1]) + gv * (line - pinhole[2])) / pinhole[0]
                 scale = math.sqrt(1.0 + w * w)

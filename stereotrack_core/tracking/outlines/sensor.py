@@ -56,6 +56,7 @@ def outlines_of(
     """Measure the outlines of one pose against the edges of all views."""
     table = cone_table(placed_cones(body, frames))
     measured = np.isin(body.cones.part, MEASURED_PARTS)
+    limb = np.isin(body.cones.part, (*UPPER_ARMS, *FOREARMS))
     room = 2 * len(_ALONG) * len(table)
     found = []
     for edge in edges:
@@ -64,6 +65,7 @@ def outlines_of(
         n = measure_outline(
             table,
             measured,
+            limb,
             body.cones.outline,
             edge.distance,
             edge.range_z,

@@ -13,7 +13,7 @@ from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import body_model, placed_cones
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import AVERAGE
-from stereotrack_core.body.skeleton import LEFT_FOREARM
+from stereotrack_core.body.skeleton import LEFT_FOREARM, LEFT_UPPER_ARM
 from stereotrack_core.tracking.outlines.edges import edge_maps
 from stereotrack_core.tracking.outlines.parameters import OutlineTrust
 from stereotrack_core.tracking.outlines.sensor import (
@@ -200,6 +200,22 @@ def test_outlines_that_another_part_covers_are_left_out():
         whole = outlines_of(edges, BODY, BODY.frames(pose), TRUST)
         assert _of_forearm(alone, arm) >= 12, name
         assert _of_forearm(whole) >= 10 if kept else _of_forearm(whole) <= 6, name
+
+
+def test_an_edge_that_the_trunk_explains_says_nothing_about_an_arm():
+    """An arm held too far back is not drawn to the back of the trunk, where no arm is."""
+    truth = pose_with_arms([0.15, 0, -1], [0.15, 0, -1], [-0.15, 0.0, -1], [-0.15, 0.0, -1])
+    back = pose_with_arms([0.15, 0, -1], [0.15, 0, -1], [-0.15, -0.28, -1], [-0.15, -0.1, -1])
+    edges = edge_maps(cloud_of_body(BODY, truth, "EW"))
+    found = outlines_of(edges, BODY, BODY.frames(back), TRUST)
+    trunk = placed_cones(BODY, BODY.frames(back))
+    of_arm = BODY.cones.part[found.cone] == LEFT_UPPER_ARM
+    edge = found.foot + found.distance[:, None] * found.direction
+    local = (edge[of_arm] - trunk.origins[0]) @ trunk.rotations[0]
+    height = local[:, 2] / BODY.cones.height[0]
+    radius = BODY.cones.r1[0] + height * (BODY.cones.r2[0] - BODY.cones.r1[0])
+    behind = np.abs(np.abs(local[:, 1]) - radius * BODY.cones.flatness[0])
+    assert (behind[(height > 0.0) & (height < 1.0)] > 1.5 * PIXEL).all()
 
 
 def test_edges_of_another_depth_are_left_out(edges):
