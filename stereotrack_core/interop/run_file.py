@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.interop.reference_npz import is_reference, read_reference
 from stereotrack_core.interop.run_npz import read_npz, write_npz
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.run import Run
@@ -75,7 +76,7 @@ def read_run(path: Path) -> Run:
 
 
 def read_trajectory(path: Path) -> LandmarkTrajectory:
-    """Landmarks of a run or landmarks file (.npz, .csv, .trc, .c3d).
+    """Landmarks of a run, a reference (.npz) or a landmarks file (.csv, .trc, .c3d).
 
     Raises
     ------
@@ -85,6 +86,8 @@ def read_trajectory(path: Path) -> LandmarkTrajectory:
     path = Path(path)
     match _suffix(path, TRAJECTORY_SUFFIXES):
         case ".npz":
+            if is_reference(path):
+                return read_reference(path).trajectory()
             return read_npz(path).trajectory()
         case ".csv":
             from stereotrack_core.recording.landmark_csv import read_landmarks
