@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 from PySide6.QtCore import QSettings, Qt, QTimer, Signal, Slot
 from PySide6.QtGui import (
     QCloseEvent,
@@ -12,7 +14,16 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QApplication, QMainWindow, QStackedWidget, QVBoxLayout, QWidget
 
 from app.actions import ActionBook
-from app.commands import edit_menu, file_menu, playback_menu, track_menu, view_menu, window_menu
+from app.annotate_control import AnnotateControl
+from app.commands import (
+    annotate_menu,
+    edit_menu,
+    file_menu,
+    playback_menu,
+    track_menu,
+    view_menu,
+    window_menu,
+)
 from app.dialogs import Dialogs
 from app.failures import message_of
 from app.file_work import FileWork, dropped_path
@@ -51,6 +62,8 @@ class MainWindow(PanelWindow):
 
     def __init__(self, settings: QSettings | None = None) -> None:
         super().__init__()
+        # work in the background takes turns with painting every half millisecond, not every five
+        sys.setswitchinterval(0.0005)
         self.settings = settings if settings is not None else user_settings()
         self._close_wanted = False
         self._make_presenters()
@@ -64,6 +77,7 @@ class MainWindow(PanelWindow):
         self._refresh_timer = QTimer(self, singleShot=True, interval=30)
         self._refresh_timer.timeout.connect(self.refresh)
         self.follower = PanelFollower(self)
+        self.annotate = AnnotateControl(self)
         self._make_actions()
         self._connect()
         self.setAcceptDrops(True)
@@ -115,7 +129,15 @@ class MainWindow(PanelWindow):
 
     def _make_actions(self) -> None:
         self.actions_book = ActionBook(self, self.settings)
-        for menu in (file_menu, edit_menu, view_menu, playback_menu, track_menu, window_menu):
+        for menu in (
+            file_menu,
+            edit_menu,
+            view_menu,
+            playback_menu,
+            annotate_menu,
+            track_menu,
+            window_menu,
+        ):
             self.actions_book.add(menu.commands(self))
         self.actions_book.fill(self.menuBar())
         self.bars = WindowBars(self)
@@ -159,11 +181,12 @@ class MainWindow(PanelWindow):
             and self.judging.settled()
             and self.instant.settled()
             and self.follower.settled()
+            and self.annotate.settled()
             and not self._refresh_timer.isActive()
         )
 
     def _points_wanted(self) -> bool:
-        scene_seen = self.scene.isVisible() and self.scene.layer_visible("cloud")
+        scene_seen = self.scene.is_seen() and self.scene.layer_visible("cloud")
         return scene_seen or "points" in self.grid.display.overlays
 
     @Slot()
@@ -287,6 +310,7 @@ class MainWindow(PanelWindow):
         self.track.stop()
         self.tasks.shutdown()
         self.document.close()
+        self.annotate.close()
         self.project.shutdown()
         self.clouds.set_recording(None)
         self.settings.sync()

@@ -14,11 +14,13 @@ from PySide6.QtWidgets import (
 )
 
 from app.icons import set_icon
+from app.views.body_panel import BodyPanel
 from app.views.camera_grid import CameraGrid
 from app.views.comparison_panel import ComparisonPanel
 from app.views.display_panel import DisplayPanel
 from app.views.error_plot import ErrorPlot
 from app.views.findings_panel import FindingsPanel
+from app.views.landmarks_panel import LandmarksPanel
 from app.views.message_bar import MessageBar
 from app.views.numbers_panel import NumbersPanel
 from app.views.parameter_panel import ParameterPanel
@@ -40,7 +42,9 @@ TITLES = {
     "numbers": "Numbers of the frame",
     "findings": "Findings",
     "rig": "Rig",
-    "display": "Brightness and contrast",
+    "display": "Light",
+    "landmarks": "Landmarks",
+    "body": "Body",
 }
 
 
@@ -64,6 +68,8 @@ class PanelWindow(QMainWindow):
         self.findings = FindingsPanel()
         self.rig = RigPanel()
         self.display_panel = DisplayPanel()
+        self.landmarks_panel = LandmarksPanel()
+        self.body_panel = BodyPanel()
         self.plot_stack = QStackedWidget()
         self.no_curves = QLabel(
             "When the tracker has run, the error of every limb is drawn here: against the "
@@ -77,6 +83,7 @@ class PanelWindow(QMainWindow):
             "parameters": self.parameters, "runs": self.runs_panel, "numbers": self.numbers,
             "comparison": self.comparison,
             "findings": self.findings, "rig": self.rig, "display": self.display_panel,
+            "landmarks": self.landmarks_panel, "body": self.body_panel,
         }  # fmt: skip
         self.docks: dict[str, QDockWidget] = {}
         for name, widget in widgets.items():
