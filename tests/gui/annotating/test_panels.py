@@ -1,0 +1,308 @@
+"""The panels of annotation together: an edit anywhere is seen everywhere, commands are edits."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, QSettings, Qt
+from PySide6.QtGui import QKeySequence
+from PySide6.QtWidgets import QInputDialog, QMainWindow, QVBoxLayout, QWidget
+
+from app.actions import ActionBook
+from app.annotating.agreement_dialog import AgreementDialog
+from app.annotating.commands import add_commands
+from app.annotating.export_dialog import ExportDialog
+from app.annotating.panels import AnnotationPanels
+from app.annotating.take_in_dialog import TakeInDialog
+from app.tasks.task import TaskList
+from app.views.lane_filter import LaneFilter
+from app.views.timeline_lanes import Mark
+from app.views.timeline_painting import RULER_HEIGHT
+from app.views.timeline_view import TimelineView
+from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.interop.clicks_csv import read_clicks, write_clicks
+from stereotrack_core.project.click_edits import PlaceClicks, place
+from stereotrack_core.project.marks import SetKeyframes
+from stereotrack_core.project.project import Project
+from stereotrack_core.recording.folder import open_recording
+
+LEFT = Qt.MouseButton.LeftButton
+FRAMES = 60
+
+
+class Stage(QMainWindow):
+    """A window with nothing but the panels of annotation."""
+
+    def __init__(self, settings):
+        super().__init__()
+        self.timeline, self.tasks = TimelineView(), TaskList(self)
+        self.panels = AnnotationPanels(self.timeline, self.tasks, self)
+        self.book = ActionBook(self, settings)
+        add_commands(self.panels, self.book)
+        self.book.fill(self.menuBar())
+        page = QWidget()
+        column = QVBoxLayout(page)
+        column.addWidget(self.panels.repeat_bar)
+        column.addWidget(self.panels.next_panel)
+        column.addWidget(self.panels.history_panel)
+        column.addWidget(self.panels.bar)
+        column.addWidget(self.timeline)
+        self.setCentralWidget(page)
+        self.heard, self.problems = [], []
+        self.panels.said.connect(self.heard.append)
+        self.panels.message.connect(self.problems.append)
+        self.tasks.failed.connect(self.problems.append)
+        self.panels.frame_requested.connect(self.go_to)
+        self.timeline.frame_requested.connect(self.panels.set_frame)
+
+    def go_to(self, frame):
+        self.timeline.set_frame(frame)
+        self.panels.set_frame(frame)
+
+    def trigger(self, name):
+        self.book.refresh()
+        action = self.book.action(f"annotate-{name}")
+        assert action.isEnabled(), action.toolTip()
+        action.trigger()
+
+
+@pytest.fixture
+def stage(qtbot, project, make, shown, tmp_path):
+    project.apply(PlaceClicks(make.clicks_at(range(0, FRAMES, 10), sigma=1.0)))
+    settings = QSettings(str(tmp_path / "settings.ini"), QSettings.Format.IniFormat)
+    made = Stage(settings)
+    made.timeline.set_range(FRAMES, 10.0)
+    recording = open_recording(project.find_recording().folder)
+    made.panels.set_project(project, recording, FRAMES)
+    shown(made, 1100, 900)
+    yield made
+    made.panels.shutdown()
+    made.tasks.shutdown()
+
+
+def at(view, frame, y):
+    return QPoint(round(view.scale.x_of(frame + 0.5)), y)
+
+
+def select(qtbot, stage, first, last):
+    """Drag in the ruler."""
+    port = stage.timeline.viewport()
+    qtbot.mousePress(port, LEFT, pos=at(stage.timeline, first, 10))
+    qtbot.mouseMove(port, at(stage.timeline, (first + last) // 2, 10))
+    qtbot.mouseMove(port, at(stage.timeline, last, 10))
+    qtbot.mouseRelease(port, LEFT, pos=at(stage.timeline, last, 10))
+
+
+def settled(qtbot, stage):
+    qtbot.waitUntil(lambda: stage.panels.settled() and not stage.tasks.tasks, timeout=60_000)
+
+
+def lane(stage, name):
+    return next(one.values for one in stage.timeline.lanes if one.id == name)
+
+
+def test_an_edit_is_seen_in_lanes_history_and_progress(qtbot, project, stage, make):
+    assert lane(stage, "head")[10] == Mark.CLICKED
+    assert stage.panels.bar.progress.text() == "216 clicks, no keyframes chosen"
+    project.apply(PlaceClicks(make.clicks_at([15])))
+    assert lane(stage, "head")[15] == Mark.CLICKED
+    first = stage.panels.history_panel.model.index(0, 0).data()
+    assert first == "place 9 landmarks in 4 cameras, frame 15"
+    qtbot.waitUntil(lambda: stage.panels.bar.progress.text().startswith("252 clicks"))
+
+
+def test_the_selection_is_dragged_and_cleared(qtbot, project, stage):
+    select(qtbot, stage, 8, 22)
+    assert stage.panels.bar.selection_words.text() == "frames 8 – 22"
+    row = 2 * stage.timeline.lane_height + RULER_HEIGHT + 5
+    control = Qt.KeyboardModifier.ControlModifier
+    qtbot.mouseClick(stage.timeline.viewport(), LEFT, control, QPoint(30, row))
+    assert stage.panels.bar.selection_words.text() == "frames 8 – 22, left elbow"
+    stage.trigger("clear")
+    assert stage.heard[-1] == "Done: delete left elbow in 4 cameras, frames 10 to 20."
+    assert project.clicks.count() == 216 - 8
+    assert lane(stage, "left_elbow")[10] == Mark.MISSING
+    stage.trigger("clear")
+    assert "no clicks in frames 8 – 22, left elbow" in stage.problems[-1].what
+    project.undo()
+    assert lane(stage, "left_elbow")[10] == Mark.CLICKED
+
+
+def test_keyframes_flags_and_gaps_by_commands(qtbot, project, stage):
+    select(qtbot, stage, 0, 59)
+    stage.trigger("keyframes")
+    dialog = stage.findChild(QInputDialog)
+    dialog.setIntValue(20)
+    dialog.accept()
+    stage.timeline.set_selection(None)
+    stage.go_to(20)
+    qtbot.keyClick(stage, Qt.Key.Key_K)
+    qtbot.waitUntil(lambda: stage.panels.bar.progress.text() == "1 of 3 keyframes")
+    stage.trigger("flag")
+    qtbot.waitUntil(lambda: stage.panels.bar.progress.text() == "1 of 3 keyframes, 1 flagged")
+    stage.go_to(5)
+    qtbot.mouseClick(stage.panels.bar.next_button, LEFT)
+    assert stage.timeline.frame == 20
+    qtbot.mouseClick(stage.panels.bar.next_button, LEFT)
+    assert stage.heard[-1] == "No frame after this one is flagged."
+    select(qtbot, stage, 31, 36)
+    stage.trigger("gap")
+    assert lane(stage, "head")[33] == Mark.GAP
+
+
+def test_the_menu_of_the_timeline_has_the_commands(qtbot, stage):
+    select(qtbot, stage, 8, 22)
+    stage.timeline.customContextMenuRequested.emit(QPoint(300, 60))
+    menu = stage.panels.bar.selection_menu
+    assert menu.isVisible()
+    texts = [action.text() for action in menu.actions() if action.text()]
+    assert texts[:4] == ["Interpolate", "Follow the patch", "Accept what was followed",
+                         "Clear clicks"]  # fmt: skip
+    menu.hide()
+
+
+def test_the_fit_fills_lanes_and_ranks_what_is_next(qtbot, project, stage):
+    stage.trigger("fit")
+    settled(qtbot, stage)
+    assert not stage.problems
+    assert lane(stage, "head")[5] == Mark.INTERPOLATED
+    torso = next(one for one in stage.timeline.lanes if one.id == "torso ±")
+    assert np.isfinite(torso.values).all()
+    went = []
+    stage.panels.click_requested.connect(lambda *where: went.append(where))
+    stage.book.refresh()
+    qtbot.keyClick(stage, Qt.Key.Key_J)
+    assert len(went) == 1
+    assert went[0][2] in NINE.names
+    project.undo()
+    project.undo()
+    settled(qtbot, stage)
+    assert lane(stage, "head")[5] == Mark.NONE
+    assert stage.panels.next_panel.model.rowCount() == 0
+
+
+def test_a_click_in_the_history_goes_back(qtbot, project, stage):
+    for frame in (1, 2, 3):
+        project.apply(SetKeyframes((frame,)))
+    tree = stage.panels.history_panel.tree
+    area = tree.visualRect(tree.model().index(2, 0))
+    qtbot.mouseClick(tree.viewport(), LEFT, pos=area.center())
+    qtbot.waitUntil(lambda: not stage.panels.history.jumping)
+    assert [one.frame for one in project.marks.keyframes()] == [1]
+
+
+def test_a_finished_frame_may_come_again_blindly(qtbot, project, stage, make):
+    stage.trigger("repeats")
+    assert stage.book.action("annotate-repeats").isChecked()
+    for frame in range(41):
+        project.apply(SetKeyframes((frame,), "done"))
+        if stage.panels.repeats.active is not None:
+            break
+    frame = stage.panels.repeats.active.frame
+    assert stage.timeline.frame == frame
+    assert stage.panels.repeat_bar.isVisible()
+    project.apply(PlaceClicks(make.clicks_at([frame])))
+    stage.panels.repeats.place(make.clicks_at([frame], sigma=1.0, seed=3)[:5])
+    assert "5 clicks so far, 31 to go" in stage.panels.repeat_bar.words.text()
+    stage.go_to(frame)
+    qtbot.mouseClick(stage.panels.repeat_bar.finish_button, LEFT)
+    assert not stage.panels.repeat_bar.isVisible()
+    assert stage.timeline.frame == 0  # where one was before
+
+
+def test_the_filter_is_kept_with_the_project(qtbot, project, stage):
+    chosen = LaneFilter(frozenset({"landmarks"}), frozenset({"head"}))
+    stage.panels.bar._change(chosen)
+    assert len(stage.timeline.lanes) == 8
+    recording = stage.panels.recording
+    stage.panels.set_project(None, None, 0)
+    assert not stage.timeline.lanes
+    assert not stage.panels.bar.isVisible()
+    stage.panels.set_project(project, recording, FRAMES)
+    assert stage.panels.bar.filter == chosen
+
+
+def test_clicks_are_imported_after_a_look(qtbot, project, stage, make, tmp_path):
+    path = tmp_path / "clicks.csv"
+    write_clicks(path, make.clicks_at([0, 5]), stage.panels.recording)
+    path.write_text(path.read_text() + "7,N,elbow,1,2,2\n")
+    stage.panels.dialogs.import_clicks(path)
+    qtbot.waitUntil(lambda: stage.findChild(TakeInDialog) is not None, timeout=20_000)
+    dialog = stage.findChild(TakeInDialog)
+    assert dialog.summary.text() == "clicks.csv: 36 new, 0 equal, 36 differ (36 moved)."
+    assert "the landmark 'elbow' is not known" in dialog.problems.toPlainText()
+    assert project.clicks.count() == 216
+    qtbot.mouseClick(dialog.take_button, LEFT)
+    assert project.clicks.count() == 252
+    assert stage.heard[-1] == "take 36 clicks from clicks.csv"
+
+
+def test_another_project_is_compared_and_merged(qtbot, project, stage, make, tmp_path):
+    path = tmp_path / "other.stereotrack"
+    theirs = make.clicks_at([0, 10, 15], sigma=2.0, seed=7)
+    with Project.create(path, stage.panels.recording.folder, who="B") as other:
+        other.apply(PlaceClicks(theirs))
+    stage.trigger("agreement")
+    qtbot.waitUntil(lambda: stage.findChild(AgreementDialog) is not None)
+    dialog = stage.findChild(AgreementDialog)
+    qtbot.waitUntil(lambda: "nothing to compare" in dialog.verdict.text(), timeout=20_000)
+    stage.panels.dialogs.compare_with(path)
+    qtbot.waitUntil(lambda: "a click is good to" in dialog.verdict.text(), timeout=20_000)
+    qtbot.mouseClick(dialog.look_button, LEFT)
+    qtbot.waitUntil(lambda: stage.findChild(TakeInDialog) is not None, timeout=20_000)
+    merging = stage.findChild(TakeInDialog)
+    qtbot.mouseClick(merging.decide_buttons["mean"], LEFT)
+    qtbot.mouseClick(merging.take_button, LEFT)
+    mine, other_x = make.clicks_at(range(0, FRAMES, 10), sigma=1.0)[0], theirs[0].position[0]
+    middle = (mine.position[0] + other_x) / 2
+    assert project.clicks.get(theirs[0].key).position[0] == pytest.approx(middle)
+    assert project.clicks.count() == 252
+    project.undo()
+    assert project.clicks.count() == 216
+
+
+def test_a_project_of_another_recording_is_refused(qtbot, project, stage, tmp_path):
+    stage.panels.dialogs.merge(project.path)
+    qtbot.waitUntil(lambda: bool(stage.problems), timeout=20_000)
+    assert "this is the project that is open" in str(stage.problems[0])
+
+
+def test_the_selection_is_exported(qtbot, project, stage, tmp_path):
+    select(qtbot, stage, 5, 25)
+    stage.trigger("export-selection")
+    dialog = stage.findChild(ExportDialog)
+    assert dialog.only_selected.text() == "Only frames 5 – 25"
+    dialog.path.setText(str(tmp_path / "out"))
+    qtbot.keyClick(dialog.path, Qt.Key.Key_Tab)
+    assert dialog.preview.text() == "72 clicks in 2 frames will be written."
+    qtbot.mouseClick(dialog.write_button, LEFT)
+    found = read_clicks(tmp_path / "out.csv", stage.panels.recording).checked()
+    assert {click.frame for click in found} == {10, 20}
+    project.apply(place(found[0]))
+    stage.trigger("export")
+    again = stage.findChildren(ExportDialog)[-1]
+    again.path.setText(str(tmp_path / "out.csv"))
+    again.only_selected.setChecked(False)
+    again._look()
+    assert "Of the 72 clicks in the file 72 stay the same, 0 change; 144 are new" in (
+        again.preview.text()
+    )
+    assert not again.warning.isVisible()
+
+
+def test_a_lane_that_is_clicked_chooses_its_landmark(qtbot, stage):
+    row = 2 * stage.timeline.lane_height + RULER_HEIGHT + 5
+    with qtbot.waitSignal(stage.panels.landmark_chosen) as caught:
+        qtbot.mouseClick(stage.timeline.viewport(), LEFT, pos=QPoint(30, row))
+    assert caught.args == [NINE.names[2]]
+
+
+def test_commands_have_words_and_say_why_not(stage):
+    stage.panels.set_project(None, None, 0)
+    stage.book.refresh()
+    for command in stage.book.commands:
+        assert command.tip.endswith(".")
+        assert not stage.book.action(command.id).isEnabled(), command.id
+        assert "Not now:" in stage.book.action(command.id).toolTip()
+    keys = [c.shortcut for c in stage.book.commands if c.shortcut]
+    assert len({QKeySequence(k).toString() for k in keys}) == len(keys)
