@@ -119,9 +119,11 @@ class ActionBook(QObject):
         """A command by its id."""
         return self._commands[name]
 
-    def refresh(self) -> None:
-        """Find out what can be done now."""
+    def refresh(self, menu: str = "") -> None:
+        """Find out what can be done now: in all menus, or in one and those below it."""
         for name, command in self._commands.items():
+            if not command.menu.startswith(menu):
+                continue
             action = self._actions[name]
             why_not = command.why_not()
             action.setEnabled(not why_not)

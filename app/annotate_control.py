@@ -69,8 +69,8 @@ class AnnotateControl(QObject):
         w.landmarks_panel.chosen.connect(self.annotating.choose)
         w.body_panel.with_depth.toggled.connect(self._on_depth)
         self.annotating.said.connect(self._say)
-        self.annotating.clicks_changed.connect(self.show)
-        self.annotating.choice_changed.connect(self.show)
+        self.annotating.clicks_changed.connect(self._on_annotated)
+        self.annotating.choice_changed.connect(self._on_annotated)
         self.facts.changed.connect(self.show)
         self.facts.failed.connect(w.show_error)
         w.messages.dismissed.connect(self._offers.dismiss)
@@ -116,6 +116,13 @@ class AnnotateControl(QObject):
             w.body_panel.show_body(fit_words(facts), limb_rows(facts), length_rows(facts))
             w.follower.show_fit(facts.fit)
         w.refresh_soon()
+
+    @Slot()
+    def _on_annotated(self) -> None:
+        self.show()
+        # keys that follow a click at once find their commands ready
+        for menu in ("&Annotate", "&Edit"):
+            self._w.actions_book.refresh(menu)
 
     def _heading(self, view: str, camera: str) -> str:
         tile = self._w.grid.tiles[view]
