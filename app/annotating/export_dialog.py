@@ -7,7 +7,7 @@ from pathlib import Path
 
 from PySide6.QtCore import Signal, Slot
 from PySide6.QtWidgets import (
-    QButtonGroup,
+    QComboBox,
     QDialog,
     QDialogButtonBox,
     QFileDialog,
@@ -15,7 +15,6 @@ from PySide6.QtWidgets import (
     QLabel,
     QLineEdit,
     QPushButton,
-    QRadioButton,
     QVBoxLayout,
     QWidget,
 )
@@ -50,14 +49,12 @@ class ExportDialog(QDialog):
         super().__init__(parent)
         self.setWindowTitle("Export clicks")
         self._project, self._recording, self._selection = project, recording, selection
-        self.everything = QRadioButton("All clicks of the project")
-        words = selection.words() if selection is not None else ""
-        self.only_selected = QRadioButton(f"Only {words}")
-        self.only_selected.setVisible(selection is not None)
-        group = QButtonGroup(self)
-        group.addButton(self.everything)
-        group.addButton(self.only_selected)
-        (self.everything if selection is None else self.only_selected).setChecked(True)
+        self.choice = QComboBox()
+        self.choice.setAccessibleName("Which clicks")
+        self.choice.addItem("All clicks of the project")
+        if selection is not None:
+            self.choice.addItem(f"Only {selection.words()}")
+            self.choice.setCurrentIndex(1)
         self.path = QLineEdit(str(path))
         self.path.setAccessibleName("File")
         browse = QPushButton("&Choose …")
@@ -78,8 +75,7 @@ class ExportDialog(QDialog):
         self.buttons.accepted.connect(self._write)
         self.buttons.rejected.connect(self.reject)
         layout = QVBoxLayout(self)
-        layout.addWidget(self.everything)
-        layout.addWidget(self.only_selected)
+        layout.addWidget(self.choice)
         layout.addLayout(row)
         for widget in (self.preview, self.warning, note):
             layout.addWidget(widget)
@@ -87,12 +83,12 @@ class ExportDialog(QDialog):
         layout.addWidget(self.buttons)
         self.resize(560, 260)
         self.path.editingFinished.connect(self._look)
-        self.everything.toggled.connect(self._look)
+        self.choice.currentIndexChanged.connect(self._look)
         self._look()
 
     def clicks(self) -> Sequence[Click]:
         """The clicks that would be written."""
-        if self.only_selected.isChecked() and self._selection is not None:
+        if self.choice.currentIndex() == 1 and self._selection is not None:
             return selected_clicks(self._project, self._selection)
         return self._project.clicks.all()
 
@@ -104,7 +100,8 @@ class ExportDialog(QDialog):
     @Slot()
     def _look(self) -> None:
         clicks = self.clicks()
-        names = tuple(dict.fromkeys(click.landmark for click in clicks))
+        known = self._project.landmark_set().names
+        names = tuple(dict.fromkeys((*known, *(click.landmark for click in clicks))))
         found = export_preview(clicks, self.target(), self._recording, names)
         self.preview.setText(found.words if clicks else "There are no clicks to write.")
         self.warning.setText(found.warning)

@@ -98,7 +98,7 @@ class LandmarkSetDialog(QDialog):
         layout.addWidget(self.words)
         layout.addWidget(self.warning)
         layout.addWidget(self.buttons)
-        self.resize(1080, 520)
+        self.resize(1230, 520)
 
     def _button(self, text: str, do: Callable[[], None]) -> QPushButton:
         button = QPushButton(text)

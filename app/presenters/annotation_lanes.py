@@ -10,6 +10,7 @@ import numpy as np
 from app.limb_colours import LIMB_COLOURS, limb_words
 from app.views.lane_filter import KINDS, LaneFilter
 from app.views.timeline_lanes import Lane, Mark, MarkArray
+from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.progress import LaneState, Seen, lane_states
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
@@ -17,10 +18,11 @@ from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.references import Reference
+from stereotrack_core.project.schema import CLICK
 
 GAP = "gap"
 """Kind of the flag on frames over which nothing is interpolated."""
-FULL_SIGMA_DEG = 10.0
+FULL_SIGMA_DEG = 15.0
 """Uncertainty that is shown in a lane's full colour."""
 FULL_RESIDUAL_PX = 10.0
 """Residual that is shown in a lane's full colour."""
@@ -57,6 +59,7 @@ class AnnotationLanes:
         self._enough = max(1, min(2, cameras))
         self._limbs: dict[str, tuple[Lane, ...]] = {"uncertainty": (), "residual": ()}
         self._filled: BoolArray = np.zeros(frames, dtype=np.bool_)
+        self._mistakes: set[ClickKey] = set()
         self.read_again()
 
     @property
@@ -84,13 +87,18 @@ class AnnotationLanes:
             self._read_flags()
         if "keyframe" in changed.tables:
             self._read_keyframes()
+        edited = {change.key for change in changed.changes if change.table is CLICK}
+        self._mistakes = {key for key in self._mistakes if key not in edited}
         frames = sorted(set().union(*(changed.frames(table) for table in _TABLES)))
         for first, end in _stretches(frames):
             self._read(first, min(end, self._frames))
         return True
 
     def show_reference(
-        self, reference: Reference | None, residuals: FloatArray | None = None
+        self,
+        reference: Reference | None,
+        residuals: FloatArray | None = None,
+        mistakes: Iterable[ClickKey] = (),
     ) -> None:
         """Show how certain the fitted trajectory is, and which frames it has filled in.
 
@@ -99,7 +107,10 @@ class AnnotationLanes:
         reference : Reference or None
         residuals : (F, 6) float64, optional
             Root mean square over the clicks of each limb, pixels, NaN where there is none.
+        mistakes : iterable of ClickKey
+            Clicks that look like gross mistakes; they are flagged until they are edited.
         """
+        self._mistakes = set(mistakes)
         self._filled = np.zeros(self._frames, dtype=np.bool_)
         sigma = None
         if reference is not None:
@@ -192,6 +203,9 @@ class AnnotationLanes:
         count = end - first
         here = [one._replace(frame=one.frame - first) for one in seen]
         flags = _inside(self._flags, first, end)
+        flags += [
+            (key.frame - first, key.landmark) for key in self._mistakes if first <= key.frame < end
+        ]
         states = lane_states(here, self._set.names, count, enough=self._enough, flags=flags)
         marks = _MARKS[states]
         wanted = self._keyframes[first:end].copy()

@@ -29,12 +29,12 @@ _COLUMNS: tuple[tuple[str, str, str], ...] = (
     ("colour", "Colour", "#rrggbb; a double click chooses one"),
     ("limb", "Limb", "Where it is listed, and whose direction it tells"),
     ("part", "Fixed to", "The part of the body that it moves with"),
+    ("mirror", "Mirror", "The landmark of the other side, that it may be mixed up with"),
     ("along", "Along", "Share of the part's length from its joint"),
     ("across", "Across", "Share of the hip width; on the torso to the person's right"),
     ("x", "x [mm]", "Offset in the part's frame; on the torso to the person's right"),
     ("y", "y [mm]", "Offset in the part's frame; on the torso to the front"),
     ("z", "z [mm]", "Offset along the part"),
-    ("mirror", "Mirror", "The landmark of the other side, that it may be mixed up with"),
 )
 _FIELDS = tuple(field for field, _, _ in _COLUMNS)
 _OFFSETS = ("x", "y", "z")
@@ -206,7 +206,8 @@ class LandmarkTable(QTableView):
         header.setStretchLastSection(True)
         metrics = self.fontMetrics()
         widest = ("right shoulder 0", "#000000 ", "right upper arm", "right upper arm")
-        for column, text in enumerate((*widest, "Along", "Across", "x [mm]", "y [mm]", "z [mm]")):
+        widest_too = ("right shoulder", "Along", "Across", "x [mm]", "y [mm]")
+        for column, text in enumerate((*widest, *widest_too)):
             extra = 40 if column == 1 else 26
             header.resizeSection(column, metrics.horizontalAdvance(text) + extra)
 

@@ -271,7 +271,7 @@ def test_the_selection_is_exported(qtbot, project, stage, tmp_path):
     select(qtbot, stage, 5, 25)
     stage.trigger("export-selection")
     dialog = stage.findChild(ExportDialog)
-    assert dialog.only_selected.text() == "Only frames 5 – 25"
+    assert dialog.choice.currentText() == "Only frames 5 – 25"
     dialog.path.setText(str(tmp_path / "out"))
     qtbot.keyClick(dialog.path, Qt.Key.Key_Tab)
     assert dialog.preview.text() == "72 clicks in 2 frames will be written."
@@ -282,8 +282,7 @@ def test_the_selection_is_exported(qtbot, project, stage, tmp_path):
     stage.trigger("export")
     again = stage.findChildren(ExportDialog)[-1]
     again.path.setText(str(tmp_path / "out.csv"))
-    again.only_selected.setChecked(False)
-    again._look()
+    qtbot.keyClick(again.path, Qt.Key.Key_Return)
     assert "Of the 72 clicks in the file 72 stay the same, 0 change; 144 are new" in (
         again.preview.text()
     )
