@@ -31,7 +31,8 @@ class ClickFit:
     fps : float
         Frame sets per second.
     shape : BodyParameters, optional
-        The body's surface, for measured points; an average one when not given.
+        The body's surface, for measured points. When not given, a trajectory's is fitted to
+        clicked frames, and a single frame has an average one.
     views : mapping from camera name to view name, optional
         How people call the cameras.
     """
@@ -52,6 +53,7 @@ class ClickFit:
             cameras,
             landmark_set,
             body_model(proportions, shape),
+            shape,
             self.settings,
             fps,
             views or {},
