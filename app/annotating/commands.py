@@ -270,6 +270,9 @@ def _setup(p: AnnotationPanels) -> list[Command]:
 
 
 def _files(p: AnnotationPanels) -> list[Command]:
+    def no_reference() -> str:
+        return "" if p.reference.now is not None else "Fit the whole recording first."
+
     return [
         Command(
             "annotate-import", _FILE, "Import clicks …", "Take clicks of a file in, after a look "
@@ -279,6 +282,11 @@ def _files(p: AnnotationPanels) -> list[Command]:
         Command(
             "annotate-export", _FILE, "Export clicks …", "Write the clicks to a file.",
             lambda: p.dialogs.export(None), icon="export", why_not=lambda: _no_project(p),
+        ),
+        Command(
+            "annotate-export-reference", _FILE, "Export the reference …", "Write the trajectory "
+            "fitted to the clicks as a recording has it, or with its uncertainty.",
+            p.dialogs.ask_to_export_reference, icon="export", why_not=no_reference,
         ),
         Command(
             "annotate-export-selection", _SELECTION, "Export these clicks …", "Write the clicks "

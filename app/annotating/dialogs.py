@@ -14,13 +14,16 @@ from app.annotating.export_dialog import ExportDialog
 from app.annotating.landmark_set_dialog import LandmarkSetDialog
 from app.annotating.subject_dialog import SubjectDialog
 from app.annotating.take_in_dialog import TakeInDialog
+from app.failures import message_of
 from app.presenters.agreement import AgreementReport, agreement_report
+from app.presenters.exporting import REFERENCE_FILES, export_reference
 from app.presenters.landmark_sets import LandmarkSets
 from app.presenters.selection import Selection
 from app.presenters.subjects import Subjects
 from app.presenters.taking_in import TakeIn
-from stereotrack_core.annotation.agreement import differences
+from stereotrack_core.annotation.agreement import click_sigmas, differences
 from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.clicks_csv import read_clicks
 from stereotrack_core.project.click_sigma import repeat_differences
@@ -132,6 +135,29 @@ class AnnotationDialogs(QObject):
         dialog.written.connect(self._panels.say)
         self._show(dialog)
 
+    def ask_to_export_reference(self) -> None:
+        """Let the person choose where the reference is written to."""
+        now = self._panels.reference.now
+        if now is None:
+            return
+        path = Path(self._folder()) / "reference.csv"
+        dialog = QFileDialog(self._panels.window, "Export the reference", str(path.parent))
+        dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
+        dialog.setNameFilters(list(REFERENCE_FILES))
+        dialog.selectFile(path.name)
+        dialog.fileSelected.connect(lambda chosen: self.export_reference(Path(chosen)))
+        self._show(dialog)
+
+    def export_reference(self, path: Path) -> None:
+        """Write the reference that is shown; says so when it is done."""
+        now = self._panels.reference.now
+        if now is None:
+            return
+        try:
+            self._panels.say(export_reference(now.reference, path))
+        except InputError as error:
+            self._panels.message.emit(message_of(error))
+
     # ---- trust
 
     def show_agreement(self) -> None:
@@ -174,9 +200,10 @@ class AnnotationDialogs(QObject):
             if path is None:
                 words = "The frames that were annotated again, blindly"
                 found = repeat_differences(project)
-            else:
-                words = f"This project against {path.name}"
-                found = differences(project.clicks.all(), _clicks_of(path, project))
+                sigmas = click_sigmas(found, landmarks.names, USUAL_SIGMA)
+                return words, agreement_report(found, recording.cameras, landmarks, sigmas)
+            words = f"This project against {path.name}"
+            found = differences(project.clicks.all(), _clicks_of(path, project))
             return words, agreement_report(found, recording.cameras, landmarks)
 
         self._panels.tasks.begin("comparing two readings", work, self._on_compared)

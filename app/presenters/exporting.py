@@ -1,4 +1,4 @@
-"""Clicks into a file, with what that would do to the file that is there."""
+"""Clicks and references into files; for clicks what that would do to the file that is there."""
 
 from __future__ import annotations
 
@@ -8,9 +8,16 @@ from pathlib import Path
 
 from app.presenters.counting import counted
 from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
+from stereotrack_core.interop.atomic import replacing
 from stereotrack_core.interop.clicks_csv import read_clicks, write_clicks
+from stereotrack_core.interop.reference_npz import write_reference
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.landmark_csv import write_landmarks
+
+REFERENCE_FILES = ("As in a recording (*.csv)", "With its uncertainty (*.npz)")
+"""Kinds of files that a reference is written to."""
 
 
 @dataclass(frozen=True)
@@ -76,3 +83,27 @@ def export_clicks(clicks: Sequence[Click], path: Path, recording: Recording) -> 
             remedy="Write it again to another drive.",
         )
     return f"{counted(len(clicks), 'click')} written to {path}."
+
+
+def export_reference(reference: Reference, path: Path) -> str:
+    """Write a reference: as a recording has it, or (``.npz``) with everything that it states.
+
+    Raises
+    ------
+    InputError
+        Where the file cannot be written, or has another suffix.
+    """
+    path = path if path.suffix else path.with_suffix(".csv")
+    frames = counted(len(reference.frame), "frame")
+    if path.suffix.lower() == ".npz":
+        write_reference(path, reference)
+        return f"{frames} of the reference written to {path}, with its uncertainty."
+    if path.suffix.lower() != ".csv":
+        raise InputError(
+            f"a reference cannot be written as {path.suffix}",
+            where=str(path),
+            remedy="Name the file .csv, or .npz to keep its uncertainty.",
+        )
+    with replacing(path) as temporary:
+        write_landmarks(temporary, reference.trajectory())
+    return f"{frames} of the reference written to {path}."

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import time
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 
 from app.limb_colours import limb_words
 from app.presenters.counting import counted
-from app.presenters.selection import gaps_of
+from app.presenters.selection import gaps_of, landmark_gaps_of
 from stereotrack_core import __version__
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.click_points import click_pixels
@@ -38,6 +38,7 @@ from stereotrack_core.project.fitted import reference_of_fit
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.references import Reference
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import FrameReader
 
 FITTED = "fitted to clicks"
@@ -113,6 +114,8 @@ def fit_recording(
     }
     with _clouds(order, on_progress) as clouds:
         fit = _trajectory(fitting, by_frame, order, clouds, on_progress, cancelled)
+    clicked = {(click.frame, click.landmark) for click in clicks if click.position is not None}
+    fit = without_gaps(fit, landmark_gaps_of(project), clicked)
     meta = {
         "program": "stereotrack",
         "version": __version__,
@@ -126,6 +129,34 @@ def fit_recording(
     return FittedRecording(
         order, fit, reference_of_fit(fit, meta), residuals_of(fit, clicks, order)
     )
+
+
+def without_gaps(
+    fit: TrajectoryFit,
+    gaps: Mapping[str, Collection[int]],
+    clicked: Collection[tuple[int, str]] = (),
+) -> TrajectoryFit:
+    """The fit without what it has filled in of single landmarks over their gaps.
+
+    Parameters
+    ----------
+    fit : TrajectoryFit
+    gaps : mapping from landmark to frames
+    clicked : collection of (frame, landmark)
+        These are known all the same.
+    """
+    if not gaps:
+        return fit
+    landmarks, covariance, nine = fit.landmarks.copy(), fit.covariance.copy(), fit.nine.copy()
+    for name, frames in gaps.items():
+        unknown = [frame for frame in frames if (frame, name) not in clicked]
+        rows = np.isin(fit.frame, unknown)
+        if name in fit.names:
+            landmarks[rows, fit.names.index(name)] = np.nan
+            covariance[rows, fit.names.index(name)] = np.nan
+        if name in LANDMARKS:
+            nine[rows, LANDMARKS.index(name)] = np.nan
+    return replace(fit, landmarks=landmarks, covariance=covariance, nine=nine)
 
 
 def residuals_of(fit: TrajectoryFit, clicks: tuple[Click, ...], order: FitOrder) -> FloatArray:

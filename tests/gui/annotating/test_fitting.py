@@ -94,6 +94,16 @@ def test_it_can_be_stopped(qtbot, annotated, work):
     assert annotated.references.names() == ()
 
 
+def test_a_landmarks_own_gap_is_not_filled_in(qtbot, annotated, work):
+    gap = range(16, 22)  # frame 20 is clicked
+    annotated.apply(SetFlags(tuple(FrameFlag(frame, "left_hand", "gap") for frame in gap)))
+    now = fitted(qtbot, work)
+    hand, head = (NINE.names.index(name) for name in ("left_hand", "head"))
+    known = np.isfinite(now.reference.points).all(axis=-1)
+    assert now.reference.frame[~known[:, hand]].tolist() == [11, 12, 13, 14, 16, 17, 18, 19, 21]
+    assert known[16:22, head].all()
+
+
 def test_without_a_click_there_is_nothing_to_fit_to(project, recording):
     with pytest.raises(InputError, match="no click in frames 0 to 9"):
         fit_recording(

@@ -13,6 +13,7 @@ from app.annotating.agreement_dialog import AgreementDialog
 from app.annotating.commands import add_commands
 from app.annotating.export_dialog import ExportDialog
 from app.annotating.panels import AnnotationPanels
+from app.annotating.subject_dialog import SubjectDialog
 from app.annotating.take_in_dialog import TakeInDialog
 from app.tasks.task import TaskList
 from app.views.lane_filter import LaneFilter
@@ -21,10 +22,12 @@ from app.views.timeline_painting import RULER_HEIGHT
 from app.views.timeline_view import TimelineView
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.interop.clicks_csv import read_clicks, write_clicks
+from stereotrack_core.interop.reference_npz import read_reference
 from stereotrack_core.project.click_edits import PlaceClicks, place
 from stereotrack_core.project.marks import SetKeyframes
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.landmark_csv import read_landmarks
 
 LEFT = Qt.MouseButton.LeftButton
 FRAMES = 60
@@ -305,3 +308,40 @@ def test_commands_have_words_and_say_why_not(stage):
         assert "Not now:" in stage.book.action(command.id).toolTip()
     keys = [c.shortcut for c in stage.book.commands if c.shortcut]
     assert len({QKeySequence(k).toString() for k in keys}) == len(keys)
+
+
+def test_the_reference_is_exported_with_and_without_its_uncertainty(qtbot, stage, tmp_path):
+    assert not stage.book.action("annotate-export-reference").isEnabled()
+    stage.trigger("fit")
+    settled(qtbot, stage)
+    stage.trigger("export-reference")
+    stage.panels.dialogs.export_reference(tmp_path / "reference")
+    known = read_landmarks(tmp_path / "reference.csv")
+    np.testing.assert_allclose(known.points, stage.panels.reference.now.fit.nine, atol=1e-5)
+    stage.panels.dialogs.export_reference(tmp_path / "reference.npz")
+    again = read_reference(tmp_path / "reference.npz")
+    np.testing.assert_array_equal(
+        again.limb_sigma_deg, stage.panels.reference.now.fit.limb_sigma_deg
+    )
+    assert stage.heard[-1].endswith("with its uncertainty.")
+    stage.panels.dialogs.export_reference(tmp_path / "reference.txt")
+    assert "cannot be written as .txt" in stage.problems[-1].what
+
+
+def test_a_project_that_can_only_be_read_is_shown(qtbot, project, stage, make):
+    recording = stage.panels.recording
+    stage.panels.set_project(None, None, 0)
+    project.close()
+    with Project.open(project.path, read_only=True) as read:
+        stage.panels.set_project(read, recording, FRAMES)
+        assert lane(stage, "head")[10] == Mark.CLICKED
+        stage.panels.bar._change(LaneFilter(frozenset({"landmarks"})))
+        stage.book.refresh()
+        for name in ("clear", "gap", "done", "fit", "repeats", "repeat-now", "merge", "import"):
+            assert not stage.book.action(f"annotate-{name}").isEnabled(), name
+        for name in ("agreement", "export", "subject", "landmarks"):
+            assert stage.book.action(f"annotate-{name}").isEnabled(), name
+        stage.panels.dialogs.show_subjects()
+        assert not stage.findChild(SubjectDialog).use_button.isEnabled()
+        stage.panels.set_project(None, None, 0)
+    assert not stage.problems
