@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from stereotrack_core.annotation.fit.depth import measured_depth
+from stereotrack_core.annotation.fit.depth import MeasuredDepth, measured_depth
 from stereotrack_core.annotation.fit.measurement import ClickMeasurement
 from stereotrack_core.annotation.fit.movement import Movement
 from stereotrack_core.annotation.fit.residuals import Clicks, undistorted_clicks
@@ -85,13 +85,16 @@ class FitContext:
         """Clicks of one frame, freed from the distortion of their lenses."""
         return undistorted_clicks(measurements, self.cameras, self.whole.names)
 
-    def data(self, measurements: Sequence[ClickMeasurement], cloud: Cloud | None) -> FrameData:
-        """What is known of a frame; the cloud only where it is to be used."""
+    def data(
+        self, measurements: Sequence[ClickMeasurement], cloud: Cloud | MeasuredDepth | None
+    ) -> FrameData:
+        """What is known of a frame; depth only where it is to be used."""
         clicks, s = self.clicks(measurements), self.settings
         if cloud is None or not s.use_depth:
             return FrameData(clicks)
-        depth = measured_depth(cloud, s.depth_points, outlines=s.use_outlines)
-        return FrameData(clicks, depth)
+        if isinstance(cloud, Cloud):
+            cloud = measured_depth(cloud, s.depth_points, outlines=s.use_outlines)
+        return FrameData(clicks, cloud)
 
     def shaped(
         self, data: Sequence[FrameData], poses: Sequence[Pose], known: IntArray

@@ -10,6 +10,7 @@ import numpy as np
 from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.annotation.fit.between import asked_between, told_by_clicks
 from stereotrack_core.annotation.fit.context import FitContext
+from stereotrack_core.annotation.fit.depth import MeasuredDepth
 from stereotrack_core.annotation.fit.measurement import ClickMeasurement
 from stereotrack_core.annotation.fit.movement import pose_sigmas
 from stereotrack_core.annotation.fit.report import exact_residuals, reported
@@ -32,7 +33,8 @@ _ANYWHERE = (2.0, 120.0, 90.0)
 _MEDIAN = 2.0 * np.log(2.0)
 """Median of the squared distance of a right click, over its variance: chi squared of two."""
 
-Clouds = Callable[[int], Cloud | None]
+Clouds = Callable[[int], Cloud | MeasuredDepth | None]
+"""Depth of a frame; None where there is none."""
 
 
 @dataclass(frozen=True, eq=False)
