@@ -78,7 +78,7 @@ class NextPresenter(QObject):
         self._worker: NewestWins | None = None
         self._ranking: NextClicks | None = None
         self._inbox, self._lock = _Inbox(), threading.Lock()
-        self._asked = 0
+        self._asked = self._told = 0
 
     @property
     def wanted_deg(self) -> float:
@@ -88,7 +88,7 @@ class NextPresenter(QObject):
     @property
     def idle(self) -> bool:
         """Whether the ranking is up to date."""
-        return self._worker is None or self._worker.idle()
+        return self._worker is None or self._told == self._asked
 
     def set_project(self, project: Project | None, cameras: Mapping[str, Camera]) -> None:
         """Rank another project's places, or none; `cameras` are those people click in."""
@@ -177,10 +177,12 @@ class NextPresenter(QObject):
         return Ranking(self._ranking.best(self._wish), good_enough(sigma, self._wanted))
 
     @Slot(object, object)
-    def _on_ranked(self, _question: int, ranking: Ranking) -> None:
+    def _on_ranked(self, question: int, ranking: Ranking) -> None:
+        self._told = question
         if self._fit is not None:
             self.ranked.emit(ranking)
 
     @Slot(object, object)
-    def _on_failed(self, _question: int, error: Exception) -> None:
+    def _on_failed(self, question: int, error: Exception) -> None:
+        self._told = question
         self.failed.emit(error)
