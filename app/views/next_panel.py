@@ -35,7 +35,12 @@ from stereotrack_core.annotation.suggestion import StopSign, Suggestion
 
 _Index: TypeAlias = QModelIndex | QPersistentModelIndex
 _NOWHERE = QModelIndex()
-_HEADINGS = ("Frame", "View", "Landmark", "Gain [°]", "Why")
+_HEADINGS = ("Frame", "View", "Landmark", "Gain [°]", "All [°]", "Why")
+_NUMBERS = (0, 3, 4)
+_TIPS = {
+    3: "By how much a click brings down the angle by which the limbs of this frame may be off",
+    4: "The same over all frames that profit; the list is sorted by it",
+}
 _NOT_FITTED = (
     "When the body is fitted to the clicks of the whole recording, the places where another click "
     "helps most are listed here, the best first."
@@ -92,7 +97,7 @@ class SuggestionModel(QAbstractTableModel):
             return _HEADINGS[section]
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return _alignment(section)
-        return None
+        return _TIPS.get(section) if role == Qt.ItemDataRole.ToolTipRole else None
 
     def data(self, index: _Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         if role == Qt.ItemDataRole.SizeHintRole:
@@ -101,9 +106,13 @@ class SuggestionModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.DisplayRole:
             words = f"look again: {one.reason}" if one.click_there else one.reason
             label = one.landmark.replace("_", " ")
-            return (str(one.frame), one.camera, label, f"{one.gain_deg:.2f}", words)[column]
+            gains = (f"{one.gain_deg:.2f}", f"{one.over_frames_deg:.1f}")
+            return (str(one.frame), one.camera, label, *gains, words)[column]
         if role == Qt.ItemDataRole.ToolTipRole:
-            return f"{one.reason}\nA click here is expected to gain {one.gain_deg:.2f}°."
+            return (
+                f"{one.reason}\nA click here is expected to gain {one.gain_deg:.2f}° in this frame"
+                f" and {one.over_frames_deg:.1f}° over all."
+            )
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return _alignment(column)
         if role == Qt.ItemDataRole.DecorationRole and column == 2:
@@ -114,7 +123,7 @@ class SuggestionModel(QAbstractTableModel):
             theme = current_theme()
             if one.key in self.visited:
                 return QColor(theme.muted)
-            return QColor(theme.warning) if one.click_there and column == 4 else None
+            return QColor(theme.warning) if one.click_there and column == 5 else None
         return None
 
 
@@ -180,7 +189,8 @@ class NextPanel(QWidget):
         header = self.tree.header()
         header.setStretchLastSection(True)
         metrics = self.fontMetrics()
-        for column, widest in enumerate(("Frame 0", "W_right", "right shoulder", "Gain [°]")):
+        widest_texts = ("Frame 0", "W_right", "right shoulder", "Gain [°]", "All [°] 0")
+        for column, widest in enumerate(widest_texts):
             header.setSectionResizeMode(column, QHeaderView.ResizeMode.Interactive)
             swatch = 16 if column == 2 else 0
             header.resizeSection(column, metrics.horizontalAdvance(widest) + 18 + swatch)
@@ -266,5 +276,5 @@ class NextPanel(QWidget):
 
 
 def _alignment(column: int) -> Qt.AlignmentFlag:
-    side = Qt.AlignmentFlag.AlignRight if column in (0, 3) else Qt.AlignmentFlag.AlignLeft
+    side = Qt.AlignmentFlag.AlignRight if column in _NUMBERS else Qt.AlignmentFlag.AlignLeft
     return side | Qt.AlignmentFlag.AlignVCenter

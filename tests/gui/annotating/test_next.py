@@ -108,7 +108,7 @@ def test_without_a_fit_nothing_is_ranked(project, presenter):
 
 
 ROWS = (
-    Suggestion(17, "N", "left_hand", 3.2, "left forearm uncertain (6.1 deg)"),
+    Suggestion(17, "N", "left_hand", 3.2, "left forearm uncertain (6.1 deg)", over_frames_deg=14.3),
     Suggestion(30, "W", "head", 1.2, "probably a mistake: 40 px off", click_there=True),
     Suggestion(5, "S", "left_elbow", 0.4, "left upper arm uncertain (2.1 deg)"),
 )
@@ -129,7 +129,7 @@ def test_the_best_comes_first_and_each_is_visited_once(qtbot, panel):
     for _ in range(4):
         qtbot.mouseClick(panel.next_button, LEFT)
     assert [where[0] for where in went] == [17, 30, 5, 17]
-    area = panel.tree.visualRect(panel.model.index(1, 4))
+    area = panel.tree.visualRect(panel.model.index(1, 5))
     qtbot.mouseClick(panel.tree.viewport(), LEFT, pos=area.center())
     assert went[-1] == (30, "W", "head")
     qtbot.keyClick(panel.tree, Qt.Key.Key_Down)
@@ -140,7 +140,8 @@ def test_the_best_comes_first_and_each_is_visited_once(qtbot, panel):
 def test_words_of_the_sign_and_of_the_rows(panel):
     assert panel.sign.text() == "12 of 40 frames miss 3 deg, most often the left forearm (12)."
     assert panel.model.index(0, 3).data() == "3.20"
-    assert panel.model.index(1, 4).data() == "look again: probably a mistake: 40 px off"
+    assert panel.model.index(0, 4).data() == "14.3"
+    assert panel.model.index(1, 5).data() == "look again: probably a mistake: 40 px off"
 
 
 def test_the_wanted_accuracy_is_typed(qtbot, panel):
