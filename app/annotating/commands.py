@@ -275,9 +275,9 @@ def _files(p: AnnotationPanels) -> list[Command]:
 
     return [
         Command(
-            "annotate-import", _FILE, "Import clicks …", "Take clicks of a file in, after a look "
-            "at what is new and what contradicts.", p.dialogs.ask_to_import, icon="open",
-            why_not=lambda: _no_edit(p), section=True,
+            "annotate-import", _FILE, "Import clicks …", "Take clicks, labels of other tools or a "
+            "reference in, after a look at what is new and what contradicts.",
+            p.dialogs.ask_to_import, icon="open", why_not=lambda: _no_edit(p), section=True,
         ),
         Command(
             "annotate-export", _FILE, "Export clicks …", "Write the clicks to a file.",

@@ -11,12 +11,14 @@ from PySide6.QtWidgets import QDialog, QFileDialog
 
 from app.annotating.agreement_dialog import AgreementDialog
 from app.annotating.export_dialog import ExportDialog
+from app.annotating.import_dialog import ImportDialog
 from app.annotating.landmark_set_dialog import LandmarkSetDialog
 from app.annotating.subject_dialog import SubjectDialog
 from app.annotating.take_in_dialog import TakeInDialog
 from app.failures import message_of
 from app.presenters.agreement import AgreementReport, agreement_report
 from app.presenters.exporting import REFERENCE_FILES, export_reference
+from app.presenters.importing import LabelFile, labels_of, reference_in
 from app.presenters.landmark_sets import LandmarkSets
 from app.presenters.selection import Selection
 from app.presenters.subjects import Subjects
@@ -24,17 +26,19 @@ from app.presenters.taking_in import TakeIn
 from stereotrack_core.annotation.agreement import click_sigmas, differences
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
+from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.clicks_csv import read_clicks
+from stereotrack_core.interop.labels import is_trajectory
 from stereotrack_core.project.click_sigma import repeat_differences
+from stereotrack_core.project.entries import Choose
 from stereotrack_core.project.incoming import incoming
 from stereotrack_core.project.project import Project
-from stereotrack_core.recording.description import Recording
+from stereotrack_core.project.references import save_reference
+from stereotrack_core.project.schema import REFERENCE
 
 if TYPE_CHECKING:
     from app.annotating.panels import AnnotationPanels
 
-_CLICKS = "Clicks (*.csv)"
 _PROJECTS = "Projects (*.stereotrack)"
 
 
@@ -57,20 +61,40 @@ class AnnotationDialogs(QObject):
     # ---- clicks in and out
 
     def ask_to_import(self) -> None:
-        """Let the person choose a clicks file."""
-        chosen, _ = QFileDialog.getOpenFileName(
-            self._panels.window, "Import clicks", self._folder(), _CLICKS
-        )
-        if chosen:
-            self.import_clicks(Path(chosen))
+        """Let the person choose a file of labels, or of a reference."""
+        recording = self._panels.recording
+        if recording is not None:
+            cameras = [view.name for view in recording.views]
+            cameras += [name for name in recording.cameras if name not in cameras]
+            dialog = ImportDialog(cameras, self._folder(), self._panels.window)
+            dialog.chosen.connect(self.import_labels)
+            self._show(dialog)
 
-    def import_clicks(self, path: Path) -> None:
-        """Compare a clicks file with the project, and show that before anything is written."""
+    @Slot(object)
+    def import_labels(self, file: LabelFile) -> None:
+        """Compare a file with the project, and show that before anything is written."""
         project, recording = self._panels.project, self._panels.recording
         if project is None or recording is None:
             return
+        try:
+            trajectory = is_trajectory(file.path)
+        except InputError as error:
+            self._panels.message.emit(message_of(error))
+            return
+        if trajectory:
+            self._panels.tasks.begin(
+                "reading the reference",
+                lambda _task: (file.path.stem, reference_in(file.path)),
+                self._on_reference_read,
+            )
+            return
         frames = self._panels.frame_count or None
-        self._take_in(project, lambda: _read_file(path, project, recording, frames), path.name)
+        self._take_in(project, lambda: labels_of(file, project, recording, frames), file.path.name)
+
+    @Slot(object)
+    def _on_reference_read(self, found: tuple[str, Reference]) -> None:
+        if self._panels.do(lambda: save_reference(*found)):
+            self._panels.do(lambda: Choose(REFERENCE.name, found[0]))
 
     def ask_to_merge(self) -> None:
         """Let the person choose another project of this recording."""
@@ -242,7 +266,7 @@ class AnnotationDialogs(QObject):
     def close_all(self) -> None:
         """Close what belongs to a project that is being closed."""
         kinds = (
-            *(TakeInDialog, AgreementDialog, ExportDialog),
+            *(TakeInDialog, AgreementDialog, ExportDialog, ImportDialog),
             *(SubjectDialog, LandmarkSetDialog),
         )
         for kind in kinds:
@@ -252,14 +276,6 @@ class AnnotationDialogs(QObject):
     def _folder(self) -> str:
         project = self._panels.project
         return str(project.path.parent) if project is not None else ""
-
-
-def _read_file(
-    path: Path, project: Project, recording: Recording, frames: int | None
-) -> tuple[tuple[Click, ...], tuple[InputError, ...]]:
-    names = project.landmark_set().names
-    found = read_clicks(path, recording, landmarks=names, frames=frames)
-    return found.clicks, found.problems
 
 
 def _clicks_of(path: Path, project: Project) -> tuple[Click, ...]:

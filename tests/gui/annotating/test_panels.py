@@ -12,14 +12,17 @@ from app.actions import ActionBook
 from app.annotating.agreement_dialog import AgreementDialog
 from app.annotating.commands import add_commands
 from app.annotating.export_dialog import ExportDialog
+from app.annotating.import_dialog import ImportDialog
 from app.annotating.panels import AnnotationPanels
 from app.annotating.subject_dialog import SubjectDialog
 from app.annotating.take_in_dialog import TakeInDialog
+from app.presenters.importing import LabelFile
 from app.tasks.task import TaskList
 from app.views.lane_filter import LaneFilter
 from app.views.timeline_lanes import Mark
 from app.views.timeline_painting import RULER_HEIGHT
 from app.views.timeline_view import TimelineView
+from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.interop.clicks_csv import read_clicks, write_clicks
 from stereotrack_core.interop.reference_npz import read_reference
@@ -27,7 +30,8 @@ from stereotrack_core.project.click_edits import PlaceClicks, place
 from stereotrack_core.project.marks import SetKeyframes
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.recording.landmark_csv import read_landmarks
+from stereotrack_core.recording.landmark_csv import read_landmarks, write_landmarks
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 LEFT = Qt.MouseButton.LeftButton
 FRAMES = 60
@@ -229,7 +233,10 @@ def test_clicks_are_imported_after_a_look(qtbot, project, stage, make, tmp_path)
     path = tmp_path / "clicks.csv"
     write_clicks(path, make.clicks_at([0, 5]), stage.panels.recording)
     path.write_text(path.read_text() + "7,N,elbow,1,2,2\n")
-    stage.panels.dialogs.import_clicks(path)
+    stage.trigger("import")
+    asking = stage.findChild(ImportDialog)
+    qtbot.keyClicks(asking.path, str(path))
+    qtbot.mouseClick(asking.compare_button, LEFT)
     qtbot.waitUntil(lambda: stage.findChild(TakeInDialog) is not None, timeout=20_000)
     dialog = stage.findChild(TakeInDialog)
     assert dialog.summary.text() == "clicks.csv: 36 new, 0 equal, 36 differ (36 moved)."
@@ -238,6 +245,41 @@ def test_clicks_are_imported_after_a_look(qtbot, project, stage, make, tmp_path)
     qtbot.mouseClick(dialog.take_button, LEFT)
     assert project.clicks.count() == 252
     assert stage.heard[-1] == "take 36 clicks from clicks.csv"
+
+
+def test_labels_of_another_tool_are_imported(qtbot, project, stage, tmp_path):
+    path = tmp_path / "CollectedData_A.csv"
+    path.write_text(
+        "scorer,A,A,A,A\nbodyparts,head,head,wrist,wrist\ncoords,x,y,x,y\n"
+        "labeled-data/cam/img0005.png,10.5,20.5,30.5,40.5\n"
+    )
+    stage.trigger("import")
+    asking = stage.findChild(ImportDialog)
+    asking.path.setText(str(path))
+    asking.camera.setCurrentText("N")
+    qtbot.keyClicks(asking.names, "wrist")
+    qtbot.mouseClick(asking.compare_button, LEFT)
+    assert "'wrist' cannot be read" in asking.failure.text()
+    asking.names.clear()
+    qtbot.mouseClick(asking.compare_button, LEFT)
+    qtbot.waitUntil(lambda: stage.findChild(TakeInDialog) is not None, timeout=20_000)
+    dialog = stage.findChild(TakeInDialog)
+    assert "all labels of 'wrist'" in dialog.problems.toPlainText()
+    qtbot.mouseClick(dialog.take_button, LEFT)
+    assert project.clicks.get(ClickKey(5, "N", "head")).position == (10.5, 20.5)
+
+
+def test_a_trajectory_becomes_a_reference(qtbot, project, stage, make, tmp_path):
+    points = np.stack([make.places_at(k) for k in range(10)])
+    write_landmarks(tmp_path / "truth.csv", LandmarkTrajectory(np.arange(10), points))
+    stage.panels.dialogs.import_labels(LabelFile(tmp_path / "truth.csv"))
+    settled(qtbot, stage)
+    qtbot.waitUntil(lambda: stage.panels.reference.now is not None, timeout=20_000)
+    assert project.chosen(project.references) == "truth"
+    assert "does not say how good it is" in stage.panels.reference.words()
+    stage.panels.dialogs.import_labels(LabelFile(tmp_path / "truth.csv"))
+    qtbot.waitUntil(lambda: bool(stage.problems), timeout=20_000)
+    assert "there is a reference 'truth' already" in stage.problems[-1].what
 
 
 def test_another_project_is_compared_and_merged(qtbot, project, stage, make, tmp_path):
