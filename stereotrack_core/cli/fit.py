@@ -253,7 +253,8 @@ def _facts(fit: TrajectoryFit) -> dict[str, Any]:
     flagged = fit.flagged()
     right = [fit.residual_px[key] for key in fit.residual_px if key not in set(flagged)]
     known = fit.kind != GAP
-    sigma = np.median(fit.limb_sigma_deg[known], axis=0) if known.any() else np.full(6, np.nan)
+    squares = np.square(fit.limb_sigma_deg[known])
+    sigma = np.sqrt(squares.mean(axis=0)) if known.any() else np.full(6, np.nan)
     return {
         "frames": {kind: int((fit.kind == kind).sum()) for kind in (CLICKED, INTERPOLATED, GAP)},
         "clicks": len(fit.residual_px),
