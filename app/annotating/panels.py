@@ -33,6 +33,7 @@ from stereotrack_core.recording.description import Recording
 _GROUP = "annotation"
 _FILTER = "lanes"
 _DELAY_MS = 40
+_COUNTING_MS = 250
 
 
 class AnnotationPanels(QObject):
@@ -95,6 +96,8 @@ class AnnotationPanels(QObject):
         self._forget: Callable[[], None] | None = None
         self._soon = QTimer(self, singleShot=True, interval=_DELAY_MS)
         self._soon.timeout.connect(self._show_numbers)
+        self._counted = QTimer(self, singleShot=True, interval=_COUNTING_MS)
+        self._counted.timeout.connect(self._on_counted)
         self._connect()
 
     def _connect(self) -> None:
@@ -157,8 +160,13 @@ class AnnotationPanels(QObject):
         """The number of frames is known better."""
         if frame_count != self.frame_count:
             self.frame_count = frame_count
-            self._make_lanes()
-            self.reference.set_frame_count(frame_count)
+            # while frames are being counted this is called again and again
+            self._counted.start(_COUNTING_MS if self.lanes is not None else 0)
+
+    @Slot()
+    def _on_counted(self) -> None:
+        self._make_lanes()
+        self.reference.set_frame_count(self.frame_count)
 
     def set_frame(self, frame: int) -> None:
         """Another frame is shown."""
@@ -168,7 +176,8 @@ class AnnotationPanels(QObject):
 
     def settled(self) -> bool:
         """Whether everything shown follows the facts."""
-        return not self._soon.isActive() and self.next.idle and not self.reference.fitting
+        waiting = self._soon.isActive() or self._counted.isActive()
+        return not waiting and self.next.idle and not self.reference.fitting
 
     def shutdown(self) -> None:
         """Let the project go, before the window closes."""

@@ -72,6 +72,7 @@ class AnnotationLanes:
         self._set = self._project.landmark_set()
         self._read_flags()
         self._read_keyframes()
+        self._base: MarkArray = np.zeros((len(self._set.names), self._frames), dtype=np.uint8)
         self._marks = [np.zeros(self._frames, np.uint8) for _ in self._set.names]
         self._lanes: list[Lane | None] = [None] * len(self._marks)
         self._read(0, self._frames)
@@ -126,7 +127,7 @@ class AnnotationLanes:
             "uncertainty": _heat(sigma, "{} ±", "±", FULL_SIGMA_DEG, "°"),
             "residual": _heat(residuals, "{} px", "px", FULL_RESIDUAL_PX, "px"),
         }
-        self._read(0, self._frames)
+        self._dress(0, self._frames)
 
     def lanes(self, chosen: LaneFilter) -> tuple[Lane, ...]:
         """The lanes that a filter lets through; unchanged ones are the same objects as before."""
@@ -189,9 +190,19 @@ class AnnotationLanes:
 
     def _read(self, first: int, end: int) -> None:
         """Read the frames from `first` to before `end` from the project."""
-        if end <= first:
-            return
-        marks = self._marks_between(first, end, self._project.clicks.seen(first, end))
+        if end > first:
+            seen = self._project.clicks.seen(first, end)
+            self._base[:, first:end] = self._marks_between(first, end, seen)
+            self._dress(first, end)
+
+    def _dress(self, first: int, end: int) -> None:
+        """Let marks say also what the fit has filled in, and what looks like a mistake."""
+        marks = self._base[:, first:end].copy()
+        marks[(marks == Mark.NONE) & self._filled[first:end]] = Mark.INTERPOLATED
+        places = {name: place for place, name in enumerate(self._set.names)}
+        for key in self._mistakes:
+            if first <= key.frame < end and key.landmark in places:
+                marks[places[key.landmark], key.frame - first] = Mark.FLAGGED
         for place, new in enumerate(marks):
             if (new != self._marks[place][first:end]).any():
                 # a lane's values are not changed once it was handed on
@@ -200,19 +211,16 @@ class AnnotationLanes:
                 self._lanes[place] = None
 
     def _marks_between(self, first: int, end: int, seen: Sequence[Seen]) -> MarkArray:
+        """What people have said of these frames."""
         count = end - first
         here = [one._replace(frame=one.frame - first) for one in seen]
         flags = _inside(self._flags, first, end)
-        flags += [
-            (key.frame - first, key.landmark) for key in self._mistakes if first <= key.frame < end
-        ]
         states = lane_states(here, self._set.names, count, enough=self._enough, flags=flags)
         marks = _MARKS[states]
         wanted = self._keyframes[first:end].copy()
         wanted[[one.frame for one in here]] = True
         nothing = marks == Mark.NONE
         marks[nothing & wanted] = Mark.MISSING
-        marks[nothing & self._filled[first:end]] = Mark.INTERPOLATED
         places = {name: place for place, name in enumerate(self._set.names)}
         for one in here:  # somebody has looked and says that it is outside
             lane = places.get(one.landmark)

@@ -112,6 +112,17 @@ def test_the_fitted_trajectory_fills_lanes_in(project, lanes, make):
     assert marks_of(lanes, "head")[11] == Mark.NONE
 
 
+def test_a_keyframe_that_is_filled_in_is_still_missing(project, lanes, make):
+    project.apply(SetKeyframes((12,)))
+    frame = np.arange(10, 15)
+    points = np.stack([make.places_at(int(k)) for k in frame])
+    lanes.show_reference(Reference(frame, points, filled=np.ones(5, dtype=np.bool_)))
+    said = [Mark(int(mark)).name for mark in marks_of(lanes, "head")[10:15]]
+    assert said == ["INTERPOLATED", "INTERPOLATED", "MISSING", "INTERPOLATED", "INTERPOLATED"]
+    project.apply(SetFlags((FrameFlag(13, "head", "gap"),)))
+    assert marks_of(lanes, "head")[13] == Mark.GAP
+
+
 def test_what_looks_like_a_mistake_is_flagged_until_it_is_edited(project, lanes, make):
     project.apply(PlaceClicks(make.clicks_at([10, 20])))
     frame = np.array([10, 20])

@@ -217,6 +217,14 @@ def test_a_finished_frame_may_come_again_blindly(qtbot, project, stage, make):
     assert stage.timeline.frame == 0  # where one was before
 
 
+def test_lanes_grow_while_frames_are_counted(qtbot, stage):
+    for count in (80, 100, 120):
+        stage.panels.set_frame_count(count)
+    assert len(lane(stage, "head")) == FRAMES
+    settled(qtbot, stage)
+    assert len(lane(stage, "head")) == 120
+
+
 def test_the_filter_is_kept_with_the_project(qtbot, project, stage):
     chosen = LaneFilter(frozenset({"landmarks"}), frozenset({"head"}))
     stage.panels.bar._change(chosen)
