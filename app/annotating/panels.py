@@ -23,6 +23,7 @@ from app.views.lane_filter import KINDS, LaneFilter
 from app.views.next_panel import NextPanel
 from app.views.repeat_bar import RepeatBar
 from app.views.timeline_view import TimelineView
+from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.project.edit import Edit
@@ -119,6 +120,7 @@ class AnnotationPanels(QObject):
         self.next_panel.fit_requested.connect(self.reference.fit)
         self.next.ranked.connect(self._on_ranked)
         self.reference.shown.connect(self._on_reference)
+        self.reference.residuals_changed.connect(self._on_residuals)
         self.reference.busy_changed.connect(self.changed)
         self.repeat_bar.finish_requested.connect(self.finish_repeat)
         for source in (self.history, self.next, self.reference):
@@ -303,6 +305,12 @@ class AnnotationPanels(QObject):
             self.said.emit(now.words)
         self.reference_changed.emit()
         self.changed.emit()
+
+    @Slot(list, object)
+    def _on_residuals(self, frames: list[int], values: FloatArray) -> None:
+        if self.lanes is not None:
+            self.lanes.change_residuals(frames, values)
+            self._show_lanes()
 
     def _dress_lanes(self, now: ShownReference | None) -> None:
         if self.lanes is not None:

@@ -60,6 +60,7 @@ class AnnotationLanes:
         self._limbs: dict[str, tuple[Lane, ...]] = {"uncertainty": (), "residual": ()}
         self._filled: BoolArray = np.zeros(frames, dtype=np.bool_)
         self._mistakes: set[ClickKey] = set()
+        self._residuals: FloatArray | None = None
         self.read_again()
 
     @property
@@ -123,11 +124,19 @@ class AnnotationLanes:
             if reference.limb_sigma_deg is not None:
                 sigma = np.full((self._frames, len(LIMBS)), np.nan)
                 sigma[frame] = reference.limb_sigma_deg[inside]
+        self._residuals = residuals
         self._limbs = {
             "uncertainty": _heat(sigma, "{} ±", "±", FULL_SIGMA_DEG, "°"),
-            "residual": _heat(residuals, "{} px", "px", FULL_RESIDUAL_PX, "px"),
+            "residual": _residual_lanes(residuals),
         }
         self._dress(0, self._frames)
+
+    def change_residuals(self, frames: Sequence[int], values: FloatArray) -> None:
+        """Show other residuals (K, 6) in pixels at K frames; elsewhere they stay."""
+        if self._residuals is not None:
+            self._residuals = self._residuals.copy()
+            self._residuals[list(frames)] = values
+            self._limbs["residual"] = _residual_lanes(self._residuals)
 
     def lanes(self, chosen: LaneFilter) -> tuple[Lane, ...]:
         """The lanes that a filter lets through; unchanged ones are the same objects as before."""
@@ -256,6 +265,10 @@ def _stretches(frames: Collection[int]) -> list[tuple[int, int]]:
     if len(parts) > _MOST_QUERIES:
         return [(int(numbers[0]), int(numbers[-1]) + 1)]
     return [(int(part[0]), int(part[-1]) + 1) for part in parts]
+
+
+def _residual_lanes(residuals: FloatArray | None) -> tuple[Lane, ...]:
+    return _heat(residuals, "{} px", "px", FULL_RESIDUAL_PX, "px")
 
 
 def _heat(

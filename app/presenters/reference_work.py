@@ -23,6 +23,14 @@ from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.errors import InputError
+from stereotrack_core.project.accept import AcceptPredictions
+from stereotrack_core.project.click_edits import (
+    DeleteClicks,
+    MarkClicks,
+    MoveClicks,
+    PlaceClicks,
+    SwapLandmarks,
+)
 from stereotrack_core.project.entries import Choose
 from stereotrack_core.project.fitted import fit_of_reference
 from stereotrack_core.project.history import Changed
@@ -30,6 +38,20 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.project.references import Reference, load_reference, save_reference
 from stereotrack_core.project.schema import REFERENCE
 from stereotrack_core.recording.description import Recording
+
+_MANY_FRAMES = 50
+_CLICK_EDITS = frozenset(
+    edit.kind
+    for edit in (
+        PlaceClicks,
+        MoveClicks,
+        DeleteClicks,
+        MarkClicks,
+        SwapLandmarks,
+        AcceptPredictions,
+    )
+)
+_LOOKED_BACK = 500
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +68,8 @@ class ShownReference:
         Of each limb's clicks in pixels, over the frames of the recording.
     words : str
         How good it is.
+    edits_since : int
+        Edits of clicks that it does not know.
     """
 
     name: str
@@ -53,6 +77,7 @@ class ShownReference:
     fit: TrajectoryFit | None
     residuals: FloatArray | None
     words: str
+    edits_since: int = 0
 
 
 class ReferenceWork(QObject):
@@ -61,11 +86,14 @@ class ReferenceWork(QObject):
     Signals
     -------
     shown : ShownReference or None
+    residuals_changed : list of int, (K, 6) float64
+        Residuals of the limbs' clicks at K frames are others after an edit.
     busy_changed : ()
     failed : Exception
     """
 
     shown = Signal(object)
+    residuals_changed = Signal(list, object)
     busy_changed = Signal()
     failed = Signal(object)
 
@@ -153,6 +181,22 @@ class ReferenceWork(QObject):
             self._show_stored()
         elif "click" in changed.tables:
             self._clicks_since += 1
+            self._measure_again(sorted(changed.frames()))
+
+    def _measure_again(self, frames: list[int]) -> None:
+        """Tell how far the clicks of some frames lie from the fit now."""
+        project, recording, now = self._project, self._recording, self._now
+        if project is None or recording is None or now is None or now.fit is None:
+            return
+        known = [frame for frame in frames if frame < self._frames]
+        if known and len(known) <= _MANY_FRAMES:
+            order = FitOrder(project, recording, range(self._frames))
+            clicks = tuple(click for frame in known for click in project.clicks.at(frame))
+            rows = residuals_of(now.fit, clicks, order)
+            values = np.full((len(known), len(LIMBS)), np.nan)
+            _, own, theirs = np.intersect1d(known, now.fit.frame, return_indices=True)
+            values[own] = rows[theirs]
+            self.residuals_changed.emit(known, values)
 
     @Slot()
     def _on_ended(self) -> None:
@@ -200,7 +244,8 @@ class ReferenceWork(QObject):
             self._take(found[1])
 
     def _take(self, found: ShownReference | None) -> None:
-        self._now, self._clicks_since = found, 0
+        self._now = found
+        self._clicks_since = found.edits_since if found is not None else 0
         self.shown.emit(found)
 
 
@@ -218,4 +263,16 @@ def read_reference(
     inside = fit.frame < frames
     order = FitOrder(project, recording, range(frames))
     residuals[fit.frame[inside]] = residuals_of(fit, clicks, order)[inside]
-    return ShownReference(name, reference, fit, residuals, f"“{name}”: {fit_words(fit)}")
+    words = f"“{name}”: {fit_words(fit)}"
+    return ShownReference(name, reference, fit, residuals, words, _edits_since(project, name))
+
+
+def _edits_since(project: Project, name: str) -> int:
+    """Edits of clicks since a reference was saved; only the last edits are looked at."""
+    saved = f"save reference {name}"
+    count = 0
+    for entry in project.history.entries(_LOOKED_BACK):
+        if entry.words == saved and entry.state == "done":
+            return count
+        count += entry.state == "done" and entry.kind in _CLICK_EDITS
+    return count

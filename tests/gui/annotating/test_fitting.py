@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.presenters.fitting import FITTED, FitOrder, around, fit_recording
-from app.presenters.reference_work import ReferenceWork
+from app.presenters.reference_work import ReferenceWork, read_reference
 from app.tasks.task import TaskList
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED
 from stereotrack_core.annotation.landmark_set import NINE
@@ -70,6 +70,8 @@ def test_it_can_be_undone_and_says_when_it_is_old(qtbot, annotated, work, make):
     fitted(qtbot, work)
     annotated.apply(DeleteClicks((make.clicks_at([5])[0].key,)))
     assert work.words().endswith("Fitted before the last 1 edit of clicks.")
+    again = read_reference(annotated, work._recording, FITTED, FRAMES)
+    assert again.edits_since == 1
     annotated.undo()
     annotated.undo()
     with qtbot.waitSignal(work.shown, timeout=5_000):

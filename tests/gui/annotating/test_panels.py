@@ -26,7 +26,7 @@ from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.interop.clicks_csv import read_clicks, write_clicks
 from stereotrack_core.interop.reference_npz import read_reference
-from stereotrack_core.project.click_edits import PlaceClicks, place
+from stereotrack_core.project.click_edits import MoveClicks, PlaceClicks, place
 from stereotrack_core.project.marks import SetKeyframes
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.folder import open_recording
@@ -186,6 +186,21 @@ def test_the_fit_fills_lanes_and_ranks_what_is_next(qtbot, project, stage):
     settled(qtbot, stage)
     assert lane(stage, "head")[5] == Mark.NONE
     assert stage.panels.next_panel.model.rowCount() == 0
+
+
+def test_residuals_follow_a_click_that_is_moved(qtbot, project, stage):
+    stage.trigger("fit")
+    settled(qtbot, stage)
+    stage.panels.bar._change(LaneFilter(frozenset({"residual"})))
+    before = lane(stage, "head px")[20]
+    assert before < 10.0
+    project.apply(MoveClicks((ClickKey(20, "N", "head"),), (40.0, 0.0)))
+    after = lane(stage, "head px")
+    assert after[20] > 15.0
+    assert np.isnan(after[21])
+    project.undo()
+    assert lane(stage, "head px")[20] == pytest.approx(before)
+    assert stage.panels.reference.words().endswith("Fitted before the last 2 edits of clicks.")
 
 
 def test_a_click_in_the_history_goes_back(qtbot, project, stage):
