@@ -58,12 +58,15 @@ class FitOrder:
     recording : Recording
     frames : range
     settings : FitSettings
+    depth : DepthParameters
+        How points are measured where the fit uses them.
     """
 
     project: Project
     recording: Recording
     frames: range
     settings: FitSettings = field(default_factory=FitSettings)
+    depth: DepthParameters = field(default_factory=DepthParameters)
 
 
 @dataclass(frozen=True, eq=False)
@@ -302,7 +305,7 @@ def _clouds(order: FitOrder, on_progress: OnProgress) -> Iterator[Clouds | None]
         return
     on_progress(0.0, "learning the background")
     with FrameReader(recording, views=names, colour=False) as reader:
-        chain = DepthChain(recording, DepthParameters())
+        chain = DepthChain(recording, order.depth)
         try:
             chain.learn_background(reader, range(reader.frame_count))
             yield lambda frame: chain.process(reader.frame_set(frame))

@@ -22,6 +22,7 @@ from stereotrack_core.annotation.fit.results import TrajectoryFit
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.accept import AcceptPredictions
 from stereotrack_core.project.click_edits import (
@@ -83,6 +84,13 @@ class ShownReference:
 class ReferenceWork(QObject):
     """Fits, saves the result as an edit, and shows the reference that the project uses.
 
+    Attributes
+    ----------
+    settings : FitSettings
+        Of the next fit.
+    depth : DepthParameters
+        How it measures points.
+
     Signals
     -------
     shown : ShownReference or None
@@ -108,6 +116,7 @@ class ReferenceWork(QObject):
         self._now: ShownReference | None = None
         self._clicks_since = 0
         self.settings = FitSettings()
+        self.depth = DepthParameters()
 
     @property
     def fitting(self) -> bool:
@@ -161,7 +170,7 @@ class ReferenceWork(QObject):
         if frames is not None:
             clicked = tuple(int(k) for k in self._project.clicks.frames())
             every = around(frames, clicked, self._frames - 1)
-        order = FitOrder(self._project, self._recording, every, self.settings)
+        order = FitOrder(self._project, self._recording, every, self.settings, self.depth)
         title = "fitting the body to the clicks"
         task = self._fitting = self._tasks.begin(
             title, lambda own: fit_recording(order, own.report, own.token.cancelled), self._keep
