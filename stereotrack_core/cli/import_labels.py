@@ -13,6 +13,7 @@ from stereotrack_core.cli.output import Table, put_json, put_table, say
 from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
+    from stereotrack_core.annotation.click import Click
     from stereotrack_core.interop.label_names import Labels
     from stereotrack_core.project.incoming import Side
     from stereotrack_core.project.project import Project
@@ -28,8 +29,9 @@ def add_arguments(parser: ArgumentParser) -> None:
         "file",
         type=Path,
         metavar="FILE",
-        help="clicks (.csv), labels of DeepLabCut (.csv), COCO keypoints (.json); or a trajectory"
-        " (.csv with x, y and z, .trc, .c3d, .npz), which becomes a reference of the project",
+        help="clicks (.csv), labels of DeepLabCut (.csv), COCO keypoints (.json), another project"
+        " of the recording (.stereotrack); or a trajectory (.csv with x, y and z, .trc, .c3d,"
+        " .npz), which becomes a reference of the project",
     )
     parser.add_argument(
         "--into", type=Path, required=True, metavar="PROJECT", help="project (.stereotrack)"
@@ -82,8 +84,45 @@ def run(args: Namespace) -> int:
 
 def _clicks(args: Namespace, project: Project, names: dict[str, str]) -> dict[str, Any]:
     """Take in clicks by one edit."""
-    from stereotrack_core.interop.labels import read_labels
     from stereotrack_core.project.incoming import incoming
+    from stereotrack_core.project.whereabouts import SUFFIX
+
+    mine = project.clicks.all(with_deleted=True)
+    problems, left_out = 0, "none"
+    if args.file.suffix.lower() == SUFFIX:
+        _refuse_options(args, "a project states cameras and landmarks itself")
+        theirs = _clicks_of_project(args.file, project)
+        found = incoming(mine, theirs, args.file.name)
+    else:
+        labels = _labels(args, project, names)
+        problems, left_out = len(labels.problems), ", ".join(labels.left_out) or "none"
+        found = incoming(mine, labels.clicks, args.file.name, complete=False)
+    decided: Side | None = args.conflicts
+    if found.conflicts and decided is None:
+        count = len(found.conflicts)
+        raise InputError(
+            f"{count} of its clicks contradict{'s' if count == 1 else ''} what the project says;"
+            " nothing was taken in",
+            where=str(args.file),
+            remedy="Say which stand with --conflicts mine or --conflicts theirs, or decide one by"
+            " one in the workbench.",
+        )
+    edit = found.edit(decided)
+    if edit.clicks:
+        project.apply(edit)
+    return {
+        "taken": len(edit.clicks),
+        "new": len(found.new),
+        "the_same": len(found.same),
+        "different": len(found.conflicts),
+        "problems": problems,
+        "landmarks_left_out": left_out,
+    }
+
+
+def _labels(args: Namespace, project: Project, names: dict[str, str]) -> Labels:
+    """What a file of another tool holds; InputError where it has problems that are not allowed."""
+    from stereotrack_core.interop.labels import read_labels
     from stereotrack_core.recording.reader import FrameReader
 
     recording = recording_of(project)
@@ -98,28 +137,22 @@ def _clicks(args: Namespace, project: Project, names: dict[str, str]) -> dict[st
         names=names,
     )
     _say_problems(labels, skip=args.skip_problems)
-    mine = project.clicks.all(with_deleted=True)
-    found = incoming(mine, labels.clicks, args.file.name, complete=False)
-    decided: Side | None = args.conflicts
-    if found.conflicts and decided is None:
-        raise InputError(
-            f"{len(found.conflicts)} of the clicks are there already and say something else;"
-            " nothing was taken in",
-            where=str(args.file),
-            remedy="Say which stand with --conflicts mine or --conflicts theirs, or decide one by"
-            " one in the workbench.",
-        )
-    edit = found.edit(decided)
-    if edit.clicks:
-        project.apply(edit)
-    return {
-        "taken": len(edit.clicks),
-        "new": len(found.new),
-        "the_same": len(found.same),
-        "different": len(found.conflicts),
-        "problems": len(labels.problems),
-        "landmarks_left_out": ", ".join(labels.left_out) or "none",
-    }
+    return labels
+
+
+def _clicks_of_project(path: Path, project: Project) -> tuple[Click, ...]:
+    """All clicks of another project of the same recording, deleted ones too."""
+    from stereotrack_core.project.project import Project
+
+    with Project.open(path, read_only=True) as other:
+        theirs, ours = other.recording_place(), project.recording_place()
+        if theirs.fingerprint != ours.fingerprint:
+            raise InputError(
+                f"this is a project of another recording ({theirs.name})",
+                where=str(path),
+                remedy=f"Give a project of {ours.name}.",
+            )
+        return other.clicks.all(with_deleted=True)
 
 
 def _reference(args: Namespace, project: Project) -> dict[str, Any]:
@@ -129,13 +162,7 @@ def _reference(args: Namespace, project: Project) -> dict[str, Any]:
     from stereotrack_core.interop.run_file import read_trajectory
     from stereotrack_core.project.references import save_reference
 
-    for option, given in (("--camera", args.camera), ("--name", args.names)):
-        if given:
-            raise InputError(
-                "a trajectory is of no camera and has its own names",
-                where=option,
-                remedy="Leave the option out.",
-            )
+    _refuse_options(args, "a trajectory is of no camera and has its own names")
     if is_reference(args.file):
         reference = read_reference(args.file)
     else:
@@ -174,6 +201,13 @@ def recording_of(project: Project) -> Recording:
             remedy="Move it back beside the project, or choose its folder in the workbench.",
         )
     return open_recording(place.folder)
+
+
+def _refuse_options(args: Namespace, why: str) -> None:
+    """Refuse what is said about labels where the file is of another kind."""
+    for option, given in (("--camera", args.camera), ("--name", args.names)):
+        if given:
+            raise InputError(why, where=option, remedy="Leave the option out.")
 
 
 def _names(stated: Sequence[str]) -> dict[str, str]:

@@ -1,6 +1,8 @@
 """Labels go into projects and out of them, and nothing of a person's is lost on the way."""
 
 import json
+import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -80,7 +82,7 @@ def test_what_contradicts_waits_for_a_decision(run, project, tmp_path):
     before = clicks_in(project)
     ended = run("import", "labels", path, "--into", project)
     assert ended.status == 2
-    assert "2 of the clicks are there already" in ended.err
+    assert "2 of its clicks contradict what" in ended.err
     assert clicks_in(project) == before
     mine = run("import", "labels", path, "--into", project, "--conflicts", "mine", "--json").json
     assert (mine["taken"], mine["different"]) == (1, 2)
@@ -136,6 +138,32 @@ def test_trajectories_become_references_and_come_back(run, recording, project, t
     assert run("export", project, "--format", "bvh", "-o", tmp_path / "out.bvh").status == 0
 
 
+def test_another_project_is_taken_in_with_author_flag_and_deletions(run, project, empty, tmp_path):
+    with Project.open(project, who="A") as opened:
+        opened.apply(PlaceClicks((Click(5, "S_right", "head", (4.0, 5.0), flag="uncertain"),)))
+        opened.apply(DeleteClicks((CLICKS[0].key,)))
+    with Project.open(empty) as opened:
+        opened.apply(PlaceClicks((CLICKS[0],)))
+    ended = run("import", "labels", project, "--into", empty)
+    assert ended.status == 2
+    assert "1 of its clicks contradicts what" in ended.err
+    assert run("import", "labels", project, "--into", empty, "--conflicts", "theirs").status == 0
+    with Project.open(empty, read_only=True) as opened:
+        flagged = opened.clicks.get(ClickKey(5, "S_right", "head"))
+        assert (flagged.flag, flagged.who) == ("uncertain", "A")
+        assert opened.clicks.get(CLICKS[0].key).deleted
+
+
+def test_a_project_of_another_recording_is_refused(run, recording, project, tmp_path):
+    folder = shutil.copytree(recording, tmp_path / "other")
+    description = folder / "recording.toml"
+    description.write_text(description.read_text() + "\n# another\n")
+    Project.create(tmp_path / "o.stereotrack", folder).close()
+    ended = run("import", "labels", tmp_path / "o.stereotrack", "--into", project)
+    assert ended.status == 2
+    assert "another recording" in ended.err
+
+
 def test_references_keep_their_uncertainty(run, project, tmp_path):
     points = np.random.default_rng(0).normal(size=(4, 9, 3))
     stated = Reference(np.arange(4), points, limb_sigma_deg=np.full((4, 6), 2.0))
@@ -179,6 +207,8 @@ def test_refusals(run, recording, project, tracked, tmp_path):
         (("import", "labels", tmp_path / "x.slp", "--into", project), "SLEAP"),
     )
     (tmp_path / "x.slp").write_bytes(b"")
+    other = Path(shutil.copy(project, tmp_path / "other.stereotrack"))
+    wrong += ((("import", "labels", other, "--into", project, "--camera", "N"), "--camera"),)
     for arguments, words in wrong:
         ended = run(*arguments)
         assert ended.status == 2, arguments
