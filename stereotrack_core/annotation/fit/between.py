@@ -14,10 +14,19 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from stereotrack_core.annotation.fit.movement import pose_sigmas
+from stereotrack_core.annotation.fit.state import Freedom
 from stereotrack_core.annotation.fit.stretch import FrameData, Stretch
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
-from stereotrack_core.body.pose import Pose, rotation_towards
-from stereotrack_core.body.skeleton import FOREARMS, PARENTS, UPPER_ARMS
+from stereotrack_core.body.pose import HANGING, Pose, rotation_towards
+from stereotrack_core.body.skeleton import (
+    FOREARMS,
+    LEFT_SHANK,
+    LEFT_THIGH,
+    PARENTS,
+    RIGHT_SHANK,
+    RIGHT_THIGH,
+    UPPER_ARMS,
+)
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.tracking.confidence import surface_distances
 from stereotrack_core.tracking.parameters import TrackingParameters
@@ -28,7 +37,16 @@ _STEP = (0.06, 10.0, 20.0)
 """How far a body may move from one frame to the next at 10 Hz: metres; degrees of the torso, of a
 joint."""
 
+_TOLD = (0.05, 8.0, 15.0)
+"""How far a pose that clicks tell may be off."""
+
+LEGS = (LEFT_THIGH, RIGHT_THIGH, LEFT_SHANK, RIGHT_SHANK)
+
+_LEG_SIGMA = np.radians(45.0)
+
 _STATED_AT = 10.0
+
+_USUAL = TrackingParameters()
 
 _LARGEST = 25.0
 """What one click can cost at most when poses are compared."""
@@ -74,10 +92,11 @@ def asked_between(
     ------
     Cancelled
     """
-    found = list(poses)
+    f = stretch.freedom
+    found = [_on_legs(pose) for pose in poses] if f.with_depth else list(poses)
     if not known.any():
         return found
-    f = stretch.freedom
+    filled = list(found)
     sigma = pose_sigmas(f, *_STEP) * np.sqrt(_STATED_AT / fps)
     for k in _outwards(known):
         if cancelled is not None and cancelled():
@@ -85,12 +104,36 @@ def asked_between(
         frame = data[k]
         if not len(frame.clicks) and (frame.depth is None or not f.with_depth):
             continue
+        if known[k]:
+            if f.with_depth and frame.depth is not None:
+                found[k] = _asked(stretch, frame, filled[k], filled[k], _told_sigma(f))[1]
+            continue
         neighbours = [found[i] for i in _nearer(k, known)]
-        starts = [*neighbours, poses[k]]
-        starts += _other_ways(stretch, frame, poses[k])
+        starts = [*neighbours, filled[k]]
+        starts += _other_ways(stretch, frame, filled[k])
         results = [_asked(stretch, frame, start, neighbours[0], sigma) for start in starts]
         found[k] = min(results, key=lambda result: result[0])[1]
     return found
+
+
+def _told_sigma(f: Freedom) -> FloatArray:
+    """How far the pose of a frame may be off whose clicks tell it all but the legs."""
+    sigma = pose_sigmas(f, *_TOLD)
+    for part in LEGS:
+        at = f.columns.first[part]
+        sigma[at : at + 2] = _LEG_SIGMA
+    return sigma
+
+
+def _on_legs(pose: Pose) -> Pose:
+    """The pose with legs that go straight down, however the trunk bends."""
+    rotations = pose.rotations.copy()
+    down = pose.torso.T @ np.array([0.0, 0.0, -1.0])
+    for part in LEGS[:2]:
+        rotations[part] = rotation_towards(HANGING, down)
+    for part in LEGS[2:]:
+        rotations[part] = np.eye(3)
+    return Pose(pose.position, rotations)
 
 
 def _asked(
@@ -103,7 +146,7 @@ def _asked(
     cost = float(moved @ moved)
     cost += float(np.minimum(found.judgements[0].surprise, _LARGEST).sum())
     if frame.depth is not None and stretch.freedom.with_depth:
-        p = TrackingParameters()
+        p = _USUAL
         distance = surface_distances(frame.depth.points, stretch.freedom.body, pose)
         squared = np.minimum(distance, 1.0) ** 2
         limited = squared / (1.0 + squared / p.robust_narrow**2) / p.sigma_measurement**2
@@ -145,9 +188,8 @@ def _distance(known: BoolArray) -> IntArray:
 
 
 def _outwards(known: BoolArray) -> list[int]:
-    """Frames that are not known, the nearest to known ones first."""
-    distance = _distance(known)
-    return [int(k) for k in np.argsort(distance, kind="stable") if distance[k]]
+    """All frames, known ones first and then the nearest to them."""
+    return [int(k) for k in np.argsort(_distance(known), kind="stable")]
 
 
 def _nearer(k: int, known: BoolArray) -> list[int]:

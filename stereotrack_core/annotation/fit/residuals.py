@@ -72,7 +72,8 @@ def undistorted_clicks(
         For a camera or landmark that is not known.
     """
     known = tuple(cameras)
-    camera = np.array([known.index(one.camera) for one in measurements], dtype=np.int64)
+    index_of = {name: i for i, name in enumerate(known)}
+    camera = np.array([index_of[one.camera] for one in measurements], dtype=np.int64)
     pixel = np.array([one.pixel for one in measurements], dtype=np.float64).reshape(-1, 2)
     normalised, slope = np.empty((len(camera), 2)), np.empty((len(camera), 2, 2))
     around = _STEP * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
