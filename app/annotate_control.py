@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QInputDialog
 from app.failures import Message
 from app.presenters.annotating import ADVANCES, Advance, Annotating
 from app.presenters.annotation_facts import AnnotationFacts
+from app.presenters.blind_repeats import BlindRepeats
 from app.presenters.landmark_rows import fit_words, landmark_rows, length_rows, limb_rows
 from app.presenters.marks import marks_of, predictions_in
 from app.presenters.swap_offers import SwapOffers
@@ -21,6 +22,9 @@ from stereotrack_core.annotation.prediction import Prediction
 
 if TYPE_CHECKING:
     from app.main_window import MainWindow
+
+_KNOWN_BEFORE = frozenset({"outline", "shading", "wire", "reference", "correspondences"})
+"""Overlays that would tell in a blind reading what is known already."""
 
 _ADVANCE = "annotate/advance"
 _DEPTH = "annotate/depth"
@@ -41,7 +45,7 @@ class AnnotateControl(QObject):
         super().__init__(window)
         self._w = window
         self.annotating = Annotating(
-            window.document, window.project, self.camera_at_hand, self._cameras
+            window.document, window.project, self._repeats, self.camera_at_hand, self._cameras
         )
         self.facts = AnnotationFacts(
             window.document, window.project, window.clouds, self.annotating, self._cameras
@@ -87,6 +91,9 @@ class AnnotateControl(QObject):
         """The camera whose image the active view shows; empty where that takes no clicks."""
         return self._w.grid.cameras().get(self._w.grid.active, "")
 
+    def _repeats(self) -> BlindRepeats | None:
+        return self._w.annotation.repeats
+
     def settled(self) -> bool:
         """Whether everything that was asked for is there."""
         return self.facts.settled()
@@ -106,6 +113,7 @@ class AnnotateControl(QObject):
         facts = self.facts.now()
         shown = [recording.cameras[name] for name in self._cameras()]
         w.grid.set_marks(marks_of(facts, shown))
+        w.grid.set_hidden(_KNOWN_BEFORE if self.annotating.repeat() is not None else frozenset())
         self._show_offers()
         if self.active:
             views = {name: camera for name, camera in w.grid.cameras().items() if camera}
@@ -120,6 +128,9 @@ class AnnotateControl(QObject):
     @Slot()
     def _on_annotated(self) -> None:
         self.show()
+        told = self._w.instant.told
+        if told is None or told.frame_set.index != self._w.document.frame:
+            return  # another frame is on its way
         # keys that follow a click at once find their commands ready
         for menu in ("&Annotate", "&Edit"):
             self._w.actions_book.refresh(menu)

@@ -15,6 +15,8 @@ from PySide6.QtWidgets import QApplication, QMainWindow, QStackedWidget, QVBoxLa
 
 from app.actions import ActionBook
 from app.annotate_control import AnnotateControl
+from app.annotating.commands import add_commands
+from app.annotation_work import AnnotationWork
 from app.commands import (
     annotate_menu,
     edit_menu,
@@ -37,7 +39,6 @@ from app.presenters.project_file import ProjectPresenter
 from app.presenters.runs import RunList
 from app.presenters.tracking import TrackPresenter
 from app.project_work import ProjectWork
-from app.tasks.task import TaskList
 from app.theme import ThemeName, apply_theme
 from app.track_control import TrackControl
 from app.view_control import ViewControl
@@ -78,6 +79,7 @@ class MainWindow(PanelWindow):
         self._refresh_timer.timeout.connect(self.refresh)
         self.follower = PanelFollower(self)
         self.annotate = AnnotateControl(self)
+        self.annotation_work = AnnotationWork(self)
         self._make_actions()
         self._connect()
         self.setAcceptDrops(True)
@@ -98,7 +100,6 @@ class MainWindow(PanelWindow):
     # ---- making
 
     def _make_presenters(self) -> None:
-        self.tasks = TaskList(self)
         self.runs = RunList(self)
         self.document = DocumentPresenter(self.tasks, self)
         self.project = ProjectPresenter(self.document, self.tasks, self.settings, self)
@@ -124,21 +125,19 @@ class MainWindow(PanelWindow):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
         column.addWidget(self.messages)
+        column.addWidget(self.annotation.repeat_bar)
         column.addWidget(self.stack, 1)
         self.setCentralWidget(centre)
 
     def _make_actions(self) -> None:
         self.actions_book = ActionBook(self, self.settings)
-        for menu in (
-            file_menu,
-            edit_menu,
-            view_menu,
-            playback_menu,
-            annotate_menu,
-            track_menu,
-            window_menu,
-        ):
+        self.actions_book.add(file_menu.commands(self))
+        for menu in (edit_menu, view_menu, playback_menu, annotate_menu):
             self.actions_book.add(menu.commands(self))
+        add_commands(self.annotation, self.actions_book)
+        for menu in (track_menu, window_menu):
+            self.actions_book.add(menu.commands(self))
+        self.actions_book.add(file_menu.last_commands(self))
         self.actions_book.fill(self.menuBar())
         self.bars = WindowBars(self)
 
@@ -182,6 +181,7 @@ class MainWindow(PanelWindow):
             and self.instant.settled()
             and self.follower.settled()
             and self.annotate.settled()
+            and self.annotation.settled()
             and not self._refresh_timer.isActive()
         )
 
@@ -311,6 +311,7 @@ class MainWindow(PanelWindow):
         self.tasks.shutdown()
         self.document.close()
         self.annotate.close()
+        self.annotation.shutdown()
         self.project.shutdown()
         self.clouds.set_recording(None)
         self.settings.sync()

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 from PySide6.QtCore import QObject, Signal, Slot
 
+from app.presenters.blind_edits import second_reading
+from app.presenters.blind_repeats import BlindRepeats, Repeat
 from app.presenters.document import DocumentPresenter
 from app.presenters.project_file import ProjectPresenter
 from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Visibility
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
+from stereotrack_core.annotation.predict import ACCEPTED
 from stereotrack_core.annotation.prediction import Prediction
 from stereotrack_core.annotation.swaps import Swap
 from stereotrack_core.project.accept import AcceptPredictions
@@ -19,6 +23,7 @@ from stereotrack_core.project.click_edits import (
     DeleteClicks,
     MarkClicks,
     MoveClicks,
+    PlaceClicks,
     SwapLandmarks,
     place,
 )
@@ -35,6 +40,8 @@ ADVANCES: dict[Advance, tuple[str, str]] = {
     "none": ("Stay", "Keep the landmark; arrow keys move the click that was placed."),
 }
 """What happens to the choice after a click was placed, as a title and a sentence."""
+
+_CLICKS = frozenset({"click", "repeat_click"})
 
 
 @dataclass(frozen=True)
@@ -63,6 +70,8 @@ class Annotating(QObject):
     ----------
     document, project
         Where the facts come from.
+    repeats : callable
+        What is being annotated again, blindly; None where that is not known.
     camera : callable
         Name of the camera whose image keys act on; empty where there is none.
     cameras : callable
@@ -71,9 +80,10 @@ class Annotating(QObject):
     Signals
     -------
     clicks_changed : ()
-        Other clicks are to be shown: another frame, an edit, another project.
+        Other clicks are to be shown: another frame, an edit, another project. The choice may be
+        another one too.
     choice_changed : ()
-        Another landmark or click is chosen.
+        Nothing but the choice is another one.
     said : str
         A sentence about what was done or why it was not.
     """
@@ -86,15 +96,17 @@ class Annotating(QObject):
         self,
         document: DocumentPresenter,
         project: ProjectPresenter,
+        repeats: Callable[[], BlindRepeats | None],
         camera: Callable[[], str],
         cameras: Callable[[], Sequence[str]],
     ) -> None:
         super().__init__()
         self._document, self._project = document, project
-        self._camera, self._cameras = camera, cameras
+        self._repeats, self._camera, self._cameras = repeats, camera, cameras
         self._set = NINE
         self._facts: tuple[int, dict[ClickKey, Click]] | None = None
         self._nudged: ClickKey | None = None
+        self._untold: set[str] | None = None
         self.advance: Advance = "landmark"
         self.choice = Choice(NINE.names[0])
         document.frame_changed.connect(self._on_frame)
@@ -111,13 +123,32 @@ class Annotating(QObject):
         return self._set
 
     def clicks(self) -> Mapping[ClickKey, Click]:
-        """Clicks of the frame that shall be shown, read once."""
+        """Clicks of the frame that shall be shown, read once; blindly: those of this reading."""
         frame = self._document.frame
         if self._facts is None or self._facts[0] != frame:
-            project = self._project.project
-            found = project.clicks.at(frame) if project is not None else ()
+            project, repeat = self._project.project, self.repeat()
+            found: tuple[Click, ...] = ()
+            if project is not None and repeat is not None:
+                found = project.clicks.again_at(repeat.round, frame)
+            elif project is not None:
+                found = project.clicks.at(frame)
             self._facts = (frame, {click.key: click for click in found})
         return self._facts[1]
+
+    def repeat(self) -> Repeat | None:
+        """The second reading that is under way in the frame that shall be shown."""
+        repeats = self._repeats()
+        if repeats is None or not repeats.hides(self._document.frame):
+            return None
+        return repeats.active
+
+    @Slot()
+    def reread(self) -> None:
+        """Read the clicks again: a second reading begins or ends."""
+        with self._as_one():
+            self._facts = None
+            self._choose(Choice(self.choice.landmark))
+            self._tell("clicks")
 
     def click_here(self) -> Click | None:
         """The chosen landmark's click in the image that keys act on."""
@@ -170,7 +201,7 @@ class Annotating(QObject):
         self._nudged = None
         if choice != self.choice:
             self.choice = choice
-            self.choice_changed.emit()
+            self._tell("choice")
 
     # ---- edits
 
@@ -182,53 +213,58 @@ class Annotating(QObject):
         visibility: Visibility = Visibility.SEEN,
     ) -> None:
         """Place the chosen landmark; None: it is outside the image."""
-        click = Click(frame, camera, self.choice.landmark, position, visibility)
-        # the same click again changes nothing, and is as good
-        before = self.clicks().get(click.key)
-        same = before is not None and before.says_the_same(click)
-        if self._edit(place(click)) or same:
-            self._advance_from(click.key)
+        with self._as_one():
+            click = Click(frame, camera, self.choice.landmark, position, visibility)
+            # the same click again changes nothing, and is as good
+            before = self.clicks().get(click.key)
+            same = before is not None and before.says_the_same(click)
+            if self._edit(place(click)) or same:
+                self._advance_from(click.key)
 
     def move(self, key: ClickKey, position: tuple[float, float]) -> None:
         """Move a click to another place; everything else that it says stays."""
-        click = self.clicks().get(key)
-        if click is None or click.position is None:
-            return
-        by = (position[0] - click.position[0], position[1] - click.position[1])
-        self._edit(MoveClicks((key,), by))
-        self.pick(key)
+        with self._as_one():
+            click = self.clicks().get(key)
+            if click is None or click.position is None:
+                return
+            by = (position[0] - click.position[0], position[1] - click.position[1])
+            self._edit(_moved(click, by))
+            self.pick(key)
 
     def nudge(self, x: float, y: float) -> None:
         """Move the click in hand a little; several times in a row are one edit."""
         key = self.held()
         if key is not None:
-            again, self._nudged = self._nudged == key, key
-            self._edit(MoveClicks((key,), (x, y)), continues=again)
+            again = self._nudged == key
+            self._edit(_moved(self.clicks()[key], (x, y)), continues=again)
             self._nudged = key
 
     def delete(self) -> None:
         """Take away the click that keys act on, and choose its landmark again."""
-        click = self.at_hand()
-        if click is not None and self._edit(DeleteClicks((click.key,))):
-            self._choose(Choice(click.landmark))
+        with self._as_one():
+            click = self.at_hand()
+            if click is not None and self._edit(DeleteClicks((click.key,))):
+                self._choose(Choice(click.landmark))
 
     def delete_everywhere(self) -> None:
         """Take away the clicks of a landmark in all views of this frame."""
-        click = self.at_hand()
-        landmark = click.landmark if click is not None else self.choice.landmark
-        keys = tuple(key for key in self.clicks() if key.landmark == landmark)
-        if keys and self._edit(DeleteClicks(keys)):
-            self._choose(Choice(landmark))
+        with self._as_one():
+            click = self.at_hand()
+            landmark = click.landmark if click is not None else self.choice.landmark
+            keys = tuple(key for key in self.clicks() if key.landmark == landmark)
+            if keys and self._edit(DeleteClicks(keys)):
+                self._choose(Choice(landmark))
 
     def mark(self, visibility: Visibility) -> None:
         """Say how the click that keys act on is seen; outside can be said without a click."""
-        click = self.at_hand()
-        if visibility == Visibility.OUTSIDE and (click is None or click.position is None):
-            self.place(self._document.frame, self._camera(), None, Visibility.OUTSIDE)
-        elif click is not None:
-            self._edit(MarkClicks((click.key,), visibility=visibility))
-            if visibility == Visibility.OUTSIDE:
-                self._advance_from(click.key)
+        with self._as_one():
+            click = self.at_hand()
+            if visibility == Visibility.OUTSIDE and (click is None or click.position is None):
+                self.place(self._document.frame, self._camera(), None, Visibility.OUTSIDE)
+            elif click is not None:
+                self._edit(MarkClicks((click.key,), visibility=visibility))
+                if visibility == Visibility.OUTSIDE:
+                    self._advance_from(click.key)
 
     def toggle_doubt(self) -> None:
         """Flag the click that keys act on as uncertain, or take the flag away."""
@@ -246,9 +282,10 @@ class Annotating(QObject):
 
     def accept(self, predictions: Sequence[Prediction]) -> None:
         """Let predictions be clicks where nobody has clicked."""
-        free = tuple(one for one in predictions if one.key not in self.clicks())
-        if free and self._edit(AcceptPredictions(free, even_deleted=len(free) == 1)):
-            self._advance_from(free[-1].key)
+        with self._as_one():
+            free = tuple(one for one in predictions if one.key not in self.clicks())
+            if free and self._edit(AcceptPredictions(free, even_deleted=len(free) == 1)):
+                self._advance_from(free[-1].key)
 
     def swap(self, found: Swap) -> None:
         """Exchange two landmarks in the cameras where they were mixed up; one edit."""
@@ -262,9 +299,34 @@ class Annotating(QObject):
             where = f"{len(edits)} cameras, frame {found.frame}"
             self._edit(Together(f"swap {names} in {where}", tuple(edits)))
 
+    @contextmanager
+    def _as_one(self) -> Iterator[None]:
+        """Tell once what all of the block changes; what is shown is drawn once then."""
+        if self._untold is not None:
+            yield
+            return
+        self._untold = set()
+        try:
+            yield
+        finally:
+            untold, self._untold = self._untold, None
+            if "clicks" in untold:
+                self.clicks_changed.emit()
+            elif "choice" in untold:
+                self.choice_changed.emit()
+
+    def _tell(self, what: Literal["clicks", "choice"]) -> None:
+        with self._as_one():
+            if self._untold is not None:
+                self._untold.add(what)
+
     def _edit(self, edit: Edit, *, continues: bool = False) -> bool:
         self._nudged = None
-        return self._project.apply(edit, continues=continues) is not None
+        repeat = self.repeat()
+        if repeat is None:
+            return self._project.apply(edit, continues=continues) is not None
+        again = second_reading(edit, self.clicks(), repeat.round)
+        return again is not None and self._project.apply(again, continues=continues) is not None
 
     def _advance_from(self, key: ClickKey) -> None:
         """Choose what comes after a click that was placed."""
@@ -297,30 +359,29 @@ class Annotating(QObject):
 
     @Slot(int)
     def _on_frame(self, _frame: int) -> None:
-        self._facts = None
-        self._choose(Choice(self.choice.landmark))
-        self.clicks_changed.emit()
+        self.reread()
 
     @Slot(object)
     def _on_changed(self, changed: Changed) -> None:
         if changed.tables & {"choice", "landmark_set"}:
             self._read_set()
-        if "click" in changed.tables:
+        if changed.tables & _CLICKS:
             self._facts = None
-        if changed.tables & {"click", "choice", "landmark_set"}:
-            self.clicks_changed.emit()
+        if changed.tables & {*_CLICKS, "choice", "landmark_set"}:
+            self._tell("clicks")
 
     @Slot()
     def _on_project(self) -> None:
-        self._facts = None
-        self._read_set()
-        self.clicks_changed.emit()
+        with self._as_one():
+            self._facts = None
+            self._read_set()
+            self._tell("clicks")
 
     @Slot(object)
     def _on_history_moved(self, changed: Changed) -> None:
         """Choose what was taken back or made again, so that it can be done another way."""
-        keys = [change.key for change in changed.changes if change.table.name == "click"]
-        landmarks = {str(key[2]) for key in keys}
+        keys = [change.key for change in changed.changes if change.table.name in _CLICKS]
+        landmarks = {str(key[-1]) for key in keys}
         if len(landmarks) == 1:
             self.choose(landmarks.pop())
 
@@ -329,3 +390,13 @@ class Annotating(QObject):
         self._set = project.landmark_set() if project is not None else NINE
         if self.choice.landmark not in self._set.names:
             self._choose(Choice(self._set.names[0]))
+
+
+def _moved(click: Click, by: tuple[float, float]) -> Edit:
+    """The edit that moves a click; a prediction that is moved by hand is a person's own then."""
+    if click.origin != ACCEPTED or click.position is None:
+        return MoveClicks((click.key,), by)
+    moved = (click.position[0] + by[0], click.position[1] + by[1])
+    own = replace(click, position=moved, origin="hand", who="", at="")
+    words = MoveClicks((click.key,), by).words()
+    return PlaceClicks((own,), words)

@@ -10,16 +10,20 @@ from app.presenters.annotating import Annotating
 from app.presenters.click_hints import ClickHints, HintQuestion, hints_of
 from app.presenters.clouds import CloudPresenter
 from app.presenters.document import DocumentPresenter
-from app.presenters.live_fit import FEWEST, FitQuestion, Fitter, ShownFit
+from app.presenters.live_fit import FEWEST, FitProcess, FitQuestion, ShownFit
 from app.presenters.marks import FrameMarks
 from app.presenters.project_file import ProjectPresenter
 from app.tasks.newest_answer import NewestAnswer
+from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
 from stereotrack_core.annotation.prediction import Prediction
 from stereotrack_core.body.proportions import Proportions, proportions_of
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.points import Volume
+from stereotrack_core.project.click_sigma import measured_sigmas
+from stereotrack_core.project.history import Changed
 from stereotrack_core.recording.description import Recording
 
+_REST_MS = 40
 _PAUSE_MS = 250
 
 
@@ -61,14 +65,21 @@ class AnnotationFacts(QObject):
         self._annotating, self._cameras = annotating, cameras
         self._active = False
         self._predictions: tuple[int, tuple[Prediction, ...]] | None = None
+        self._measured: Mapping[str, float] | None = None
         self.use_depth = True
         self._hints: NewestAnswer[ClickHints] = NewestAnswer(
             self._hint_question, hints_of, "click hints"
         )
-        self._fit: NewestAnswer[ShownFit] = NewestAnswer(self._fit_question, Fitter(), "live fit")
-        self._deep: NewestAnswer[ShownFit] = NewestAnswer(
-            self._deep_question, Fitter(), "fit with depth"
+        self._fitters = (FitProcess(), FitProcess())
+        self._fit: NewestAnswer[ShownFit] = NewestAnswer(
+            self._fit_question, self._fitters[0], "live fit"
         )
+        self._deep: NewestAnswer[ShownFit] = NewestAnswer(
+            self._deep_question, self._fitters[1], "fit with depth"
+        )
+        # frames that are only passed by are not fitted
+        self._rest = QTimer(self, singleShot=True, interval=_REST_MS)
+        self._rest.timeout.connect(self._fit.ask)
         # measured points take longer, so they wait until somebody looks at what was clicked
         self._pause = QTimer(self, singleShot=True, interval=_PAUSE_MS)
         self._pause.timeout.connect(self._deep.ask)
@@ -78,6 +89,9 @@ class AnnotationFacts(QObject):
         annotating.clicks_changed.connect(self.ask)
         annotating.choice_changed.connect(self._hints.ask)
         clouds.measured.connect(self._on_measured)
+        project.changed.connect(self._on_changed)
+        project.opened.connect(self._on_project)
+        project.closed.connect(self._on_project)
 
     def set_active(self, active: bool) -> None:
         """Work things out from now on, or rest."""
@@ -90,7 +104,7 @@ class AnnotationFacts(QObject):
         """Work everything out again."""
         self._predictions = None
         self._hints.ask()
-        self._fit.ask()
+        self._rest.start()
         self._pause.start()
 
     def hints(self) -> ClickHints | None:
@@ -122,11 +136,15 @@ class AnnotationFacts(QObject):
     def settled(self) -> bool:
         """Whether everything that was asked for is there."""
         answered = self._hints.settled() and self._fit.settled() and self._deep.settled()
-        return answered and not self._pause.isActive() and not self._waits_for_depth()
+        waits = self._rest.isActive() or self._pause.isActive() or self._waits_for_depth()
+        return answered and not waits
 
     def close(self) -> None:
         """End the threads."""
+        self._rest.stop()
         self._pause.stop()
+        for fitter in self._fitters:
+            fitter.close()
         for source in (self._hints, self._fit, self._deep):
             source.close()
 
@@ -134,6 +152,24 @@ class AnnotationFacts(QObject):
         project = self._project.project
         own = project.subject() if project is not None else None
         return proportions_of(own if own is not None else recording.subject)
+
+    def _sigmas(self) -> Mapping[str, float]:
+        """How good clicks are, as far as that was measured by annotating again."""
+        if self._measured is None:
+            project = self._project.project
+            self._measured = measured_sigmas(project, USUAL_SIGMA) if project is not None else {}
+        return self._measured
+
+    @Slot(object)
+    def _on_changed(self, changed: Changed) -> None:
+        if "repeat_click" in changed.tables:
+            self._measured = None
+        if changed.tables & {"choice", "subject"}:
+            self.ask()
+
+    @Slot()
+    def _on_project(self) -> None:
+        self._measured = None
 
     def _hint_question(self) -> HintQuestion | None:
         recording = self._document.recording
@@ -149,6 +185,7 @@ class AnnotationFacts(QObject):
             self._annotating.landmark_set,
             Volume.of(self._clouds.parameters),
             self._proportions(recording),
+            self._sigmas(),
         )
 
     def _best_fit(self) -> ShownFit | None:
@@ -170,14 +207,17 @@ class AnnotationFacts(QObject):
         recording = self._document.recording
         if recording is None or not self._worth_fitting():
             return None
+        clicks = tuple(self._annotating.clicks().values())
+        names = {view.image.camera for view in recording.views} | {one.camera for one in clicks}
         return FitQuestion(
             self._document.frame,
-            tuple(self._annotating.clicks().values()),
-            recording.cameras,
+            clicks,
+            {name: camera for name, camera in recording.cameras.items() if name in names},
             self.view_names(),
             self._annotating.landmark_set,
             self._proportions(recording),
             recording.fps,
+            self._sigmas(),
             cloud,
         )
 
@@ -208,8 +248,8 @@ class AnnotationFacts(QObject):
     def _kept(self, frame: int) -> tuple[Prediction, ...]:
         """Predictions that the project keeps, read once for a frame."""
         if self._predictions is None or self._predictions[0] != frame:
-            project = self._project.project
-            found = project.predictions.at(frame) if project is not None else ()
+            project, blind = self._project.project, self._annotating.repeat() is not None
+            found = project.predictions.at(frame) if project is not None and not blind else ()
             self._predictions = (frame, found)
         return self._predictions[1]
 

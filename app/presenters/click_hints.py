@@ -36,6 +36,8 @@ class HintQuestion:
     landmark_set : LandmarkSet
     volume : Volume
     proportions : Proportions
+    sigmas : mapping from landmark to float
+        How good clicks are, pixels per axis, as far as measured.
     """
 
     frame: int
@@ -46,6 +48,7 @@ class HintQuestion:
     landmark_set: LandmarkSet
     volume: Volume
     proportions: Proportions
+    sigmas: Mapping[str, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +91,7 @@ def hints_of(question: HintQuestion) -> ClickHints:
     cameras = {name: camera for name, camera in question.cameras.items() if name in wanted}
     points = {}
     for name, own in by_landmark.items():
-        point = predicted_point(cameras, own)
+        point = predicted_point(cameras, own, sigma=question.sigmas)
         if point is not None:
             points[name] = point
     return ClickHints(

@@ -15,7 +15,7 @@ from stereotrack_core.annotation.fit.results import MISTAKEN
 from stereotrack_core.body.limbs import LIMBS
 
 _KEYS = 9
-_MOST_WORDS = 3
+_MOST_WORDS = 2
 _UNSURE_DEG = 10.0
 
 
@@ -113,7 +113,8 @@ def _residual(facts: FrameMarks, landmark: str) -> str:
         squares = [float(r @ r) for r in own if np.isfinite(r).all()]
         return f"{sqrt(sum(squares) / len(squares)):.1f}" if squares else ""
     points = facts.hints.points if facts.hints is not None else {}
-    return f"{points[landmark].rms_px:.1f}" if landmark in points else ""
+    rms = points[landmark].rms_px if landmark in points else float("nan")
+    return f"{rms:.1f}" if isfinite(rms) else ""
 
 
 def _distance(facts: FrameMarks, landmark: str) -> str:

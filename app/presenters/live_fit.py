@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from app.tasks.helper_process import HelperProcess
 from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.annotation.fit.fit import ClickFit
 from stereotrack_core.annotation.fit.measurement import measurements
@@ -33,10 +34,13 @@ class FitQuestion:
     frame : int
     clicks : tuple of Click
     cameras : mapping from name to Camera
+        Those that have clicks, and those of the reference images.
     views : mapping from camera name to view name
     landmark_set : LandmarkSet
     proportions : Proportions
     fps : float
+    sigmas : mapping from landmark to float
+        How good clicks are, pixels per axis, as far as measured.
     cloud : Cloud or None
         Measured points, where they are there and wanted.
     """
@@ -48,6 +52,7 @@ class FitQuestion:
     landmark_set: LandmarkSet
     proportions: Proportions
     fps: float
+    sigmas: Mapping[str, float]
     cloud: Cloud | None
 
 
@@ -85,12 +90,12 @@ class Fitter:
     def __call__(self, question: FitQuestion) -> ShownFit:
         """Fit the body to the clicks of one frame."""
         clicks = [one for one in question.clicks if one.camera in question.cameras]
-        taken = measurements(clicks, question.landmark_set)
+        taken = measurements(clicks, question.landmark_set, question.sigmas)
         fit = self._fit_for(question).frame(taken, cloud=question.cloud)
         keys = [one.key(question.frame) for one in taken]
         body = body_model(question.proportions)
         return ShownFit(
-            question,
+            replace(question, cloud=None),  # the points are large, and are known where it goes
             fit,
             body_mesh(body, fit.pose, around=_AROUND),
             dict(zip(keys, fit.residual_px, strict=True)),
@@ -100,7 +105,8 @@ class Fitter:
 
     def _fit_for(self, question: FitQuestion) -> ClickFit:
         depth = question.cloud is not None
-        key = (id(question.cameras), question.landmark_set, question.proportions, depth)
+        cameras = tuple((name, _numbers(camera)) for name, camera in question.cameras.items())
+        key = (cameras, question.landmark_set, question.proportions, depth)
         if self._made is None or self._made[0] != key:
             settings = replace(FitSettings(), use_depth=depth)
             made = ClickFit(
@@ -113,3 +119,29 @@ class Fitter:
             )
             self._made = (key, made)
         return self._made[1]
+
+
+class FitProcess:
+    """Fits in another process."""
+
+    def __init__(self) -> None:
+        self._process = HelperProcess("app.presenters.live_fit:Fitter")
+
+    def __call__(self, question: FitQuestion) -> ShownFit:
+        """Fit the body to the clicks of one frame."""
+        cloud = question.cloud
+        if cloud is not None:  # the fit takes points alone
+            cloud = replace(cloud, depths={})
+        shown: ShownFit = self._process(replace(question, cloud=cloud))
+        return replace(shown, question=question)
+
+    def close(self) -> None:
+        """End the process."""
+        self._process.close()
+
+
+def _numbers(camera: Camera) -> bytes:
+    """What a camera is known by."""
+    pose = camera.camera_from_world
+    arrays = (camera.matrix, camera.distortions, pose.rotation, pose.translation)
+    return b"".join(array.tobytes() for array in arrays)

@@ -102,6 +102,8 @@ class NewestAnswer(QObject, Generic[A]):
 
     @Slot(object, object)
     def _on_failed(self, question: Question, error: Exception) -> None:
+        if self._worker is None:
+            return  # closed meanwhile
         if question is self._asked:
             self._asked = self._known = None
             self.changed.emit()

@@ -160,6 +160,7 @@ class CameraGrid(QWidget):
         self._arrangement: Arrangement = "grid"
         self._display = Display()
         self._lights: dict[str, tuple[float, float]] = {}
+        self._hidden: frozenset[str] = frozenset()
         self._clicking: tuple[bool, str] = (False, "")
         self._keys: Callable[[QKeySequence], Callable[[], None] | None] = lambda _keys: None
         self._layout = QGridLayout(self)
@@ -207,7 +208,7 @@ class CameraGrid(QWidget):
             tile.camera.clicked.connect(self.clicked)
             tile.camera.refused.connect(self.refused)
             tile.camera.space_tapped.connect(self.space_tapped)
-            tile.camera.set_display(self._display)
+            tile.camera.set_display(self._display_of(view.name))
             tile.camera.set_clicking(*self._clicking)
             tile.camera.set_keys(self._keys)
             self._tiles[view.name] = tile
@@ -238,13 +239,31 @@ class CameraGrid(QWidget):
             tile.set_kind(kind)
         self.kinds_changed.emit()
 
+    def show_kind(self, view: str, kind: PictureKind) -> None:
+        """Show one kind of picture in one view."""
+        tile = self._tiles.get(view)
+        if tile is not None and tile.kind != kind:
+            tile.set_kind(kind)
+            self.kinds_changed.emit()
+
     def set_display(self, display: Display) -> None:
         """Change how pictures are displayed in all views."""
         self._display = display
         for name, tile in self._tiles.items():
-            brightness, contrast = self.light(name)
-            lit = dataclasses.replace(display, brightness=brightness, contrast=contrast)
-            tile.camera.set_display(lit)
+            tile.camera.set_display(self._display_of(name))
+
+    def set_hidden(self, overlays: frozenset[str]) -> None:
+        """Show none of these overlays for now, whatever is switched on."""
+        if overlays != self._hidden:
+            self._hidden = overlays
+            self.set_display(self._display)
+
+    def _display_of(self, view: str) -> Display:
+        brightness, contrast = self.light(view)
+        overlays = self._display.overlays - self._hidden
+        return dataclasses.replace(
+            self._display, overlays=overlays, brightness=brightness, contrast=contrast
+        )
 
     def light(self, view: str) -> tuple[float, float]:
         """Brightness and contrast of a view: its own, or that of all."""

@@ -99,7 +99,7 @@ class _Model(QAbstractTableModel):
             _KEY: row.key,
             _LABEL: row.label,
             _FIRST_CAMERA + len(self.cameras): row.residual,
-            _FIRST_CAMERA + len(self.cameras) + 1: row.distance,
+            _FIRST_CAMERA + len(self.cameras) + 1: f"{row.distance} ",
         }
         number = column > _LABEL
         match role:
@@ -228,7 +228,7 @@ class LandmarksPanel(QWidget):
         self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         self.table.verticalHeader().hide()
-        self.table.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + 8)
+        self.table.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + 5)
         header = self.table.horizontalHeader()
         header.setHighlightSections(False)
         header.setMinimumSectionSize(24)

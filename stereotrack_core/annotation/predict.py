@@ -63,9 +63,9 @@ class PredictedPoint:
 
     @property
     def rms_px(self) -> float:
-        """Root mean square error in pixels over the cameras that were used."""
-        errors = [self.error_px[name] for name in self.used]
-        return float(np.sqrt(np.mean(np.square(errors))))
+        """Root mean square error in pixels over the cameras that were used; NaN without any."""
+        errors = [self.error_px[name] for name in self.used if name in self.error_px]
+        return float(np.sqrt(np.mean(np.square(errors)))) if errors else float("nan")
 
 
 def predicted_point(
