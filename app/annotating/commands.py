@@ -121,7 +121,8 @@ def _selection(p: AnnotationPanels) -> list[Command]:
         def run() -> None:
             project = p.project
             if project is not None:
-                p.do(lambda: make(project, p.selection()))
+                chosen = p.selection()
+                p.do(lambda: make(project, chosen), frames=len(chosen.frames))
 
         return Command(
             f"annotate-{name}", _SELECTION, text, tip, run, icon=icon, why_not=lambda: _no_edit(p)
@@ -189,7 +190,8 @@ def _keyframes(p: AnnotationPanels) -> list[Command]:
     def edit(make: Callable[[Project, Selection], Edit]) -> None:
         project = p.project
         if project is not None:
-            p.do(lambda: make(project, p.selection()))
+            chosen = p.selection()
+            p.do(lambda: make(project, chosen), frames=len(chosen.frames))
 
     return [
         Command(

@@ -93,8 +93,14 @@ class AnnotationDialogs(QObject):
 
     @Slot(object)
     def _on_reference_read(self, found: tuple[str, Reference]) -> None:
-        if self._panels.do(lambda: save_reference(*found)):
-            self._panels.do(lambda: Choose(REFERENCE.name, found[0]))
+        project = self._panels.project
+        if project is None:
+            return
+        try:
+            project.apply(save_reference(*found))
+            project.apply(Choose(REFERENCE.name, found[0]))
+        except InputError as error:
+            self._panels.message.emit(message_of(error))
 
     def ask_to_merge(self) -> None:
         """Let the person choose another project of this recording."""
@@ -144,7 +150,7 @@ class AnnotationDialogs(QObject):
         project, compare, shown = found
         if project is not self._panels.project:
             return
-        dialog = TakeInDialog(project, compare, shown, self._panels.window)
+        dialog = TakeInDialog(project, compare, shown, self._panels.tasks, self._panels.window)
         dialog.visit_requested.connect(self._panels.click_requested)
         dialog.taken_in.connect(self._panels.say)
         self._show(dialog)

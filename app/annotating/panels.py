@@ -8,6 +8,7 @@ from PySide6.QtCore import QObject, QPoint, Qt, QTimer, Signal, Slot
 from PySide6.QtWidgets import QWidget
 
 from app.annotating.dialogs import AnnotationDialogs
+from app.annotating.edits import EditWork
 from app.failures import Message, message_of
 from app.presenters.annotation_lanes import AnnotationLanes
 from app.presenters.blind_repeats import BlindRepeats
@@ -24,7 +25,6 @@ from app.views.next_panel import NextPanel
 from app.views.repeat_bar import RepeatBar
 from app.views.timeline_view import TimelineView
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.project.edit import Edit
 from stereotrack_core.project.history import Changed
@@ -91,6 +91,7 @@ class AnnotationPanels(QObject):
         self.history = HistoryPresenter(self)
         self.next = NextPresenter(self)
         self.reference = ReferenceWork(tasks, self)
+        self.edits = EditWork(tasks, self)
         self.dialogs = AnnotationDialogs(self)
         self._back_to: int | None = None
         self._following: Task | None = None
@@ -123,6 +124,8 @@ class AnnotationPanels(QObject):
         self.reference.residuals_changed.connect(self._on_residuals)
         self.reference.busy_changed.connect(self.changed)
         self.repeat_bar.finish_requested.connect(self.finish_repeat)
+        self.edits.said.connect(self.said)
+        self.edits.message.connect(self.message)
         for source in (self.history, self.next, self.reference):
             source.failed.connect(self._on_failed)
 
@@ -196,18 +199,10 @@ class AnnotationPanels(QObject):
 
     # ---- edits
 
-    def do(self, make: Callable[[], Edit]) -> bool:
-        """Make an edit; what is wrong with it is told. Whether it was made."""
-        if self.project is None:
-            return False
-        try:
-            changed = self.project.apply(make())
-        except InputError as error:
-            self.message.emit(message_of(error))
-            return False
-        if changed is not None:
-            self.said.emit(f"Done: {changed.words}.")
-        return changed is not None
+    def do(self, make: Callable[[], Edit], *, frames: int = 1) -> None:
+        """Make an edit, about so many frames; what is wrong with it is told."""
+        if self.project is not None:
+            self.edits.do(self.project, make, frames=frames)
 
     @Slot(object)
     def _on_edited(self, changed: Changed) -> None:

@@ -266,6 +266,7 @@ def test_clicks_are_imported_after_a_look(qtbot, project, stage, make, tmp_path)
     assert "the landmark 'elbow' is not known" in dialog.problems.toPlainText()
     assert project.clicks.count() == 216
     qtbot.mouseClick(dialog.take_button, LEFT)
+    settled(qtbot, stage)
     assert project.clicks.count() == 252
     assert stage.heard[-1] == "take 36 clicks from clicks.csv"
 
@@ -289,6 +290,7 @@ def test_labels_of_another_tool_are_imported(qtbot, project, stage, tmp_path):
     dialog = stage.findChild(TakeInDialog)
     assert "all labels of 'wrist'" in dialog.problems.toPlainText()
     qtbot.mouseClick(dialog.take_button, LEFT)
+    settled(qtbot, stage)
     assert project.clicks.get(ClickKey(5, "N", "head")).position == (10.5, 20.5)
 
 
@@ -321,6 +323,7 @@ def test_another_project_is_compared_and_merged(qtbot, project, stage, make, tmp
     merging = stage.findChild(TakeInDialog)
     qtbot.mouseClick(merging.decide_buttons["mean"], LEFT)
     qtbot.mouseClick(merging.take_button, LEFT)
+    settled(qtbot, stage)
     mine, other_x = make.clicks_at(range(0, FRAMES, 10), sigma=1.0)[0], theirs[0].position[0]
     middle = (mine.position[0] + other_x) / 2
     assert project.clicks.get(theirs[0].key).position[0] == pytest.approx(middle)
@@ -355,6 +358,18 @@ def test_the_selection_is_exported(qtbot, project, stage, tmp_path):
         again.preview.text()
     )
     assert not again.warning.isVisible()
+
+
+def test_a_large_edit_does_not_hold_the_window(qtbot, project, stage):
+    stage.timeline.set_range(2000, 10.0)
+    stage.panels.set_frame_count(2000)
+    settled(qtbot, stage)
+    stage.timeline.set_selection(range(2000))
+    stage.trigger("gap")
+    assert stage.tasks.tasks  # it is being done
+    settled(qtbot, stage)
+    assert lane(stage, "head")[1999] == Mark.GAP
+    assert stage.heard[-1].startswith("Done: flag frame 0 and 1999 more, as gap")
 
 
 def test_a_lane_that_is_clicked_chooses_its_landmark(qtbot, stage):
