@@ -160,8 +160,22 @@ class AnnotationDialogs(QObject):
         project, recording = self._panels.project, self._panels.recording
         if project is None or recording is None:
             return
+
+        def work(_task: object) -> tuple[Project, Selection | None, tuple[Click, ...]]:
+            return project, selection, project.clicks.all()
+
+        self._panels.tasks.begin("reading clicks", work, self._open_export)
+
+    @Slot(object)
+    def _open_export(self, found: tuple[Project, Selection | None, tuple[Click, ...]]) -> None:
+        project, selection, clicks = found
+        recording = self._panels.recording
+        if project is not self._panels.project or recording is None:
+            return
         path = Path(self._folder()) / "clicks.csv"
-        dialog = ExportDialog(project, recording, selection, path, self._panels.window)
+        names = project.landmark_set().names
+        tasks, window = self._panels.tasks, self._panels.window
+        dialog = ExportDialog(clicks, names, recording, selection, path, tasks, window)
         dialog.written.connect(self._panels.say)
         self._show(dialog)
 
@@ -261,7 +275,7 @@ class AnnotationDialogs(QObject):
         project, recording = self._panels.project, self._panels.recording
         if project is not None and recording is not None:
             subjects = Subjects(project, recording.cameras, recording.subject)
-            self._show(SubjectDialog(subjects, self._panels.window))
+            self._show(SubjectDialog(subjects, self._panels.tasks, self._panels.window))
 
     def show_landmarks(self) -> None:
         """Edit which landmarks are clicked."""

@@ -20,15 +20,27 @@ from PySide6.QtWidgets import (
 )
 
 from app.presenters.exporting import export_clicks, export_preview
-from app.presenters.selection import Selection, selected_clicks
+from app.presenters.selection import Selection
+from app.tasks.task import TaskList
 from stereotrack_core.annotation.click import Click
-from stereotrack_core.errors import InputError
-from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording
 
 
 class ExportDialog(QDialog):
     """Which clicks, to which file, and what becomes of that file.
+
+    Parameters
+    ----------
+    clicks : tuple of Click
+        All of the project.
+    landmarks : tuple of str
+        Of the project.
+    recording : Recording
+    selection : Selection or None
+    path : Path
+        Proposed file.
+    tasks : TaskList
+        Where the file is written.
 
     Signals
     -------
@@ -40,15 +52,18 @@ class ExportDialog(QDialog):
 
     def __init__(
         self,
-        project: Project,
+        clicks: tuple[Click, ...],
+        landmarks: tuple[str, ...],
         recording: Recording,
         selection: Selection | None,
         path: Path,
+        tasks: TaskList,
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
         self.setWindowTitle("Export clicks")
-        self._project, self._recording, self._selection = project, recording, selection
+        self._clicks, self._landmarks = clicks, landmarks
+        self._recording, self._selection, self._tasks = recording, selection, tasks
         self.choice = QComboBox()
         self.choice.setAccessibleName("Which clicks")
         self.choice.addItem("All clicks of the project")
@@ -88,9 +103,14 @@ class ExportDialog(QDialog):
 
     def clicks(self) -> Sequence[Click]:
         """The clicks that would be written."""
-        if self.choice.currentIndex() == 1 and self._selection is not None:
-            return selected_clicks(self._project, self._selection)
-        return self._project.clicks.all()
+        chosen = self._selection
+        if self.choice.currentIndex() == 1 and chosen is not None:
+            return [
+                one
+                for one in self._clicks
+                if one.frame in chosen.frames and chosen.has(one.landmark)
+            ]
+        return self._clicks
 
     def target(self) -> Path:
         """The file that would be written."""
@@ -100,8 +120,7 @@ class ExportDialog(QDialog):
     @Slot()
     def _look(self) -> None:
         clicks = self.clicks()
-        known = self._project.landmark_set().names
-        names = tuple(dict.fromkeys((*known, *(click.landmark for click in clicks))))
+        names = tuple(dict.fromkeys((*self._landmarks, *(click.landmark for click in clicks))))
         found = export_preview(clicks, self.target(), self._recording, names)
         self.preview.setText(found.words if clicks else "There are no clicks to write.")
         self.warning.setText(found.warning)
@@ -123,11 +142,20 @@ class ExportDialog(QDialog):
 
     @Slot()
     def _write(self) -> None:
-        try:
-            words = export_clicks(self.clicks(), self.target(), self._recording)
-        except InputError as error:
-            self.warning.setText(str(error))
-            self.warning.show()
-            return
+        clicks, path, recording = self.clicks(), self.target(), self._recording
+        self.write_button.setEnabled(False)
+        task = self._tasks.begin(
+            "writing clicks", lambda _task: export_clicks(clicks, path, recording), self._on_written
+        )
+        task.failed.connect(self._on_failed)
+
+    @Slot(object)
+    def _on_written(self, words: str) -> None:
         self.written.emit(words)
         self.accept()
+
+    @Slot(object)
+    def _on_failed(self, error: Exception) -> None:
+        self.warning.setText(str(error))
+        self.warning.show()
+        self.write_button.setEnabled(True)

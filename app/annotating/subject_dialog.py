@@ -32,6 +32,7 @@ from app.presenters.subjects import (
     read_subject_file,
     write_subject_file,
 )
+from app.tasks.task import Task, TaskList
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Subject
 
@@ -42,10 +43,10 @@ _FILES = "Subject (*.toml)"
 class SubjectDialog(QDialog):
     """The project's subjects at the left, the lengths of one of them at the right."""
 
-    def __init__(self, subjects: Subjects, parent: QWidget | None = None) -> None:
+    def __init__(self, subjects: Subjects, tasks: TaskList, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setWindowTitle("Subjects")
-        self._subjects = subjects
+        self._subjects, self._tasks = subjects, tasks
         self._measured: Measured | None = None
         self.list = QListWidget()
         self.list.setAccessibleName("Subjects")
@@ -210,13 +211,25 @@ class SubjectDialog(QDialog):
     # ---- what is done
 
     def _measure(self) -> None:
+        """Measure beside the window's thread: there may be many clicks."""
+        self.measure_button.setEnabled(False)
+        self._tasks.begin("measuring lengths", self._measured_or_not, self._on_measured)
+
+    def _measured_or_not(self, _task: Task) -> Measured | InputError:
         try:
-            self._measured = self._subjects.measure()
+            return self._subjects.measure()
         except InputError as error:
-            self._say(str(error), error=True)
+            return error
+
+    @Slot(object)
+    def _on_measured(self, found: Measured | InputError) -> None:
+        self.measure_button.setEnabled(True)
+        if isinstance(found, InputError):
+            self._say(str(found), error=True)
             return
+        self._measured = found
         for key, label in self._found.items():
-            label.setText(self._measured.words(key))
+            label.setText(found.words(key))
         self.take_button.setEnabled(True)
         self._say("Forearm and hand share the distance from elbow to hand as in an average arm.")
 

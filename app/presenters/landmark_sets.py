@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -107,6 +109,11 @@ class LandmarkSets:
     def __init__(self, project: Project) -> None:
         self._project = project
 
+    @cached_property
+    def _clicked(self) -> Counter[str]:
+        """Landmarks that have clicks, and in how many frames; read once for a dialog."""
+        return Counter(one.landmark for one in self._project.clicks.seen())
+
     @property
     def read_only(self) -> bool:
         """Whether nothing can be saved."""
@@ -146,10 +153,7 @@ class LandmarkSets:
     def warning(self, draft: Draft) -> str:
         """Which clicks would not be shown any more, in words; empty where all would be."""
         names = {one.name for one in draft.landmarks}
-        lost: dict[str, int] = {}
-        for one in self._project.clicks.seen():
-            if one.landmark not in names:
-                lost[one.landmark] = lost.get(one.landmark, 0) + 1
+        lost = {name: count for name, count in self._clicked.items() if name not in names}
         if not lost:
             return ""
         said = ", ".join(

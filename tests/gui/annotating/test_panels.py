@@ -341,16 +341,19 @@ def test_a_project_of_another_recording_is_refused(qtbot, project, stage, tmp_pa
 def test_the_selection_is_exported(qtbot, project, stage, tmp_path):
     select(qtbot, stage, 5, 25)
     stage.trigger("export-selection")
+    settled(qtbot, stage)
     dialog = stage.findChild(ExportDialog)
     assert dialog.choice.currentText() == "Only frames 5 – 25"
     dialog.path.setText(str(tmp_path / "out"))
     qtbot.keyClick(dialog.path, Qt.Key.Key_Tab)
     assert dialog.preview.text() == "72 clicks in 2 frames will be written."
     qtbot.mouseClick(dialog.write_button, LEFT)
+    settled(qtbot, stage)
     found = read_clicks(tmp_path / "out.csv", stage.panels.recording).checked()
     assert {click.frame for click in found} == {10, 20}
     project.apply(place(found[0]))
     stage.trigger("export")
+    settled(qtbot, stage)
     again = stage.findChildren(ExportDialog)[-1]
     again.path.setText(str(tmp_path / "out.csv"))
     qtbot.keyClick(again.path, Qt.Key.Key_Return)

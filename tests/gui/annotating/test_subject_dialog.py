@@ -18,8 +18,8 @@ RECORDED = Subject("P2", upper_arm_length=0.30)
 
 
 @pytest.fixture
-def dialog(project, make, shown):
-    return shown(SubjectDialog(Subjects(project, make.CAMERAS, RECORDED)), 760, 440)
+def dialog(project, make, shown, tasks):
+    return shown(SubjectDialog(Subjects(project, make.CAMERAS, RECORDED), tasks), 760, 440)
 
 
 def type_into(qtbot, box, text):
@@ -58,8 +58,8 @@ def test_a_length_that_nobody_has_is_doubted(qtbot, dialog):
     assert dialog.words.text() == ""
 
 
-def test_changed_lengths_need_a_name(qtbot, project, make, shown):
-    dialog = shown(SubjectDialog(Subjects(project, make.CAMERAS, None)), 760, 440)
+def test_changed_lengths_need_a_name(qtbot, project, make, shown, tasks):
+    dialog = shown(SubjectDialog(Subjects(project, make.CAMERAS, None), tasks), 760, 440)
     type_into(qtbot, dialog.lengths["torso_length"], "500")
     assert not dialog.use_button.isEnabled()
     assert "Give the subject a name" in dialog.words.text()
@@ -69,6 +69,7 @@ def test_they_are_measured_from_clicks(qtbot, project, make, dialog):
     tall = replace(AVERAGE, upper_arm_length=0.33, torso_length=0.55)
     project.apply(PlaceClicks(make.clicks_at(range(20), sigma=1.0, proportions=tall)))
     qtbot.mouseClick(dialog.measure_button, LEFT)
+    qtbot.waitUntil(dialog.measure_button.isEnabled, timeout=10_000)
     qtbot.mouseClick(dialog.take_button, LEFT)
     assert dialog.lengths["upper_arm_length"].value() == pytest.approx(330, abs=4)
     assert dialog.lengths["torso_length"].value() == pytest.approx(550, abs=4)
@@ -78,6 +79,7 @@ def test_they_are_measured_from_clicks(qtbot, project, make, dialog):
 
 def test_too_few_clicks_measure_nothing(qtbot, dialog):
     qtbot.mouseClick(dialog.measure_button, LEFT)
+    qtbot.waitUntil(dialog.measure_button.isEnabled, timeout=10_000)
     assert dialog.words.text().startswith("walk.stereotrack: too little is clicked")
     assert not dialog.take_button.isEnabled()
 
@@ -92,18 +94,18 @@ def test_files_are_exchanged(project, make, dialog, tmp_path):
     assert "does not exist" in dialog.words.text()
 
 
-def test_subjects_are_reused_and_deleted(qtbot, project, make, shown):
+def test_subjects_are_reused_and_deleted(qtbot, project, make, shown, tasks):
     subjects = Subjects(project, make.CAMERAS, RECORDED)
     subjects.save_and_use(Subject("Anna", torso_length=0.5))
     subjects.save_and_use(Subject("Bert", torso_length=0.6))
-    dialog = shown(SubjectDialog(subjects), 760, 440)
+    dialog = shown(SubjectDialog(subjects, tasks), 760, 440)
     assert dialog.chosen() == "Bert"
     dialog.list.setFocus()
     qtbot.keyClick(dialog.list, Qt.Key.Key_Up)
     assert dialog.lengths["torso_length"].value() == 500
     qtbot.mouseClick(dialog.use_button, LEFT)
     assert project.subject().name == "Anna"
-    again = shown(SubjectDialog(subjects), 760, 440)
+    again = shown(SubjectDialog(subjects, tasks), 760, 440)
     qtbot.mouseClick(again.delete_button, LEFT)
     assert project.subjects.names() == ("Bert",)
     assert project.subject() is None

@@ -9,7 +9,6 @@ from PySide6.QtCore import QPoint, Qt
 
 from app.annotating.take_in_dialog import TakeInDialog
 from app.presenters.taking_in import TakeIn
-from app.tasks.task import TaskList
 from stereotrack_core.annotation.click import ClickKey, Visibility
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.click_edits import DeleteClicks, PlaceClicks, place
@@ -37,13 +36,6 @@ def theirs(project, make):
         replace(outside, position=None, visibility=Visibility.OUTSIDE),
         *make.clicks_at([9]),
     ]
-
-
-@pytest.fixture
-def tasks():
-    made = TaskList()
-    yield made
-    made.shutdown()
 
 
 def take(qtbot, dialog):
