@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from stereotrack_core.annotation.reference import Reference
     from stereotrack_core.project.project import Project
 
-CLICK_FORMATS = ("csv", "coco", "dlc")
+CLICK_FORMATS = ("csv", "coco", "slp", "dlc")
 TRAJECTORY_FORMATS = ("csv", "trc", "c3d", "bvh")
 REFERENCE_FORMATS = (*TRAJECTORY_FORMATS, "npz")
-FORMATS = (*REFERENCE_FORMATS, "coco", "dlc")
+FORMATS = (*REFERENCE_FORMATS, "coco", "slp", "dlc")
 _SUFFIX = {"coco": ".json", "dlc": ".csv"}
 
 
@@ -37,7 +37,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--format",
         required=True,
         choices=FORMATS,
-        help="clicks of a project: csv, coco, dlc (a file for each camera); trajectories: csv,"
+        help="clicks of a project: csv, coco, slp, dlc (a file for each camera); trajectories: csv,"
         " trc, c3d, bvh, and npz, which keeps the uncertainty of a project's reference",
     )
     parser.add_argument(
@@ -94,6 +94,7 @@ def _project_clicks(args: Namespace, project: Project) -> dict[str, Any]:
     from stereotrack_core.interop.clicks_csv import write_clicks
     from stereotrack_core.interop.coco import write_coco
     from stereotrack_core.interop.deeplabcut import write_deeplabcut
+    from stereotrack_core.interop.sleap import write_sleap
 
     recording = recording_of(project)
     check_output(args.output, recording)
@@ -104,8 +105,9 @@ def _project_clicks(args: Namespace, project: Project) -> dict[str, Any]:
     if args.format == "csv":
         write_clicks(args.output, clicks, recording)
         return _facts({args.output: len(clicks)})
-    if args.format == "coco":
-        write_coco(args.output, clicks, recording, landmarks)
+    if args.format in ("coco", "slp"):
+        write = write_coco if args.format == "coco" else write_sleap
+        write(args.output, clicks, recording, landmarks)
         return _facts({args.output: len(clicks)})
     written = {}
     by_camera: dict[str, list[Click]] = {}
@@ -193,8 +195,8 @@ COMMAND = Command(
     name="export",
     summary="a run, or the clicks or the reference of a project, for another tool",
     description=(
-        "Write clicks (csv, coco, dlc) or a trajectory (csv, trc, c3d, bvh). The formats keep what"
-        " they can: only a project file keeps who clicked what and when."
+        "Write clicks (csv, coco, slp, dlc) or a trajectory (csv, trc, c3d, bvh). The formats keep"
+        " what they can: only a project file keeps who clicked what and when."
     ),
     add_arguments=add_arguments,
     run=run,

@@ -29,9 +29,9 @@ def add_arguments(parser: ArgumentParser) -> None:
         "file",
         type=Path,
         metavar="FILE",
-        help="clicks (.csv), labels of DeepLabCut (.csv), COCO keypoints (.json), another project"
-        " of the recording (.stereotrack); or a trajectory (.csv with x, y and z, .trc, .c3d,"
-        " .npz), which becomes a reference of the project",
+        help="clicks (.csv), labels of DeepLabCut (.csv), COCO keypoints (.json), SLEAP (.slp),"
+        " another project of the recording (.stereotrack); or a trajectory (.csv with x, y and z,"
+        " .trc, .c3d, .npz), which becomes a reference of the project",
     )
     parser.add_argument(
         "--into", type=Path, required=True, metavar="PROJECT", help="project (.stereotrack)"

@@ -12,15 +12,15 @@ from stereotrack_core.interop.clicks_csv import read_clicks
 from stereotrack_core.interop.coco import read_coco
 from stereotrack_core.interop.deeplabcut import is_deeplabcut, read_deeplabcut, read_lines
 from stereotrack_core.interop.label_names import Labels
+from stereotrack_core.interop.sleap import read_sleap
 from stereotrack_core.recording.description import Recording
 
 _UNDERSTOOD = (
-    "Clicks files (.csv), DeepLabCut's .csv and COCO keypoints (.json) are understood as clicks;"
-    " .csv with x, y and z, .trc, .c3d and .npz as trajectories."
+    "Clicks files (.csv), DeepLabCut's .csv, COCO keypoints (.json) and SLEAP's .slp are understood"
+    " as clicks; .csv with x, y and z, .trc, .c3d and .npz as trajectories."
 )
 _OTHERS = {
     ".h5": "DeepLabCut writes a .csv beside every .h5; give that one.",
-    ".slp": "Export the labels of SLEAP as COCO keypoints (.json), and give that file.",
     ".mat": "Export the labels as .csv or COCO keypoints (.json), and give that file.",
 }
 
@@ -72,6 +72,9 @@ def read_labels(
     suffix = path.suffix.lower()
     if suffix == ".json":
         found = read_coco(path, recording, landmarks=landmarks, camera=camera, names=names)
+        return _checked(found, path, recording, frames)
+    if suffix == ".slp":
+        found = read_sleap(path, recording, landmarks=landmarks, camera=camera, names=names)
         return _checked(found, path, recording, frames)
     if suffix != ".csv":
         raise InputError(

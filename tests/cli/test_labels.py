@@ -204,9 +204,9 @@ def test_refusals(run, recording, project, tracked, tmp_path):
         (("import", "labels", tmp_path / "no.csv", "--into", project), "no such file"),
         (("import", "labels", tracked, "--into", tmp_path / "no.stereotrack"), "no.stereotrack"),
         (("import", "labels", tracked, "--into", project, "--camera", "N"), "of no camera"),
-        (("import", "labels", tmp_path / "x.slp", "--into", project), "SLEAP"),
+        (("import", "labels", tmp_path / "x.mat", "--into", project), "COCO keypoints"),
     )
-    (tmp_path / "x.slp").write_bytes(b"")
+    (tmp_path / "x.mat").write_bytes(b"")
     other = Path(shutil.copy(project, tmp_path / "other.stereotrack"))
     wrong += ((("import", "labels", other, "--into", project, "--camera", "N"), "--camera"),)
     for arguments, words in wrong:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -19,6 +21,7 @@ from stereotrack_core.interop.coco import read_coco, write_coco
 from stereotrack_core.interop.deeplabcut import read_deeplabcut, write_deeplabcut
 from stereotrack_core.interop.label_names import camera_of, frame_of, map_names
 from stereotrack_core.interop.labels import is_trajectory, read_labels
+from stereotrack_core.interop.sleap import read_sleap, write_sleap
 from stereotrack_core.recording.description import Recording, Stream, View
 
 CAMERAS = ("N_left", "N_right", "S")
@@ -75,6 +78,45 @@ def test_deeplabcut_round_trip(recording, tmp_path, written, camera):
     places = {one.key: one.position for one in own if one.position is not None}
     assert not found.problems
     assert {one.key: one.position for one in found.clicks} == places
+
+
+@several
+@given(written=clicks)
+def test_sleap_round_trip(recording, tmp_path, written):
+    pytest.importorskip("sleap_io")
+    path = tmp_path / "labels.slp"
+    own = [one for one in written if one.position is not None]
+    write_sleap(path, own, recording, NINE)
+    if own:
+        found = read_labels(path, recording, landmarks=NINE.names, frames=301)
+        assert not found.problems
+        assert sorted(found.clicks, key=lambda one: one.key) == own
+
+
+def test_sleap_needs_its_library(recording, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "sleap_io", None)
+    for call in (
+        lambda: write_sleap(tmp_path / "a.slp", [], recording, NINE),
+        lambda: read_labels(tmp_path / "a.slp", recording, landmarks=NINE.names),
+    ):
+        with pytest.raises(InputError, match="sleap-io, which is not installed"):
+            call()
+
+
+def test_streams_that_begin_later_keep_their_frames_in_sleap(recording, tmp_path):
+    pytest.importorskip("sleap_io")
+    view = recording.view("S")
+    later = replace(view, image=replace(view.image, frames="S_cam.mp4", first_frame=4))
+    shifted = replace(recording, views=(recording.views[0], later))
+    click = Click(3, "S", "head", (5.0, 6.0), origin="imported")
+    path = tmp_path / "a.slp"
+    write_sleap(path, [click], shifted, NINE)
+    assert read_sleap(path, shifted, landmarks=NINE.names).clicks == (click,)
+    early = read_sleap(path, recording, landmarks=NINE.names, camera="S")
+    assert [one.frame for one in early.clicks] == [7]
+    (tmp_path / "bad.slp").write_bytes(b"no labels")
+    with pytest.raises(InputError, match="no labels file of SLEAP"):
+        read_sleap(tmp_path / "bad.slp", recording, landmarks=NINE.names)
 
 
 @several
@@ -220,7 +262,7 @@ def test_cameras_and_frames_are_told_from_names(recording):
         frame_of("picture.png", where="f")
 
 
-@pytest.mark.parametrize("suffix", [".h5", ".slp", ".mat", ".xml", ""])
+@pytest.mark.parametrize("suffix", [".h5", ".mat", ".xml", ""])
 def test_other_kinds_are_refused_with_a_way_out(recording, tmp_path, suffix):
     path = tmp_path / f"labels{suffix}"
     path.write_bytes(b"x")
