@@ -87,6 +87,7 @@ class ActionBook(QObject):
         self._commands: dict[str, Command] = {}
         self._actions: dict[str, QAction] = {}
         self._keys: dict[str, QKeySequence] = {}
+        self._said: dict[str, tuple[str, str]] = {}
 
     @property
     def commands(self) -> tuple[Command, ...]:
@@ -119,20 +120,23 @@ class ActionBook(QObject):
         """A command by its id."""
         return self._commands[name]
 
-    def refresh(self) -> None:
-        """Find out what can be done now."""
+    def refresh(self, menu: str = "") -> None:
+        """Find out what can be done now: in all menus, or in one and those below it."""
         for name, command in self._commands.items():
+            if not command.menu.startswith(menu):
+                continue
             action = self._actions[name]
             why_not = command.why_not()
-            action.setEnabled(not why_not)
             if command.says is not None:
                 action.setText(command.says())
-            words = f"{command.tip} Not now: {why_not}" if why_not else command.tip
-            action.setStatusTip(words)
-            keys = self.key_words(name)
-            action.setToolTip(f"{words}  [{keys}]" if keys else words)
             if command.checked is not None:
                 action.setChecked(command.checked())
+            said = (why_not, self.key_words(name))
+            if (
+                self._said.get(name) != said
+            ):  # what has not changed is not said again: it takes time
+                self._said[name] = said
+                self._say(command, action, *said)
 
     def set_shortcut(self, name: str, keys: str) -> None:
         """Give a command another shortcut, and keep it for next time."""
@@ -201,6 +205,12 @@ class ActionBook(QObject):
         action.triggered.connect(lambda _checked=False, run=command.run: self._run(run))
         self._window.addAction(action)
         return action
+
+    def _say(self, command: Command, action: QAction, why_not: str, keys: str) -> None:
+        action.setEnabled(not why_not)
+        words = f"{command.tip} Not now: {why_not}" if why_not else command.tip
+        action.setStatusTip(words)
+        action.setToolTip(f"{words}  [{keys}]" if keys else words)
 
     def _give_keys(self, command: Command, keys: QKeySequence) -> None:
         self._keys[command.id] = keys

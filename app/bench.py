@@ -21,19 +21,22 @@ def main(arguments: list[str] | None = None) -> int:
     options.add_argument("recording", type=Path)
     options.add_argument("--frames", type=int, default=40, help="frames that are stepped through")
     options.add_argument("--workspace", default="annotate", help="workspace that is measured")
+    options.add_argument(
+        "--clicks", type=int, default=0, help="clicks that the project has meanwhile"
+    )
     args = options.parse_args(arguments)
     prepare(needs_screen=False)
     load_qt()
     from app.failures import leave_out_noise
 
     leave_out_noise()
-    result = measure(args.recording, args.frames, args.workspace)
+    result = measure(args.recording, args.frames, args.workspace, args.clicks)
     sys.stdout.write(json.dumps(result, indent=2) + "\n")
     return 0
 
 
-def measure(recording: Path, frames: int, workspace: str) -> dict[str, Any]:
-    """Milliseconds of a step over frames that are in the cache.
+def measure(recording: Path, frames: int, workspace: str, clicks: int = 0) -> dict[str, Any]:
+    """Milliseconds of a step over frames that are in the cache, and of a click.
 
     Parameters
     ----------
@@ -43,6 +46,8 @@ def measure(recording: Path, frames: int, workspace: str) -> dict[str, Any]:
         Number of frames that are stepped through, forth and back.
     workspace : str
         Name of the workspace.
+    clicks : int
+        With a project of so many clicks; 0: without a project.
     """
     from PySide6.QtCore import QSettings
     from PySide6.QtWidgets import QApplication
@@ -58,16 +63,23 @@ def measure(recording: Path, frames: int, workspace: str) -> dict[str, Any]:
         apply_theme(app, "dark")
         garbage = GarbageTimer()
         window = MainWindow(settings)
+        window.project.makes = False
         window.show()
         window.activateWindow()
-        window.files.open(recording)
+        path = _project(recording, Path(folder), clicks) if clicks else recording
+        window.files.open(path)
         _until(lambda: window.document.frame_set is not None and window.settled())
         window.show_workspace_named(workspace)
         count = min(frames, window.document.frame_count - 1)
         for frame in range(count + 1):
             window.document.go_to(frame)
             _until(lambda frame=frame: _painted(window) == {frame})
+        computing = time.thread_time()
         times = _steps(window, count)
+        computing = 1000.0 * (time.thread_time() - computing) / max(len(times), 1)
+        clicking = time.thread_time()
+        clicked = _clicks(window, count) if clicks else []
+        clicking = 1000.0 * (time.thread_time() - clicking) / max(len(clicked), 1)
         cameras = window.document.recording.cameras if window.document.recording else {}
         sizes = sorted({f"{camera.width}x{camera.height}" for camera in cameras.values()})
         views = len(window.grid.tiles)
@@ -77,11 +89,72 @@ def measure(recording: Path, frames: int, workspace: str) -> dict[str, Any]:
         "frame_step_ms": round(float(np.median(times)), 2),
         "frame_step_ms_p95": round(float(np.percentile(times, 95)), 2),
         "frame_step_ms_max": round(float(np.max(times)), 2),
+        "frame_step_computing_ms": round(computing, 2),
         "steps": len(times),
         "views": views,
         "image_size": ", ".join(sizes),
         "workspace": workspace,
         "platform": app.platformName(),
+        **(_click_times(clicked, clicking, clicks) if clicked else {}),
+    }
+
+
+def _project(recording: Path, folder: Path, clicks: int) -> Path:
+    """Make a project of so many clicks, all landmarks in all reference images of every frame."""
+    from stereotrack_core.annotation.click import Click
+    from stereotrack_core.annotation.landmark_set import NINE
+    from stereotrack_core.project.click_edits import PlaceClicks
+    from stereotrack_core.project.project import Project
+    from stereotrack_core.recording.folder import open_recording
+
+    opened = open_recording(recording)
+    cameras = [view.image.camera for view in opened.views]
+    random = np.random.default_rng(0)
+    each = len(cameras) * len(NINE.names)
+    path = folder / "bench.stereotrack"
+    with Project.create(path, recording) as project:
+        for first in range(0, clicks // each + 1, 100):
+            project.apply(
+                PlaceClicks(
+                    tuple(
+                        Click(frame, camera, name, (float(x), float(y)))
+                        for frame in range(first, min(first + 100, clicks // each + 1))
+                        for camera in cameras
+                        for name, (x, y) in zip(
+                            NINE.names, random.uniform(100, 300, (9, 2)), strict=True
+                        )
+                    )
+                )
+            )
+    return path
+
+
+def _clicks(window: Any, count: int) -> list[float]:
+    """Milliseconds from the press of the mouse until the click is in the file and painted."""
+    from PySide6.QtCore import QPoint, Qt
+    from PySide6.QtTest import QTest
+
+    times = []
+    camera = window.grid.tiles[window.grid.active].camera
+    window.annotate.annotating.advance = "none"
+    for k in range(count):
+        window.annotate.annotating.let_go()
+        place = QPoint(100 + 3 * k % 150, 60 + 7 * k % 100)
+        begun = time.perf_counter()
+        QTest.mouseClick(
+            camera, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.ControlModifier, place
+        )
+        camera.repaint()
+        times.append(1000.0 * (time.perf_counter() - begun))
+    return times
+
+
+def _click_times(times: list[float], computing: float, clicks: int) -> dict[str, Any]:
+    return {
+        "click_computing_ms": round(computing, 2),
+        "clicks": clicks,
+        "click_to_paint_ms": round(float(np.median(times)), 2),
+        "click_to_paint_ms_p95": round(float(np.percentile(times, 95)), 2),
     }
 
 

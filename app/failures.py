@@ -6,7 +6,7 @@ import logging
 import sys
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from logging.handlers import RotatingFileHandler
 from pathlib import Path
 from types import TracebackType
@@ -29,12 +29,18 @@ class Message:
         ``error``, ``warning`` or ``note``.
     what, where, remedy : str
         What is wrong, where, and what to do about it; the last two may be empty.
+    button : str
+        What can be done about it at once; empty: nothing.
+    do : callable or None
+        Does that.
     """
 
     severity: str
     what: str
     where: str = ""
     remedy: str = ""
+    button: str = ""
+    do: Callable[[], None] | None = field(default=None, compare=False)
 
     def sentence(self) -> str:
         """Everything in one line."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 from PySide6.QtCore import QSettings, Qt, QTimer, Signal, Slot
 from PySide6.QtGui import (
     QCloseEvent,
@@ -12,7 +14,18 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QApplication, QMainWindow, QStackedWidget, QVBoxLayout, QWidget
 
 from app.actions import ActionBook
-from app.commands import edit_menu, file_menu, playback_menu, track_menu, view_menu, window_menu
+from app.annotate_control import AnnotateControl
+from app.annotating.commands import add_commands
+from app.annotation_work import AnnotationWork
+from app.commands import (
+    annotate_menu,
+    edit_menu,
+    file_menu,
+    playback_menu,
+    track_menu,
+    view_menu,
+    window_menu,
+)
 from app.dialogs import Dialogs
 from app.failures import message_of
 from app.file_work import FileWork, dropped_path
@@ -26,7 +39,6 @@ from app.presenters.project_file import ProjectPresenter
 from app.presenters.runs import RunList
 from app.presenters.tracking import TrackPresenter
 from app.project_work import ProjectWork
-from app.tasks.task import TaskList
 from app.theme import ThemeName, apply_theme
 from app.track_control import TrackControl
 from app.view_control import ViewControl
@@ -51,6 +63,8 @@ class MainWindow(PanelWindow):
 
     def __init__(self, settings: QSettings | None = None) -> None:
         super().__init__()
+        # work in the background takes turns with painting every half millisecond, not every five
+        sys.setswitchinterval(0.0005)
         self.settings = settings if settings is not None else user_settings()
         self._close_wanted = False
         self._make_presenters()
@@ -64,6 +78,8 @@ class MainWindow(PanelWindow):
         self._refresh_timer = QTimer(self, singleShot=True, interval=30)
         self._refresh_timer.timeout.connect(self.refresh)
         self.follower = PanelFollower(self)
+        self.annotate = AnnotateControl(self)
+        self.annotation_work = AnnotationWork(self)
         self._make_actions()
         self._connect()
         self.setAcceptDrops(True)
@@ -84,7 +100,6 @@ class MainWindow(PanelWindow):
     # ---- making
 
     def _make_presenters(self) -> None:
-        self.tasks = TaskList(self)
         self.runs = RunList(self)
         self.document = DocumentPresenter(self.tasks, self)
         self.project = ProjectPresenter(self.document, self.tasks, self.settings, self)
@@ -110,13 +125,19 @@ class MainWindow(PanelWindow):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
         column.addWidget(self.messages)
+        column.addWidget(self.annotation.repeat_bar)
         column.addWidget(self.stack, 1)
         self.setCentralWidget(centre)
 
     def _make_actions(self) -> None:
         self.actions_book = ActionBook(self, self.settings)
-        for menu in (file_menu, edit_menu, view_menu, playback_menu, track_menu, window_menu):
+        self.actions_book.add(file_menu.commands(self))
+        for menu in (edit_menu, view_menu, playback_menu, annotate_menu):
             self.actions_book.add(menu.commands(self))
+        add_commands(self.annotation, self.actions_book)
+        for menu in (track_menu, window_menu):
+            self.actions_book.add(menu.commands(self))
+        self.actions_book.add(file_menu.last_commands(self))
         self.actions_book.fill(self.menuBar())
         self.bars = WindowBars(self)
 
@@ -159,11 +180,13 @@ class MainWindow(PanelWindow):
             and self.judging.settled()
             and self.instant.settled()
             and self.follower.settled()
+            and self.annotate.settled()
+            and self.annotation.settled()
             and not self._refresh_timer.isActive()
         )
 
     def _points_wanted(self) -> bool:
-        scene_seen = self.scene.isVisible() and self.scene.layer_visible("cloud")
+        scene_seen = self.scene.is_seen() and self.scene.layer_visible("cloud")
         return scene_seen or "points" in self.grid.display.overlays
 
     @Slot()
@@ -287,6 +310,8 @@ class MainWindow(PanelWindow):
         self.track.stop()
         self.tasks.shutdown()
         self.document.close()
+        self.annotate.close()
+        self.annotation.shutdown()
         self.project.shutdown()
         self.clouds.set_recording(None)
         self.settings.sync()

@@ -12,16 +12,17 @@ from app.presenters.certainty import ellipsoids_of
 from app.presenters.comparison import compared
 from app.presenters.curves import curves_of, lanes_of
 from app.presenters.judgement import Judgement
+from app.presenters.live_fit import ShownFit
 from app.presenters.pictures import Instant, pictures_of
 from app.presenters.runs import RunEntry
 from app.presenters.scene import PointColour, scene_of
 from app.presenters.status import number_rows, status_words
 from app.theme import current_theme
 from app.views.error_plot import ErrorPlot
-from app.views.overlays import OVERLAYS
 from app.views.runs_panel import RunRow
 from app.views.scene_content import Ellipsoid
 from app.window_panels import TITLES
+from stereotrack_core.body.mesh import PartMesh
 from stereotrack_core.tracking.presets import preset
 
 if TYPE_CHECKING:
@@ -40,15 +41,15 @@ class PanelFollower(QObject):
         self._plot_title = ""
         self.point_colour: PointColour = "view"
         self._highlighted = ""
+        self._fit: ShownFit | None = None
         self._scene_timer = QTimer(self, singleShot=True, interval=_SCENE_DELAY_MS)
         self._scene_timer.timeout.connect(self._show_scene)
         self._scene_waits = QElapsedTimer()
         self._rig_held = False
         self._make_plot("angular error")
-        stored = window.settings.value("overlays")
+        stored = window.view.stored_overlays()
         if stored is not None:
-            names = [stored] if isinstance(stored, str) else list(stored)
-            self.change_display(overlays=frozenset(names) & frozenset(OVERLAYS))
+            self.change_display(overlays=stored)
         keep = window.settings.value("keep_person", False, type=bool)
         self.change_display(keep_person=bool(keep))
         self._connect()
@@ -73,6 +74,7 @@ class PanelFollower(QObject):
         w.timeline.selection_changed.connect(self._on_selection)
         w.transport.frame_requested.connect(self._go_to)
         w.display_panel.changed.connect(self._on_light)
+        w.grid.active_changed.connect(self._show_light)
         w.parameters.settings_changed.connect(self._on_settings)
         w.parameters.preset_requested.connect(self._on_preset)
         w.runs_panel.activated.connect(lambda i: w.runs.activate(w.runs.entries[i]))
@@ -232,6 +234,12 @@ class PanelFollower(QObject):
         self._show_scene_soon()
         w.refresh_soon()
 
+    def show_fit(self, fit: ShownFit | None) -> None:
+        """Draw the body fitted to the clicks in the scene, while that is annotated."""
+        if fit is not self._fit:
+            self._fit = fit
+            self._show_scene_soon()
+
     def _show_scene_soon(self) -> None:
         """Draw the scene when the views are painted; while a key is held down, now and then."""
         if not self._scene_timer.isActive():
@@ -242,7 +250,7 @@ class PanelFollower(QObject):
     @Slot()
     def _show_scene(self) -> None:
         w, instant = self._w, self._w.instant.told
-        if instant is None or not w.scene.isVisible():
+        if instant is None or not w.scene.is_seen():
             return
         entry = w.runs.active
         tracked = entry.at(instant.frame_set.index) if entry is not None else None
@@ -251,10 +259,16 @@ class PanelFollower(QObject):
             ellipsoids = ellipsoids_of(entry, tracked)
         w.scene.show_scene(
             scene_of(
-                instant, instant.meshes, self.point_colour, self._highlighted, ellipsoids,
+                instant, self._meshes(instant), self.point_colour, self._highlighted, ellipsoids,
                 dark=current_theme().is_dark,
             )
         )  # fmt: skip
+
+    def _meshes(self, instant: Instant) -> tuple[PartMesh, ...]:
+        """The body fitted to clicks while annotating, else the active run's."""
+        fit = self._fit if self._w.annotate.active else None
+        fits = fit is not None and fit.question.frame == instant.frame_set.index
+        return fit.meshes if fit is not None and fits else instant.meshes
 
     def settled(self) -> bool:
         """Whether everything shown follows the facts."""
@@ -312,9 +326,11 @@ class PanelFollower(QObject):
 
     @Slot(float, float)
     def _on_light(self, brightness: float, contrast: float) -> None:
-        self._w.grid.set_display(
-            dataclasses.replace(self._w.grid.display, brightness=brightness, contrast=contrast)
-        )
+        self._w.grid.set_light(brightness, contrast, self._w.display_panel.view)
+
+    @Slot(str)
+    def _show_light(self, view: str) -> None:
+        self._w.display_panel.show_light(view, *self._w.grid.light(view))
 
     def colour_points(self, kind: PointColour) -> None:
         """Colour the scene's points in another way."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from app.presenters.scene import PointColour
+from app.views.click_marks import CLICK_OVERLAYS
+from app.views.overlays import OVERLAYS
 
 if TYPE_CHECKING:
     from app.main_window import MainWindow
@@ -20,7 +22,15 @@ class ViewControl:
         """Switch an overlay."""
         w = self._w
         w.follower.change_display(overlays=w.grid.display.overlays ^ {name})
-        w.settings.setValue("overlays", sorted(w.grid.display.overlays))
+        w.settings.setValue("overlays_shown", sorted(w.grid.display.overlays))
+
+    def stored_overlays(self) -> frozenset[str] | None:
+        """Overlays that were switched on last time; those that came since are as usual."""
+        stored = self._w.settings.value("overlays_shown")
+        if stored is None:
+            return None
+        names = [stored] if isinstance(stored, str) else list(stored)
+        return frozenset(names) & frozenset((*OVERLAYS, *CLICK_OVERLAYS))
 
     def overlay_on(self, name: str) -> bool:
         """Whether an overlay is switched on."""

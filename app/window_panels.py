@@ -10,15 +10,20 @@ from PySide6.QtWidgets import (
     QProgressBar,
     QStackedWidget,
     QToolButton,
+    QVBoxLayout,
     QWidget,
 )
 
+from app.annotating.panels import AnnotationPanels
 from app.icons import set_icon
+from app.tasks.task import TaskList
+from app.views.body_panel import BodyPanel
 from app.views.camera_grid import CameraGrid
 from app.views.comparison_panel import ComparisonPanel
 from app.views.display_panel import DisplayPanel
 from app.views.error_plot import ErrorPlot
 from app.views.findings_panel import FindingsPanel
+from app.views.landmarks_panel import LandmarksPanel
 from app.views.message_bar import MessageBar
 from app.views.numbers_panel import NumbersPanel
 from app.views.parameter_panel import ParameterPanel
@@ -40,7 +45,11 @@ TITLES = {
     "numbers": "Numbers of the frame",
     "findings": "Findings",
     "rig": "Rig",
-    "display": "Brightness and contrast",
+    "display": "Light",
+    "landmarks": "Landmarks",
+    "body": "Body",
+    "next": "Next",
+    "history": "History",
 }
 
 
@@ -51,6 +60,7 @@ class PanelWindow(QMainWindow):
 
     def __init__(self) -> None:
         super().__init__()
+        self.tasks = TaskList(self)
         self.grid = CameraGrid()
         self.welcome = WelcomePage()
         self.messages = MessageBar()
@@ -64,6 +74,9 @@ class PanelWindow(QMainWindow):
         self.findings = FindingsPanel()
         self.rig = RigPanel()
         self.display_panel = DisplayPanel()
+        self.landmarks_panel = LandmarksPanel()
+        self.body_panel = BodyPanel()
+        self.annotation = AnnotationPanels(self.timeline, self.tasks, self)
         self.plot_stack = QStackedWidget()
         self.no_curves = QLabel(
             "When the tracker has run, the error of every limb is drawn here: against the "
@@ -73,10 +86,12 @@ class PanelWindow(QMainWindow):
         self.no_curves.setProperty("role", "muted")
         self.plot_stack.addWidget(self.no_curves)
         widgets = {
-            "scene": self.scene, "plot": self.plot_stack, "timeline": self.timeline,
+            "scene": self.scene, "plot": self.plot_stack, "timeline": self._timeline_with_bar(),
             "parameters": self.parameters, "runs": self.runs_panel, "numbers": self.numbers,
             "comparison": self.comparison,
             "findings": self.findings, "rig": self.rig, "display": self.display_panel,
+            "landmarks": self.landmarks_panel, "body": self.body_panel,
+            "next": self.annotation.next_panel, "history": self.annotation.history_panel,
         }  # fmt: skip
         self.docks: dict[str, QDockWidget] = {}
         for name, widget in widgets.items():
@@ -84,12 +99,24 @@ class PanelWindow(QMainWindow):
             dock.setObjectName(name)
             dock.setWidget(widget)
             self.docks[name] = dock
+        self._hide_titles()
+        self._make_status_line()
+
+    def _hide_titles(self) -> None:
         # the plot says by itself what it shows, and its height is wanted for curves
         self.docks["plot"].setTitleBarWidget(QWidget())
         # the timeline is the scrubber: it stays where it is and needs no title
         self.docks["timeline"].setTitleBarWidget(QWidget())
         self.docks["timeline"].setFeatures(QDockWidget.DockWidgetFeature.NoDockWidgetFeatures)
-        self._make_status_line()
+
+    def _timeline_with_bar(self) -> QWidget:
+        both = QWidget()
+        column = QVBoxLayout(both)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(self.annotation.bar)
+        column.addWidget(self.timeline, 1)
+        return both
 
     def _make_status_line(self) -> None:
         self.state_label = QLabel()

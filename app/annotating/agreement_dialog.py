@@ -73,7 +73,7 @@ class AgreementDialog(QDialog):
         layout.addWidget(self.remedy)
         layout.addWidget(self.table, 1)
         layout.addWidget(buttons)
-        self.resize(940, 420)
+        self.resize(1020, 430)
 
     def show_report(self, compared: str, report: AgreementReport) -> None:
         """Show how well two readings agree.

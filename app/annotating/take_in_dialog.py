@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 
 from app.presenters.counting import counted
 from app.presenters.taking_in import TakeIn
+from app.tasks.task import Task, TaskList
 from app.views.decision_table import DecisionTable
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.merging import Decision
@@ -41,6 +42,8 @@ class TakeInDialog(QDialog):
         Compares once more with the project as it is then.
     shown : TakeIn
         The comparison that was made last.
+    tasks : TaskList
+        Where clicks are written.
 
     Signals
     -------
@@ -58,11 +61,13 @@ class TakeInDialog(QDialog):
         project: Project,
         compare: Callable[[], TakeIn],
         shown: TakeIn,
+        tasks: TaskList,
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
         self.setWindowTitle(f"Take in clicks of {shown.incoming.source}")
         self._project, self._compare, self._shown = project, compare, shown
+        self._tasks = tasks
         self.summary = QLabel()
         self.summary.setWordWrap(True)
         self.summary.setProperty("role", "heading")
@@ -173,19 +178,48 @@ class TakeInDialog(QDialog):
 
     @Slot()
     def _on_take(self) -> None:
+        """Compare once more and write, beside the window's thread."""
+        project, compare, shown = self._project, self._compare, self._shown
         try:
-            now = self._compare()
-            if now.incoming != self._shown.incoming:
-                self._show(now.with_decisions_of(self._shown))
-                self._say("The project has changed meanwhile. Look again, then take in.")
-                return
-            edit = self._shown.edit()
-            self._project.apply(edit)
+            edit = shown.edit()
         except InputError as error:
             self._say(str(error))
             return
-        self.taken_in.emit(edit.words())
-        self.accept()
+
+        def work(_task: Task) -> TakeIn | str:
+            now = compare()
+            if now.incoming != shown.incoming:
+                return now
+            project.apply(edit)
+            return edit.words()
+
+        self._set_busy(busy=True)
+        task = self._tasks.begin("taking clicks in", work, self._on_worked)
+        task.failed.connect(self._on_failed)
+
+    @Slot(object)
+    def _on_worked(self, result: TakeIn | str) -> None:
+        self._set_busy(busy=False)
+        if isinstance(result, str):
+            self.taken_in.emit(result)
+            self.accept()
+        else:
+            self._show(result.with_decisions_of(self._shown))
+            self._say("The project has changed meanwhile. Look again, then take in.")
+
+    @Slot(object)
+    def _on_failed(self, error: Exception) -> None:
+        self._set_busy(busy=False)
+        self._say(str(error))
+
+    def _set_busy(self, *, busy: bool) -> None:
+        for widget in (self.table, self._deciding, self.with_new, self.take_button):
+            widget.setEnabled(not busy)
+        if busy:
+            self.outcome.setText("Writing …")
+            self.failure.hide()
+        else:
+            self._tell_outcome()
 
     def _say(self, words: str) -> None:
         self.failure.setText(words)

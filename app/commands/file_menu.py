@@ -72,6 +72,12 @@ def commands(w: MainWindow) -> list[Command]:
             "save",
             why_not=lambda: no_run(w),
         ),
+    ]
+
+
+def last_commands(w: MainWindow) -> list[Command]:
+    """Commands at the end of the menu File."""
+    return [
         Command(
             "picture",
             "&File",

@@ -9,6 +9,7 @@ from app.actions import Command
 from app.commands.reasons import no_depth, no_recording
 from app.presenters.scene import POINT_COLOURS, PointColour
 from app.views.camera_grid import Arrangement
+from app.views.click_marks import CLICK_OVERLAYS
 from app.views.overlays import OVERLAYS
 from app.views.picture import PICTURE_KINDS, PictureKind
 
@@ -19,10 +20,13 @@ _MENU = "&View"
 _OVERLAY_KEYS = {
     "outline": "O", "shading": "S", "wire": "W",
     "reference": "R", "points": "D", "correspondences": "C",
+    "clicks": "Shift+C", "predictions": "Shift+X", "epipolar": "Shift+E",
+    "residuals": "Shift+R", "fit": "Shift+O",
 }  # fmt: skip
 _OVERLAY_ICONS = {
     "outline": "model", "reference": "reference", "points": "points",
-    "correspondences": "correspondences",
+    "correspondences": "correspondences", "clicks": "clicks", "predictions": "prediction",
+    "epipolar": "epipolar", "residuals": "ruler", "fit": "fit",
 }  # fmt: skip
 _KIND_KEYS: dict[PictureKind, str] = {
     "image": "F1", "left": "F2", "disparity": "F3", "foreground": "F4", "depth": "F5"
@@ -94,7 +98,7 @@ def _overlays(w: MainWindow) -> list[Command]:
             _OVERLAY_ICONS.get(name, ""), partial(why_not, name),
             partial(w.view.overlay_on, name),
         )
-        for name, text in OVERLAYS.items()
+        for name, text in (*OVERLAYS.items(), *CLICK_OVERLAYS.items())
     ]  # fmt: skip
 
 

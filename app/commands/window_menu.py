@@ -79,7 +79,7 @@ def _help(w: MainWindow) -> list[Command]:
         ),
         Command(
             "close_message", "&Help", "Close the message", "Close the message above the views.",
-            w.messages.close_message, "Esc", "close",
+            w.messages.dismiss, "Esc", "close",
             lambda: "" if w.messages.message is not None else "No message is shown.",
         ),
         Command(

@@ -51,9 +51,21 @@ class AgreementReport:
 
 
 def agreement_report(
-    found: Iterable[Difference], cameras: Mapping[str, Camera], landmarks: LandmarkSet
+    found: Iterable[Difference],
+    cameras: Mapping[str, Camera],
+    landmarks: LandmarkSet,
+    sigmas: Mapping[str, float] | None = None,
 ) -> AgreementReport:
-    """Compare two readings over the frames that both have annotated."""
+    """Compare two readings over the frames that both have annotated.
+
+    Parameters
+    ----------
+    found : iterable of Difference
+    cameras : mapping from camera name to Camera
+    landmarks : LandmarkSet
+    sigmas : mapping from landmark to float, optional
+        What the fit takes as the standard deviation of a click because of these readings, pixels.
+    """
     common = common_frames(found)
     together = agreement(common)
     each = agreement_by_landmark(common)
@@ -66,9 +78,12 @@ def agreement_report(
             values = (far.median_mm, far.p95_mm, far.median_deg, far.p95_deg)
             rows.append(_row(landmark.label, landmark.colour, each[landmark.name], values))
     frames = len({one.key.frame for one in common})
-    return AgreementReport(
-        _verdict(together, frames), _remedy(each, together, landmarks), tuple(rows), common
-    )
+    remedy = _remedy(each, together, landmarks)
+    if sigmas and together.count:
+        low, high = min(sigmas.values()), max(sigmas.values())
+        taken = f"The fit takes clicks as good to {low:.1f} to {high:.1f} px because of this."
+        remedy = f"{remedy} {taken}".strip()
+    return AgreementReport(_verdict(together, frames), remedy, tuple(rows), common)
 
 
 def _row(

@@ -10,6 +10,7 @@ import numpy as np
 from app.limb_colours import LIMB_COLOURS, limb_words
 from app.views.lane_filter import KINDS, LaneFilter
 from app.views.timeline_lanes import Lane, Mark, MarkArray
+from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.progress import LaneState, Seen, lane_states
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
@@ -17,10 +18,11 @@ from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.references import Reference
+from stereotrack_core.project.schema import CLICK
 
 GAP = "gap"
 """Kind of the flag on frames over which nothing is interpolated."""
-FULL_SIGMA_DEG = 10.0
+FULL_SIGMA_DEG = 15.0
 """Uncertainty that is shown in a lane's full colour."""
 FULL_RESIDUAL_PX = 10.0
 """Residual that is shown in a lane's full colour."""
@@ -57,6 +59,8 @@ class AnnotationLanes:
         self._enough = max(1, min(2, cameras))
         self._limbs: dict[str, tuple[Lane, ...]] = {"uncertainty": (), "residual": ()}
         self._filled: BoolArray = np.zeros(frames, dtype=np.bool_)
+        self._mistakes: set[ClickKey] = set()
+        self._residuals: FloatArray | None = None
         self.read_again()
 
     @property
@@ -69,6 +73,7 @@ class AnnotationLanes:
         self._set = self._project.landmark_set()
         self._read_flags()
         self._read_keyframes()
+        self._base: MarkArray = np.zeros((len(self._set.names), self._frames), dtype=np.uint8)
         self._marks = [np.zeros(self._frames, np.uint8) for _ in self._set.names]
         self._lanes: list[Lane | None] = [None] * len(self._marks)
         self._read(0, self._frames)
@@ -84,13 +89,18 @@ class AnnotationLanes:
             self._read_flags()
         if "keyframe" in changed.tables:
             self._read_keyframes()
+        edited = {change.key for change in changed.changes if change.table is CLICK}
+        self._mistakes = {key for key in self._mistakes if key not in edited}
         frames = sorted(set().union(*(changed.frames(table) for table in _TABLES)))
         for first, end in _stretches(frames):
             self._read(first, min(end, self._frames))
         return True
 
     def show_reference(
-        self, reference: Reference | None, residuals: FloatArray | None = None
+        self,
+        reference: Reference | None,
+        residuals: FloatArray | None = None,
+        mistakes: Iterable[ClickKey] = (),
     ) -> None:
         """Show how certain the fitted trajectory is, and which frames it has filled in.
 
@@ -99,7 +109,10 @@ class AnnotationLanes:
         reference : Reference or None
         residuals : (F, 6) float64, optional
             Root mean square over the clicks of each limb, pixels, NaN where there is none.
+        mistakes : iterable of ClickKey
+            Clicks that look like gross mistakes; they are flagged until they are edited.
         """
+        self._mistakes = set(mistakes)
         self._filled = np.zeros(self._frames, dtype=np.bool_)
         sigma = None
         if reference is not None:
@@ -111,11 +124,19 @@ class AnnotationLanes:
             if reference.limb_sigma_deg is not None:
                 sigma = np.full((self._frames, len(LIMBS)), np.nan)
                 sigma[frame] = reference.limb_sigma_deg[inside]
+        self._residuals = residuals
         self._limbs = {
             "uncertainty": _heat(sigma, "{} ±", "±", FULL_SIGMA_DEG, "°"),
-            "residual": _heat(residuals, "{} px", "px", FULL_RESIDUAL_PX, "px"),
+            "residual": _residual_lanes(residuals),
         }
-        self._read(0, self._frames)
+        self._dress(0, self._frames)
+
+    def change_residuals(self, frames: Sequence[int], values: FloatArray) -> None:
+        """Show other residuals (K, 6) in pixels at K frames; elsewhere they stay."""
+        if self._residuals is not None:
+            self._residuals = self._residuals.copy()
+            self._residuals[list(frames)] = values
+            self._limbs["residual"] = _residual_lanes(self._residuals)
 
     def lanes(self, chosen: LaneFilter) -> tuple[Lane, ...]:
         """The lanes that a filter lets through; unchanged ones are the same objects as before."""
@@ -178,9 +199,19 @@ class AnnotationLanes:
 
     def _read(self, first: int, end: int) -> None:
         """Read the frames from `first` to before `end` from the project."""
-        if end <= first:
-            return
-        marks = self._marks_between(first, end, self._project.clicks.seen(first, end))
+        if end > first:
+            seen = self._project.clicks.seen(first, end)
+            self._base[:, first:end] = self._marks_between(first, end, seen)
+            self._dress(first, end)
+
+    def _dress(self, first: int, end: int) -> None:
+        """Let marks say also what the fit has filled in, and what looks like a mistake."""
+        marks = self._base[:, first:end].copy()
+        marks[(marks == Mark.NONE) & self._filled[first:end]] = Mark.INTERPOLATED
+        places = {name: place for place, name in enumerate(self._set.names)}
+        for key in self._mistakes:
+            if first <= key.frame < end and key.landmark in places:
+                marks[places[key.landmark], key.frame - first] = Mark.FLAGGED
         for place, new in enumerate(marks):
             if (new != self._marks[place][first:end]).any():
                 # a lane's values are not changed once it was handed on
@@ -189,6 +220,7 @@ class AnnotationLanes:
                 self._lanes[place] = None
 
     def _marks_between(self, first: int, end: int, seen: Sequence[Seen]) -> MarkArray:
+        """What people have said of these frames."""
         count = end - first
         here = [one._replace(frame=one.frame - first) for one in seen]
         flags = _inside(self._flags, first, end)
@@ -198,7 +230,6 @@ class AnnotationLanes:
         wanted[[one.frame for one in here]] = True
         nothing = marks == Mark.NONE
         marks[nothing & wanted] = Mark.MISSING
-        marks[nothing & self._filled[first:end]] = Mark.INTERPOLATED
         places = {name: place for place, name in enumerate(self._set.names)}
         for one in here:  # somebody has looked and says that it is outside
             lane = places.get(one.landmark)
@@ -234,6 +265,10 @@ def _stretches(frames: Collection[int]) -> list[tuple[int, int]]:
     if len(parts) > _MOST_QUERIES:
         return [(int(numbers[0]), int(numbers[-1]) + 1)]
     return [(int(part[0]), int(part[-1]) + 1) for part in parts]
+
+
+def _residual_lanes(residuals: FloatArray | None) -> tuple[Lane, ...]:
+    return _heat(residuals, "{} px", "px", FULL_RESIDUAL_PX, "px")
 
 
 def _heat(

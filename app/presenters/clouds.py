@@ -68,6 +68,11 @@ class CloudPresenter(QObject):
             self._worker.answered.connect(self._on_measured)
             self._worker.failed.connect(self._on_failed)
 
+    @property
+    def parameters(self) -> DepthParameters:
+        """How points are measured."""
+        return self._parameters
+
     def set_parameters(self, parameters: DepthParameters) -> None:
         """Measure with other parameters from now on."""
         self._parameters = parameters

@@ -16,6 +16,7 @@ from app.presenters.tracking import TrackPresenter
 from app.views.picture import PictureKind
 from stereotrack_core.body.mesh import PartMesh, body_mesh
 from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.estimate import Correspondences
 from stereotrack_core.tracking.frame import TrackedFrame
 
@@ -34,6 +35,11 @@ class InstantPresenter(QObject):
         Which picture each visible view shall show.
     points_wanted : callable
         Whether measured points are shown somewhere.
+
+    Attributes
+    ----------
+    reference : LandmarkTrajectory or None
+        Shown instead of the recording's own.
 
     Signals
     -------
@@ -57,6 +63,7 @@ class InstantPresenter(QObject):
         self._wanted, self._points_wanted = wanted, points_wanted
         self._newest: TrackedFrame | None = None
         self.iteration: Iteration | None = None
+        self.reference: LandmarkTrajectory | None = None
         self._told: Instant | None = None
         self._soon = QTimer(self, singleShot=True, interval=0)
         self._soon.timeout.connect(self.tell)
@@ -75,7 +82,7 @@ class InstantPresenter(QObject):
 
     def clear(self) -> None:
         """Forget everything about a recording that was closed."""
-        self._newest = self.iteration = self._told = None
+        self._newest = self.iteration = self._told = self.reference = None
 
     def settled(self) -> bool:
         """Whether everything that is wanted for this frame has been told."""
@@ -112,7 +119,7 @@ class InstantPresenter(QObject):
             frame_set=frame_set,
             cloud=cloud if cloud is not None else self._cloud_of(iteration),
             meshes=self.meshes(frame),
-            reference=reference_at(recording.reference, frame),
+            reference=reference_at(self.reference or recording.reference, frame),
             others=tuple(
                 tracked.landmarks
                 for entry in self._runs.entries

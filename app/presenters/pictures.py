@@ -108,7 +108,7 @@ def _picture(instant: Instant, view: View, kind: PictureKind, overlays: frozense
     overlay = _overlay(instant, view.name, depth_projection(depth.geometry), eye, overlays)
     value_at = partial(_depth_words, depth)
     return Picture(
-        view.name, kind, frame, pixels, problem, view.display_rotation, overlay, value_at
+        view.name, kind, frame, pixels, problem, view.display_rotation, overlay, value_at=value_at
     )
 
 
@@ -139,7 +139,8 @@ def _camera_picture(
         problem,
         view.display_rotation,
         overlay,
-        partial(_pixel_words, pixels, camera, ranged),
+        camera=camera.name,
+        value_at=partial(_pixel_words, pixels, camera, ranged),
     )
 
 

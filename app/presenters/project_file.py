@@ -33,6 +33,8 @@ class ProjectPresenter(QObject):
     -------
     opened : ()
         A project is there, perhaps for reading only.
+    closing : ()
+        The project is about to be closed; it can still be read.
     closed : ()
     changed : Changed
         An edit was made, taken back or made again.
@@ -44,6 +46,7 @@ class ProjectPresenter(QObject):
     """
 
     opened = Signal()
+    closing = Signal()
     closed = Signal()
     changed = Signal(object)
     history_moved = Signal(object)
@@ -152,6 +155,8 @@ class ProjectPresenter(QObject):
     @Slot()
     def close(self) -> None:
         """Give the project back; everything in it is saved already."""
+        if self._opened is not None:
+            self.closing.emit()
         opened, self._opened = self._opened, None
         self._problem = self._undo_words = self._redo_words = ""
         if opened is not None:

@@ -178,6 +178,15 @@ def gaps_of(project: Project) -> tuple[range, ...]:
     return tuple(gaps)
 
 
+def landmark_gaps_of(project: Project) -> dict[str, frozenset[int]]:
+    """Frames in which a single landmark is marked as a gap, by landmark."""
+    found: dict[str, set[int]] = {}
+    for flag in project.marks.flags():
+        if flag.kind == GAP and flag.landmark:
+            found.setdefault(flag.landmark, set()).add(flag.frame)
+    return {landmark: frozenset(frames) for landmark, frames in found.items()}
+
+
 def _flags(selection: Selection, kind: str) -> tuple[FrameFlag, ...]:
     landmarks = selection.landmarks or ("",)
     return tuple(FrameFlag(frame, name, kind) for frame in selection.frames for name in landmarks)

@@ -142,7 +142,8 @@ class TakeIn:
 
     def problem_words(self) -> tuple[str, ...]:
         """What could not be read, line by line."""
-        words = [str(problem) for problem in self.problems[:_SHOWN_PROBLEMS]]
+        shown = self.problems[:_SHOWN_PROBLEMS]
+        words = [f"{problem.what}. {problem.remedy}".strip() for problem in shown]
         if (more := len(self.problems) - len(words)) > 0:
             words.append(f"and {more} more")
         return tuple(words)
@@ -171,7 +172,7 @@ def _row(conflict: Difference) -> DecisionRow:
         theirs=click_in_words(conflict.second),
         distance=conflict.distance,
         has_mean=has_mean(conflict),
-        who=" / ".join(one.who or "?" for one in (conflict.first, conflict.second) if one),
+        who=" / ".join(filter(None, (one.who for one in (conflict.first, conflict.second) if one))),
     )
 
 

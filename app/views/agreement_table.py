@@ -21,14 +21,14 @@ _HEADINGS = (
     ("Pairs", "Images in which both readings give a place"),
     ("σ [px]", "Standard deviation of one click per axis, from the median distance"),
     ("Median [px]", "Half of the distances are smaller"),
-    ("95 % [px]", "95 of 100 distances are smaller"),
-    ("Largest [px]", "The largest distance"),
-    ("Bias [px]", "Mean of the second less the first: right, down"),
+    ("95 %", "95 of 100 distances are smaller, pixels"),
+    ("Largest", "The largest distance, pixels"),
+    ("Bias", "Mean of the second less the first: pixels to the right, and down"),
     ("Median [mm]", "Distance in space, where both place it in two cameras"),
-    ("95 % [mm]", "95 of 100 distances in space are smaller"),
+    ("95 %", "95 of 100 distances in space are smaller, millimetres"),
     ("Limb [°]", "Median angle between the limb's directions in both readings"),
-    ("95 % [°]", "95 of 100 angles are smaller"),
-    ("One sees it", "Images in which only one of both sees the landmark"),
+    ("95 %", "95 of 100 angles are smaller, degrees"),
+    ("One sees", "Images in which only one of both sees the landmark"),
 )
 
 

@@ -77,7 +77,7 @@ class AnnotationBar(QWidget):
         self.next_button.clicked.connect(lambda: self.flagged_requested.emit(False))
         self.lanes_button = _button("filter", "Which lanes are shown")
         self.lanes_button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        self.lanes_button.setText("Lanes")
+        self.lanes_button.setText(_with_arrow("Lanes"))
         self.lanes_button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.lanes_menu = QMenu(self.lanes_button)
         self.lanes_menu.aboutToShow.connect(self._fill_lanes_menu)
@@ -89,7 +89,7 @@ class AnnotationBar(QWidget):
             Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         )
         self.selection_button = _button("selection", "What can be done with the selected frames")
-        self.selection_button.setText("Selection")
+        self.selection_button.setText(_with_arrow("Selection"))
         self.selection_button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.selection_button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.selection_menu = QMenu(self.selection_button)
@@ -145,7 +145,7 @@ class AnnotationBar(QWidget):
         """Show other lanes, without a signal."""
         self._filter = chosen
         words = "Lanes" if chosen == LaneFilter() else "Lanes *"
-        self.lanes_button.setText("Only flagged" if chosen.only_flagged else words)
+        self.lanes_button.setText(_with_arrow("Only flagged" if chosen.only_flagged else words))
 
     def set_lanes(self, lanes: Sequence[tuple[str, str]]) -> None:
         """Offer these lanes, each with what the program and what a person calls it."""
@@ -192,5 +192,10 @@ def _button(icon: str, tip: str) -> QToolButton:
     button.setAutoRaise(True)
     button.setToolTip(tip)
     button.setAccessibleName(tip)
+    button.setProperty("role", "plain")
     set_icon(button, icon)
     return button
+
+
+def _with_arrow(words: str) -> str:
+    return f"{words} ▾"

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Literal, TypeAlias
 
 from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import (
     QComboBox,
     QFrame,
@@ -18,6 +20,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.views.camera_view import CameraView, Display
+from app.views.click_marks import ClickMarks
 from app.views.picture import PICTURE_KINDS, Picture, PictureKind
 from stereotrack_core.recording.description import View
 
@@ -34,6 +37,13 @@ def kinds_of(view: View) -> tuple[PictureKind, ...]:
             return ("image", "foreground", "depth")
         case _:
             return ("image",)
+
+
+def camera_of(view: View, kind: PictureKind) -> str:
+    """Name of the camera whose image a picture is; empty for one that is computed."""
+    if kind == "left" and view.left is not None:
+        return view.left.camera
+    return view.image.camera if kind == "image" else ""
 
 
 def kind_words(view: View, kind: PictureKind) -> str:
@@ -127,6 +137,11 @@ class CameraGrid(QWidget):
         Name of the view that keys act on.
     arranged : ()
         The arrangement has changed.
+    clicked : Placed, Moved or Picked
+        What a person did with clicks in a view.
+    refused : str
+        Why a click was not taken.
+    space_tapped : ()
     """
 
     kinds_changed = Signal()
@@ -134,6 +149,9 @@ class CameraGrid(QWidget):
     limb_clicked = Signal(str)
     active_changed = Signal(str)
     arranged = Signal()
+    clicked = Signal(object)
+    refused = Signal(str)
+    space_tapped = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -141,6 +159,10 @@ class CameraGrid(QWidget):
         self._active = ""
         self._arrangement: Arrangement = "grid"
         self._display = Display()
+        self._lights: dict[str, tuple[float, float]] = {}
+        self._hidden: frozenset[str] = frozenset()
+        self._clicking: tuple[bool, str] = (False, "")
+        self._keys: Callable[[QKeySequence], Callable[[], None] | None] = lambda _keys: None
         self._layout = QGridLayout(self)
         self._layout.setContentsMargins(0, 0, 0, 0)
         self._layout.setSpacing(3)
@@ -176,14 +198,19 @@ class CameraGrid(QWidget):
             self._layout.removeWidget(tile)
             tile.hide()
             tile.deleteLater()
-        self._tiles = {}
+        self._tiles, self._lights = {}, {}
         for view in views:
             tile = CameraTile(view, self)
             tile.kind_chosen.connect(self._on_kind)
             tile.activated.connect(self.set_active)
             tile.camera.hovered.connect(self.hovered)
             tile.camera.limb_clicked.connect(self.limb_clicked)
-            tile.camera.set_display(self._display)
+            tile.camera.clicked.connect(self.clicked)
+            tile.camera.refused.connect(self.refused)
+            tile.camera.space_tapped.connect(self.space_tapped)
+            tile.camera.set_display(self._display_of(view.name))
+            tile.camera.set_clicking(*self._clicking)
+            tile.camera.set_keys(self._keys)
             self._tiles[view.name] = tile
         self._active = views[0].name if views else ""
         self._arrange()
@@ -212,11 +239,73 @@ class CameraGrid(QWidget):
             tile.set_kind(kind)
         self.kinds_changed.emit()
 
+    def show_kind(self, view: str, kind: PictureKind) -> None:
+        """Show one kind of picture in one view."""
+        tile = self._tiles.get(view)
+        if tile is not None and tile.kind != kind:
+            tile.set_kind(kind)
+            self.kinds_changed.emit()
+
     def set_display(self, display: Display) -> None:
         """Change how pictures are displayed in all views."""
         self._display = display
+        for name, tile in self._tiles.items():
+            tile.camera.set_display(self._display_of(name))
+
+    def set_hidden(self, overlays: frozenset[str]) -> None:
+        """Show none of these overlays for now, whatever is switched on."""
+        if overlays != self._hidden:
+            self._hidden = overlays
+            self.set_display(self._display)
+
+    def _display_of(self, view: str) -> Display:
+        brightness, contrast = self.light(view)
+        overlays = self._display.overlays - self._hidden
+        return dataclasses.replace(
+            self._display, overlays=overlays, brightness=brightness, contrast=contrast
+        )
+
+    def light(self, view: str) -> tuple[float, float]:
+        """Brightness and contrast of a view: its own, or that of all."""
+        return self._lights.get(view, (self._display.brightness, self._display.contrast))
+
+    def set_light(self, brightness: float, contrast: float, view: str = "") -> None:
+        """Show one view, or without a name all of them, brighter or darker."""
+        if view:
+            self._lights[view] = (brightness, contrast)
+            self.set_display(self._display)
+        else:
+            self._lights = {}
+            display = dataclasses.replace(self._display, brightness=brightness, contrast=contrast)
+            self.set_display(display)
+
+    # ---- clicks
+
+    def cameras(self) -> dict[str, str]:
+        """The camera whose image each visible view shall show; empty for computed pictures."""
+        return {
+            name: camera_of(self._tiles[name].view, kind) for name, kind in self.wanted().items()
+        }
+
+    def set_marks(self, marks: Mapping[str, ClickMarks]) -> None:
+        """Draw clicks by the name of the camera whose image they are of."""
         for tile in self._tiles.values():
-            tile.camera.set_display(display)
+            picture = tile.camera.picture
+            tile.camera.set_marks(marks.get(picture.camera) if picture is not None else None)
+
+    def set_clicking(self, clicking: bool, why_not: str = "") -> None:
+        """Let the left button place clicks in all views, or say why it cannot."""
+        if (clicking, why_not) == self._clicking:
+            return
+        self._clicking = (clicking, why_not)
+        for tile in self._tiles.values():
+            tile.camera.set_clicking(clicking, why_not)
+
+    def set_keys(self, find: Callable[[QKeySequence], Callable[[], None] | None]) -> None:
+        """Ask `find` what keys mean in a view before the window's shortcuts are asked."""
+        self._keys = find
+        for tile in self._tiles.values():
+            tile.camera.set_keys(find)
 
     def set_arrangement(self, arrangement: Arrangement) -> None:
         """Arrange the views in another way."""

@@ -2,63 +2,42 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
 
-import numpy as np
-from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QKeyCombination, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import (
     QColor,
     QEnterEvent,
-    QImage,
+    QFocusEvent,
+    QKeyEvent,
+    QKeySequence,
     QMouseEvent,
     QPainter,
-    QPainterPath,
     QPaintEvent,
-    QPen,
     QTransform,
     QWheelEvent,
 )
-from PySide6.QtWidgets import QSizePolicy, QWidget
+from PySide6.QtWidgets import QWidget
 
 from app.theme import current_theme
+from app.views.click_hand import ClickHand
+from app.views.click_marks import ClickMarks
+from app.views.click_painting import paint_marks, paint_outside
+from app.views.loupe import paint_loupe
 from app.views.overlays import paint_overlay
-from app.views.picture import Picture, brightened
+from app.views.picture import Picture
+from app.views.picture_view import Display, PictureView
 
-LOUPE_SIZE = 170
-LOUPE_FACTOR = 4.0
+__all__ = ["CameraView", "Display"]
+
 _CLICK_PIXELS = 4
-_MOST_ZOOM = 64.0
-_PERSON_SHARE, _LEAST_SHARE = 0.8, 0.5
+_COMPUTED = (
+    "Clicks belong to a camera's own image, and this picture is computed from images. Show the "
+    "reference image (F1) or the left image (F2)."
+)
 
 
-@dataclass(frozen=True)
-class Display:
-    """How pictures are displayed, the same for all views.
-
-    Attributes
-    ----------
-    overlays : frozenset of str
-        Names of the overlays that are switched on.
-    highlighted : str
-        Limb that is selected everywhere, or empty.
-    brightness : float
-        -1 to 1.
-    contrast : float
-        Factor.
-    loupe : bool
-    keep_person : bool
-        Whether views enlarge the person and follow it, until somebody zooms by hand.
-    """
-
-    overlays: frozenset[str] = frozenset({"outline", "reference"})
-    highlighted: str = ""
-    brightness: float = 0.0
-    contrast: float = 1.0
-    loupe: bool = False
-    keep_person: bool = False
-
-
-class CameraView(QWidget):
+class CameraView(PictureView):
     """Paints one :class:`Picture`; data are never resampled, only displayed.
 
     Signals
@@ -71,165 +50,71 @@ class CameraView(QWidget):
         A limb's outline was clicked, or empty for a click beside the model.
     painted : int
         The frame that has just been painted.
+    clicked : Placed, Moved or Picked
+        What a person did with clicks; only where :meth:`set_clicking` allows for it.
+    refused : str
+        Why a click was not taken.
+    space_tapped : ()
+        The space bar was pressed, but not to move the picture.
     """
 
     hovered = Signal(str)
     pressed = Signal()
     limb_clicked = Signal(str)
     painted = Signal(int)
+    clicked = Signal(object)
+    refused = Signal(str)
+    space_tapped = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._picture: Picture | None = None
-        self._display = Display()
-        self._image = QImage()
-        self._zoom = 1.0
-        self._centre: QPointF | None = None
         self._cursor: QPointF | None = None
         self._drag: tuple[QPointF, QPointF] | None = None
         self._dragged = False
-        self._by_hand = False
+        self._marks: ClickMarks | None = None
+        self._clicking = False
+        self._why_no_clicks = ""
+        self._hand = ClickHand(self)
+        self._space: bool | None = None
+        self._keys: Callable[[QKeySequence], Callable[[], None] | None] | None = None
         self.painted_frame = -1
         self.setMouseTracking(True)
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        self.setMinimumSize(120, 80)
-        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
 
     @property
-    def picture(self) -> Picture | None:
-        """What is shown."""
-        return self._picture
-
-    @property
-    def zoom(self) -> float:
-        """Magnification over the fitting size, at least 1."""
-        return self._zoom
-
-    def sizeHint(self) -> QSize:
-        return QSize(480, 360)
+    def marks(self) -> ClickMarks | None:
+        """Clicks and what belongs to them, if they are of the picture that is shown."""
+        marks, picture = self._marks, self._picture
+        if marks is None or picture is None:
+            return None
+        return marks if (marks.frame, marks.camera) == (picture.frame, picture.camera) else None
 
     def show_picture(self, picture: Picture) -> None:
-        """Show another picture; zoom and place are kept while its size stays the same."""
-        size_before = self._image.size()
-        self._picture = picture
-        self._make_image()
-        if self._image.size() != size_before:
-            self.fit()
-        self._keep_person()
+        """Show another picture, and say what is under the cursor now."""
+        super().show_picture(picture)
+        self._show_cursor()
         self._tell_hover()
+
+    def set_marks(self, marks: ClickMarks | None) -> None:
+        """Draw clicks; those of another frame or camera than the picture's wait for theirs."""
+        self._marks = marks
         self.update()
 
-    def set_display(self, display: Display) -> None:
-        """Change how pictures are displayed."""
-        old, self._display = self._display, display
-        if (old.brightness, old.contrast) != (display.brightness, display.contrast):
-            self._make_image()
-        if old.keep_person != display.keep_person:
-            self.fit()
-            self._keep_person()
-        self.update()
+    def set_clicking(self, clicking: bool, why_not: str = "") -> None:
+        """Let the left button place clicks, or say why it cannot."""
+        self._clicking, self._why_no_clicks = clicking, why_not
+        self._hand.let_go()
+        self._show_cursor()
 
-    def fit(self) -> None:
-        """Show the whole picture."""
-        self._zoom, self._centre, self._by_hand = 1.0, None, False
-        self.update()
+    def why_no_clicks(self) -> str:
+        """Why this picture takes no clicks now, as a sentence; empty where it does."""
+        if self._picture is not None and not self._picture.camera:
+            return _COMPUTED
+        return self._why_no_clicks
 
-    def zoom_by(self, factor: float, at: QPointF | None = None) -> None:
-        """Zoom by `factor`, keeping the picture's point under `at` (widget) where it is."""
-        place = at if at is not None else QPointF(self.rect().center())
-        fixed = self.pixel_at(place)
-        self._by_hand = True
-        self._zoom = float(np.clip(self._zoom * factor, 1.0, _MOST_ZOOM))
-        if self._zoom == 1.0:
-            self._centre = None
-        else:
-            self._centre = QPointF(0.0, 0.0) if self._centre is None else self._centre
-            moved = self._to_widget().map(fixed)
-            self._pan(place - moved)
-        self.update()
-
-    def pixel_at(self, position: QPointF) -> QPointF:
-        """Pixel of the picture, as recorded, under a place in the widget."""
-        inverse, _ = self._to_widget().inverted()
-        return inverse.map(position)
-
-    def place_of(self, x: float, y: float) -> QPointF:
-        """Place in the widget of a pixel of the picture."""
-        return self._to_widget().map(QPointF(x, y))
-
-    def _make_image(self) -> None:
-        pixels = self._picture.pixels if self._picture is not None else None
-        if pixels is None:
-            self._image = QImage()
-            return
-        lit = np.ascontiguousarray(
-            brightened(pixels, self._display.brightness, self._display.contrast)
-        )
-        height, width = lit.shape[:2]
-        grey = lit.ndim == 2
-        form = QImage.Format.Format_Grayscale8 if grey else QImage.Format.Format_BGR888
-        image = QImage(lit.data, width, height, lit.strides[0], form)
-        # what is drawn most often is kept as the screen wants it; the copy also owns its memory
-        self._image = image.convertToFormat(QImage.Format.Format_RGB32)
-
-    def _upright(self) -> QTransform:
-        """From raw pixels to the picture turned upright, its corner at the origin."""
-        width, height = self._image.width(), self._image.height()
-        # the centre of the top-left pixel is (0, 0), so the picture starts at (-1/2, -1/2)
-        turn = self._picture.rotation % 360 if self._picture is not None else 0
-        shift = {0: (0, 0), 90: (height, 0), 180: (width, height), 270: (0, width)}[turn]
-        half = QTransform.fromTranslate(0.5, 0.5)
-        return half * QTransform().rotate(turn) * QTransform.fromTranslate(*shift)
-
-    def _upright_size(self) -> tuple[float, float]:
-        width, height = self._image.width(), self._image.height()
-        turned = self._picture is not None and self._picture.rotation % 180 == 90
-        return (height, width) if turned else (width, height)
-
-    def _scale(self) -> float:
-        width, height = self._upright_size()
-        if not width or not height:
-            return 1.0
-        return self._zoom * min(self.width() / width, self.height() / height)
-
-    def _to_widget(self) -> QTransform:
-        """From raw pixels to the widget."""
-        width, height = self._upright_size()
-        scale = self._scale()
-        centre = self._centre if self._centre is not None else QPointF(0.0, 0.0)
-        x = 0.5 * self.width() - scale * (0.5 * width + centre.x())
-        y = 0.5 * self.height() - scale * (0.5 * height + centre.y())
-        return self._upright() * QTransform.fromScale(scale, scale) * QTransform.fromTranslate(x, y)
-
-    def _keep_person(self) -> None:
-        """Enlarge the person, and move only when it is about to leave what is seen."""
-        if not self._display.keep_person or self._by_hand or self._picture is None:
-            return
-        box = self._picture.overlay.person_box()
-        if box is None or self._image.isNull():
-            return
-        place = self._to_widget().mapRect(box)
-        seen = QRectF(self.rect())
-        share = max(place.width() / seen.width(), place.height() / seen.height())
-        if seen.contains(place) and share > _LEAST_SHARE:
-            return
-        zoom = self._zoom * _PERSON_SHARE / max(share, 1e-3)
-        self._zoom = float(np.clip(zoom, 1.0, _MOST_ZOOM))
-        width, height = self._upright_size()
-        centre = self._upright().map(box.center())
-        self._centre = centre - QPointF(0.5 * width, 0.5 * height)
-
-    def _pan(self, by: QPointF) -> None:
-        if self._centre is None:
-            return
-        width, height = self._upright_size()
-        moved = self._centre - by / self._scale()
-        self._centre = QPointF(
-            float(np.clip(moved.x(), -0.5 * width, 0.5 * width)),
-            float(np.clip(moved.y(), -0.5 * height, 0.5 * height)),
-        )
-        self.update()
+    def set_keys(self, find: Callable[[QKeySequence], Callable[[], None] | None]) -> None:
+        """Ask `find` what keys mean in a picture before the window's shortcuts are asked."""
+        self._keys = find
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         theme = current_theme()
@@ -241,6 +126,7 @@ class CameraView(QWidget):
             self._paint_picture(painter, self._to_widget(), self._scale())
             if self._display.loupe and self._cursor is not None:
                 self._paint_loupe(painter, self._cursor, QColor(theme.accent))
+            self._paint_outside(painter)
         painter.end()
         if self._picture is not None:
             self.painted_frame = self._picture.frame
@@ -262,35 +148,30 @@ class CameraView(QWidget):
             scale,
         )
         painter.restore()
+        self._paint_marks(painter, transform)
 
-    def _paint_message(self, painter: QPainter, colour: QColor) -> None:
-        words = self._picture.message if self._picture is not None else ""
-        painter.setPen(colour)
-        area = self.rect().adjusted(16, 8, -16, -8)
-        flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
-        painter.drawText(area, flags, words)
+    def _paint_loupe(self, painter: QPainter, cursor: QPointF, rim: QColor) -> None:
+        def paint(painter: QPainter, enlarge: QTransform, factor: float) -> None:
+            self._paint_picture(painter, self._to_widget() * enlarge, factor * self._scale())
 
-    def _paint_loupe(self, painter: QPainter, place: QPointF, rim: QColor) -> None:
-        radius = 0.5 * LOUPE_SIZE
-        circle = QRectF(place.x() - radius, place.y() - radius, LOUPE_SIZE, LOUPE_SIZE)
-        path = QPainterPath()
-        path.addEllipse(circle)
-        painter.save()
-        painter.setClipPath(path)
-        painter.fillRect(circle, QColor("black"))
-        enlarge = (
-            QTransform.fromTranslate(-place.x(), -place.y())
-            * QTransform.fromScale(LOUPE_FACTOR, LOUPE_FACTOR)
-            * QTransform.fromTranslate(place.x(), place.y())
-        )
-        self._paint_picture(painter, self._to_widget() * enlarge, LOUPE_FACTOR * self._scale())
-        painter.setPen(QPen(QColor(255, 255, 255, 160), 1))
-        painter.drawLine(place - QPointF(9, 0), place + QPointF(9, 0))
-        painter.drawLine(place - QPointF(0, 9), place + QPointF(0, 9))
-        painter.restore()
-        painter.setPen(QPen(rim, 2))
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.drawEllipse(circle)
+        bounds, corner = QRectF(self.rect()), self._display.loupe_in_corner
+        paint_loupe(painter, cursor, bounds, self._scale(), paint, rim=rim, corner=corner)
+
+    def _paint_marks(self, painter: QPainter, transform: QTransform) -> None:
+        marks = self.marks
+        if marks is None:
+            return
+        preview = self._hand.preview()
+        if preview is not None:
+            landmark, pixel = preview
+            marks = marks.with_moved(landmark, pixel.x(), pixel.y())
+        bounds = QRectF(self.rect())
+        paint_marks(painter, marks, transform, self._display.overlays, bounds)
+
+    def _paint_outside(self, painter: QPainter) -> None:
+        marks = self.marks
+        if marks is not None and "clicks" in self._display.overlays:
+            paint_outside(painter, marks.outside, QRectF(self.rect()))
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         if event.angleDelta().y():
@@ -299,9 +180,21 @@ class CameraView(QWidget):
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         self.pressed.emit()
-        if event.button() in {Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton}:
+        left = event.button() == Qt.MouseButton.LeftButton
+        if left and self._clicking and self._space is None:
+            self._press_with_hand(event.position())
+        elif left or event.button() in {Qt.MouseButton.MiddleButton, Qt.MouseButton.RightButton}:
+            self._hand.let_go()
             self._drag = (event.position(), event.position())
             self._dragged = False
+
+    def _press_with_hand(self, position: QPointF) -> None:
+        marks, why_not = self.marks, self.why_no_clicks()
+        if why_not or marks is None:
+            self.refused.emit(why_not or "The picture is still being read.")
+            return
+        self._hand.press(position, marks)
+        self.update()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         self._cursor = event.position()
@@ -309,26 +202,109 @@ class CameraView(QWidget):
             start, last = self._drag
             if (event.position() - start).manhattanLength() > _CLICK_PIXELS or self._dragged:
                 self._dragged = self._by_hand = True
+                self._space = None if self._space is None else True
                 self._pan(event.position() - last)
                 if self._zoom > 1.0:
                     self.setCursor(Qt.CursorShape.ClosedHandCursor)
             self._drag = (start, event.position())
+        if self._hand.busy:
+            self._hand.move(event.position())
+            self.update()
+        elif self._drag is None:
+            self._show_cursor()
         self._tell_hover()
         if self._display.loupe:
             self.update()
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        if (
-            self._drag is not None
-            and not self._dragged
-            and event.button() == Qt.MouseButton.LeftButton
-        ):
-            self.limb_clicked.emit(self._limb_at(event.position()))
+        if self._hand.busy and event.button() == Qt.MouseButton.LeftButton:
+            marks = self.marks
+            if marks is not None:
+                done = self._hand.release(event.position(), marks, event.modifiers())
+                if done is not None:
+                    self.clicked.emit(done)
+            self._hand.let_go()
+            self.update()
+        elif self._drag is not None and not self._dragged:
+            self._click_without_hand(event)
         self._drag = None
-        self.unsetCursor()
+        self._show_cursor()
 
-    def mouseDoubleClickEvent(self, _event: QMouseEvent) -> None:
+    def _click_without_hand(self, event: QMouseEvent) -> None:
+        """A click that places nothing: it selects a limb, or with the right button a click."""
+        marks = self.marks
+        if not self._clicking and event.button() == Qt.MouseButton.LeftButton:
+            self.limb_clicked.emit(self._limb_at(event.position()))
+        elif self._clicking and event.button() == Qt.MouseButton.RightButton and marks is not None:
+            picked = self._hand.picked_at(event.position(), marks)
+            if picked is not None:
+                self.clicked.emit(picked)
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        if self._clicking and event.button() == Qt.MouseButton.LeftButton:
+            return  # the first of both has placed something; a second click would move it
         self.fit()
+
+    def event(self, event: QEvent) -> bool:
+        if (
+            event.type() == QEvent.Type.ShortcutOverride
+            and isinstance(event, QKeyEvent)
+            and (self._is_space(event) or self._meaning(event) is not None)
+        ):
+            event.accept()
+            return True
+        return super().event(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if self._is_space(event):
+            if not event.isAutoRepeat():
+                self._space = False
+                self._show_cursor()
+            return
+        act = self._meaning(event)
+        if act is not None:
+            act()
+        else:
+            super().keyPressEvent(event)
+
+    def keyReleaseEvent(self, event: QKeyEvent) -> None:
+        if event.key() == Qt.Key.Key_Space and self._space is not None:
+            if not event.isAutoRepeat():
+                used, self._space = self._space, None
+                self._show_cursor()
+                if not used:
+                    self.space_tapped.emit()
+            return
+        super().keyReleaseEvent(event)
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        self._space = None
+        self._show_cursor()
+        super().focusOutEvent(event)
+
+    def _is_space(self, event: QKeyEvent) -> bool:
+        plain = event.modifiers() == Qt.KeyboardModifier.NoModifier
+        return self._clicking and plain and event.key() == Qt.Key.Key_Space
+
+    def _meaning(self, event: QKeyEvent) -> Callable[[], None] | None:
+        if self._keys is None:
+            return None
+        modifiers = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
+        return self._keys(QKeySequence(QKeyCombination(modifiers, Qt.Key(event.key()))))
+
+    def _show_cursor(self) -> None:
+        """The cursor says what the left button would do."""
+        if not self._clicking or self._image.isNull():
+            self.unsetCursor()
+        elif self._space is not None:
+            self.setCursor(Qt.CursorShape.OpenHandCursor)
+        elif self.why_no_clicks():
+            self.setCursor(Qt.CursorShape.ForbiddenCursor)
+        else:
+            marks, place = self.marks, self._cursor
+            on_click = marks is not None and place is not None and self._hand.mark_at(place, marks)
+            shape = Qt.CursorShape.SizeAllCursor if on_click else Qt.CursorShape.CrossCursor
+            self.setCursor(shape)
 
     def enterEvent(self, event: QEnterEvent) -> None:
         self._cursor = event.position()

@@ -15,7 +15,7 @@ from stereotrack_core.project.merging import Decision
 
 _Index: TypeAlias = QModelIndex | QPersistentModelIndex
 _NOWHERE = QModelIndex()
-_HEADINGS = ("Frame", "Camera", "Landmark", "Mine", "Theirs", "Mean", "Apart [px]", "Who")
+_HEADINGS = ("Frame", "Camera", "Landmark", "Mine", "Theirs", "Between", "Apart [px]", "Who")
 _CHOICES: dict[int, Decision] = {3: "mine", 4: "theirs", 5: "mean"}
 _KEYS: dict[int, Decision] = {Qt.Key.Key_M: "mine", Qt.Key.Key_T: "theirs", Qt.Key.Key_B: "mean"}
 
@@ -98,7 +98,7 @@ class DecisionModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.TextAlignmentRole and column in (0, 6):
             return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         if role == Qt.ItemDataRole.ToolTipRole:
-            return "A click on Mine, Theirs or Mean decides; a double click goes to the frame."
+            return "A click on Mine, Theirs or Between decides; a double click goes to the frame."
         choice = _CHOICES.get(column)
         if choice is None:
             return None

@@ -1,13 +1,19 @@
-"""Brightness and contrast of all views; the data stay as they are."""
+"""Brightness and contrast of all views or of one; the data stay as they are."""
 
 from __future__ import annotations
 
+from math import log
+
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtWidgets import QFormLayout, QLabel, QPushButton, QSlider, QWidget
+from PySide6.QtWidgets import QCheckBox, QFormLayout, QLabel, QPushButton, QSlider, QWidget
 
 
 class DisplayPanel(QWidget):
-    """Two sliders and a way back.
+    """Two sliders and a way back, for all views or for the active one.
+
+    Attributes
+    ----------
+    only_this : QCheckBox
 
     Signals
     -------
@@ -22,7 +28,10 @@ class DisplayPanel(QWidget):
         self.brightness = _slider(-80, 80, "Brightness")
         self.contrast = _slider(-100, 100, "Contrast")
         self.reset_button = QPushButton("As recorded")
+        self.only_this = QCheckBox("Only the active view")
+        self._active = ""
         form = QFormLayout(self)
+        form.addRow(self.only_this)
         form.addRow("Brightness", self.brightness)
         form.addRow("Contrast", self.contrast)
         note = QLabel("For the display only: what is measured does not change.")
@@ -33,6 +42,19 @@ class DisplayPanel(QWidget):
         self.brightness.valueChanged.connect(self._tell)
         self.contrast.valueChanged.connect(self._tell)
         self.reset_button.clicked.connect(self.reset)
+
+    @property
+    def view(self) -> str:
+        """The view that the sliders are for; empty: all of them."""
+        return self._active if self.only_this.isChecked() else ""
+
+    def show_light(self, view: str, brightness: float, contrast: float) -> None:
+        """Show the light of the view that is active now."""
+        self._active = view
+        self.only_this.setText(f"Only view {view}" if view else "Only the active view")
+        with QSignalBlocker(self.brightness), QSignalBlocker(self.contrast):
+            self.brightness.setValue(round(100.0 * brightness))
+            self.contrast.setValue(round(100.0 * log(contrast, 4.0)))
 
     def values(self) -> tuple[float, float]:
         """Brightness and contrast."""

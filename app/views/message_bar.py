@@ -3,7 +3,15 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QEvent, Qt, Signal
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QToolButton, QWidget
+from PySide6.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QSizePolicy,
+    QToolButton,
+    QWidget,
+)
 
 from app.failures import Message
 from app.icons import set_icon
@@ -19,9 +27,12 @@ class MessageBar(QFrame):
     -------
     emptied : ()
         The last message was closed.
+    dismissed : Message
+        A person has closed this message without doing what it offers.
     """
 
     emptied = Signal()
+    dismissed = Signal(object)
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -35,15 +46,18 @@ class MessageBar(QFrame):
         self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.MinimumExpanding)
         self._more = QLabel()
         self._more.setProperty("role", "muted")
+        self.do_button = QPushButton()
+        self.do_button.clicked.connect(self._do)
         self.close_button = QToolButton()
         self.close_button.setToolTip("Close this message")
         self.close_button.setAutoRaise(True)
         set_icon(self.close_button, "close")
-        self.close_button.clicked.connect(self.close_message)
+        self.close_button.clicked.connect(self.dismiss)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(8, 4, 8, 4)
         layout.addWidget(self._icon)
         layout.addWidget(self._text, 1)
+        layout.addWidget(self.do_button)
         layout.addWidget(self._more)
         layout.addWidget(self.close_button)
         self.setAccessibleName("Messages")
@@ -72,6 +86,19 @@ class MessageBar(QFrame):
         if not self._messages:
             self.emptied.emit()
 
+    def dismiss(self) -> None:
+        """Close the message that is shown, because the person does not want it."""
+        message = self.message
+        self.close_message()
+        if message is not None:
+            self.dismissed.emit(message)
+
+    def take_back(self, message: Message) -> None:
+        """Remove a message that holds no longer."""
+        if message in self._messages:
+            self._messages.remove(message)
+            self._refresh()
+
     def clear(self) -> None:
         """Close all messages."""
         self._messages.clear()
@@ -82,12 +109,20 @@ class MessageBar(QFrame):
         if event.type() == QEvent.Type.PaletteChange:
             self._dress()
 
+    def _do(self) -> None:
+        message = self.message
+        self.close_message()
+        if message is not None and message.do is not None:
+            message.do()
+
     def _refresh(self) -> None:
         message = self.message
         self.setVisible(message is not None)
         if message is None:
             return
         self._text.setText(message.sentence())
+        self.do_button.setVisible(bool(message.button))
+        self.do_button.setText(message.button)
         waiting = len(self._messages) - 1
         self._more.setText(f"and {waiting} more" if waiting else "")
         set_icon(self._icon, _ICONS[message.severity])

@@ -39,6 +39,8 @@ class Picture:
     rotation : int
         Degrees clockwise that make it look upright.
     overlay : Overlay
+    camera : str
+        The camera whose raw pixels these are; empty for a picture that was computed.
     value_at : callable
         From column and row to words about the pixel: its value and the depth of its ray.
     """
@@ -50,6 +52,7 @@ class Picture:
     message: str = ""
     rotation: int = 0
     overlay: Overlay = field(default_factory=Overlay)
+    camera: str = ""
     value_at: Callable[[float, float], str] = field(default=lambda _x, _y: "")
 
 

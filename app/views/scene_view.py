@@ -185,7 +185,11 @@ class SceneView(QWidget):
 
     def at_rest(self) -> bool:
         """Whether the picture is as good as it gets, or none can be made or seen."""
-        return self._image_is_fine or bool(self._why_unavailable) or not self.isVisible()
+        return self._image_is_fine or bool(self._why_unavailable) or not self.is_seen()
+
+    def is_seen(self) -> bool:
+        """Whether any of it is on the screen, not behind another panel."""
+        return self.isVisible() and not self.visibleRegion().isEmpty()
 
     # ---- painting
 

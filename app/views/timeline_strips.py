@@ -82,23 +82,30 @@ def _paint_marks(pixels: ImageArray, lane: Lane, edges: FloatArray, theme: Theme
     def has(mark: Mark) -> NDArray[np.bool_]:
         return (bits & (1 << mark)) > 0
 
-    colour = rgba(lane.colour)
-    _stripe(pixels, has(Mark.GAP), theme)
-    pixels[middle - half : middle + half, has(Mark.INTERPOLATED)] = colour
-    pixels[middle:-1, _widened(has(Mark.PARTLY), edges)] = colour
-    missing = has(Mark.MISSING)
-    pixels[-max(2, height // 6) :, missing] = rgba(theme.error)
-    pixels[1:-1, _widened(has(Mark.CLICKED), edges)] = colour
+    # a pixel as one number: painting it is several times as fast as painting four
+    whole = pixels.view(np.uint32)[..., 0]
+    colour = _number(lane.colour)
+    _stripe(whole, has(Mark.GAP), theme)
+    whole[middle - half : middle + half, has(Mark.INTERPOLATED)] = colour
+    whole[middle:-1, _widened(has(Mark.PARTLY), edges)] = colour
+    whole[-max(2, height // 6) :, has(Mark.MISSING)] = _number(theme.error)
     flagged = _widened(has(Mark.FLAGGED), edges)
-    pixels[1:-1, flagged] = colour
-    pixels[: max(3, height // 3), flagged] = rgba(theme.warning)
+    whole[1:-1, _widened(has(Mark.CLICKED), edges) | flagged] = colour
+    whole[: max(3, height // 3), flagged] = _number(theme.warning)
 
 
-def _stripe(pixels: ImageArray, columns: NDArray[np.bool_], theme: Theme) -> None:
+def _number(colour: str) -> np.uint32:
+    number: np.uint32 = rgba(colour).view(np.uint32)[0]
+    return number
+
+
+def _stripe(whole: NDArray[np.uint32], columns: NDArray[np.bool_], theme: Theme) -> None:
     # slanted lines over the whole height: on purpose nothing
-    rows, places = np.indices(pixels.shape[:2])
-    inside = (rows > 0) & (rows < pixels.shape[0] - 1)
-    pixels[((rows + places) % 6 < 2) & inside & columns] = rgba(theme.disabled)
+    if not columns.any():
+        return
+    rows, places = np.indices(whole.shape)
+    inside = (rows > 0) & (rows < whole.shape[0] - 1)
+    whole[((rows + places) % 6 < 2) & inside & columns] = _number(theme.disabled)
 
 
 def _widened(columns: NDArray[np.bool_], edges: FloatArray) -> NDArray[np.bool_]:

@@ -22,7 +22,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QAbstractScrollArea, QToolTip, QWidget
 
 from app.theme import current_theme
-from app.views.timeline_keys import HELP, ZOOMS, steps
+from app.views.timeline_keys import HELP, ZOOMS, next_lane, selection_to_here, steps
 from app.views.timeline_lanes import Lane
 from app.views.timeline_painting import (
     LEAST_LANE,
@@ -411,18 +411,21 @@ class TimelineView(QAbstractScrollArea):
             self._select(None)
             self._select_lanes(frozenset())
         elif key in (Qt.Key.Key_BracketLeft, Qt.Key.Key_BracketRight):
-            self._select_from_key(to_end=key == Qt.Key.Key_BracketRight)
+            to_end, count = key == Qt.Key.Key_BracketRight, self._scale.frame_count
+            self._select(selection_to_here(self._selection, self._frame, count, to_end=to_end))
+        elif key in (Qt.Key.Key_Up, Qt.Key.Key_Down) and self._lanes:
+            self._select_next_lane(down=key == Qt.Key.Key_Down, adds=shift)
         else:
             super().keyPressEvent(event)
 
-    def _select_from_key(self, *, to_end: bool) -> None:
-        here, old = self._frame, self._selection
-        if to_end:
-            first = min(old.start, here) if old else 0
-            self._select(range(first, here + 1))
-        else:
-            last = max(old.stop, here + 1) if old else self._scale.frame_count
-            self._select(range(here, last))
+    def _select_next_lane(self, *, down: bool, adds: bool) -> None:
+        names = [lane.id for lane in self._lanes]
+        place = next_lane(names, self._selected_lanes, down=down)
+        before = self._selected_lanes if adds else frozenset()
+        self._select_lanes(before | {names[place]})
+        bar, top = self.verticalScrollBar(), place * self._lane_height
+        space = self.viewport().height() - RULER_HEIGHT - self._lane_height
+        bar.setValue(min(max(bar.value(), top - space), top))
 
     def _request(self, frame: int) -> None:
         frame = max(0, min(frame, self._scale.frame_count - 1))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from PySide6.QtCore import QSettings, Qt
 from PySide6.QtWidgets import QDockWidget, QMainWindow
 
-_VERSION = 2
+_VERSION = 3
 _USUAL_HEIGHT = 960
 
 
@@ -49,13 +49,13 @@ WORKSPACES: tuple[Workspace, ...] = (
     Workspace(
         "annotate",
         "Annotate",
-        "The views as large as they can be, with the reference drawn over them.",
+        "Click landmarks in all views; the body is fitted to the clicks as they come.",
         "clicks",
-        side=(("display", "findings"),),
+        side=(("landmarks",), ("body", "next", "history", "scene")),
         bottom=("timeline",),
-        side_share=0.22,
-        bottom_heights=(150,),
-        side_heights=(1,),
+        side_share=0.26,
+        bottom_heights=(230,),
+        side_heights=(11, 10),
     ),
     Workspace(
         "track",

@@ -17,19 +17,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.click_reach import REACH, UNTIL_FIT, shares_around
 from stereotrack_core.annotation.epipolar import in_image
 from stereotrack_core.annotation.fit.measurement import GUESSED_FACTOR, USUAL_SIGMA, sigma_of
 from stereotrack_core.annotation.fit.results import FrameFit, TrajectoryFit
 from stereotrack_core.annotation.hidden import hidden_landmarks
 from stereotrack_core.annotation.landmark_set import LandmarkSet
-from stereotrack_core.annotation.limb_axes import SCORED, limb_quadratics, scored
+from stereotrack_core.annotation.limb_axes import (
+    OWN_AXES,
+    SCORED,
+    axis_quadratics,
+    axis_sigma_deg,
+    mean_squares,
+    scored,
+)
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.reprojection import pixel_jacobian
 
 _ROWS_AT_ONCE = 256
-_REACH = 40
-"""Frames on each side whose covariance a new click brings down before the next fit."""
+_LOST = 90.0
+"""Degrees; a limb that may be off farther is not known at all."""
 
 
 class Place(IntEnum):
@@ -55,9 +63,12 @@ class ClickGains:
         Usual standard deviation of a click in pixels per axis.
     limbs : sequence of str
         Limbs that count.
+    reach : int
+        Frames on each side that a click tells about.
 
     Attributes
     ----------
+    reach : int
     frame : (F,) int64
     names : tuple of str
         Cameras, in the order of the arrays.
@@ -80,10 +91,12 @@ class ClickGains:
         *,
         sigma: Mapping[str, float] | float = USUAL_SIGMA,
         limbs: Sequence[str] = SCORED,
+        reach: int = REACH,
     ) -> None:
         if fit.names != landmark_set.names:
             raise ValueError("the fit is of another set of landmarks")
         self.names = tuple(cameras)
+        self.reach = reach
         self.frame = fit.frame
         self._cameras = tuple(cameras.values())
         self._places = np.array([camera.position_world for camera in self._cameras])
@@ -93,7 +106,7 @@ class ClickGains:
         self._points = fit.landmarks.copy()
         self._nine = fit.nine.copy()
         self._covariance = fit.covariance.copy()
-        self._limb_sigma = fit.limb_sigma_deg.copy()
+        self._sigma = axis_sigma_deg(fit.limb_sigma_deg, fit.nine, fit.covariance, landmark_set)
         shape = (len(fit.frame), len(self._cameras), len(landmark_set.names))
         self.state: NDArray[np.uint8] = np.zeros(shape, dtype=np.uint8)
         self.seen: BoolArray = np.zeros(shape, dtype=np.bool_)
@@ -110,15 +123,21 @@ class ClickGains:
 
     def limb_sigma_deg(self) -> FloatArray:
         """Angles (F, 6) by which the limbs may be off, as far as clicks since the fit tell."""
-        return self._limb_sigma
+        result: FloatArray = self._sigma[:, OWN_AXES]
+        return result
 
     def clicked(self) -> BoolArray:
         """Whether (F, n) a landmark has a click in some image."""
         result: BoolArray = np.asarray((self.state == Place.CLICKED).any(axis=1))
         return result
 
-    def by_limb(self, row: int, camera: int, landmark: int) -> FloatArray:
-        """Gain (6,) of a place for each limb that counts, degrees."""
+    def axis_sigma_deg(self, row: int) -> FloatArray:
+        """The same of one frame for all axes (7,), in the order of ``AXES``."""
+        result: FloatArray = self._sigma[row]
+        return result
+
+    def by_axis(self, row: int, camera: int, landmark: int) -> FloatArray:
+        """Gain (7,) of a place for each axis that counts, degrees."""
         rows, cameras = np.array([row]), np.array([camera])
         parts = self._gains(rows, self._click_sigma(rows)[:, cameras], cameras)
         result: FloatArray = parts[0, 0, landmark]
@@ -155,7 +174,9 @@ class ClickGains:
         if fit is not None:
             self._points[row] = fit.landmarks_world
             self._covariance[row] = fit.landmark_covariance
-            self._limb_sigma[row] = fit.limb_sigma_deg
+            self._sigma[row] = axis_sigma_deg(
+                fit.limb_sigma_deg, self._nine[row], fit.landmark_covariance, self._set
+            )
         self._refresh(changed)
 
     def _place_clicks(self, clicks: Iterable[Click]) -> None:
@@ -188,10 +209,10 @@ class ClickGains:
         return result
 
     def _gains(self, rows: IntArray, sigma: FloatArray, cameras: IntArray) -> FloatArray:
-        """Degrees (R, c, n, 6) by which each limb becomes surer by clicks in these cameras."""
+        """Degrees (R, c, n, 7) by which each axis becomes surer by clicks in these cameras."""
         covariance = self._covariance[rows]
-        quadratics = limb_quadratics(self._nine[rows], self._set)
-        now = np.einsum("rlmij,rlji->rm", quadratics, covariance)
+        quadratics = axis_quadratics(self._nine[rows], self._set)
+        now = mean_squares(quadratics, covariance)
         taken = np.einsum("rlij,rlmjk,rlkn->rlmin", covariance, quadratics, covariance)
         information = [
             self._information(self._cameras[camera], rows, sigma[:, i])
@@ -200,7 +221,9 @@ class ClickGains:
         less = np.einsum("rlmij,rclji->rclm", taken, np.stack(information, axis=1))
         with np.errstate(divide="ignore", invalid="ignore"):
             share = np.clip(less / now[:, None, None], 0.0, 1.0)
-        gain = self._limb_sigma[rows][:, None, None] * (1.0 - np.sqrt(1.0 - share))
+        before = self._sigma[rows][:, None, None]
+        after = before * np.sqrt(1.0 - share)
+        gain = np.minimum(before, _LOST) - np.minimum(after, _LOST)
         result: FloatArray = np.nan_to_num(gain) * self._counts
         return result
 
@@ -219,7 +242,8 @@ class ClickGains:
         """Bring down the covariances that new clicks (C, n) of a frame make surer; these rows."""
         changed = {row}
         for landmark in np.flatnonzero(new.any(axis=0)):
-            rows, share = self._around(row, int(landmark))
+            clicked = self.clicked()[:, landmark]
+            rows, share = shares_around(row, clicked, UNTIL_FIT)
             changed.update(rows.tolist())
             before = self._sure(rows)
             for camera in np.flatnonzero(new[:, landmark]):
@@ -230,26 +254,9 @@ class ClickGains:
                 self._covariance[rows, landmark] = own - share[:, None, None] * less
             with np.errstate(divide="ignore", invalid="ignore"):
                 ratio = np.sqrt(self._sure(rows) / before)
-            self._limb_sigma[rows] *= np.where(np.isfinite(ratio), ratio, 1.0)
+            self._sigma[rows] *= np.where(np.isfinite(ratio), ratio, 1.0)
         return np.array(sorted(changed))
 
     def _sure(self, rows: IntArray) -> FloatArray:
-        """Mean square angles (R, 6) from the covariances alone."""
-        quadratics = limb_quadratics(self._nine[rows], self._set)
-        result: FloatArray = np.einsum("rlmij,rlji->rm", quadratics, self._covariance[rows])
-        return result
-
-    def _around(self, row: int, landmark: int) -> tuple[IntArray, FloatArray]:
-        """Rows that profit from a click of a landmark, and by which share of it.
-
-        The share falls to nothing at the next click of the landmark, at most :data:`_REACH` away.
-        """
-        clicked = np.flatnonzero((self.state[:, :, landmark] == Place.CLICKED).any(axis=1))
-        before, after = clicked[clicked < row], clicked[clicked > row]
-        low = max(int(before[-1]) if len(before) else row - _REACH, row - _REACH, -1)
-        high = min(int(after[0]) if len(after) else row + _REACH, row + _REACH, len(self.frame))
-        rows = np.arange(low + 1, high)
-        share = np.where(
-            rows < row, (rows - low) / max(row - low, 1), (high - rows) / max(high - row, 1)
-        )
-        return rows, share
+        """Mean square angles (R, 7) from the covariances alone."""
+        return mean_squares(axis_quadratics(self._nine[rows], self._set), self._covariance[rows])

@@ -7,6 +7,7 @@ lines between the samples are off the distorted curve by less than a tenth of a 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,7 @@ import numpy as np
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.triangulation import nearest_to_rays
 
 _STEP = 6.0
 """Pixels between samples, about."""
@@ -26,6 +28,9 @@ _BORDER = 9
 
 _WIDEST = 8.0
 """Tangent of the largest angle off a camera's axis that is looked at (83 deg)."""
+
+_GRID = 9
+"""Points along every side of the working volume, to know whether the cameras see it."""
 
 _HALVINGS = 40
 _NEAREST = 1e-3
@@ -94,6 +99,36 @@ def epipolar_samples(
     pixels = ray.pixels(shares)
     known = np.isfinite(pixels).all(axis=1)
     return EpipolarCurve(pixels[known], distance[known])
+
+
+def volume_in_sight(volume: Volume, cameras: Sequence[Camera]) -> Volume:
+    """The working volume, or one of its size where the cameras look, if they do not see it.
+
+    Parameters
+    ----------
+    volume : Volume
+        Of the parameters; its default is meant for a person near the world's origin.
+    cameras : sequence of Camera
+
+    Returns
+    -------
+    Volume
+        The same one where two cameras (or the only one) see some of it; otherwise around the point
+        nearest to all optical axes.
+    """
+    shares = np.linspace(0.0, 1.0, _GRID)
+    grid = np.stack(np.meshgrid(shares, shares, shares), axis=-1).reshape(-1, 3)
+    points = volume.low + grid * (volume.high - volume.low)
+    seen = sum(in_image(camera, camera.project(points)).astype(int) for camera in cameras)
+    if not cameras or np.max(seen) >= min(2, len(cameras)):
+        return volume
+    half = 0.5 * (volume.high - volume.low)
+    places = np.array([camera.position_world for camera in cameras])
+    axes = np.array([camera.camera_from_world.rotation[2] for camera in cameras])
+    middle = nearest_to_rays(places, axes)
+    if not np.isfinite(middle).all() or not ((middle - places) * axes).sum(axis=1).min() > 0:
+        middle = (places + np.linalg.norm(half) * axes).mean(axis=0)
+    return Volume(middle - half, middle + half)
 
 
 def ray_in_volume(origin: FloatArray, direction: FloatArray, volume: Volume) -> tuple[float, float]:

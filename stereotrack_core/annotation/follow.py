@@ -21,7 +21,7 @@ from stereotrack_core.parameters import ParameterGroup, parameter
 _GROUP = "Following"
 _CRITERIA = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 40, 1e-3)
 _LEAST_TEXTURE = 1e-4
-"""Least eigenvalue of the gradients in the patch, as OpenCV norms it."""
+"""Least eigenvalue of the gradients in the patch, as OpenCV norms it, at 480 lines."""
 
 _LINES = 480
 _DRIFT = 0.5
@@ -190,7 +190,7 @@ class _Patch:
             maxLevel=levels,
             criteria=_CRITERIA,
             flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
-            minEigThreshold=_LEAST_TEXTURE,
+            minEigThreshold=_LEAST_TEXTURE / self.scale**2,
         )
         return np.asarray(found, np.float64).reshape(2) if status.all() else np.full(2, np.nan)
 
@@ -229,7 +229,10 @@ def _trouble(step: _Step, picture: ImageArray, settings: FollowSettings, scale: 
     if not (-0.5 <= x <= width - 0.5 and -0.5 <= y <= height - 0.5):
         return "it leaves the image"
     if not step.back <= scale * settings.follow_back:
-        return f"going back misses it by {step.back:.1f} px"
+        missed = (
+            f"misses it by {step.back:.1f} px" if np.isfinite(step.back) else "does not find it"
+        )
+        return f"going back {missed}"
     if not step.score >= settings.follow_score:
         return f"it does not look the same any more (correlation {step.score:.2f})"
     return ""

@@ -24,16 +24,25 @@ SCORED: tuple[str, ...] = tuple(limb for limb in LIMBS if limb != "head")
 
 _SHOULDERS = {"left_shoulder": 0.5, "right_shoulder": 0.5}
 _HIPS = {"left_hip": -0.5, "right_hip": -0.5}
-_AXES: tuple[tuple[str, dict[str, float]], ...] = (
-    ("torso", {**_SHOULDERS, **_HIPS}),
-    ("torso", {"left_shoulder": -1.0, "right_shoulder": 1.0}),
-    ("head", {"head": 1.0, "left_shoulder": -0.5, "right_shoulder": -0.5}),
-    ("left_upper_arm", {"left_elbow": 1.0, "left_shoulder": -1.0}),
-    ("right_upper_arm", {"right_elbow": 1.0, "right_shoulder": -1.0}),
-    ("left_forearm", {"left_hand": 1.0, "left_elbow": -1.0}),
-    ("right_forearm", {"right_hand": 1.0, "right_elbow": -1.0}),
+_WEIGHTS: dict[str, dict[str, float]] = {
+    "torso": {**_SHOULDERS, **_HIPS},
+    "torso_cross_axis": {"left_shoulder": -1.0, "right_shoulder": 1.0},
+    "head": {"head": 1.0, "left_shoulder": -0.5, "right_shoulder": -0.5},
+    "left_upper_arm": {"left_elbow": 1.0, "left_shoulder": -1.0},
+    "right_upper_arm": {"right_elbow": 1.0, "right_shoulder": -1.0},
+    "left_forearm": {"left_hand": 1.0, "left_elbow": -1.0},
+    "right_forearm": {"right_hand": 1.0, "right_elbow": -1.0},
+}
+
+AXES: tuple[str, ...] = tuple(_WEIGHTS)
+"""A limb's own axis has its name; the torso has its cross axis besides the long one."""
+
+LIMB_OF_AXIS: tuple[str, ...] = tuple(
+    "torso" if axis == "torso_cross_axis" else axis for axis in AXES
 )
-"""Limb and weights of every axis; the torso has its long and its cross axis."""
+
+OWN_AXES = [AXES.index(limb) for limb in LIMBS]
+"""Places of the limbs' own axes, in the order of ``LIMBS``."""
 
 _FURTHER = 0.5
 """Weight of a landmark that is none of the nine in the axes of its limb."""
@@ -42,8 +51,8 @@ _SHORTEST = 0.05
 """Metres; a shorter axis is no limb, and counts as long as this."""
 
 
-def limb_quadratics(nine: FloatArray, landmark_set: LandmarkSet) -> FloatArray:
-    """What turns covariances into angles: v (..., m) = sum over l of tr(Q (..., l, m) P_l).
+def axis_quadratics(nine: FloatArray, landmark_set: LandmarkSet) -> FloatArray:
+    """What turns covariances into angles: v (..., a) = sum over l of tr(Q (..., l, a) P_l).
 
     Parameters
     ----------
@@ -54,11 +63,11 @@ def limb_quadratics(nine: FloatArray, landmark_set: LandmarkSet) -> FloatArray:
 
     Returns
     -------
-    (..., n, 6, 3, 3) float64, 1 / square metres
-        Limbs in the order of ``LIMBS``; NaN where an axis is not known.
+    (..., n, 7, 3, 3) float64, 1 / square metres
+        In the order of :data:`AXES`; NaN where an axis is not known.
     """
-    result: FloatArray = np.zeros((*nine.shape[:-2], len(landmark_set.names), len(LIMBS), 3, 3))
-    for limb, weights in _AXES:
+    result: FloatArray = np.zeros((*nine.shape[:-2], len(landmark_set.names), len(AXES), 3, 3))
+    for i, (weights, limb) in enumerate(zip(_WEIGHTS.values(), LIMB_OF_AXIS, strict=True)):
         axis = sum(weight * nine[..., LANDMARKS.index(name), :] for name, weight in weights.items())
         length = np.linalg.norm(axis, axis=-1)[..., None]
         along = axis / np.where(length > 0, length, 1.0)
@@ -69,7 +78,13 @@ def limb_quadratics(nine: FloatArray, landmark_set: LandmarkSet) -> FloatArray:
             if landmark.name not in LANDMARKS and landmark.limb == limb:
                 weight = _FURTHER
             if weight:
-                result[..., place, LIMBS.index(limb), :, :] += weight**2 * quadratic
+                result[..., place, i, :, :] = weight**2 * quadratic
+    return result
+
+
+def mean_squares(quadratics: FloatArray, covariance: FloatArray) -> FloatArray:
+    """Mean square angles v (..., 7) from :func:`axis_quadratics` and covariances (..., n, 3, 3)."""
+    result: FloatArray = np.einsum("...laij,...lji->...a", quadratics, covariance)
     return result
 
 
@@ -85,12 +100,27 @@ def limb_sigma_deg(
         Of the landmarks of the set, taken for independent.
     landmark_set : LandmarkSet
     """
-    quadratics = limb_quadratics(nine, landmark_set)
-    v = np.einsum("...lmij,...lji->...m", quadratics, covariance)
-    result: FloatArray = np.degrees(np.sqrt(np.maximum(v, 0.0)))
+    v = mean_squares(axis_quadratics(nine, landmark_set), covariance)
+    result: FloatArray = np.degrees(np.sqrt(np.maximum(v[..., OWN_AXES], 0.0)))
+    return result
+
+
+def axis_sigma_deg(
+    limb_sigma_deg: FloatArray, nine: FloatArray, covariance: FloatArray, landmark_set: LandmarkSet
+) -> FloatArray:
+    """Angles (..., 7) in degrees of all axes from what a fit states for the limbs (..., 6).
+
+    The torso's cross axis is as much surer or less sure than the long axis as the landmarks say.
+    """
+    v = mean_squares(axis_quadratics(nine, landmark_set), covariance)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        relative = np.sqrt(v / v[..., :1])
+    result: FloatArray = limb_sigma_deg[..., [LIMBS.index(limb) for limb in LIMB_OF_AXIS]].copy()
+    cross = AXES.index("torso_cross_axis")
+    result[..., cross] *= np.nan_to_num(relative[..., cross], nan=1.0, posinf=1.0)
     return result
 
 
 def scored(limbs: Sequence[str] = SCORED) -> FloatArray:
-    """Ones (6,) for the limbs that count, zeros for the others."""
-    return np.array([float(limb in limbs) for limb in LIMBS])
+    """Ones (7,) for the axes of limbs that count, zeros for the others."""
+    return np.array([float(limb in limbs) for limb in LIMB_OF_AXIS])

@@ -15,10 +15,11 @@ from stereotrack_core.annotation.click_doubts import (
     swaps_of,
 )
 from stereotrack_core.annotation.click_gains import ClickGains, Place
+from stereotrack_core.annotation.click_reach import REACH, over_frames, shares_around
 from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
 from stereotrack_core.annotation.fit.results import FrameFit, TrajectoryFit
 from stereotrack_core.annotation.landmark_set import LandmarkSet
-from stereotrack_core.annotation.limb_axes import SCORED
+from stereotrack_core.annotation.limb_axes import AXES, SCORED
 from stereotrack_core.annotation.suggestion import Suggestion
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.limbs import LIMBS
@@ -37,8 +38,8 @@ _DISAGREE = 15.0
 _FIT_WRONG = 0.1
 """How probably the fit is the one that is wrong, where both disagree."""
 
-_UNKNOWN_DEG = 45.0
-"""What a limb may be off where there is no click far and wide."""
+UNKNOWN_DEG = 90.0
+"""What a limb may be off of which nothing is known."""
 
 
 @dataclass(frozen=True)
@@ -80,6 +81,8 @@ class NextClicks:
         Flagged stretches, where nothing is asked for.
     limbs : sequence of str
         Limbs whose errors count.
+    reach : int
+        Frames on each side that a click tells about (see :mod:`click_reach`).
     """
 
     def __init__(
@@ -93,11 +96,14 @@ class NextClicks:
         run: LandmarkTrajectory | None = None,
         gaps: Sequence[range] = (),
         limbs: Sequence[str] = SCORED,
+        reach: int = REACH,
     ) -> None:
         known = tuple(clicks)
         self._cameras, self._set = cameras, landmark_set
         self._sigma = sigma if isinstance(sigma, float | int) else _middle(sigma)
-        self.gains = ClickGains(cameras, landmark_set, fit, known, sigma=sigma, limbs=limbs)
+        self.gains = ClickGains(
+            cameras, landmark_set, fit, known, sigma=sigma, limbs=limbs, reach=reach
+        )
         self._limbs = tuple(limbs)
         self._doubts = doubts_of(fit, cameras, self._sigma)
         suspicious = {key.frame for key in self._doubts}
@@ -124,45 +130,52 @@ class NextClicks:
         """
         wish = Wish() if wish is None else wish
         found = [*self._unknown(wish), *self._doubted(wish), *self._new(wish)]
-        found.sort(key=lambda one: (-one.gain_deg, one.key))
+        found.sort(key=lambda one: (-one.over_frames_deg, one.key))
         return tuple(_apart(found, wish.count))
 
     def _new(self, wish: Wish) -> Iterator[Suggestion]:
         """Places without a click."""
-        gain = self._weighed(wish)
+        gain = self._weighed()
+        total = over_frames(gain, self.gains.clicked(), self.gains.reach)
+        total[(gain <= 0) | ~self._wanted(wish)] = 0.0
         for _ in range(wish.count):
-            row, camera, landmark = (int(i) for i in np.unravel_index(gain.argmax(), gain.shape))
-            value = float(gain[row, camera, landmark])
+            row, camera, landmark = (int(i) for i in np.unravel_index(total.argmax(), total.shape))
+            value = float(total[row, camera, landmark])
             if value <= 0:
                 return
-            reason = self._reason(row, camera, landmark)
-            name = self._set.names[landmark]
             yield Suggestion(
-                int(self.gains.frame[row]), self.gains.names[camera], name, value, reason
+                int(self.gains.frame[row]),
+                self.gains.names[camera],
+                self._set.names[landmark],
+                float(self.gains.gain[row, camera, landmark]),
+                self._reason(row, camera, landmark),
+                over_frames_deg=value,
             )
-            gain[max(0, row - _APART) : row + _APART + 1, :, landmark] = 0.0
+            total[max(0, row - _APART) : row + _APART + 1, :, landmark] = 0.0
 
-    def _weighed(self, wish: Wish) -> FloatArray:
-        """Gains (F, C, n) of new clicks that are wanted."""
+    def _weighed(self) -> FloatArray:
+        """Gains (F, C, n) of new clicks; more where a tracker disagrees."""
         gain = np.where(self.gains.state == Place.FREE, self.gains.gain, 0.0)
-        gain[self._barred] = 0.0
         if self._apart_deg is not None:
-            wrong = _FIT_WRONG * np.nan_to_num(self._excess()).sum(axis=1)
+            wrong = _FIT_WRONG * self._excess().sum(axis=1)
             most = np.maximum(gain.max(axis=(1, 2)), 1e-9)
             gain *= (1.0 + wrong / most)[:, None, None]
-        if wish.frames is not None:
-            outside = (self.gains.frame < wish.frames.start) | (
-                self.gains.frame >= wish.frames.stop
-            )
-            gain[outside] = 0.0
-        for axis, names, wanted in (
-            (1, self.gains.names, wish.cameras),
-            (2, self._set.names, wish.landmarks),
-        ):
-            if wanted:
-                kept = np.array([name in wanted for name in names])
-                gain *= kept[:, None] if axis == 1 else kept
         return gain
+
+    def _wanted(self, wish: Wish) -> BoolArray:
+        """Places (F, C, n) that may be suggested."""
+        frames = ~self._barred
+        if wish.frames is not None:
+            frames &= np.isin(self.gains.frame, wish.frames)
+        cameras, landmarks = (
+            np.array([not wanted or name in wanted for name in names])
+            for names, wanted in (
+                (self.gains.names, wish.cameras),
+                (self._set.names, wish.landmarks),
+            )
+        )
+        result: BoolArray = frames[:, None, None] & cameras[:, None] & landmarks
+        return result
 
     def _excess(self) -> FloatArray:
         """Degrees (F, 6) by which tracker and fit disagree more than the fit may be off."""
@@ -175,14 +188,15 @@ class NextClicks:
         """Clicks that should be looked at again."""
         for key, doubt in (self._doubts | self._swaps).items():
             row = self.gains.row(key.frame)
-            if row is None or self._barred[row] or not _wanted(key, wish):
+            if row is None or self._barred[row] or not _asked_for(key, wish):
                 continue
             camera = self.gains.names.index(key.camera)
             landmark = self._set.names.index(key.landmark)
             if self.gains.state[row, camera, landmark] != Place.CLICKED:
                 continue
             gain = _gain_of(doubt, float(self.gains.gain[row, camera, landmark]))
-            yield Suggestion(*key, gain, doubt.words, click_there=True)
+            total = gain * self._told(row, landmark)
+            yield Suggestion(*key, gain, doubt.words, click_there=True, over_frames_deg=total)
 
     def _unknown(self, wish: Wish) -> Iterator[Suggestion]:
         """The middle of every stretch that nothing is known of."""
@@ -194,15 +208,15 @@ class NextClicks:
             camera = next(iter(wish.cameras or self.gains.names))
             landmark = next(iter(wish.landmarks or self._set.names))
             key = ClickKey(frame, camera, landmark)
-            if _wanted(key, wish):
+            if _asked_for(key, wish):
                 reason = f"nothing is known of {end - first} frame{'s' if end - first > 1 else ''}"
-                yield Suggestion(*key, _UNKNOWN_DEG * len(self._limbs), reason)
+                gain = UNKNOWN_DEG * len(self._limbs)
+                yield Suggestion(*key, gain, reason, over_frames_deg=gain * (end - first))
 
     def _reason(self, row: int, camera: int, landmark: int) -> str:
         """Why a click is asked for: which limb it is for, and what is the matter there."""
-        parts = self.gains.by_limb(row, camera, landmark)
-        limb = int(np.argmax(parts))
-        sigma = float(self.gains.limb_sigma_deg()[row, limb])
+        axis = int(np.argmax(self.gains.by_axis(row, camera, landmark)))
+        sigma = float(self.gains.axis_sigma_deg(row)[axis])
         said = []
         excess = self._excess()[row]
         if excess.max() > 0 and self._apart_deg is not None:
@@ -211,7 +225,8 @@ class NextClicks:
             said.append(
                 f"tracker and reference {self._apart_deg[row, worst]:.0f} deg apart ({name})"
             )
-        said.append(f"{LIMBS[limb].replace('_', ' ')} uncertain ({sigma:.1f} deg)")
+        much = f"{sigma:.1f} deg" if sigma < UNKNOWN_DEG else "may point anywhere"
+        said.append(f"{AXES[axis].replace('_', ' ')} uncertain ({much})")
         gap = self._gap(row, landmark)
         if gap >= LARGE_GAP:
             said.append(f"{gap} frames without a click of it")
@@ -221,6 +236,11 @@ class NextClicks:
         if self.gains.hidden[row, camera, landmark]:
             said.append("hidden, so only a guess")
         return ", ".join(said)
+
+    def _told(self, row: int, landmark: int) -> float:
+        """Frames, by their shares, that a click of a landmark tells about."""
+        clicked = self.gains.clicked()[:, landmark]
+        return float(shares_around(row, clicked, self.gains.reach)[1].sum())
 
     def _gap(self, row: int, landmark: int) -> int:
         """Frames between the clicks of a landmark before and after a frame; 0 where it has one."""
@@ -256,7 +276,7 @@ def _gain_of(doubt: Doubt, new_click: float) -> float:
     return doubt.mistake * new_click + (1.0 - doubt.mistake) * doubt.angle_deg
 
 
-def _wanted(key: ClickKey, wish: Wish) -> bool:
+def _asked_for(key: ClickKey, wish: Wish) -> bool:
     return (
         (wish.frames is None or key.frame in wish.frames)
         and (not wish.cameras or key.camera in wish.cameras)

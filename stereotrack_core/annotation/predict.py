@@ -22,13 +22,8 @@ from stereotrack_core.annotation.epipolar import in_image
 from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA, sigma_of
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.geometry.reprojection import (
-    Sightings,
-    nearest_on_ray,
-    pixel_jacobian,
-    point_of_sightings,
-)
-from stereotrack_core.geometry.triangulation import nearest_to_rays
+from stereotrack_core.geometry.reprojection import nearest_on_ray, pixel_jacobian
+from stereotrack_core.geometry.sightings import Sightings, point_of_sightings
 
 ACCEPTED = "accepted"
 """Origin of a click that was a prediction before."""
@@ -68,9 +63,9 @@ class PredictedPoint:
 
     @property
     def rms_px(self) -> float:
-        """Root mean square error in pixels over the cameras that were used."""
-        errors = [self.error_px[name] for name in self.used]
-        return float(np.sqrt(np.mean(np.square(errors))))
+        """Root mean square error in pixels over the cameras that were used; NaN without any."""
+        errors = [self.error_px[name] for name in self.used if name in self.error_px]
+        return float(np.sqrt(np.mean(np.square(errors)))) if errors else float("nan")
 
 
 def predicted_point(
@@ -112,10 +107,13 @@ def predicted_point(
     used = _measurements(there)
     if len(used) < 2:
         return None
-    found = point_of_sightings(_sightings(cameras, used, sigma))
+    sightings = _sightings(cameras, used, sigma)
+    found = point_of_sightings(sightings)
     if found is None:
         return None
-    others = {name: _from_others(cameras, there[name], used, sigma) for name in there}
+    others = {
+        name: _from_others(cameras, there[name], used, sightings, found.world) for name in there
+    }
     own = {name: place for name, place in others.items() if np.isfinite(place).all()}
     pixel, spread = {}, {}
     for name, camera in cameras.items():
@@ -148,7 +146,7 @@ def _sightings(
     clicks: Mapping[str, Click],
     sigma: Mapping[str, float] | float,
 ) -> Sightings:
-    return Sightings(
+    return Sightings.of(
         [cameras[name] for name in clicks],
         np.array([_place(click) for click in clicks.values()]),
         np.array([sigma_of(click, sigma) for click in clicks.values()]),
@@ -159,26 +157,25 @@ def _from_others(
     cameras: Mapping[str, Camera],
     click: Click,
     used: Mapping[str, Click],
-    sigma: Mapping[str, float] | float,
+    sightings: Sightings,
+    world: FloatArray,
 ) -> FloatArray:
     """Where the clicks of the other cameras put a clicked landmark in its image (2,); may be NaN.
 
     One other click gives a curve; the place on it that is nearest to the click is taken.
     """
     camera = cameras[click.camera]
-    others = {name: one for name, one in used.items() if name != click.camera}
-    if len(others) >= 2:
-        found = point_of_sightings(_sightings(cameras, others, sigma))
+    if click.camera not in used:
+        return camera.project(world)
+    names = list(used)
+    own = names.index(click.camera)
+    others = sightings.without(own)
+    if len(names) > 2:
+        found = point_of_sightings(others)
         return np.full(2, np.nan) if found is None else camera.project(found.world)
-    ((name, other),) = others.items()
-    pixel, theirs = _place(click), _place(other)
-    origin, direction = cameras[name].position_world, cameras[name].rays_world(theirs)
-    meeting = nearest_to_rays(
-        np.stack([origin, camera.position_world]),
-        np.stack([direction, camera.rays_world(pixel)]),
-    )
-    start = float((meeting - origin) @ direction)
-    return camera.project(nearest_on_ray(camera, pixel, origin, direction, start))
+    (origin,), (direction,) = others.rays
+    start = float((world - origin) @ direction)
+    return camera.project(nearest_on_ray(camera, _place(click), origin, direction, start))
 
 
 def _spread(camera: Camera, world: FloatArray, covariance: FloatArray) -> float:

@@ -18,11 +18,13 @@ class Suggestion:
     camera, landmark : str
     gain_deg : float
         By how much the click is expected to bring down the angle by which the limbs of this frame
-        may be off (root mean square), summed up over the limbs; degrees.
+        may be off (root mean square), summed up over the limbs and the torso's cross axis; degrees.
     reason : str
         Why, in words for a person; most important first.
     click_there : bool
         Whether there is a click already that should be looked at again.
+    over_frames_deg : float
+        The same summed up over the frames around that profit; suggestions are ranked by it.
     """
 
     frame: int
@@ -31,6 +33,7 @@ class Suggestion:
     gain_deg: float
     reason: str
     click_there: bool = False
+    over_frames_deg: float = 0.0
 
     @property
     def key(self) -> ClickKey:

@@ -58,6 +58,12 @@ def add_arguments(parser: ArgumentParser) -> None:
         help="instead of errors: how the cost of a frame grows with measured points and views",
     )
     parser.add_argument(
+        "--annotation",
+        action="store_true",
+        help="instead of tracking: clicks are simulated from the reference, and the body is fitted "
+        "to them",
+    )
+    parser.add_argument(
         "--set",
         action="append",
         default=[],
@@ -90,7 +96,9 @@ def _add_choice(parser: ArgumentParser) -> None:
         help=f"presets, joined by commas (default: all; for growth {_BASE})",
     )
     parser.add_argument(
-        "--seeds", default="0,1,2,3,4", metavar="0,1,2,3,4", help="seeds, joined by commas"
+        "--seeds",
+        metavar="0,1,2,3,4",
+        help="seeds, joined by commas (default: 0,1,2,3,4; for annotation 0)",
     )
     add_frames(parser)
     add_views(parser)
@@ -114,7 +122,9 @@ def run(args: Namespace) -> int:
             where="--growth",
             remedy="Leave --output and --ablation out; --json gives the figures.",
         )
-    seeds = _seeds(args.seeds)
+    if args.annotation:
+        return _annotation(args)
+    seeds = _seeds(args.seeds or "0,1,2,3,4")
     if args.speed_frames < 0:
         raise InputError("this is less than 0", where="--speed-frames", remedy="Give 0 or more.")
     presets = _BASE if args.growth and args.presets is None else args.presets
@@ -140,6 +150,18 @@ def run(args: Namespace) -> int:
     else:
         put_table(table)
     return OK
+
+
+def _annotation(args: Namespace) -> int:
+    from stereotrack_core.cli.benchmark_annotation import annotation_benchmark
+
+    if args.growth or args.ablation or args.presets is not None or args.changes or args.output:
+        raise InputError(
+            "annotation has a table of its own",
+            where="--annotation",
+            remedy="Only recordings, --seeds, --frames and --json go with it.",
+        )
+    return annotation_benchmark(_recordings(args.recordings), _seeds(args.seeds or "0"), args)
 
 
 def _seeds(text: str) -> list[int]:
@@ -291,7 +313,8 @@ COMMAND = Command(
         "Track every recording with every preset and every seed, and print one table: errors "
         "against the reference, their spread over the seeds, and the speed of the whole chain. "
         "Trackers never see the reference. A frame that is not tracked counts 90 degrees and "
-        "500 mm. With --ablation, what each part of accurate brings."
+        "500 mm. With --ablation, what each part of accurate brings; with --annotation, how good "
+        "references are that the body is fitted to."
     ),
     add_arguments=add_arguments,
     run=run,

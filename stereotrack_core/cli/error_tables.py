@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from stereotrack_core.cli.output import Table, number
@@ -17,8 +17,12 @@ def error_table(
     title: str,
     frames_per_second: float | None = None,
     doubts: Doubts | None = None,
+    quality: Mapping[str, float] | None = None,
 ) -> Table:
-    """Mean, median and 95th percentile of every measure, and the share that is lost."""
+    """Mean, median and 95th percentile of every measure, and the share that is lost.
+
+    `quality` is how good the reference is, by measure (see :mod:`evaluation.reference_quality`).
+    """
     rows: list[tuple[str, ...]] = []
     for measure in summary.measures:
         figures = measure.statistics
@@ -33,7 +37,14 @@ def error_table(
     rows.append(("frames not tracked", str(summary.not_tracked), "", ""))
     if frames_per_second is not None:
         rows.append(("frames per second", number(frames_per_second), "", ""))
-    return Table(title, ("measure", ">mean", ">median", ">95 %"), rows)
+    headings = ("measure", ">mean", ">median", ">95 %")
+    if quality:
+        names = [measure.name for measure in summary.measures]
+        good = [number(quality.get(name, float("nan"))) for name in names]
+        good += [""] * (len(rows) - len(good))
+        rows = [(*row, cell) for row, cell in zip(rows, good, strict=True)]
+        return Table(title, (*headings, ">reference good to"), rows)
+    return Table(title, headings, rows)
 
 
 def segment_table(summaries: Sequence[Summary]) -> Table:
@@ -65,9 +76,9 @@ def doubt_facts(doubts: Doubts) -> dict[str, Any]:
     }
 
 
-def error_facts(summary: Summary) -> dict[str, Any]:
+def error_facts(summary: Summary, quality: Mapping[str, float] | None = None) -> dict[str, Any]:
     """The same for JSON."""
-    return {
+    facts: dict[str, Any] = {
         "name": summary.name,
         "frames": summary.frames,
         "not_tracked": summary.not_tracked,
@@ -83,3 +94,6 @@ def error_facts(summary: Summary) -> dict[str, Any]:
             for measure in summary.measures
         },
     }
+    for name, good in (quality or {}).items():
+        facts["measures"][name]["reference_good_to"] = good
+    return facts

@@ -20,6 +20,7 @@ from stereotrack_core.cli.output import put_json, put_table, say
 from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
+    from stereotrack_core.annotation.reference import Reference
     from stereotrack_core.evaluation.doubts import Doubts
     from stereotrack_core.evaluation.errors import LimbErrors
     from stereotrack_core.recording.description import Recording, Segment
@@ -34,18 +35,24 @@ class _Truth:
     reference: LandmarkTrajectory
     source: Path
     segments: Sequence[Segment]
+    states: Reference | None = None
+    """The reference with its uncertainty, where it states one."""
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument(
-        "run_file", type=Path, metavar="RUN", help="run (.npz) or landmarks (.csv, .trc, .c3d)"
+        "run_file",
+        type=Path,
+        metavar="RUN",
+        help="run or reference (.npz), or landmarks (.csv, .trc, .c3d)",
     )
     parser.add_argument(
         "--reference",
         type=Path,
-        metavar="CSV",
-        help="landmarks taken as truth; a run knows its recording's own",
+        metavar="FILE",
+        help="landmarks taken as truth (.csv, .trc, .c3d), or with their uncertainty (.npz of "
+        "`stereotrack fit`); a run knows its recording's own",
     )
     add_frames(parser)
     parser.add_argument(
@@ -57,6 +64,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     """Measure and print."""
     from stereotrack_core.evaluation.errors import errors_against
+    from stereotrack_core.evaluation.reference_quality import reference_quality
     from stereotrack_core.evaluation.summary import summarise, summarise_segments
 
     trajectory, stored = _read(args.run_file)
@@ -69,25 +77,28 @@ def run(args: Namespace) -> int:
     parts = summarise_segments(errors, _segments(truth)) if args.segments else ()
     speed = _frames_per_second(trajectory, meta)
     doubts = _doubts(stored, errors)
+    quality = {} if truth.states is None else reference_quality(truth.states, errors.frame)
     if args.json:
         facts = {"run": args.run_file, "reference": truth.source, "frames_per_second": speed}
-        facts |= error_facts(summary)
+        facts |= error_facts(summary, quality)
         if doubts is not None:
             facts["lost_limbs"] = doubt_facts(doubts)
         if args.segments:
             facts["segments"] = [error_facts(part) for part in parts]
         put_json(facts)
         return OK
-    put_table(error_table(summary, f"{args.run_file} against {truth.source}", speed, doubts))
+    title = f"{args.run_file} against {truth.source}"
+    put_table(error_table(summary, title, speed, doubts, quality))
     if args.segments:
         put_table(segment_table(parts))
     return OK
 
 
 def _read(path: Path) -> tuple[LandmarkTrajectory, Run | None]:
+    from stereotrack_core.interop.reference_npz import is_reference
     from stereotrack_core.interop.run_file import read_run, read_trajectory
 
-    if path.suffix.lower() == ".npz":
+    if path.suffix.lower() == ".npz" and not is_reference(path):
         stored = read_run(path)
         return stored.trajectory(), stored
     return read_trajectory(path), None
@@ -105,6 +116,7 @@ def _doubts(stored: Run | None, errors: LimbErrors) -> Doubts | None:
 
 def _truth(given: Path | None, meta: dict[str, Any]) -> _Truth:
     """The reference that was named, else that of the run's recording."""
+    from stereotrack_core.interop.reference_npz import is_reference, read_reference
     from stereotrack_core.interop.run_file import read_trajectory
     from stereotrack_core.recording.folder import describe
 
@@ -114,7 +126,11 @@ def _truth(given: Path | None, meta: dict[str, Any]) -> _Truth:
         recording = describe(Path(folder), [])
     segments = recording.segments if recording is not None else ()
     if given is not None:
-        return _Truth(read_trajectory(given), given, segments or _segments_beside(given))
+        beside = segments or _segments_beside(given)
+        if given.suffix.lower() == ".npz" and is_reference(given):
+            states = read_reference(given)
+            return _Truth(states.trajectory(), given, beside, states)
+        return _Truth(read_trajectory(given), given, beside)
     if not folder:
         raise InputError(
             "the file does not say which recording it belongs to",

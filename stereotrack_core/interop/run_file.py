@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
+from stereotrack_core.interop.reference_npz import is_reference, read_reference
 from stereotrack_core.interop.run_npz import read_npz, write_npz
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.run import Run
@@ -37,23 +39,58 @@ def write_run(path: Path, run: Run) -> None:
         a frame rate that the run's ``meta["fps"]`` does not state.
     """
     path = Path(path)
-    match run_suffix(path):
-        case ".npz":
-            write_npz(path, run)
-        case ".csv":
-            _write_csv(path, run.trajectory())
+    if run_suffix(path) == ".npz":
+        write_npz(path, run)
+    else:
+        fps = None if path.suffix.lower() == ".csv" else fps_of_run(run)
+        write_trajectory(path, run.trajectory(), fps, run.residual)
+
+
+def write_trajectory(
+    path: Path,
+    trajectory: LandmarkTrajectory,
+    fps: float | None,
+    residual: FloatArray | None = None,
+) -> None:
+    """Write landmarks (.csv, .trc, .c3d, .bvh).
+
+    Parameters
+    ----------
+    path : Path
+    trajectory : LandmarkTrajectory
+    fps : float or None
+        Frames per second; only ``.csv`` needs none.
+    residual : (F,) float64, metres, optional
+        Kept by ``.c3d`` alone.
+
+    Raises
+    ------
+    InputError
+        For another suffix, a place that cannot be written to, or a missing frame rate.
+    """
+    suffix = _suffix(path, RUN_SUFFIXES[1:])
+    if suffix == ".csv":
+        _write_csv(path, trajectory)
+        return
+    if fps is None:
+        raise InputError(
+            "the frame rate is not known",
+            where=str(path),
+            remedy="State it, for example with --fps 30; or write .csv, which needs none.",
+        )
+    match suffix:
         case ".trc":
             from stereotrack_core.interop.trc import write_trc
 
-            write_trc(path, run.trajectory(), fps_of_run(run))
+            write_trc(path, trajectory, fps)
         case ".c3d":
             from stereotrack_core.interop.c3d import write_c3d
 
-            write_c3d(path, run.trajectory(), fps_of_run(run), run.residual)
+            write_c3d(path, trajectory, fps, residual)
         case ".bvh":
             from stereotrack_core.interop.bvh import write_bvh
 
-            write_bvh(path, run.trajectory(), fps_of_run(run))
+            write_bvh(path, trajectory, fps)
 
 
 def read_run(path: Path) -> Run:
@@ -75,29 +112,37 @@ def read_run(path: Path) -> Run:
 
 
 def read_trajectory(path: Path) -> LandmarkTrajectory:
-    """Landmarks of a run or landmarks file (.npz, .csv, .trc, .c3d).
+    """Landmarks of a run, a reference (.npz) or a landmarks file (.csv, .trc, .c3d).
 
     Raises
     ------
     InputError
         For an unknown suffix or a damaged file.
     """
+    return read_timed_trajectory(path)[0]
+
+
+def read_timed_trajectory(path: Path) -> tuple[LandmarkTrajectory, float | None]:
+    """The same, with frames per second where the file states them."""
     path = Path(path)
     match _suffix(path, TRAJECTORY_SUFFIXES):
         case ".npz":
-            return read_npz(path).trajectory()
+            if is_reference(path):
+                return read_reference(path).trajectory(), None
+            run = read_npz(path)
+            return run.trajectory(), fps_of_run(run) if "fps" in run.meta else None
         case ".csv":
             from stereotrack_core.recording.landmark_csv import read_landmarks
 
-            return read_landmarks(path)
+            return read_landmarks(path), None
         case ".trc":
             from stereotrack_core.interop.trc import read_trc
 
-            return read_trc(path)[0]
+            return read_trc(path)
         case _:
             from stereotrack_core.interop.c3d import read_c3d
 
-            return read_c3d(path)[0]
+            return read_c3d(path)
 
 
 def fps_of_run(run: Run) -> float:

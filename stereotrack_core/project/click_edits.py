@@ -50,6 +50,8 @@ def place(click: Click) -> PlaceClicks:
 class MoveClicks(Edit):
     """Move existing clicks in their image (drag, nudge); repeated moves can become one edit.
 
+    Whatever they came from, they are a person's own then.
+
     Attributes
     ----------
     keys : tuple of ClickKey
@@ -74,7 +76,7 @@ class MoveClicks(Edit):
         for click in _present(state, self.keys):
             if click.position is not None:
                 x, y = click.position
-                moved = replace(click, position=(x + self.by[0], y + self.by[1]))
+                moved = replace(click, position=(x + self.by[0], y + self.by[1]), origin="hand")
                 yield _restated(state, moved, stamp)
 
 

@@ -77,6 +77,11 @@ class Clicks:
         condition = "" if with_deleted else "WHERE deleted = 0"
         return self._clicks(f"{_FROM} {condition} ORDER BY frame, camera, landmark")
 
+    def keys(self) -> frozenset[ClickKey]:
+        """Everything that a person has said something about: deleted clicks too."""
+        rows = self._access.rows("SELECT frame, camera, landmark FROM click")
+        return frozenset(ClickKey(*row) for row in rows)
+
     def frames(self) -> IntArray:
         """Frames (F,) that have a click, ascending."""
         found = self._access.rows(

@@ -16,6 +16,7 @@ from stereotrack_core.project.database import check_header, connect_for_reading
 from stereotrack_core.recording.finding import Finding
 from stereotrack_core.recording.fingerprint import fingerprint
 from stereotrack_core.recording.folder import DESCRIPTION, open_recording
+from stereotrack_core.recording.toml_table import load_toml
 
 SUFFIX = ".stereotrack"
 
@@ -75,10 +76,11 @@ def place_of(folder: Path, project: Path) -> RecordingPlace:
 def find_recording(
     place: RecordingPlace, project: Path, folders: Iterable[Path] = ()
 ) -> Whereabouts:
-    """Look where the recording was, relative and absolute, then among and below `folders`.
+    """Look where the recording was, relative and absolute, then around there and in `folders`.
 
     A folder in its old place is taken even where its content has changed (with a warning);
-    elsewhere it is known by its fingerprint alone.
+    elsewhere it is known by its fingerprint alone: renamed in its old folder, moved beside the
+    project, or among or just below `folders`.
     """
     base = project.resolve().parent
     stated = [base / place.relative] if place.relative else []
@@ -88,7 +90,8 @@ def find_recording(
     for folder, found in seen:
         if found == place.fingerprint:
             return Whereabouts(folder)
-    for folder in _recordings(base, *folders):
+    around = dict.fromkeys([base, *(folder.parent for folder in old), *folders])
+    for folder in _recordings(place, around):
         if _fingerprint_of(folder) == place.fingerprint:
             return Whereabouts(folder, _moved(place, folder))
     for folder, found in seen:
@@ -97,14 +100,24 @@ def find_recording(
     return Whereabouts(None, _lost(place))
 
 
-def _recordings(*folders: Path) -> Iterable[Path]:
-    """Recordings in these folders, and one level below."""
+def _recordings(place: RecordingPlace, folders: Iterable[Path]) -> Iterable[Path]:
+    """Folders among these, and one level below, that may hold the recording.
+
+    Those that give themselves another name are left out: to know them by their fingerprints would
+    mean to open every recording of a large collection.
+    """
     for folder in folders:
         try:
             below = sorted(path for path in folder.iterdir() if path.is_dir())
         except OSError:
             continue
-        yield from (path for path in (folder, *below) if (path / DESCRIPTION).is_file())
+        for path in (folder, *below):
+            try:
+                name = load_toml(path / DESCRIPTION).get("name") or place.name
+            except InputError:
+                continue
+            if name == place.name:
+                yield path
 
 
 def _fingerprint_of(folder: Path) -> str | None:

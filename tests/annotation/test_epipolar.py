@@ -12,6 +12,7 @@ from stereotrack_core.annotation.epipolar import (
     epipolar_samples,
     in_image,
     ray_in_volume,
+    volume_in_sight,
 )
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.geometry.camera import Camera
@@ -119,3 +120,19 @@ def test_stereo_pair_has_short_curves():
     curve = epipolar_curve(right, np.array([320.0, 240]), left, VOLUME)
     assert np.ptp(curve[:, 0]) > 20
     assert np.ptp(curve[:, 1]) < 2
+
+
+def test_volume_that_the_cameras_see_is_kept():
+    assert volume_in_sight(VOLUME, tuple(cameras().values())) is VOLUME
+    assert volume_in_sight(VOLUME, ()) is VOLUME
+    assert volume_in_sight(VOLUME, (cameras()["N"],)) is VOLUME
+
+
+def test_volume_out_of_sight_is_put_where_the_cameras_look():
+    far = Volume(VOLUME.low + 50.0, VOLUME.high + 50.0)
+    found = volume_in_sight(far, tuple(cameras().values()))
+    assert np.allclose(found.high - found.low, VOLUME.high - VOLUME.low)
+    assert np.allclose(0.5 * (found.low + found.high), [0.0, 0.0, 1.1], atol=0.1)
+    one = cameras()["N"]
+    alone = volume_in_sight(far, (one,))
+    assert in_image(one, one.project(0.5 * (alone.low + alone.high)))

@@ -78,3 +78,12 @@ def opened(window, qtbot, small_recording):
     qtbot.waitUntil(lambda: window.document.frame_set is not None, timeout=30_000)
     qtbot.waitUntil(window.settled, timeout=60_000)
     return window
+
+
+@pytest.fixture
+def annotating(opened, qtbot):
+    """The window in the workspace Annotate, with an empty project."""
+    opened.show_workspace_named("annotate")
+    qtbot.waitUntil(opened.settled, timeout=60_000)
+    assert opened.project.why_no_edit() == ""
+    return opened

@@ -66,10 +66,10 @@ def test_a_shortcut_is_changed_kept_and_never_stolen(opened, qtbot, settings):
     qtbot.mouseClick(editor.set_button, Qt.MouseButton.LeftButton)
     assert "Loupe" in editor.note.text()
     assert opened.actions_book.shortcut("next") == "Right"
-    editor.keys.setKeySequence("J")
+    editor.keys.setKeySequence("Y")
     qtbot.mouseClick(editor.set_button, Qt.MouseButton.LeftButton)
-    assert settings.value("shortcuts/next") == "J"
-    QTest.keyClick(opened, Qt.Key.Key_J)
+    assert settings.value("shortcuts/next") == "Y"
+    QTest.keyClick(opened, Qt.Key.Key_Y)
     assert opened.document.frame == 1
 
 
@@ -95,7 +95,10 @@ def trigger_everything(window, qtbot, besides=()):
     for command in window.actions_book.commands:
         action = window.actions_book.action(command.id)
         window.actions_book.refresh()
-        if command.id in {"quit", "demo", "close", *besides} or not action.isEnabled():
+        if (
+            command.id in {"quit", "demo", "close", "annotate-accept", *besides}
+            or not action.isEnabled()
+        ):
             continue
         action.trigger()
         QApplication.processEvents()

@@ -7,15 +7,20 @@ import shutil
 import tempfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
+from stereotrack_core.project.click_edits import place
 from stereotrack_core.project.filesystem import (
     mounts_of_linux,
     mounts_of_macos,
     network_type,
 )
 from stereotrack_core.project.project import Project
+from stereotrack_core.project.references import save_reference
 from stereotrack_core.project.whereabouts import project_path_for, projects_of
 
 
@@ -59,6 +64,42 @@ def test_a_recording_that_moved_is_known_by_its_fingerprint(
     assert found.folder == archive / "renamed"
     assert "has moved here" in found.finding.what
     assert project.find_recording().finding is None, "the new place is remembered"
+
+
+def test_a_recording_renamed_in_its_folder_is_found_from_a_project_elsewhere(
+    project, project_path, recording, tmp_path
+):
+    project.close()
+    documents = tmp_path / "documents"
+    documents.mkdir()
+    moved = project_path.rename(documents / project_path.name)
+    (recording.folder.parent / "broken").mkdir()
+    (recording.folder.parent / "broken" / "recording.toml").write_text("no toml [")
+    renamed = recording.folder.rename(recording.folder.with_name("walk-2024"))
+    with Project.open(moved) as opened:
+        found = opened.find_recording()
+        assert found.folder == renamed
+        assert "has moved here" in found.finding.what
+
+
+def test_a_recording_is_never_written_to(recording, tmp_path):
+    """Everything that a project does leaves the folder as it is, bytes and times."""
+
+    def state():
+        files = sorted(path for path in recording.folder.rglob("*"))
+        return [
+            (path, path.stat().st_mtime_ns, path.read_bytes() if path.is_file() else b"")
+            for path in files
+        ]
+
+    before = state()
+    with Project.create(tmp_path / "p.stereotrack", recording.folder) as project:
+        project.apply(place(Click(1, "N_right", "head", (3.0, 4.0))))
+        project.apply(save_reference("r", Reference(np.arange(3), np.zeros((3, 9, 3)))))
+        project.find_recording()
+        project.undo()
+        project.back_up()
+    assert state() == before
 
 
 def test_another_recording_in_the_old_place_is_not_taken_for_it(

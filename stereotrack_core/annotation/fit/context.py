@@ -9,16 +9,19 @@ from functools import cached_property
 
 import numpy as np
 
+from stereotrack_core.annotation.fit.depth import MeasuredDepth, measured_depth
 from stereotrack_core.annotation.fit.measurement import ClickMeasurement
 from stereotrack_core.annotation.fit.movement import Movement
 from stereotrack_core.annotation.fit.residuals import Clicks, undistorted_clicks
 from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.annotation.fit.shape import clicked_shape
 from stereotrack_core.annotation.fit.start import standing, watched_place
 from stereotrack_core.annotation.fit.state import Freedom
 from stereotrack_core.annotation.fit.stretch import FrameData, Stretch
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
-from stereotrack_core.arrays import FloatArray
-from stereotrack_core.body.model import BodyModel
+from stereotrack_core.arrays import IntArray
+from stereotrack_core.body.model import BodyModel, body_model
+from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.geometry.camera import Camera
@@ -34,6 +37,8 @@ class FitContext:
     asked : LandmarkSet
         The set that is clicked.
     body : BodyModel
+    shape : BodyParameters or None
+        The body's surface, where it is known.
     settings : FitSettings
     fps : float
         Frame sets per second.
@@ -44,6 +49,7 @@ class FitContext:
     cameras: Mapping[str, Camera]
     asked: LandmarkSet
     body: BodyModel
+    shape: BodyParameters | None
     settings: FitSettings
     fps: float
     views: Mapping[str, str] = field(default_factory=dict)
@@ -79,16 +85,24 @@ class FitContext:
         """Clicks of one frame, freed from the distortion of their lenses."""
         return undistorted_clicks(measurements, self.cameras, self.whole.names)
 
-    def data(self, measurements: Sequence[ClickMeasurement], cloud: Cloud | None) -> FrameData:
-        """What is known of a frame; the cloud only where it is to be used."""
-        if cloud is None or not self.settings.use_depth:
-            return FrameData(self.clicks(measurements))
-        return FrameData(self.clicks(measurements), self._chosen(cloud))
+    def data(
+        self, measurements: Sequence[ClickMeasurement], cloud: Cloud | MeasuredDepth | None
+    ) -> FrameData:
+        """What is known of a frame; depth only where it is to be used."""
+        clicks, s = self.clicks(measurements), self.settings
+        if cloud is None or not s.use_depth:
+            return FrameData(clicks)
+        if isinstance(cloud, Cloud):
+            cloud = measured_depth(cloud, s.depth_points, outlines=s.use_outlines)
+        return FrameData(clicks, cloud)
 
-    def _chosen(self, cloud: Cloud) -> FloatArray:
-        """Points (N, 3) drawn evenly from the cloud; the same for the same frame."""
-        wanted, there = self.settings.depth_points, len(cloud.points)
-        if there <= wanted:
-            return cloud.points
-        rng = np.random.default_rng(cloud.frame)
-        return cloud.points[np.sort(rng.choice(there, wanted, replace=False))]
+    def shaped(
+        self, data: Sequence[FrameData], poses: Sequence[Pose], known: IntArray
+    ) -> FitContext:
+        """The same with the person's own surface, as far as `known` frames show it."""
+        if self.shape is not None or not self.settings.fit_shape:
+            return self
+        deep = np.array([k for k in known if data[k].depth is not None], dtype=np.int64)
+        lengths = self.body.skeleton.proportions
+        shape = clicked_shape(self.by_depth, data, poses, deep, lengths, BodyParameters())
+        return dataclasses.replace(self, body=body_model(lengths, shape), shape=shape)

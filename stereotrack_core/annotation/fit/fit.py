@@ -9,7 +9,7 @@ from stereotrack_core.annotation.fit.live import fitted_frame
 from stereotrack_core.annotation.fit.measurement import ClickMeasurement
 from stereotrack_core.annotation.fit.results import FrameFit, TrajectoryFit
 from stereotrack_core.annotation.fit.settings import FitSettings
-from stereotrack_core.annotation.fit.trajectory import fitted_trajectory
+from stereotrack_core.annotation.fit.trajectory import Clouds, fitted_trajectory
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.parameters import BodyParameters
@@ -31,7 +31,8 @@ class ClickFit:
     fps : float
         Frame sets per second.
     shape : BodyParameters, optional
-        The body's surface, for measured points; an average one when not given.
+        The body's surface, for measured points. When not given, a trajectory's is fitted to
+        clicked frames, and a single frame has an average one.
     views : mapping from camera name to view name, optional
         How people call the cameras.
     """
@@ -52,6 +53,7 @@ class ClickFit:
             cameras,
             landmark_set,
             body_model(proportions, shape),
+            shape,
             self.settings,
             fps,
             views or {},
@@ -87,7 +89,7 @@ class ClickFit:
         measurements_by_frame: Mapping[int, Sequence[ClickMeasurement]],
         frames: range,
         *,
-        clouds: Callable[[int], Cloud | None] | None = None,
+        clouds: Clouds | None = None,
         gaps: Sequence[range] = (),
         on_frame: Callable[[int], None] | None = None,
         cancelled: Callable[[], bool] | None = None,
@@ -100,7 +102,7 @@ class ClickFit:
         frames : range
             To be filled.
         clouds : callable, optional
-            Gives the measured points of a frame, or None.
+            Gives the cloud of a frame, or what :func:`measured_depth` kept of it, or None.
         gaps : sequence of range
             Frames over which nothing is filled in.
         on_frame : callable, optional

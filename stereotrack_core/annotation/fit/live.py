@@ -47,7 +47,7 @@ def fitted_frame(
 ) -> FrameFit:
     """Fit one frame; see :meth:`ClickFit.frame`."""
     data = context.data(measurements, cloud)
-    stretch = context.by_clicks if data.points is None else context.by_depth
+    stretch = context.by_clicks if data.depth is None else context.by_depth
     points = triangulated([data.clicks], context.cameras, len(context.whole.landmarks))[0]
     best: Fitted | None = None
     least = np.inf

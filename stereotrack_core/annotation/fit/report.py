@@ -22,7 +22,7 @@ _UNSURE = 0.02
 _UNSURE_LIMB = 10.0
 """Degrees from which a limb is spoken of."""
 
-_ALONG = np.cos(np.radians(25.0))
+_ALONG = np.cos(np.radians(35.0))
 """A direction nearer to a camera's ray than this is along its view."""
 
 _AXES: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {

@@ -72,7 +72,8 @@ def undistorted_clicks(
         For a camera or landmark that is not known.
     """
     known = tuple(cameras)
-    camera = np.array([known.index(one.camera) for one in measurements], dtype=np.int64)
+    index_of = {name: i for i, name in enumerate(known)}
+    camera = np.array([index_of[one.camera] for one in measurements], dtype=np.int64)
     pixel = np.array([one.pixel for one in measurements], dtype=np.float64).reshape(-1, 2)
     normalised, slope = np.empty((len(camera), 2)), np.empty((len(camera), 2, 2))
     around = _STEP * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
@@ -153,20 +154,20 @@ def _pixels(clicks: Clicks, normalised: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class SlippingSurface:
-    """Distances of measured points from a surface that may slip against its limbs.
+    """Distances of measured points, or outlines, from a surface that may slip against its limbs.
 
     Attributes
     ----------
     surface : SurfaceResidual
         Paired at the slipped frames.
     freedom : Freedom
-    slipped : PartFrames
-        Of the pose that the points were paired at.
+    slipped : PartFrames or None
+        Of the pose that the points were paired at; None where the surface does not slip.
     """
 
     surface: SurfaceResidual
     freedom: Freedom
-    slipped: PartFrames
+    slipped: PartFrames | None
 
     @property
     def measured(self) -> FloatArray:
@@ -186,6 +187,8 @@ class SlippingSurface:
         """Derivatives (m, n) of the feet on their directions."""
         s = self.surface
         J = self.freedom.jacobian(s.foot, s.direction, s.part, frames)
+        if self.slipped is None:
+            return J
         first = self.freedom.of_slips.start
         for limb in range(len(LIMBS)):
             a, b = np.searchsorted(s.part, [limb, limb + 1])

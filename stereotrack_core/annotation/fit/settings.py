@@ -32,7 +32,7 @@ class FitSettings(ParameterGroup):
         maximum=1000.0,
     )
     sigma_joint_shift: float = parameter(
-        0.008,
+        0.006,
         "How far a person's joints lie off their place on the body of fixed lengths.",
         group=_BODY,
         unit="m",
@@ -40,7 +40,7 @@ class FitSettings(ParameterGroup):
         maximum=0.2,
     )
     sigma_landmark_shift: float = parameter(
-        0.008,
+        0.006,
         "The same for landmarks that are no joints.",
         group=_BODY,
         unit="m",
@@ -83,7 +83,7 @@ class FitSettings(ParameterGroup):
         maximum=100.0,
     )
     speed_tail: float = parameter(
-        3.0,
+        1.5,
         "Degrees of freedom of the movement's distribution: small allows for still stretches "
         "and sudden movements side by side.",
         group=_MOVEMENT,
@@ -115,7 +115,7 @@ class FitSettings(ParameterGroup):
         maximum=90.0,
     )
     surface_time: float = parameter(
-        1.0,
+        3.0,
         "Time over which such shifts and turns stay alike.",
         group=_DEPTH,
         unit="s",
@@ -130,9 +130,26 @@ class FitSettings(ParameterGroup):
         maximum=20000,
     )
     depth_effective: float = parameter(
-        100.0,
+        70.0,
         "Independent measurements among them.",
         group=_DEPTH,
         minimum=1.0,
         maximum=20000.0,
+    )
+    use_outlines: bool = parameter(
+        True,
+        "Hold the arms' outlines to the edges of the person, where the views know them.",
+        group=_DEPTH,
+    )
+    outline_effective: float = parameter(
+        60.0,
+        "Independent measurements in all outlines of a frame.",
+        group=_DEPTH,
+        minimum=1.0,
+        maximum=20000.0,
+    )
+    fit_shape: bool = parameter(
+        True,
+        "Fit the body's surface to clicked frames before depth is used.",
+        group=_DEPTH,
     )

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from stereotrack_core.annotation.fit.depth import MeasuredDepth
 from stereotrack_core.annotation.fit.mistakes import Judgement, judged
 from stereotrack_core.annotation.fit.movement import Movement
 from stereotrack_core.annotation.fit.residuals import (
@@ -19,11 +21,14 @@ from stereotrack_core.annotation.fit.smoother import smooth
 from stereotrack_core.annotation.fit.start import without_twists
 from stereotrack_core.annotation.fit.state import FitState, Freedom, slipped
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose
+from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.filtering.linearisation import Information
-from stereotrack_core.tracking.data_to_model import Trust, surface_residual
+from stereotrack_core.tracking.data_to_model import SurfaceResidual, Trust, surface_residual
 from stereotrack_core.tracking.limits import limit_residuals
+from stereotrack_core.tracking.outlines.sensor import OutlineObservation
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.residuals import Residual, gathered
 
@@ -45,12 +50,11 @@ class FrameData:
     Attributes
     ----------
     clicks : Clicks
-    points : (N, 3) float64, world, or None
-        Measured points that look for the body.
+    depth : MeasuredDepth or None
     """
 
     clicks: Clicks
-    points: FloatArray | None = None
+    depth: MeasuredDepth | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +90,7 @@ class Stretch:
         self.settings = settings
         self.movement = movement
         self._limits = TrackingParameters()
+        self._outlines = self._limits.outlines.replaced(outline_points=settings.outline_effective)
 
     def fit(
         self,
@@ -143,18 +148,17 @@ class Stretch:
         self, frame: FrameData, state: FitState, judgement: Judgement, i: int
     ) -> Information:
         """What the frame's measurements say in round `i`, linearised at a state."""
-        body = self.freedom.body_at(state.offsets)
-        rows: list[Residual] = list(limit_residuals(body, state.pose, self._limits, self._joints))
+        f = self.freedom
+        body = f.body_at(state.offsets)
+        rows: list[Residual] = list(limit_residuals(body, state.pose, self._limits, f.joints))
         if len(frame.clicks):
             variance = self.sigmas(frame.clicks, i) ** 2 / judgement.weight
             rows.append(self.click_residual(frame.clicks, state, np.repeat(variance, 2)))
-        if frame.points is not None and len(frame.points):
-            rows.append(self.surface(frame.points, body.frames(state.pose), state, i))
-        return gathered(tuple(rows), body, state.pose, self.freedom.columns)
-
-    @property
-    def _joints(self) -> tuple[int, ...]:
-        return self.freedom.joints
+        if f.with_depth and frame.depth is not None and len(frame.depth.points):
+            off = slipped(body.frames(state.pose), state.slips)
+            rows.append(self.surface(frame.depth.points, body, off, i))
+            rows += self.outlines(frame.depth, body, state.pose, off)
+        return gathered(tuple(rows), body, state.pose, f.columns)
 
     def sigmas(self, clicks: Clicks, i: int) -> FloatArray:
         """Pixels (M,) that right clicks are taken to scatter in round `i`."""
@@ -168,15 +172,23 @@ class Stretch:
         return ClickResidual(clicks, self.freedom, self.freedom.own_place(state.offsets), variance)
 
     def surface(
-        self, points: FloatArray, frames: PartFrames, state: FitState, i: int
+        self, points: FloatArray, body: BodyModel, off: PartFrames, i: int
     ) -> SlippingSurface:
-        """Pair the measured points with the surface."""
+        """Pair measured points with the surface, which has slipped `off` its parts."""
         p = self._limits
         scale = p.robust_wide if i < _WIDE_ROUNDS else p.robust_narrow
         trust = Trust(p.reach, scale, p.sigma_measurement, self.settings.depth_effective)
-        off = slipped(frames, state.slips)
-        body = self.freedom.body_at(state.offsets)
         return SlippingSurface(surface_residual(points, body, off, trust), self.freedom, off)
+
+    def outlines(
+        self, depth: MeasuredDepth, body: BodyModel, pose: Pose, off: PartFrames
+    ) -> list[SlippingSurface]:
+        """Measure the arms' outlines against the edges of the person.
+
+        Those of the trunk bend as no cone does, and turned the shoulders by degrees.
+        """
+        seen = OutlineObservation(depth.edges(), self._outlines).residuals(body, pose)
+        return [SlippingSurface(_of_arms(row), self.freedom, off) for row in seen]
 
     def judge(
         self, clicks: Clicks, state: FitState, P: FloatArray, old: Judgement, i: int
@@ -192,6 +204,11 @@ class Stretch:
         residual = (row.measured - row.predicted(stacked)[0]).reshape(-1, 2)
         spread = J @ P @ np.swapaxes(J, 1, 2)
         return judged(residual, spread, sigma, old.weight, s.mistake_share, s.mistake_spread)
+
+
+def _of_arms(row: SurfaceResidual) -> SurfaceResidual:
+    kept = np.isin(row.part, (*UPPER_ARMS, *FOREARMS))
+    return SurfaceResidual(*(getattr(row, one.name)[kept] for one in dataclasses.fields(row)))
 
 
 def _all_right(clicks: Clicks) -> Judgement:

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.annotation.click import ClickKey
+from stereotrack_core.annotation.fit.between import asked_between, told_by_clicks
 from stereotrack_core.annotation.fit.context import FitContext
+from stereotrack_core.annotation.fit.depth import MeasuredDepth
 from stereotrack_core.annotation.fit.measurement import ClickMeasurement
 from stereotrack_core.annotation.fit.movement import pose_sigmas
 from stereotrack_core.annotation.fit.report import exact_residuals, reported
@@ -18,11 +20,12 @@ from stereotrack_core.annotation.fit.stretch import Fitted, FrameData, Stretch
 from stereotrack_core.annotation.fit.triangulate import triangulated
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.landmarks import LANDMARKS
 
-_ROUNDS = 10
+_ROUNDS = 8
 
 _ANYWHERE = (2.0, 120.0, 90.0)
 """How far the first pose may be from where it was begun: metres; degrees of torso and joints."""
@@ -30,7 +33,8 @@ _ANYWHERE = (2.0, 120.0, 90.0)
 _MEDIAN = 2.0 * np.log(2.0)
 """Median of the squared distance of a right click, over its variance: chi squared of two."""
 
-Clouds = Callable[[int], Cloud | None]
+Clouds = Callable[[int], Cloud | MeasuredDepth | None]
+"""Depth of a frame; None where there is none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,14 +109,34 @@ def _fit(
     data: Sequence[FrameData],
     cancelled: Callable[[], bool] | None,
 ) -> _Filled:
-    deep = any(one.points is not None for one in data)
-    stretch = context.by_depth if deep else context.by_clicks
+    """Fit the clicks alone, and with what that gives to begin from, clicks and depth."""
     seen = triangulated([one.clicks for one in data], context.cameras, len(context.whole.names))
     points = filled_over_time(seen)
     start = [pose_at(point, context.body, context.whole, context.usual) for point in points]
+    stretch = context.by_clicks
+    known = told_by_clicks(stretch, data, len(context.asked.landmarks))
+    found = _together(stretch, data, start, cancelled)
+    if not known.all():
+        start = [state.pose for state in found.states]
+        start = asked_between(stretch, data, start, known, context.fps, cancelled)
+        found = _together(stretch, data, start, cancelled)
+    if not any(one.depth is not None for one in data):
+        return _Filled(frames, stretch, found)
+    start = [state.pose for state in found.states]
+    context = context.shaped(data, start, np.flatnonzero(known))
+    stretch = context.by_depth
+    start = asked_between(stretch, data, start, known, context.fps, cancelled)
+    return _Filled(frames, stretch, _together(stretch, data, start, cancelled))
+
+
+def _together(
+    stretch: Stretch,
+    data: Sequence[FrameData],
+    start: Sequence[Pose],
+    cancelled: Callable[[], bool] | None,
+) -> Fitted:
     sigma = pose_sigmas(stretch.freedom, *_ANYWHERE)
-    found = stretch.fit(data, start, start[0], sigma, rounds=_ROUNDS, cancelled=cancelled)
-    return _Filled(frames, stretch, found)
+    return stretch.fit(data, start, start[0], sigma, rounds=_ROUNDS, cancelled=cancelled)
 
 
 def _put_together(

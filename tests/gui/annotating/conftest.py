@@ -107,6 +107,16 @@ def project(recording) -> Iterator[Project]:
 
 
 @pytest.fixture
+def tasks(qapp):
+    """Work in the background, ended with the test."""
+    from app.tasks.task import TaskList
+
+    made = TaskList()
+    yield made
+    made.shutdown()
+
+
+@pytest.fixture
 def dark(qapp):
     """The dark theme's tokens, with the theme shown; the old theme comes back."""
     from app.theme import apply_theme, chosen_theme, current_theme

@@ -12,7 +12,7 @@ from app.views.lane_filter import LaneFilter
 from app.views.timeline_lanes import Mark
 from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Visibility
 from stereotrack_core.annotation.landmark_set import NINE, Landmark, LandmarkSet
-from stereotrack_core.project.click_edits import DeleteClicks, MarkClicks, PlaceClicks
+from stereotrack_core.project.click_edits import DeleteClicks, MarkClicks, MoveClicks, PlaceClicks
 from stereotrack_core.project.entries import Choose
 from stereotrack_core.project.marks import FrameFlag, SetFlags, SetKeyframes
 from stereotrack_core.project.references import Reference
@@ -110,6 +110,29 @@ def test_the_fitted_trajectory_fills_lanes_in(project, lanes, make):
     assert torso.value_text(30) == "not known"
     lanes.show_reference(None)
     assert marks_of(lanes, "head")[11] == Mark.NONE
+
+
+def test_a_keyframe_that_is_filled_in_is_still_missing(project, lanes, make):
+    project.apply(SetKeyframes((12,)))
+    frame = np.arange(10, 15)
+    points = np.stack([make.places_at(int(k)) for k in frame])
+    lanes.show_reference(Reference(frame, points, filled=np.ones(5, dtype=np.bool_)))
+    said = [Mark(int(mark)).name for mark in marks_of(lanes, "head")[10:15]]
+    assert said == ["INTERPOLATED", "INTERPOLATED", "MISSING", "INTERPOLATED", "INTERPOLATED"]
+    project.apply(SetFlags((FrameFlag(13, "head", "gap"),)))
+    assert marks_of(lanes, "head")[13] == Mark.GAP
+
+
+def test_what_looks_like_a_mistake_is_flagged_until_it_is_edited(project, lanes, make):
+    project.apply(PlaceClicks(make.clicks_at([10, 20])))
+    frame = np.array([10, 20])
+    points = np.stack([make.places_at(int(k)) for k in frame])
+    key = ClickKey(10, "N", "head")
+    lanes.show_reference(Reference(frame, points), mistakes=[key])
+    assert marks_of(lanes, "head")[10] == Mark.FLAGGED
+    assert lanes.flagged_frames().tolist() == [10]
+    project.apply(MoveClicks((key,), (10.0, 0.0)))
+    assert marks_of(lanes, "head")[10] == Mark.CLICKED
 
 
 def test_filters(project, lanes, make):

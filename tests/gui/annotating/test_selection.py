@@ -123,13 +123,13 @@ def test_lanes_are_filtered_by_a_menu(qtbot, bar):
     toggle(qtbot, bar, "left elbow")
     toggle(qtbot, bar, "Residual of each limb [px]")
     toggle(qtbot, bar, "Only what is flagged")
-    assert bar.lanes_button.text() == "Only flagged"
+    assert bar.lanes_button.text() == "Only flagged ▾"
     assert chosen[-1] == LaneFilter(
         frozenset({"landmarks", "uncertainty", "residual"}), frozenset({"left_elbow"}), True
     )
     toggle(qtbot, bar, "As at first")
     assert chosen[-1] == LaneFilter()
-    assert bar.lanes_button.text() == "Lanes"
+    assert bar.lanes_button.text() == "Lanes ▾"
 
 
 def test_flagged_frames_are_gone_to(qtbot, bar):

@@ -38,13 +38,19 @@ def theirs(project, make):
     ]
 
 
+def take(qtbot, dialog):
+    """Click on Take in, and wait until that is done or was refused."""
+    qtbot.mouseClick(dialog.take_button, LEFT)
+    qtbot.waitUntil(lambda: not dialog._tasks.tasks, timeout=10_000)
+
+
 @pytest.fixture
-def dialog(project, theirs, shown):
+def dialog(project, theirs, shown, tasks):
     def compare():
         mine = project.clicks.all(with_deleted=True)
         return TakeIn(incoming(mine, theirs, "clicks of B"))
 
-    return shown(TakeInDialog(project, compare, compare()), 860, 560)
+    return shown(TakeInDialog(project, compare, compare(), tasks), 860, 560)
 
 
 def click_cell(qtbot, dialog, row, column):
@@ -88,7 +94,7 @@ def test_a_click_on_a_side_decides(qtbot, project, dialog):
     qtbot.mouseClick(dialog.with_new, LEFT, pos=box)
     assert not dialog.with_new.isChecked()
     assert dialog.outcome.text().startswith("2 clicks will be written")
-    qtbot.mouseClick(dialog.take_button, LEFT)
+    take(qtbot, dialog)
     assert project.clicks.get(ClickKey(5, "N", "head")).position[0] == pytest.approx(x + 2.0)
     assert not project.clicks.get(ClickKey(5, "S", "head")).deleted
     assert project.clicks.count() == 72
@@ -115,27 +121,27 @@ def test_enter_shows_the_click_in_the_views(qtbot, dialog):
 def test_a_project_that_changed_meanwhile_is_compared_again(qtbot, project, dialog, make):
     click_cell(qtbot, dialog, row_of(dialog, "N"), 4)
     project.apply(place(make.clicks_at([9], sigma=5.0)[0]))
-    qtbot.mouseClick(dialog.take_button, LEFT)
+    take(qtbot, dialog)
     assert dialog.isVisible()
     assert "changed meanwhile" in dialog.failure.text()
     assert len(dialog.shown.conflicts) == 4
     assert dialog.shown.decision(row_of(dialog, "N")) == "theirs"
-    qtbot.mouseClick(dialog.take_button, LEFT)
+    take(qtbot, dialog)
     assert not dialog.isVisible()
 
 
-def test_what_cannot_be_read_is_listed(project, shown, make):
+def test_what_cannot_be_read_is_listed(project, shown, make, tasks):
     problems = [InputError(f"line {k}: x is 'a'", where="c.csv") for k in range(60)]
     one = TakeIn(incoming([], make.clicks_at([1]), "c.csv"), problems)
-    dialog = shown(TakeInDialog(project, lambda: one, one), 700, 500)
+    dialog = shown(TakeInDialog(project, lambda: one, one, tasks), 700, 500)
     assert dialog.problems.isVisible()
     assert dialog.problems.toPlainText().splitlines()[-1] == "and 10 more"
     assert not dialog.table.isVisible()
 
 
-def test_nothing_to_do_cannot_be_done(project, shown):
+def test_nothing_to_do_cannot_be_done(project, shown, tasks):
     one = TakeIn(incoming([], [], "c.csv"))
-    dialog = shown(TakeInDialog(project, lambda: one, one), 700, 500)
+    dialog = shown(TakeInDialog(project, lambda: one, one, tasks), 700, 500)
     assert not dialog.take_button.isEnabled()
     with pytest.raises(InputError, match="nothing would be taken in"):
         one.edit()

@@ -230,6 +230,25 @@ class TestLanes:
             qtbot.keyClick(timeline, Qt.Key.Key_Escape)
         assert caught.args == [frozenset()]
 
+    def test_up_and_down_select_lanes(self, qtbot, timeline):
+        shift = Qt.KeyboardModifier.ShiftModifier
+        qtbot.keyClick(timeline, Qt.Key.Key_Down)
+        assert timeline.selected_lanes == {LANDMARKS[0]}
+        qtbot.keyClick(timeline, Qt.Key.Key_Down)
+        qtbot.keyClick(timeline, Qt.Key.Key_Down, shift)
+        assert timeline.selected_lanes == {LANDMARKS[1], LANDMARKS[2]}
+        qtbot.keyClick(timeline, Qt.Key.Key_Up)
+        assert timeline.selected_lanes == {LANDMARKS[0]}
+        qtbot.keyClick(timeline, Qt.Key.Key_Up)
+        assert timeline.selected_lanes == {LANDMARKS[0]}
+
+    def test_a_lane_that_is_selected_by_a_key_is_scrolled_to(self, qapp, qtbot, timeline):
+        timeline.resize(1000, 150)
+        qapp.processEvents()
+        qtbot.keyClick(timeline, Qt.Key.Key_Up)
+        bar = timeline.verticalScrollBar()
+        assert bar.value() == bar.maximum() > 0
+
     def test_groups_of_lanes_stand_beside_each_other(self, timeline):
         marks = np.full(490, Mark.CLICKED, dtype=np.uint8)
         before = len(timeline.lanes)

@@ -1,0 +1,71 @@
+"""The panels of annotation in the window: what they ask for is done, what they follow is told."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, Slot
+
+from app.views.picture import PictureKind
+
+if TYPE_CHECKING:
+    from app.main_window import MainWindow
+
+
+class AnnotationWork(QObject):
+    """Connects lanes, Next, history and second readings with the document and the views."""
+
+    def __init__(self, window: MainWindow) -> None:
+        super().__init__(window)
+        self._w = window
+        panels = window.annotation
+        panels.frame_requested.connect(self._go_to)
+        panels.click_requested.connect(self._on_click_wanted)
+        panels.landmark_chosen.connect(window.annotate.annotating.choose)
+        panels.repeat_changed.connect(window.annotate.annotating.reread)
+        panels.reference_changed.connect(self._on_reference)
+        panels.said.connect(self._say)
+        panels.message.connect(window.messages.show_message)
+        window.project.opened.connect(self._on_project)
+        window.project.closing.connect(panels.shutdown)
+        window.document.count_changed.connect(panels.set_frame_count)
+        window.document.frame_changed.connect(panels.set_frame)
+
+    @Slot()
+    def _on_project(self) -> None:
+        document, project = self._w.document, self._w.project.project
+        if project is not self._w.annotation.project:
+            self._w.annotation.set_project(project, document.recording, document.frame_count)
+            self._w.annotation.set_frame(document.frame)
+
+    @Slot(int)
+    def _go_to(self, frame: int) -> None:
+        self._w.document.pause()
+        self._w.document.go_to(frame)
+
+    @Slot(int, str, str)
+    def _on_click_wanted(self, frame: int, camera: str, landmark: str) -> None:
+        """Show the frame, make the view active in which to click, and choose the landmark."""
+        self._go_to(frame)
+        w = self._w
+        for view in w.views():
+            cameras: dict[PictureKind, str] = {"image": view.image.camera}
+            if view.left is not None:
+                cameras["left"] = view.left.camera
+            for kind, name in cameras.items():
+                if name == camera:
+                    w.grid.show_kind(view.name, kind)
+                    w.grid.set_active(view.name)
+                    w.grid.tiles[view.name].camera.setFocus()
+        w.annotate.annotating.choose(landmark)
+
+    @Slot()
+    def _on_reference(self) -> None:
+        """Draw the project's reference where it has one."""
+        now = self._w.annotation.reference.now
+        self._w.instant.reference = now.reference.trajectory() if now is not None else None
+        self._w.instant.tell_soon()
+
+    @Slot(str)
+    def _say(self, words: str) -> None:
+        self._w.statusBar().showMessage(words, 6000)

@@ -1,0 +1,123 @@
+"""What the clicks of a frame say about each other: predicted points, curves, mixed-up sides."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from app.presenters.bone_lengths import BoneLength, bone_lengths
+from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.epipolar import epipolar_curve
+from stereotrack_core.annotation.landmark_set import LandmarkSet
+from stereotrack_core.annotation.predict import PredictedPoint, predicted_point
+from stereotrack_core.annotation.swaps import Swap, find_swaps
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.proportions import Proportions
+from stereotrack_core.depth.points import Volume
+from stereotrack_core.geometry.camera import Camera
+
+
+@dataclass(frozen=True, eq=False)
+class HintQuestion:
+    """What hints are asked about.
+
+    Attributes
+    ----------
+    frame : int
+    clicks : tuple of Click
+        Of this frame, all cameras and landmarks.
+    landmark : str
+        The one whose curves are wanted.
+    shown : tuple of str
+        Cameras whose images are shown.
+    cameras : mapping from name to Camera
+    landmark_set : LandmarkSet
+    volume : Volume
+    proportions : Proportions
+    sigmas : mapping from landmark to float
+        How good clicks are, pixels per axis, as far as measured.
+    """
+
+    frame: int
+    clicks: tuple[Click, ...]
+    landmark: str
+    shown: tuple[str, ...]
+    cameras: Mapping[str, Camera]
+    landmark_set: LandmarkSet
+    volume: Volume
+    proportions: Proportions
+    sigmas: Mapping[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """Where a landmark that was clicked in one camera can be in another; (K, 2) raw pixels."""
+
+    landmark: str
+    from_camera: str
+    pixels: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class ClickHints:
+    """The answer.
+
+    Attributes
+    ----------
+    question : HintQuestion
+    points : mapping from landmark to PredictedPoint
+        Of landmarks with clicks in two places or more.
+    curves : mapping from camera to tuple of Curve
+    swaps : tuple of Swap
+    lengths : tuple of BoneLength
+    """
+
+    question: HintQuestion
+    points: Mapping[str, PredictedPoint]
+    curves: Mapping[str, tuple[Curve, ...]]
+    swaps: tuple[Swap, ...]
+    lengths: tuple[BoneLength, ...]
+
+
+def hints_of(question: HintQuestion) -> ClickHints:
+    """Everything that the clicks of one frame say about each other."""
+    clicks = [one for one in question.clicks if one.camera in question.cameras]
+    by_landmark: dict[str, list[Click]] = {}
+    for click in clicks:
+        by_landmark.setdefault(click.landmark, []).append(click)
+    wanted = {*question.shown, *(click.camera for click in clicks)}
+    cameras = {name: camera for name, camera in question.cameras.items() if name in wanted}
+    points = {}
+    for name, own in by_landmark.items():
+        point = predicted_point(cameras, own, sigma=question.sigmas)
+        if point is not None:
+            points[name] = point
+    return ClickHints(
+        question,
+        points,
+        _curves(question, by_landmark.get(question.landmark, [])),
+        find_swaps(clicks, question.cameras, question.landmark_set.pairs()),
+        bone_lengths(points, question.proportions),
+    )
+
+
+def _curves(question: HintQuestion, clicks: list[Click]) -> dict[str, tuple[Curve, ...]]:
+    """Curves of the chosen landmark's clicks in every image that is shown."""
+    found: dict[str, tuple[Curve, ...]] = {}
+    for name in question.shown:
+        if name not in question.cameras:
+            continue
+        own = []
+        for click in clicks:
+            if click.camera != name and click.position is not None:
+                pixels = epipolar_curve(
+                    question.cameras[click.camera],
+                    np.array(click.position),
+                    question.cameras[name],
+                    question.volume,
+                )
+                own.append(Curve(click.landmark, click.camera, pixels))
+        found[name] = tuple(own)
+    return found

@@ -1,0 +1,313 @@
+"""The body fitted to the clicks of a whole recording, and what is said of it."""
+
+from __future__ import annotations
+
+import time
+from collections import defaultdict
+from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field, replace
+
+import numpy as np
+
+from app.limb_colours import limb_words
+from app.presenters.counting import counted
+from app.presenters.selection import gaps_of, landmark_gaps_of
+from stereotrack_core import __version__
+from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.click_points import click_pixels
+from stereotrack_core.annotation.click_residuals import click_residuals, limb_residuals
+from stereotrack_core.annotation.fit.fit import ClickFit
+from stereotrack_core.annotation.fit.measurement import (
+    USUAL_SIGMA,
+    ClickMeasurement,
+    measurements,
+)
+from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, TrajectoryFit
+from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.annotation.limb_axes import SCORED
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.body.proportions import proportions_of
+from stereotrack_core.depth.chain import DepthChain
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.errors import InputError
+from stereotrack_core.project.click_sigma import measured_sigmas
+from stereotrack_core.project.fitted import reference_of_fit
+from stereotrack_core.project.project import Project
+from stereotrack_core.project.references import Reference
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.landmarks import LANDMARKS
+from stereotrack_core.recording.reader import FrameReader
+
+FITTED = "fitted to clicks"
+"""Name of the reference that the window makes."""
+
+OnProgress = Callable[[float, str], None]
+Clouds = Callable[[int], Cloud | None]
+
+
+@dataclass(frozen=True, eq=False)
+class FitOrder:
+    """What shall be fitted.
+
+    Attributes
+    ----------
+    project : Project
+    recording : Recording
+    frames : range
+    settings : FitSettings
+    depth : DepthParameters
+        How points are measured where the fit uses them.
+    """
+
+    project: Project
+    recording: Recording
+    frames: range
+    settings: FitSettings = field(default_factory=FitSettings)
+    depth: DepthParameters = field(default_factory=DepthParameters)
+
+
+@dataclass(frozen=True, eq=False)
+class FittedRecording:
+    """A fit and what is shown of it.
+
+    Attributes
+    ----------
+    order : FitOrder
+    fit : TrajectoryFit
+    reference : Reference
+    residuals : (F, 6) float64
+        Of each limb's clicks in pixels, over the frames of the fit; NaN without a click.
+    """
+
+    order: FitOrder
+    fit: TrajectoryFit
+    reference: Reference
+    residuals: FloatArray
+
+
+def fit_recording(
+    order: FitOrder, on_progress: OnProgress, cancelled: Callable[[], bool]
+) -> FittedRecording:
+    """Fit the body to all clicks of some frames; called off the window's thread.
+
+    Raises
+    ------
+    InputError
+        Where there is no click to fit to.
+    Cancelled
+        When stopped.
+    """
+    project, begun = order.project, time.monotonic()
+    landmarks = project.landmark_set()
+    clicks = project.clicks.between(order.frames.start, order.frames.stop)
+    if not any(click.position is not None for click in clicks):
+        raise InputError(
+            f"there is no click in frames {order.frames.start} to {order.frames.stop - 1}",
+            where=project.path.name,
+            remedy="Click landmarks in a few frames first.",
+        )
+    sigma = measured_sigmas(project, USUAL_SIGMA)
+    subject = project.subject() or order.recording.subject
+    fitting = ClickFit(order.recording.cameras, landmarks, proportions_of(subject), order.settings)
+    by_frame = {
+        frame: measurements(own, landmarks, sigma) for frame, own in _by_frame(clicks).items()
+    }
+    with _clouds(order, on_progress) as clouds:
+        fit = _trajectory(fitting, by_frame, order, clouds, on_progress, cancelled)
+    clicked = {(click.frame, click.landmark) for click in clicks if click.position is not None}
+    fit = without_gaps(fit, landmark_gaps_of(project), clicked)
+    meta = {
+        "program": "stereotrack",
+        "version": __version__,
+        "recording": order.recording.name,
+        "subject": "" if subject is None else subject.name,
+        "clicks": len(clicks),
+        "click_sigma_px": sigma,
+        "settings": asdict(order.settings),
+        "seconds": time.monotonic() - begun,
+    }
+    return FittedRecording(
+        order, fit, reference_of_fit(fit, meta), residuals_of(fit, clicks, order)
+    )
+
+
+def without_gaps(
+    fit: TrajectoryFit,
+    gaps: Mapping[str, Collection[int]],
+    clicked: Collection[tuple[int, str]] = (),
+) -> TrajectoryFit:
+    """The fit without what it has filled in of single landmarks over their gaps.
+
+    Parameters
+    ----------
+    fit : TrajectoryFit
+    gaps : mapping from landmark to frames
+    clicked : collection of (frame, landmark)
+        These are known all the same.
+    """
+    if not gaps:
+        return fit
+    landmarks, covariance, nine = fit.landmarks.copy(), fit.covariance.copy(), fit.nine.copy()
+    for name, frames in gaps.items():
+        unknown = [frame for frame in frames if (frame, name) not in clicked]
+        rows = np.isin(fit.frame, unknown)
+        if name in fit.names:
+            landmarks[rows, fit.names.index(name)] = np.nan
+            covariance[rows, fit.names.index(name)] = np.nan
+        if name in LANDMARKS:
+            nine[rows, LANDMARKS.index(name)] = np.nan
+    return replace(fit, landmarks=landmarks, covariance=covariance, nine=nine)
+
+
+def residuals_of(fit: TrajectoryFit, clicks: tuple[Click, ...], order: FitOrder) -> FloatArray:
+    """Residuals (F, 6) of each limb's clicks in pixels, over the frames of the fit."""
+    pixels = click_pixels(clicks, order.recording.cameras, fit.names)
+    away = click_residuals(pixels, fit.frame, fit.landmarks)
+    residuals = np.full((len(fit.frame), len(LIMBS)), np.nan)
+    _, own, theirs = np.intersect1d(fit.frame, pixels.frame, return_indices=True)
+    residuals[own] = limb_residuals(away, order.project.landmark_set())[theirs]
+    return residuals
+
+
+def fit_words(fit: TrajectoryFit) -> str:
+    """How good a fit is: ``good to 2.3° (root mean square over the limbs) …``."""
+    kinds = {kind: int((fit.kind == kind).sum()) for kind in (CLICKED, INTERPOLATED, GAP)}
+    known = fit.kind != GAP
+    parts = [
+        f"{counted(len(fit.frame), 'frame')}: {kinds[CLICKED]} clicked,"
+        f" {kinds[INTERPOLATED]} interpolated, {kinds[GAP]} in gaps"
+    ]
+    if known.any():
+        rms = np.sqrt(np.nanmean(np.square(fit.limb_sigma_deg[known]), axis=0))
+        scored = {limb: float(rms[LIMBS.index(limb)]) for limb in SCORED}
+        worst = max(scored, key=lambda limb: scored[limb])
+        together = float(np.sqrt(np.mean(np.square(list(scored.values())))))
+        parts.append(
+            f"limbs are good to {together:.1f}°, the {limb_words(worst)} to {scored[worst]:.1f}°"
+        )
+    if mistakes := len(fit.flagged()):
+        verb = "looks like a mistake" if mistakes == 1 else "look like mistakes"
+        parts.append(f"{counted(mistakes, 'click')} {verb}")
+    return "; ".join(parts) + "."
+
+
+def merged_reference(old: Reference | None, new: Reference, frames: range) -> Reference:
+    """The old reference with these frames taken from the new one.
+
+    Without an old one of the same landmarks, the new one's frames alone.
+    """
+    inside = (new.frame >= frames.start) & (new.frame < frames.stop)
+    taken = _chosen(new, inside)
+    if old is None or not _fits(old, new):
+        return taken
+    kept = _chosen(old, (old.frame < frames.start) | (old.frame >= frames.stop))
+    order = np.argsort(np.concatenate([kept.frame, taken.frame]), kind="stable")
+
+    def both(name: str) -> FloatArray:
+        joined: FloatArray = np.concatenate([getattr(kept, name), getattr(taken, name)])[order]
+        return joined
+
+    return Reference(
+        frame=both("frame").astype(np.int64),
+        points=both("points"),
+        covariance=both("covariance"),
+        limb_sigma_deg=both("limb_sigma_deg"),
+        filled=both("filled").astype(np.bool_),
+        landmark_names=new.landmark_names,
+        meta={**old.meta, **new.meta, "mistakes": _mistakes(old, new, frames)},
+    )
+
+
+def around(frames: range, clicked: tuple[int, ...], last: int) -> range:
+    """Frames with what they hang on: from the clicked frame before to the one after.
+
+    Parameters
+    ----------
+    frames : range
+    clicked : tuple of int
+        Frames with clicks.
+    last : int
+        The recording's last frame.
+    """
+    before = [frame for frame in clicked if frame < frames.start]
+    after = [frame for frame in clicked if frame >= frames.stop]
+    return range(
+        max(before, default=frames.start), min(min(after, default=frames.stop - 1), last) + 1
+    )
+
+
+def _fits(old: Reference, new: Reference) -> bool:
+    parts = (old.covariance, old.limb_sigma_deg, old.filled)
+    return old.landmark_names == new.landmark_names and all(part is not None for part in parts)
+
+
+def _chosen(reference: Reference, rows: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Reference:
+    def part(array: FloatArray | None) -> FloatArray | None:
+        return None if array is None else array[rows]
+
+    return Reference(
+        frame=reference.frame[rows],
+        points=reference.points[rows],
+        covariance=part(reference.covariance),
+        limb_sigma_deg=part(reference.limb_sigma_deg),
+        filled=None if reference.filled is None else reference.filled[rows],
+        landmark_names=reference.landmark_names,
+        meta=reference.meta,
+    )
+
+
+def _mistakes(old: Reference, new: Reference, frames: range) -> list[list[object]]:
+    before = [one for one in old.meta.get("mistakes", ()) if one[0] not in frames]
+    return before + [one for one in new.meta.get("mistakes", ()) if one[0] in frames]
+
+
+def _by_frame(clicks: tuple[Click, ...]) -> dict[int, list[Click]]:
+    found: dict[int, list[Click]] = defaultdict(list)
+    for click in clicks:
+        found[click.frame].append(click)
+    return found
+
+
+def _trajectory(
+    fitting: ClickFit,
+    by_frame: Mapping[int, tuple[ClickMeasurement, ...]],
+    order: FitOrder,
+    clouds: Clouds | None,
+    on_progress: OnProgress,
+    cancelled: Callable[[], bool],
+) -> TrajectoryFit:
+    frames = order.frames
+
+    def note(frame: int) -> None:
+        done = frame - frames.start + 1
+        on_progress(0.95 * done / len(frames), f"frame {done} of {len(frames)}")
+
+    return fitting.trajectory(
+        by_frame,
+        frames,
+        clouds=clouds,
+        gaps=gaps_of(order.project),
+        on_frame=note,
+        cancelled=cancelled,
+    )
+
+
+@contextmanager
+def _clouds(order: FitOrder, on_progress: OnProgress) -> Iterator[Clouds | None]:
+    """Measured points by frame, where the recording gives depth and the settings want it."""
+    recording = order.recording
+    names = [view.name for view in recording.views if view.kind != "mono"]
+    if not names or not order.settings.use_depth:
+        yield None
+        return
+    on_progress(0.0, "learning the background")
+    with FrameReader(recording, views=names, colour=False) as reader:
+        chain = DepthChain(recording, order.depth)
+        try:
+            chain.learn_background(reader, range(reader.frame_count))
+            yield lambda frame: chain.process(reader.frame_set(frame))
+        finally:
+            chain.close()

@@ -1,0 +1,133 @@
+"""Facts about the clicks of a frame become rows of the landmarks and body panels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import isfinite, sqrt
+
+import numpy as np
+
+from app.limb_colours import limb_words
+from app.presenters.marks import FrameMarks, predictions_in
+from app.views.landmark_rows import BodyRow, CellState, LandmarkRow
+from stereotrack_core.annotation.click import UNCERTAIN, Click, Visibility
+from stereotrack_core.annotation.fit.results import MISTAKEN
+from stereotrack_core.body.limbs import LIMBS
+
+_KEYS = 9
+_MOST_WORDS = 2
+_UNSURE_DEG = 10.0
+
+
+def landmark_rows(facts: FrameMarks, cameras: Sequence[str]) -> tuple[LandmarkRow, ...]:
+    """Every landmark of the set, with its state in these cameras."""
+    there = {(click.camera, click.landmark): click for click in facts.clicks}
+    predicted = {
+        (camera, one.landmark) for camera in cameras for one in predictions_in(facts, camera)
+    }
+    return tuple(
+        LandmarkRow(
+            key=str(place) if place <= _KEYS else "",
+            landmark=landmark.name,
+            label=landmark.label,
+            colour=landmark.colour,
+            chosen=landmark.name == facts.chosen,
+            cells=tuple(
+                _state(
+                    there.get((camera, landmark.name)),
+                    predicted=(camera, landmark.name) in predicted,
+                )
+                for camera in cameras
+            ),
+            residual=_residual(facts, landmark.name),
+            distance=_distance(facts, landmark.name),
+            bad=_mistaken(facts, landmark.name),
+        )
+        for place, landmark in enumerate(facts.landmark_set.landmarks, start=1)
+    )
+
+
+def limb_rows(facts: FrameMarks) -> tuple[BodyRow, ...]:
+    """How certain the direction of every limb is; nothing without a fit."""
+    if facts.fit is None:
+        return ()
+    sigmas = facts.fit.fit.limb_sigma_deg
+    return tuple(
+        BodyRow(limb, limb_words(limb), f"± {sigma:.1f}°", _certainty(sigma), sigma > _UNSURE_DEG)
+        for limb, sigma in zip(LIMBS, sigmas.tolist(), strict=True)
+    )
+
+
+def length_rows(facts: FrameMarks) -> tuple[BodyRow, ...]:
+    """Clicked lengths beside the subject's."""
+    if facts.hints is None:
+        return ()
+    return tuple(
+        BodyRow(
+            "",
+            one.name,
+            f"{1000.0 * one.clicked:.0f} mm",
+            f"{1000.0 * (one.clicked - one.subject):+.0f} ± {1000.0 * one.sigma:.0f},"
+            f" subject {1000.0 * one.subject:.0f}",
+            one.doubtful,
+        )
+        for one in facts.hints.lengths
+    )
+
+
+def fit_words(facts: FrameMarks) -> tuple[str, ...]:
+    """What the fit says, the most important first; or what it waits for."""
+    if facts.fit is not None:
+        said = facts.fit.fit.words
+        more = len(said) - _MOST_WORDS
+        return (*said[:_MOST_WORDS], f"and {more} more") if more > 0 else said
+    positions = sum(click.position is not None for click in facts.clicks)
+    if positions:
+        return ("The body is fitted from three clicks on.",)
+    return ("Click landmarks: keys 1 to 9 choose which one.",)
+
+
+def _certainty(sigma: float) -> str:
+    if not isfinite(sigma):
+        return "not known"
+    for limit, words in ((3.0, "certain"), (6.0, "fairly certain"), (_UNSURE_DEG, "uncertain")):
+        if sigma <= limit:
+            return words
+    return "hardly known"
+
+
+def _state(click: Click | None, *, predicted: bool) -> CellState:
+    if click is None:
+        return "predicted" if predicted else "missing"
+    if click.visibility == Visibility.OUTSIDE:
+        return "outside"
+    if click.flag == UNCERTAIN:
+        return "doubted"
+    return "guessed" if click.visibility == Visibility.GUESSED else "clicked"
+
+
+def _residual(facts: FrameMarks, landmark: str) -> str:
+    """Root mean square distance of the clicks from the model, or from each other without one."""
+    if facts.fit is not None:
+        own = [r for key, r in facts.fit.residuals.items() if key.landmark == landmark]
+        squares = [float(r @ r) for r in own if np.isfinite(r).all()]
+        return f"{sqrt(sum(squares) / len(squares)):.1f}" if squares else ""
+    points = facts.hints.points if facts.hints is not None else {}
+    rms = points[landmark].rms_px if landmark in points else float("nan")
+    return f"{rms:.1f}" if isfinite(rms) else ""
+
+
+def _distance(facts: FrameMarks, landmark: str) -> str:
+    points = facts.hints.points if facts.hints is not None else {}
+    if facts.fit is None or landmark not in points or landmark not in facts.fit.places:
+        return ""
+    away = float(np.linalg.norm(points[landmark].world - facts.fit.places[landmark]))
+    return f"{1000.0 * away:.0f}"
+
+
+def _mistaken(facts: FrameMarks, landmark: str) -> bool:
+    if facts.fit is None:
+        return False
+    return any(
+        chance > MISTAKEN for key, chance in facts.fit.mistakes.items() if key.landmark == landmark
+    )

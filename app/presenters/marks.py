@@ -1,0 +1,188 @@
+"""Facts about the clicks of a frame become what is drawn over the pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from PySide6.QtGui import QPainterPath
+
+from app.presenters.click_hints import ClickHints
+from app.presenters.live_fit import ShownFit
+from app.views.click_marks import ClickMark, ClickMarks, CurveMark, PredictionMark, ResidualMark
+from app.views.overlays import limb_paths, part_shapes
+from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Visibility
+from stereotrack_core.annotation.fit.results import MISTAKEN
+from stereotrack_core.annotation.landmark_set import LandmarkSet
+from stereotrack_core.annotation.prediction import Prediction
+from stereotrack_core.geometry.camera import Camera
+
+TRIANGULATED = "other views"
+"""Source of predictions from the clicks of the same frame."""
+
+
+@dataclass(frozen=True, eq=False)
+class FrameMarks:
+    """Everything that marks are made of.
+
+    Attributes
+    ----------
+    frame : int
+    clicks : tuple of Click
+    landmark_set : LandmarkSet
+    chosen : str
+        The landmark that a click places.
+    at_hand, held : ClickKey or None
+        The click that keys act on; that arrow keys move.
+    predictions : tuple of Prediction
+        Kept in the project.
+    hints : ClickHints or None
+    fit : ShownFit or None
+    views : mapping from camera name to view name
+    """
+
+    frame: int
+    clicks: tuple[Click, ...]
+    landmark_set: LandmarkSet
+    chosen: str
+    at_hand: ClickKey | None = None
+    held: ClickKey | None = None
+    predictions: tuple[Prediction, ...] = ()
+    hints: ClickHints | None = None
+    fit: ShownFit | None = None
+    views: Mapping[str, str] | None = None
+
+
+def marks_of(facts: FrameMarks, cameras: Iterable[Camera]) -> dict[str, ClickMarks]:
+    """Marks for every camera whose image is shown, by its name."""
+    return {camera.name: _marks(facts, camera) for camera in cameras}
+
+
+def predictions_in(facts: FrameMarks, camera: str) -> tuple[Prediction, ...]:
+    """The best prediction of every landmark in a camera's image, clicked or not.
+
+    From the clicks in other views where there are two or more; else what the project keeps.
+    """
+    found = {one.landmark: one for one in facts.predictions if one.camera == camera}
+    points = facts.hints.points if facts.hints is not None else {}
+    for name, point in points.items():
+        if camera in point.pixel:
+            x, y = (float(value) for value in point.pixel[camera])
+            sigma = point.spread_px.get(camera)
+            found[name] = Prediction(facts.frame, camera, name, TRIANGULATED, (x, y), sigma)
+    known = facts.landmark_set.names
+    return tuple(found[name] for name in known if name in found)
+
+
+def _marks(facts: FrameMarks, camera: Camera) -> ClickMarks:
+    own = [click for click in facts.clicks if click.camera == camera.name]
+    clicks = [mark for click in own if (mark := _click_mark(facts, click)) is not None]
+    return ClickMarks(
+        frame=facts.frame,
+        camera=camera.name,
+        clicks=tuple(clicks),
+        predictions=_prediction_marks(facts, camera.name, {mark.landmark for mark in clicks}),
+        curves=_curve_marks(facts, camera.name),
+        residuals=_residual_marks(facts, own, camera),
+        model=_model(facts, camera),
+        outside=tuple(
+            _label(facts, click.landmark) for click in own if click.visibility == Visibility.OUTSIDE
+        ),
+    )
+
+
+def _click_mark(facts: FrameMarks, click: Click) -> ClickMark | None:
+    if click.position is None:
+        return None
+    mistakes = facts.fit.mistakes if facts.fit is not None else {}
+    x, y = click.position
+    return ClickMark(
+        landmark=click.landmark,
+        label=_label(facts, click.landmark),
+        colour=_colour(facts, click.landmark),
+        x=x,
+        y=y,
+        guessed=click.visibility == Visibility.GUESSED,
+        doubted=click.flag == UNCERTAIN,
+        accepted=click.origin == "accepted",
+        mistaken=mistakes.get(click.key, 0.0) > MISTAKEN,
+        chosen=click.landmark == facts.chosen,
+        at_hand=click.key == facts.at_hand,
+        held=click.key == facts.held,
+    )
+
+
+def _prediction_marks(
+    facts: FrameMarks, camera: str, clicked: set[str]
+) -> tuple[PredictionMark, ...]:
+    """Predictions where nobody has clicked; of the chosen landmark everywhere, with its error."""
+    points = facts.hints.points if facts.hints is not None else {}
+    found = []
+    for one in predictions_in(facts, camera):
+        chosen = one.landmark == facts.chosen
+        if one.landmark in clicked and not chosen:
+            continue
+        errors = points[one.landmark].error_px if one.landmark in points else {}
+        found.append(
+            PredictionMark(
+                one.landmark,
+                _label(facts, one.landmark),
+                _colour(facts, one.landmark),
+                *one.position,
+                error_px=errors.get(camera, float("nan")),
+                spread_px=float("nan") if one.sigma is None else one.sigma,
+                chosen=chosen,
+            )
+        )
+    return tuple(found)
+
+
+def _curve_marks(facts: FrameMarks, camera: str) -> tuple[CurveMark, ...]:
+    """Curves of the chosen landmark; those of the one before it are out of date."""
+    if facts.hints is None or facts.hints.question.landmark != facts.chosen:
+        return ()
+    views = facts.views or {}
+    return tuple(
+        CurveMark(
+            _colour(facts, curve.landmark),
+            views.get(curve.from_camera, curve.from_camera),
+            curve.pixels,
+        )
+        for curve in facts.hints.curves.get(camera, ())
+    )
+
+
+def _residual_marks(
+    facts: FrameMarks, clicks: Iterable[Click], camera: Camera
+) -> tuple[ResidualMark, ...]:
+    """From where a click is now to the model as it is now, be the new fit still under way."""
+    if facts.fit is None:
+        return ()
+    found = []
+    for click in clicks:
+        place = facts.fit.places.get(click.landmark)
+        if place is None or click.position is None:
+            continue
+        end = camera.project(place)
+        if np.isfinite(end).all():
+            colour = _colour(facts, click.landmark)
+            found.append(ResidualMark(colour, click.position, (float(end[0]), float(end[1]))))
+    return tuple(found)
+
+
+def _model(facts: FrameMarks, camera: Camera) -> tuple[tuple[str, QPainterPath], ...]:
+    if facts.fit is None:
+        return ()
+    shapes = part_shapes(facts.fit.meshes, camera.project, camera.position_world, wire=False)
+    return limb_paths(shapes)
+
+
+def _label(facts: FrameMarks, landmark: str) -> str:
+    known = landmark in facts.landmark_set.names
+    return facts.landmark_set[landmark].label if known else landmark.replace("_", " ")
+
+
+def _colour(facts: FrameMarks, landmark: str) -> str:
+    known = landmark in facts.landmark_set.names
+    return facts.landmark_set[landmark].colour if known else "#ffffff"

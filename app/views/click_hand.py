@@ -1,0 +1,122 @@
+"""The mouse over a picture that takes clicks: place, pick, drag."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from PySide6.QtCore import QPointF, Qt
+
+from app.views.click_marks import ClickMark, ClickMarks, Moved, Picked, Placed
+
+HANDLE = 12.0
+"""Widget pixels around a click within which it can be dragged."""
+
+_STILL = 3.0
+
+
+class Ground(Protocol):
+    """What the hand has to know about the picture below it."""
+
+    def pixel_at(self, position: QPointF) -> QPointF:
+        """Raw pixel under a place in the widget."""
+
+    def place_of(self, x: float, y: float) -> QPointF:
+        """Place in the widget of a raw pixel."""
+
+    def inside(self, pixel: QPointF) -> bool:
+        """Whether a raw pixel is in the picture."""
+
+
+@dataclass(frozen=True)
+class _Press:
+    start: QPointF
+    now: QPointF
+    mark: ClickMark | None
+    offset: QPointF
+    dragging: bool
+
+
+class ClickHand:
+    """From presses and moves of the left button to what they mean.
+
+    A press within :data:`HANDLE` of a click that moves drags it. A press that stays places the
+    chosen landmark, be it on another one's click: hands do lie on elbows. Only when the chosen
+    landmark has been clicked in this picture already, a press on a handle picks that click; with
+    Ctrl it places even then.
+    """
+
+    def __init__(self, ground: Ground) -> None:
+        self._ground = ground
+        self._press: _Press | None = None
+
+    @property
+    def busy(self) -> bool:
+        """Whether the button is down."""
+        return self._press is not None
+
+    def preview(self) -> tuple[str, QPointF] | None:
+        """The landmark being dragged and the raw pixel that it would come to."""
+        press = self._press
+        if press is None or press.mark is None or not press.dragging:
+            return None
+        return press.mark.landmark, self._ground.pixel_at(press.now - press.offset)
+
+    def press(self, position: QPointF, marks: ClickMarks) -> None:
+        """Take hold of what is there."""
+        mark = self.mark_at(position, marks)
+        place = self._ground.place_of(mark.x, mark.y) if mark is not None else position
+        self._press = _Press(position, position, mark, position - place, dragging=False)
+
+    def move(self, position: QPointF) -> None:
+        """Follow the cursor."""
+        press = self._press
+        if press is not None:
+            far = (position - press.start).manhattanLength() > _STILL
+            self._press = _Press(
+                press.start, position, press.mark, press.offset, press.dragging or far
+            )
+
+    def let_go(self) -> None:
+        """Do nothing after all."""
+        self._press = None
+
+    def release(
+        self, position: QPointF, marks: ClickMarks, modifiers: Qt.KeyboardModifier
+    ) -> Placed | Moved | Picked | None:
+        """What was done; None for nothing, as outside the picture."""
+        self.move(position)
+        press, self._press = self._press, None
+        if press is None:
+            return None
+        anyway = bool(modifiers & Qt.KeyboardModifier.ControlModifier)
+        if press.mark is not None and press.dragging and not anyway:
+            pixel = self._ground.pixel_at(press.now - press.offset)
+            if not self._ground.inside(pixel):
+                return None
+            return Moved(marks.frame, marks.camera, press.mark.landmark, pixel.x(), pixel.y())
+        if press.mark is not None and not anyway and any(mark.chosen for mark in marks.clicks):
+            return Picked(marks.frame, marks.camera, press.mark.landmark)
+        pixel = self._ground.pixel_at(position)
+        if not self._ground.inside(pixel):
+            return None
+        guessed = bool(modifiers & Qt.KeyboardModifier.ShiftModifier)
+        return Placed(marks.frame, marks.camera, pixel.x(), pixel.y(), guessed)
+
+    def mark_at(self, position: QPointF, marks: ClickMarks) -> ClickMark | None:
+        """The nearest click whose handle is under a place in the widget."""
+        near = [
+            (self._distance(position, mark), mark)
+            for mark in marks.clicks
+            if self._distance(position, mark) <= HANDLE
+        ]
+        return min(near, key=lambda one: one[0])[1] if near else None
+
+    def picked_at(self, position: QPointF, marks: ClickMarks) -> Picked | None:
+        """The click under a place in the widget as picked, whatever is chosen."""
+        mark = self.mark_at(position, marks)
+        return Picked(marks.frame, marks.camera, mark.landmark) if mark is not None else None
+
+    def _distance(self, position: QPointF, mark: ClickMark) -> float:
+        away = position - self._ground.place_of(mark.x, mark.y)
+        return float((away.x() ** 2 + away.y() ** 2) ** 0.5)

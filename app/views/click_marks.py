@@ -1,0 +1,167 @@
+"""What is drawn of clicks over one camera's picture, and what a person does there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from math import nan
+
+from PySide6.QtGui import QPainterPath
+
+from stereotrack_core.arrays import FloatArray
+
+CLICK_OVERLAYS: Mapping[str, str] = {
+    "clicks": "Clicks",
+    "predictions": "Predicted points",
+    "epipolar": "Epipolar curves",
+    "residuals": "Residuals of the fit",
+    "fit": "Model fitted to the clicks",
+}
+"""Overlays about clicks that can be switched one by one, with their names."""
+
+
+@dataclass(frozen=True)
+class ClickMark:
+    """A landmark as a person has placed it in this picture.
+
+    Attributes
+    ----------
+    landmark, label, colour : str
+        Name in the set, name as a person reads it, ``#rrggbb``.
+    x, y : float
+        Raw pixels.
+    guessed, doubted, accepted, mistaken : bool
+        Guessed behind something; flagged as uncertain; was a prediction; the fit takes it for a
+        gross mistake.
+    chosen, at_hand, held : bool
+        Whether clicking places this landmark; keys act on this click; arrow keys move it.
+    """
+
+    landmark: str
+    label: str
+    colour: str
+    x: float
+    y: float
+    guessed: bool = False
+    doubted: bool = False
+    accepted: bool = False
+    mistaken: bool = False
+    chosen: bool = False
+    at_hand: bool = False
+    held: bool = False
+
+
+@dataclass(frozen=True)
+class PredictionMark:
+    """A landmark as the program would place it.
+
+    Attributes
+    ----------
+    error_px : float
+        How far the click is from it; NaN without a click.
+    spread_px : float
+        Standard deviation of the place.
+    chosen : bool
+    """
+
+    landmark: str
+    label: str
+    colour: str
+    x: float
+    y: float
+    error_px: float = nan
+    spread_px: float = nan
+    chosen: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class CurveMark:
+    """Where a landmark that was clicked in another view can be; (K, 2) raw pixels."""
+
+    colour: str
+    from_view: str
+    points: FloatArray
+
+
+@dataclass(frozen=True)
+class ResidualMark:
+    """From a click to the place of its landmark on the fitted model; raw pixels."""
+
+    colour: str
+    start: tuple[float, float]
+    end: tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class ClickMarks:
+    """Everything about clicks that is drawn over one picture.
+
+    Attributes
+    ----------
+    frame : int
+    camera : str
+    clicks : tuple of ClickMark
+    predictions : tuple of PredictionMark
+    curves : tuple of CurveMark
+    residuals : tuple of ResidualMark
+    model : tuple of (str, QPainterPath)
+        Outline of each limb of the fitted model, raw pixels.
+    outside : tuple of str
+        Labels of landmarks that a person says are not in the picture.
+    """
+
+    frame: int
+    camera: str
+    clicks: tuple[ClickMark, ...] = ()
+    predictions: tuple[PredictionMark, ...] = ()
+    curves: tuple[CurveMark, ...] = ()
+    residuals: tuple[ResidualMark, ...] = ()
+    model: tuple[tuple[str, QPainterPath], ...] = field(default=())
+    outside: tuple[str, ...] = ()
+
+    def with_moved(self, landmark: str, x: float, y: float) -> ClickMarks:
+        """The same while a click is being dragged; its residual is left out."""
+        clicks = tuple(
+            replace(mark, x=x, y=y) if mark.landmark == landmark else mark for mark in self.clicks
+        )
+        moved = next((mark for mark in self.clicks if mark.landmark == landmark), None)
+        start = (moved.x, moved.y) if moved is not None else None
+        residuals = tuple(one for one in self.residuals if one.start != start)
+        return replace(self, clicks=clicks, residuals=residuals)
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A person has clicked into a picture; raw pixels.
+
+    Attributes
+    ----------
+    guessed : bool
+        Shift was held: the landmark is behind something.
+    """
+
+    frame: int
+    camera: str
+    x: float
+    y: float
+    guessed: bool = False
+
+
+@dataclass(frozen=True)
+class Moved:
+    """A person has dragged a click to another place; raw pixels."""
+
+    frame: int
+    camera: str
+    landmark: str
+    x: float
+    y: float
+
+
+@dataclass(frozen=True)
+class Picked:
+    """A person has clicked on a click."""
+
+    frame: int
+    camera: str
+    landmark: str

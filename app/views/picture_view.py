@@ -1,0 +1,214 @@
+"""One picture, never resampled but for display: zoom at a place, pan, upright, brightness."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QImage, QPainter, QTransform
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from app.views.click_marks import CLICK_OVERLAYS
+from app.views.picture import Picture, brightened
+
+_MOST_ZOOM = 64.0
+_PERSON_SHARE, _LEAST_SHARE = 0.8, 0.5
+
+
+@dataclass(frozen=True)
+class Display:
+    """How pictures are displayed, the same for all views.
+
+    Attributes
+    ----------
+    overlays : frozenset of str
+        Names of the overlays that are switched on.
+    highlighted : str
+        Limb that is selected everywhere, or empty.
+    brightness : float
+        -1 to 1.
+    contrast : float
+        Factor.
+    loupe : bool
+    loupe_in_corner : bool
+        Whether the loupe is in a corner, so that it hides nothing around the cursor.
+    keep_person : bool
+        Whether views enlarge the person and follow it, until somebody zooms by hand.
+    """
+
+    overlays: frozenset[str] = frozenset({"outline", "reference", *CLICK_OVERLAYS})
+    highlighted: str = ""
+    brightness: float = 0.0
+    contrast: float = 1.0
+    loupe: bool = False
+    loupe_in_corner: bool = False
+    keep_person: bool = False
+
+
+class PictureView(QWidget):
+    """Holds one :class:`Picture` and knows which of its pixels is where in the widget."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._picture: Picture | None = None
+        self._display = Display()
+        self._image = QImage()
+        self._zoom = 1.0
+        self._centre: QPointF | None = None
+        self._by_hand = False
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setMinimumSize(120, 80)
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
+
+    @property
+    def picture(self) -> Picture | None:
+        """What is shown."""
+        return self._picture
+
+    @property
+    def zoom(self) -> float:
+        """Magnification over the fitting size, at least 1."""
+        return self._zoom
+
+    def inside(self, pixel: QPointF) -> bool:
+        """Whether a raw pixel is in the picture."""
+        across = -0.5 <= pixel.x() < self._image.width() - 0.5
+        return across and -0.5 <= pixel.y() < self._image.height() - 0.5
+
+    def raw_direction(self, x: float, y: float) -> tuple[float, float]:
+        """Direction in raw pixels of one in the picture as it is shown."""
+        inverse, _ = self._upright().inverted()
+        way = inverse.map(QPointF(x, y)) - inverse.map(QPointF(0.0, 0.0))
+        return way.x(), way.y()
+
+    def sizeHint(self) -> QSize:
+        return QSize(480, 360)
+
+    def show_picture(self, picture: Picture) -> None:
+        """Show another picture; zoom and place are kept while its size stays the same."""
+        size_before = self._image.size()
+        self._picture = picture
+        self._make_image()
+        if self._image.size() != size_before:
+            self.fit()
+        self._keep_person()
+        self.update()
+
+    def set_display(self, display: Display) -> None:
+        """Change how pictures are displayed."""
+        old, self._display = self._display, display
+        if (old.brightness, old.contrast) != (display.brightness, display.contrast):
+            self._make_image()
+        if old.keep_person != display.keep_person:
+            self.fit()
+            self._keep_person()
+        self.update()
+
+    def fit(self) -> None:
+        """Show the whole picture."""
+        self._zoom, self._centre, self._by_hand = 1.0, None, False
+        self.update()
+
+    def zoom_by(self, factor: float, at: QPointF | None = None) -> None:
+        """Zoom by `factor`, keeping the picture's point under `at` (widget) where it is."""
+        place = at if at is not None else QPointF(self.rect().center())
+        fixed = self.pixel_at(place)
+        self._by_hand = True
+        self._zoom = float(np.clip(self._zoom * factor, 1.0, _MOST_ZOOM))
+        if self._zoom == 1.0:
+            self._centre = None
+        else:
+            self._centre = QPointF(0.0, 0.0) if self._centre is None else self._centre
+            moved = self._to_widget().map(fixed)
+            self._pan(place - moved)
+        self.update()
+
+    def pixel_at(self, position: QPointF) -> QPointF:
+        """Pixel of the picture, as recorded, under a place in the widget."""
+        inverse, _ = self._to_widget().inverted()
+        return inverse.map(position)
+
+    def place_of(self, x: float, y: float) -> QPointF:
+        """Place in the widget of a pixel of the picture."""
+        return self._to_widget().map(QPointF(x, y))
+
+    def _make_image(self) -> None:
+        pixels = self._picture.pixels if self._picture is not None else None
+        if pixels is None:
+            self._image = QImage()
+            return
+        lit = np.ascontiguousarray(
+            brightened(pixels, self._display.brightness, self._display.contrast)
+        )
+        height, width = lit.shape[:2]
+        grey = lit.ndim == 2
+        form = QImage.Format.Format_Grayscale8 if grey else QImage.Format.Format_BGR888
+        image = QImage(lit.data, width, height, lit.strides[0], form)
+        # what is drawn most often is kept as the screen wants it; the copy also owns its memory
+        self._image = image.convertToFormat(QImage.Format.Format_RGB32)
+
+    def _upright(self) -> QTransform:
+        """From raw pixels to the picture turned upright, its corner at the origin."""
+        width, height = self._image.width(), self._image.height()
+        # the centre of the top-left pixel is (0, 0), so the picture starts at (-1/2, -1/2)
+        turn = self._picture.rotation % 360 if self._picture is not None else 0
+        shift = {0: (0, 0), 90: (height, 0), 180: (width, height), 270: (0, width)}[turn]
+        half = QTransform.fromTranslate(0.5, 0.5)
+        return half * QTransform().rotate(turn) * QTransform.fromTranslate(*shift)
+
+    def _upright_size(self) -> tuple[float, float]:
+        width, height = self._image.width(), self._image.height()
+        turned = self._picture is not None and self._picture.rotation % 180 == 90
+        return (height, width) if turned else (width, height)
+
+    def _scale(self) -> float:
+        width, height = self._upright_size()
+        if not width or not height:
+            return 1.0
+        return self._zoom * min(self.width() / width, self.height() / height)
+
+    def _to_widget(self) -> QTransform:
+        """From raw pixels to the widget."""
+        width, height = self._upright_size()
+        scale = self._scale()
+        centre = self._centre if self._centre is not None else QPointF(0.0, 0.0)
+        x = 0.5 * self.width() - scale * (0.5 * width + centre.x())
+        y = 0.5 * self.height() - scale * (0.5 * height + centre.y())
+        return self._upright() * QTransform.fromScale(scale, scale) * QTransform.fromTranslate(x, y)
+
+    def _keep_person(self) -> None:
+        """Enlarge the person, and move only when it is about to leave what is seen."""
+        if not self._display.keep_person or self._by_hand or self._picture is None:
+            return
+        box = self._picture.overlay.person_box()
+        if box is None or self._image.isNull():
+            return
+        place = self._to_widget().mapRect(box)
+        seen = QRectF(self.rect())
+        share = max(place.width() / seen.width(), place.height() / seen.height())
+        if seen.contains(place) and share > _LEAST_SHARE:
+            return
+        zoom = self._zoom * _PERSON_SHARE / max(share, 1e-3)
+        self._zoom = float(np.clip(zoom, 1.0, _MOST_ZOOM))
+        width, height = self._upright_size()
+        centre = self._upright().map(box.center())
+        self._centre = centre - QPointF(0.5 * width, 0.5 * height)
+
+    def _pan(self, by: QPointF) -> None:
+        if self._centre is None:
+            return
+        width, height = self._upright_size()
+        moved = self._centre - by / self._scale()
+        self._centre = QPointF(
+            float(np.clip(moved.x(), -0.5 * width, 0.5 * width)),
+            float(np.clip(moved.y(), -0.5 * height, 0.5 * height)),
+        )
+        self.update()
+
+    def _paint_message(self, painter: QPainter, colour: QColor) -> None:
+        words = self._picture.message if self._picture is not None else ""
+        painter.setPen(colour)
+        area = self.rect().adjusted(16, 8, -16, -8)
+        flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
+        painter.drawText(area, flags, words)

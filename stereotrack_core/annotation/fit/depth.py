@@ -1,0 +1,65 @@
+"""What a cloud tells the fit: points that look for the body, and edges for its outlines."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.tracking.outlines.edges import EdgeMap, edge_maps
+
+_FARTHEST = 1.0e4
+"""Pixels and metres beyond what half precision must hold."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredDepth:
+    """One instant, small enough that those of a whole recording are kept.
+
+    Attributes
+    ----------
+    points : (N, 3) float64, world
+        Drawn from the cloud.
+    """
+
+    points: FloatArray
+    _edges: tuple[EdgeMap, ...]
+    _halves: tuple[tuple[NDArray[np.float16], NDArray[np.float16]], ...]
+
+    def edges(self) -> tuple[EdgeMap, ...]:
+        """Edges of the person in the views that know them."""
+        return tuple(
+            replace(edge, distance=distance.astype(np.float32), range_z=range_z.astype(np.float32))
+            for edge, (distance, range_z) in zip(self._edges, self._halves, strict=True)
+        )
+
+
+def measured_depth(cloud: Cloud, wanted: int, *, outlines: bool) -> MeasuredDepth:
+    """Keep of a cloud what the fit needs.
+
+    Parameters
+    ----------
+    cloud : Cloud
+    wanted : int
+        Points, drawn evenly; the same for the same frame.
+    outlines : bool
+        Whether edges are kept; half precision is enough near an edge, where they are used.
+    """
+    points = cloud.points
+    if len(points) > wanted:
+        rng = np.random.default_rng(cloud.frame)
+        points = points[np.sort(rng.choice(len(points), wanted, replace=False))]
+    maps = edge_maps(cloud) if outlines else ()
+    nothing = np.empty((0, 0), dtype=np.float32)
+    halves = tuple(
+        (
+            np.clip(edge.distance, -_FARTHEST, _FARTHEST).astype(np.float16),
+            np.clip(edge.range_z, -_FARTHEST, _FARTHEST).astype(np.float16),
+        )
+        for edge in maps
+    )
+    bare = tuple(replace(edge, distance=nothing, range_z=nothing) for edge in maps)
+    return MeasuredDepth(points, bare, halves)

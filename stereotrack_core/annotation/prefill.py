@@ -1,0 +1,192 @@
+"""Predictions for places that nobody has clicked: from a fit, a run, neighbours, or following.
+
+A source is the word under which the predictions are kept (:mod:`project.predictions`). None of them
+is a click before a person says so, and none is made where a person has said anything already, be it
+that there is nothing.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from stereotrack_core.annotation.click import Click, ClickKey
+from stereotrack_core.annotation.epipolar import in_image
+from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA, sigma_of
+from stereotrack_core.annotation.fit.results import GAP, TrajectoryFit
+from stereotrack_core.annotation.follow_click import FollowedClick
+from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
+from stereotrack_core.annotation.prediction import Prediction
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.reprojection import pixel_jacobian
+from stereotrack_core.tracking.run import Run
+
+FIT, NEIGHBOURS, FOLLOWING = "fit", "neighbours", "following"
+
+_LIMB_LENGTH = 0.3
+"""Metres by which the end of a limb moves when it turns by one radian."""
+
+_BENT = 0.15
+"""How far from the straight line between two clicks a landmark is half way, as a share of it."""
+
+_CONTRADICTION = 4.0
+"""Standard deviations by which following from both sides may differ."""
+
+
+def from_fit(fit: TrajectoryFit, cameras: Mapping[str, Camera]) -> Iterator[Prediction]:
+    """Landmarks of a fit in every image; between clicked frames they are filled in joint space."""
+    known = fit.kind != GAP
+    yield from _projected(
+        fit.frame[known].tolist(),
+        fit.names,
+        fit.landmarks[known],
+        fit.covariance[known],
+        cameras,
+        FIT,
+    )
+
+
+def from_run(
+    run: Run, name: str, cameras: Mapping[str, Camera], landmark_set: LandmarkSet = NINE
+) -> Iterator[Prediction]:
+    """The landmarks that a tracker found in every image.
+
+    Parameters
+    ----------
+    run : Run
+    name : str
+        Of the run in the project; the source is ``run NAME``.
+    cameras : mapping from name to Camera
+    landmark_set : LandmarkSet
+        Landmarks that the run does not have are left out.
+    """
+    names = [name for name in landmark_set.names if name in run.landmark_names]
+    places = [run.landmark_names.index(one) for one in names]
+    limbs = [LIMBS.index(landmark_set[one].limb) for one in names]
+    spread = _LIMB_LENGTH * np.radians(run.limb_sigma_deg[:, limbs])
+    covariance = np.square(spread)[..., None, None] * np.eye(3)
+    frames, points = run.frame.tolist(), run.landmarks[:, places]
+    yield from _projected(frames, names, points, covariance, cameras, source_of_run(name))
+
+
+def source_of_run(name: str) -> str:
+    """The source of predictions from a run of the project."""
+    return f"run {name}"
+
+
+def from_neighbours(
+    clicks: Iterable[Click],
+    *,
+    gaps: Sequence[range] = (),
+    longest: int = 30,
+    sigma: Mapping[str, float] | float = USUAL_SIGMA,
+) -> Iterator[Prediction]:
+    """Straight from one click of a landmark in an image to its next one there.
+
+    Parameters
+    ----------
+    clicks : iterable of Click
+        Deleted ones and those outside the image end a stretch without a prediction over it.
+    gaps : sequence of range
+        Flagged stretches, over which nothing is filled in.
+    longest : int
+        Frames between two clicks over which it is worth while.
+    sigma : float or mapping from landmark to float
+        Usual standard deviation of a click in pixels per axis.
+    """
+    rows: dict[tuple[str, str], list[Click]] = defaultdict(list)
+    for click in clicks:
+        if not click.deleted:
+            rows[click.camera, click.landmark].append(click)
+    for row in rows.values():
+        row.sort(key=lambda click: click.frame)
+        for one, two in pairwise(row):
+            between = range(one.frame + 1, two.frame)
+            if len(between) <= longest and not _interrupted(one, two, gaps):
+                yield from _straight(one, two, between, sigma)
+
+
+def from_following(
+    found: Iterable[FollowedClick], *, sigma: Mapping[str, float] | float = USUAL_SIGMA
+) -> Iterator[Prediction]:
+    """Where patches were followed to, as far as that is reliable.
+
+    What was followed to one place from both sides is averaged by its certainty; where the two
+    contradict each other, neither is taken.
+    """
+    places: dict[ClickKey, list[tuple[FloatArray, float]]] = defaultdict(list)
+    for one in found:
+        own = sigma_of(one.click, sigma)
+        for i in range(1, one.followed.reliable_until):
+            key = ClickKey(int(one.frame[i]), one.click.camera, one.click.landmark)
+            spread = float(np.hypot(own, one.followed.sigma_px[i]))
+            places[key].append((one.followed.pixels[i], spread))
+    for key, several in places.items():
+        pixels = np.array([pixel for pixel, _ in several])
+        weights = np.array([spread for _, spread in several]) ** -2.0
+        mean = weights @ pixels / weights.sum()
+        apart = np.linalg.norm(pixels - mean, axis=1) * np.sqrt(weights)
+        if apart.max() <= _CONTRADICTION:
+            position = (float(mean[0]), float(mean[1]))
+            yield Prediction(*key, FOLLOWING, position, float(weights.sum() ** -0.5))
+
+
+def unclicked(
+    predictions: Iterable[Prediction], said: Collection[ClickKey]
+) -> Iterator[Prediction]:
+    """Predictions of places that nobody has said anything about.
+
+    Parameters
+    ----------
+    predictions : iterable of Prediction
+    said : collection of ClickKey
+        Of all clicks: also of deleted ones, and of those that say "outside".
+    """
+    return (one for one in predictions if one.key not in said)
+
+
+def _projected(
+    frames: Sequence[int],
+    names: Sequence[str],
+    points: FloatArray,
+    covariance: FloatArray,
+    cameras: Mapping[str, Camera],
+    source: str,
+) -> Iterator[Prediction]:
+    """Points (F, n, 3) with covariances (F, n, 3, 3) in all images that show them."""
+    for name, camera in cameras.items():
+        pixels = camera.project(points)
+        jacobian = pixel_jacobian(camera, points)
+        spread = jacobian @ covariance @ np.swapaxes(jacobian, -1, -2)
+        sigma = np.sqrt(0.5 * np.trace(spread, axis1=-2, axis2=-1))
+        for row, place in np.argwhere(in_image(camera, pixels)):
+            x, y = pixels[row, place].tolist()
+            own = float(sigma[row, place])
+            yield Prediction(
+                frames[row], name, names[place], source, (x, y), own if own > 0 else None
+            )
+
+
+def _interrupted(one: Click, two: Click, gaps: Sequence[range]) -> bool:
+    """Whether nothing may be filled in between two clicks."""
+    if one.position is None or two.position is None:
+        return True
+    return any(gap.start < two.frame and gap.stop > one.frame + 1 for gap in gaps)
+
+
+def _straight(
+    one: Click, two: Click, between: range, sigma: Mapping[str, float] | float
+) -> Iterator[Prediction]:
+    start, end = np.array(one.position), np.array(two.position)
+    sides = sigma_of(one, sigma), sigma_of(two, sigma)
+    for frame in between:
+        share = (frame - one.frame) / (two.frame - one.frame)
+        x, y = ((1.0 - share) * start + share * end).tolist()
+        bent = _BENT * float(np.linalg.norm(end - start)) * 4.0 * share * (1.0 - share)
+        spread = np.hypot((1.0 - share) * sides[0] + share * sides[1], bent)
+        yield Prediction(frame, one.camera, one.landmark, NEIGHBOURS, (x, y), float(spread))

@@ -1,0 +1,109 @@
+"""``stereotrack benchmark --annotation``: how good references fitted to clicks are."""
+
+from __future__ import annotations
+
+import dataclasses
+from argparse import Namespace
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from stereotrack_core.cli.arguments import frames_within
+from stereotrack_core.cli.command import OK
+from stereotrack_core.cli.output import Table, number, put_json, put_table, say
+from stereotrack_core.cli.progress import progress
+
+if TYPE_CHECKING:
+    from stereotrack_core.evaluation.benchmarks.annotation import AnnotationScore
+    from stereotrack_core.recording.description import Recording
+
+_HEADINGS = (
+    *("recording", "clicks", ">upper arms", ">forearms", ">cross axis"),
+    *(">inside 95 %", ">limbs inside", ">mistakes found", ">good accused"),
+)
+
+
+def annotation_benchmark(
+    recordings: Sequence[Recording], seeds: Sequence[int], args: Namespace
+) -> int:
+    """Simulate clicks, fit them, and print the table."""
+    scores = [score for recording in recordings for score in _scores(recording, seeds, args.frames)]
+    if args.json:
+        put_json([_facts(score) for score in scores])
+    else:
+        what = "Fitted references; degrees, means of all frames, 95 % intervals that hold"
+        put_table(Table(what, _HEADINGS, [_line(score, seeds) for score in scores]))
+    return OK
+
+
+def _scores(
+    recording: Recording, seeds: Sequence[int], frames: str | None
+) -> list[AnnotationScore]:
+    from stereotrack_core.annotation.fit.recorded_depth import recorded_depth
+    from stereotrack_core.annotation.fit.settings import FitSettings
+    from stereotrack_core.evaluation.benchmarks.annotation import CASES, annotated, truth_of
+
+    settings, found = FitSettings(), []
+    recording = _cut(recording, frames)
+    clicked = truth_of(recording).frame.tolist()
+    with recorded_depth(recording, settings) as depth:
+        clouds = None
+        if depth is not None:
+            say(f"Depth of {recording.name}: {len(clicked)} frames.")
+            with progress("Depth", len(clicked)) as show:
+                made = {}
+                for done, frame in enumerate(clicked):
+                    made[frame] = depth(frame)
+                    show(done + 1)
+            clouds = made.get
+        cases = [case for case in CASES if clouds is not None or not case.depth]
+        with progress("Fitting", len(cases) * len(seeds)) as show:
+            for case in cases:
+                for seed in seeds:
+                    found.append(annotated(recording, case, seed, settings, clouds))
+                    show(len(found))
+    return found
+
+
+def _cut(recording: Recording, text: str | None) -> Recording:
+    """The recording with the reference of some frames alone."""
+    from stereotrack_core.evaluation.benchmarks.annotation import truth_of
+    from stereotrack_core.recording.landmarks import LandmarkTrajectory
+    from stereotrack_core.recording.reader import FrameReader
+
+    truth = truth_of(recording)
+    with FrameReader(recording, read_ahead=0) as reader:
+        frames = frames_within(text, reader.frame_count)
+    inside = (truth.frame >= frames.start) & (truth.frame < frames.stop)
+    cut = LandmarkTrajectory(truth.frame[inside], truth.points[inside])
+    return dataclasses.replace(recording, reference=cut)
+
+
+def _values(score: AnnotationScore) -> dict[str, float]:
+    means = {
+        name: score.summary.measure(name).statistics.mean
+        for name in ("upper_arms", "forearms", "torso_cross")
+    }
+    return {
+        **means,
+        "inside": 100.0 * score.inside,
+        "limbs_inside": 100.0 * score.limbs_inside,
+        "found": 100.0 * score.found,
+        "accused": 100.0 * score.accused,
+    }
+
+
+def _line(score: AnnotationScore, seeds: Sequence[int]) -> tuple[str, ...]:
+    seed = f", seed {score.seed}" if len(seeds) > 1 else ""
+    return (score.recording, f"{score.case}{seed}", *(number(v) for v in _values(score).values()))
+
+
+def _facts(score: AnnotationScore) -> dict[str, Any]:
+    return {
+        "recording": score.recording,
+        "case": score.case,
+        "seed": score.seed,
+        "frames": score.summary.frames,
+        "clicks": score.clicks,
+        "mistakes": score.mistakes,
+        **_values(score),
+    }

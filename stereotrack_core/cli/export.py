@@ -1,0 +1,203 @@
+"""``stereotrack export``: a run or a project in the format of another tool."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stereotrack_core.cli.arguments import add_json, check_output
+from stereotrack_core.cli.command import OK, Command
+from stereotrack_core.cli.import_labels import recording_of
+from stereotrack_core.cli.output import Table, put_json, put_table, say
+from stereotrack_core.errors import InputError
+
+if TYPE_CHECKING:
+    from stereotrack_core.annotation.click import Click
+    from stereotrack_core.annotation.reference import Reference
+    from stereotrack_core.project.project import Project
+
+CLICK_FORMATS = ("csv", "coco", "slp", "dlc")
+TRAJECTORY_FORMATS = ("csv", "trc", "c3d", "bvh")
+REFERENCE_FORMATS = (*TRAJECTORY_FORMATS, "npz")
+FORMATS = (*REFERENCE_FORMATS, "coco", "slp", "dlc")
+_SUFFIX = {"coco": ".json", "dlc": ".csv"}
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument(
+        "source",
+        type=Path,
+        metavar="RUN|PROJECT",
+        help="run (.npz), landmarks (.csv, .trc, .c3d), or a project (.stereotrack)",
+    )
+    parser.add_argument(
+        "--format",
+        required=True,
+        choices=FORMATS,
+        help="clicks of a project: csv, coco, slp, dlc (a file for each camera); trajectories: csv,"
+        " trc, c3d, bvh, and npz, which keeps the uncertainty of a project's reference",
+    )
+    parser.add_argument(
+        "-o", "--output", type=Path, required=True, metavar="FILE", help="file to write"
+    )
+    parser.add_argument(
+        "--reference",
+        nargs="?",
+        const="",
+        metavar="NAME",
+        help="of a project: its reference instead of its clicks; the chosen one without a name",
+    )
+    parser.add_argument(
+        "--fps",
+        type=float,
+        metavar="N",
+        help="frames per second, for files that do not state them themselves",
+    )
+    add_json(parser)
+
+
+def run(args: Namespace) -> int:
+    """Read and write."""
+    suffix = _SUFFIX.get(args.format, f".{args.format}")
+    if args.output.suffix.lower() != suffix:
+        raise InputError(
+            f"a file of the format {args.format} ends in {suffix}",
+            where="-o",
+            remedy=f"Name it {args.output.with_suffix(suffix).name}.",
+        )
+    check_output(args.output)
+    from stereotrack_core.project.whereabouts import SUFFIX
+
+    project = args.source.suffix.lower() == SUFFIX
+    facts = _project(args) if project else _trajectory(args)
+    if args.json:
+        put_json(facts)
+    else:
+        rows = [(str(path), what) for path, what in facts["files"].items()]
+        put_table(Table(f"Exported from {args.source}", ("file", "what"), rows))
+    return OK
+
+
+def _project(args: Namespace) -> dict[str, Any]:
+    from stereotrack_core.project.project import Project
+
+    with Project.open(args.source, read_only=True) as project:
+        if args.reference is not None or args.format not in CLICK_FORMATS:
+            return _project_reference(args, project)
+        return _project_clicks(args, project)
+
+
+def _project_clicks(args: Namespace, project: Project) -> dict[str, Any]:
+    from stereotrack_core.interop.clicks_csv import write_clicks
+    from stereotrack_core.interop.coco import write_coco
+    from stereotrack_core.interop.deeplabcut import write_deeplabcut
+    from stereotrack_core.interop.sleap import write_sleap
+
+    recording = recording_of(project)
+    check_output(args.output, recording)
+    clicks = project.clicks.all()
+    landmarks = project.landmark_set()
+    if not clicks:
+        say("The project has no clicks; the file is empty.")
+    if args.format == "csv":
+        write_clicks(args.output, clicks, recording)
+        return _facts({args.output: len(clicks)})
+    if args.format in ("coco", "slp"):
+        write = write_coco if args.format == "coco" else write_sleap
+        write(args.output, clicks, recording, landmarks)
+        return _facts({args.output: len(clicks)})
+    written = {}
+    by_camera: dict[str, list[Click]] = {}
+    for click in clicks:
+        by_camera.setdefault(click.camera, []).append(click)
+    for camera, own in by_camera.items():
+        path = args.output
+        if len(by_camera) > 1:
+            path = path.with_name(f"{path.stem}_{camera}{path.suffix}")
+        write_deeplabcut(path, own, landmarks.names)
+        written[path] = sum(click.position is not None for click in own)
+    return _facts(written)
+
+
+def _project_reference(args: Namespace, project: Project) -> dict[str, Any]:
+    from stereotrack_core.interop.reference_npz import write_reference
+    from stereotrack_core.interop.run_file import write_trajectory
+
+    if args.format not in REFERENCE_FORMATS:
+        raise _wrong_kind(args.format, REFERENCE_FORMATS)
+    reference = _reference(project, args.reference or None)
+    if args.format == "npz":
+        write_reference(args.output, reference)
+    else:
+        fps = recording_of(project).fps if args.fps is None else args.fps
+        write_trajectory(args.output, reference.trajectory(), fps)
+    return {"files": {args.output: f"{len(reference.frame)} frames"}}
+
+
+def _reference(project: Project, name: str | None) -> Reference:
+    """The reference of that name, or the chosen or only one."""
+    from stereotrack_core.project.references import load_reference
+
+    names = project.references.names()
+    if not names:
+        raise InputError(
+            "the project has no reference",
+            where=str(project.path),
+            remedy="Fit the clicks first, in the workbench or with `stereotrack fit`.",
+        )
+    chosen = name or project.chosen(project.references) or (names[0] if len(names) == 1 else None)
+    if chosen is None:
+        raise InputError(
+            "the project has several references and none is chosen",
+            where=str(project.path),
+            remedy=f"Name one with --reference: {', '.join(names)}.",
+        )
+    return load_reference(project.references, chosen)
+
+
+def _trajectory(args: Namespace) -> dict[str, Any]:
+    """Export a run, a reference or landmarks."""
+    from stereotrack_core.interop.reference_npz import is_reference
+    from stereotrack_core.interop.run_file import (
+        read_run,
+        read_timed_trajectory,
+        write_trajectory,
+    )
+
+    if args.reference is not None:
+        raise InputError("only projects hold references", where="--reference", remedy="Leave it.")
+    if args.format not in TRAJECTORY_FORMATS:
+        raise _wrong_kind(args.format, TRAJECTORY_FORMATS)
+    trajectory, stated = read_timed_trajectory(args.source)
+    residual = None
+    if args.source.suffix.lower() == ".npz" and not is_reference(args.source):
+        residual = read_run(args.source).residual
+    write_trajectory(args.output, trajectory, stated if args.fps is None else args.fps, residual)
+    return {"files": {args.output: f"{len(trajectory.frame)} frames"}}
+
+
+def _wrong_kind(given: str, possible: Sequence[str]) -> InputError:
+    return InputError(
+        f"this cannot be written as {given}",
+        where="--format",
+        remedy=f"Choose one of {', '.join(possible)}.",
+    )
+
+
+def _facts(written: dict[Path, int]) -> dict[str, Any]:
+    return {"files": {path: f"{count} clicks" for path, count in written.items()}}
+
+
+COMMAND = Command(
+    name="export",
+    summary="a run, or the clicks or the reference of a project, for another tool",
+    description=(
+        "Write clicks (csv, coco, slp, dlc) or a trajectory (csv, trc, c3d, bvh). The formats keep"
+        " what they can: only a project file keeps who clicked what and when."
+    ),
+    add_arguments=add_arguments,
+    run=run,
+)

@@ -1,0 +1,309 @@
+"""``stereotrack fit``: the body fitted to clicked landmarks."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stereotrack_core.cli.arguments import (
+    add_frames,
+    add_json,
+    add_recording,
+    add_views,
+    check_output,
+    frame_bounds,
+    frames_within,
+    views_of,
+)
+from stereotrack_core.cli.command import OK, Command
+from stereotrack_core.cli.output import Table, number, put_json, put_table, say
+from stereotrack_core.cli.progress import progress, stoppable
+from stereotrack_core.errors import InputError
+
+if TYPE_CHECKING:
+    from stereotrack_core.annotation.click import Click
+    from stereotrack_core.annotation.fit.measurement import ClickMeasurement
+    from stereotrack_core.annotation.fit.results import TrajectoryFit
+    from stereotrack_core.annotation.fit.settings import FitSettings
+    from stereotrack_core.body.proportions import Proportions
+    from stereotrack_core.recording.description import Recording
+
+_SUFFIXES = (".csv", ".npz")
+_MEASURED = "measured"
+_LISTED = 20
+"""Probable mistakes that are listed one by one."""
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the arguments."""
+    add_recording(parser)
+    parser.add_argument(
+        "--clicks",
+        type=Path,
+        required=True,
+        metavar="CSV",
+        help="clicks: frame,view,landmark,x,y,visibility",
+    )
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        required=True,
+        metavar="REFERENCE",
+        help="file to write: .csv (as reference.csv) or .npz (with covariances)",
+    )
+    parser.add_argument("--no-depth", action="store_true", help="fit to the clicks alone")
+    add_frames(parser)
+    add_views(parser)
+    parser.add_argument(
+        "--gap",
+        action="append",
+        default=[],
+        metavar="A:B",
+        dest="gaps",
+        help="frames over which nothing is filled in; may be given several times",
+    )
+    parser.add_argument(
+        "--sigma",
+        type=float,
+        metavar="PX",
+        help="standard deviation of a seen click per axis (default: 3)",
+    )
+    parser.add_argument(
+        "--subject",
+        metavar="FILE|measured",
+        help="lengths of the person: a subject.toml, or measured from the clicks (default: the "
+        "recording's own, average where it has none)",
+    )
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        dest="changes",
+        help="change one parameter of the fit; may be given several times",
+    )
+    add_json(parser)
+
+
+def run(args: Namespace) -> int:
+    """Read the clicks, fit, write."""
+    from stereotrack_core.interop.clicks_csv import read_clicks
+    from stereotrack_core.recording.folder import open_recording
+    from stereotrack_core.recording.reader import FrameReader
+
+    if args.output.suffix.lower() not in _SUFFIXES:
+        raise InputError(
+            f"a reference is not written as {args.output.suffix or 'a file without suffix'}",
+            where="-o",
+            remedy=f"Name a file that ends in {' or '.join(_SUFFIXES)}.",
+        )
+    settings, sigma = _settings(args), _sigma(args.sigma)
+    recording = open_recording(args.recording)
+    check_output(args.output, recording)
+    views = views_of(recording, args.views)
+    with FrameReader(recording, views=views, read_ahead=0) as reader:
+        count = reader.frame_count
+    frames = frames_within(args.frames, count)
+    gaps = [_gap(text, count) for text in args.gaps]
+    clicks = read_clicks(args.clicks, recording, frames=count).checked()
+    measured = _measurements(_of_views(clicks, recording, views), frames, sigma, args.clicks)
+    proportions = _proportions(args.subject, recording, clicks)
+    fit = _fitted(recording, settings, proportions, measured, frames, views, gaps)
+    meta = {"clicks": len(clicks), "click_sigma_px": sigma, "settings": settings.values()}
+    _write(args.output, fit, recording, meta)
+    if args.json:
+        put_json({"reference": args.output, **_facts(fit)})
+    else:
+        put_table(_table(fit, f"{recording.name} in {args.output}"))
+        _say_mistakes(fit)
+    return OK
+
+
+def _settings(args: Namespace) -> FitSettings:
+    from stereotrack_core.annotation.fit.settings import FitSettings
+    from stereotrack_core.parameters import parsed_settings
+
+    settings = FitSettings().replaced(**parsed_settings(args.changes))
+    return settings.replaced(use_depth=False) if args.no_depth else settings
+
+
+def _sigma(given: float | None) -> float:
+    from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
+
+    if given is None:
+        return USUAL_SIGMA
+    if not (np.isfinite(given) and given > 0.0):
+        raise InputError(
+            f"{given:g} px is no standard deviation", where="--sigma", remedy="Give more than 0."
+        )
+    return given
+
+
+def _gap(text: str, count: int) -> range:
+    first, end = frame_bounds(text)
+    return range(first or 0, count if end is None else end)
+
+
+def _of_views(
+    clicks: Sequence[Click], recording: Recording, views: Sequence[str] | None
+) -> list[Click]:
+    """Clicks in the cameras of the chosen views."""
+    if views is None:
+        return list(clicks)
+    cameras = {
+        stream.camera for name in views for stream in recording.view(name).streams().values()
+    }
+    return [click for click in clicks if click.camera in cameras]
+
+
+def _measurements(
+    clicks: Sequence[Click], frames: range, sigma: float, path: Path
+) -> Mapping[int, Sequence[ClickMeasurement]]:
+    from stereotrack_core.annotation.fit.measurement import measurements
+    from stereotrack_core.annotation.landmark_set import NINE
+
+    by_frame: dict[int, list[Click]] = defaultdict(list)
+    for click in clicks:
+        if click.frame in frames and click.position is not None:
+            by_frame[click.frame].append(click)
+    if not by_frame:
+        raise InputError(
+            f"there is no click in frames {frames.start} to {frames.stop - 1} of these views",
+            where=str(path),
+            remedy="Click a few frames first, or choose other frames or views.",
+        )
+    return {frame: measurements(own, NINE, sigma) for frame, own in by_frame.items()}
+
+
+def _proportions(subject: str | None, recording: Recording, clicks: Sequence[Click]) -> Proportions:
+    from stereotrack_core.annotation.click_points import click_pixels
+    from stereotrack_core.annotation.measured_lengths import measured_lengths, subject_of
+    from stereotrack_core.body.proportions import proportions_of
+    from stereotrack_core.recording.landmarks import LANDMARKS
+    from stereotrack_core.recording.subject_file import read_subject
+
+    if subject is None:
+        return proportions_of(recording.subject)
+    if subject != _MEASURED:
+        return proportions_of(read_subject(Path(subject)))
+    lengths = measured_lengths(click_pixels(clicks, recording.cameras, LANDMARKS))
+    if not lengths:
+        raise InputError(
+            "too few frames are clicked to measure the person",
+            where="--subject",
+            remedy="Click three frames in two views at least, or name a subject.toml.",
+        )
+    return proportions_of(subject_of(recording.name, lengths))
+
+
+def _fitted(
+    recording: Recording,
+    settings: FitSettings,
+    proportions: Proportions,
+    measured: Mapping[int, Sequence[ClickMeasurement]],
+    frames: range,
+    views: Sequence[str] | None,
+    gaps: Sequence[range],
+) -> TrajectoryFit:
+    from stereotrack_core.annotation.fit.fit import ClickFit
+    from stereotrack_core.annotation.fit.recorded_depth import recorded_depth
+    from stereotrack_core.annotation.landmark_set import NINE
+
+    fitting = ClickFit(recording.cameras, NINE, proportions, settings, fps=recording.fps)
+    with (
+        recorded_depth(recording, settings, views) as depth,
+        progress("Reading", len(frames)) as show,
+        stoppable() as stopped,
+    ):
+        return fitting.trajectory(
+            measured,
+            frames,
+            clouds=depth,
+            gaps=gaps,
+            on_frame=lambda frame: show(frame - frames.start + 1),
+            cancelled=stopped,
+        )
+
+
+def _write(path: Path, fit: TrajectoryFit, recording: Recording, meta: Mapping[str, Any]) -> None:
+    from stereotrack_core import __version__
+    from stereotrack_core.interop.atomic import replacing
+    from stereotrack_core.interop.reference_npz import write_reference
+    from stereotrack_core.project.fitted import reference_of_fit
+    from stereotrack_core.recording.landmark_csv import write_landmarks
+
+    if path.suffix.lower() == ".npz":
+        origin = {"program": "stereotrack", "version": __version__, "recording": recording.name}
+        write_reference(path, reference_of_fit(fit, {**origin, **meta}))
+        return
+    with replacing(path) as temporary:
+        write_landmarks(temporary, fit.trajectory())
+
+
+def _facts(fit: TrajectoryFit) -> dict[str, Any]:
+    from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED
+    from stereotrack_core.body.limbs import LIMBS
+
+    flagged = fit.flagged()
+    right = [fit.residual_px[key] for key in fit.residual_px if key not in set(flagged)]
+    known = fit.kind != GAP
+    squares = np.square(fit.limb_sigma_deg[known])
+    sigma = np.sqrt(squares.mean(axis=0)) if known.any() else np.full(6, np.nan)
+    return {
+        "frames": {kind: int((fit.kind == kind).sum()) for kind in (CLICKED, INTERPOLATED, GAP)},
+        "clicks": len(fit.residual_px),
+        "residual_px": float(np.sqrt(np.nanmean(np.square(right)))) if right else None,
+        "sigma_factor": fit.sigma_factor,
+        "limb_sigma_deg": dict(zip(LIMBS, sigma.tolist(), strict=True)),
+        "probable_mistakes": [
+            {
+                **key._asdict(),
+                "residual_px": float(np.linalg.norm(fit.residual_px[key])),
+                "probability": fit.mistake[key],
+            }
+            for key in flagged
+        ],
+    }
+
+
+def _table(fit: TrajectoryFit, title: str) -> Table:
+    facts = _facts(fit)
+    rows = [(f"frames {kind}", str(count)) for kind, count in facts["frames"].items()]
+    rows += [
+        ("clicks", str(facts["clicks"])),
+        ("probably mistaken", str(len(facts["probable_mistakes"]))),
+        ("clicks off the fit, per axis", f"{number(facts['residual_px'] or np.nan)} px"),
+        ("clicks scatter, over their sigma", number(facts["sigma_factor"], 2)),
+    ]
+    limbs = facts["limb_sigma_deg"].items()
+    rows += [(f"{limb.replace('_', ' ')} good to", f"{number(deg)} deg") for limb, deg in limbs]
+    return Table(title, ("what", ">value"), rows)
+
+
+def _say_mistakes(fit: TrajectoryFit) -> None:
+    flagged = fit.flagged()
+    for key in flagged[:_LISTED]:
+        off = float(np.linalg.norm(fit.residual_px[key]))
+        place = f"frame {key.frame}, {key.camera}, {key.landmark}"
+        say(f"{place}: {off:.0f} px off, probably a mistake")
+    if len(flagged) > _LISTED:
+        say(f"and {len(flagged) - _LISTED} more; --json lists them all")
+
+
+COMMAND = Command(
+    name="fit",
+    summary="the body fitted to clicked landmarks, as a reference",
+    description=(
+        "Fit the body to clicked landmarks, forward and backward over the frames, with the "
+        "recording's depth where it has any, and write the trajectory as a reference. Gross "
+        "mistakes among the clicks are found and named. Frames between clicked ones are filled."
+    ),
+    add_arguments=add_arguments,
+    run=run,
+)

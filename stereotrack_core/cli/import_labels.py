@@ -1,0 +1,253 @@
+"""``stereotrack import labels``: clicks or trajectories from another tool, into a project."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stereotrack_core.cli.arguments import add_json
+from stereotrack_core.cli.command import OK, Command
+from stereotrack_core.cli.output import Table, put_json, put_table, say
+from stereotrack_core.errors import InputError
+
+if TYPE_CHECKING:
+    from stereotrack_core.annotation.click import Click
+    from stereotrack_core.interop.label_names import Labels
+    from stereotrack_core.project.incoming import Side
+    from stereotrack_core.project.project import Project
+    from stereotrack_core.recording.description import Recording
+
+_SHOWN = 20
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("what", choices=("labels",), help="what is imported")
+    parser.add_argument(
+        "file",
+        type=Path,
+        metavar="FILE",
+        help="clicks (.csv), labels of DeepLabCut (.csv), COCO keypoints (.json), SLEAP (.slp),"
+        " another project of the recording (.stereotrack); or a trajectory (.csv with x, y and z,"
+        " .trc, .c3d, .npz), which becomes a reference of the project",
+    )
+    parser.add_argument(
+        "--into", type=Path, required=True, metavar="PROJECT", help="project (.stereotrack)"
+    )
+    parser.add_argument(
+        "--camera", metavar="NAME", help="camera or view that the labels are of (DeepLabCut, COCO)"
+    )
+    parser.add_argument(
+        "--name",
+        action="append",
+        default=[],
+        metavar="THEIRS=OURS",
+        dest="names",
+        help="what a landmark of theirs is called here; may be given several times",
+    )
+    parser.add_argument(
+        "--conflicts",
+        choices=("mine", "theirs"),
+        help="what stands where the project says something else: mine, what is in the project, or"
+        " theirs; without it nothing is taken in where that happens",
+    )
+    parser.add_argument(
+        "--skip-problems",
+        action="store_true",
+        help="take in what can be read, and leave out the lines that are wrong",
+    )
+    add_json(parser)
+
+
+def run(args: Namespace) -> int:
+    """Read, compare and take in."""
+    from stereotrack_core.interop.labels import is_trajectory
+    from stereotrack_core.project.project import Project
+
+    names = _names(args.names)
+    if not args.file.is_file():
+        raise InputError("there is no such file", where=str(args.file), remedy="Check the path.")
+    trajectory = is_trajectory(args.file)
+    with Project.open(args.into) as project:
+        for note in project.notes:
+            say(f"{note.severity}: {note.where}: {note.what}. {note.remedy}")
+        facts = _reference(args, project) if trajectory else _clicks(args, project, names)
+    if args.json:
+        put_json(facts)
+    else:
+        rows = [(key.replace("_", " "), str(value)) for key, value in facts.items()]
+        put_table(Table(f"{args.file} into {args.into}", ("", ">"), rows))
+    return OK
+
+
+def _clicks(args: Namespace, project: Project, names: dict[str, str]) -> dict[str, Any]:
+    """Take in clicks by one edit."""
+    from stereotrack_core.project.incoming import incoming
+    from stereotrack_core.project.whereabouts import SUFFIX
+
+    mine = project.clicks.all(with_deleted=True)
+    problems, left_out = 0, "none"
+    if args.file.suffix.lower() == SUFFIX:
+        _refuse_options(args, "a project states cameras and landmarks itself")
+        theirs = _clicks_of_project(args.file, project)
+        found = incoming(mine, theirs, args.file.name)
+    else:
+        labels = _labels(args, project, names)
+        problems, left_out = len(labels.problems), ", ".join(labels.left_out) or "none"
+        found = incoming(mine, labels.clicks, args.file.name, complete=False)
+    decided: Side | None = args.conflicts
+    if found.conflicts and decided is None:
+        count = len(found.conflicts)
+        raise InputError(
+            f"{count} of its clicks contradict{'s' if count == 1 else ''} what the project says;"
+            " nothing was taken in",
+            where=str(args.file),
+            remedy="Say which stand with --conflicts mine or --conflicts theirs, or decide one by"
+            " one in the workbench.",
+        )
+    edit = found.edit(decided)
+    if edit.clicks:
+        project.apply(edit)
+    return {
+        "taken": len(edit.clicks),
+        "new": len(found.new),
+        "the_same": len(found.same),
+        "different": len(found.conflicts),
+        "problems": problems,
+        "landmarks_left_out": left_out,
+    }
+
+
+def _labels(args: Namespace, project: Project, names: dict[str, str]) -> Labels:
+    """What a file of another tool holds; InputError where it has problems that are not allowed."""
+    from stereotrack_core.interop.labels import read_labels
+    from stereotrack_core.recording.reader import FrameReader
+
+    recording = recording_of(project)
+    with FrameReader(recording, read_ahead=0) as reader:
+        frames = reader.frame_count
+    labels = read_labels(
+        args.file,
+        recording,
+        landmarks=project.landmark_set().names,
+        frames=frames,
+        camera=args.camera,
+        names=names,
+    )
+    _say_problems(labels, skip=args.skip_problems)
+    return labels
+
+
+def _clicks_of_project(path: Path, project: Project) -> tuple[Click, ...]:
+    """All clicks of another project of the same recording, deleted ones too."""
+    from stereotrack_core.project.project import Project
+
+    with Project.open(path, read_only=True) as other:
+        theirs, ours = other.recording_place(), project.recording_place()
+        if theirs.fingerprint != ours.fingerprint:
+            raise InputError(
+                f"this is a project of another recording ({theirs.name})",
+                where=str(path),
+                remedy=f"Give a project of {ours.name}.",
+            )
+        return other.clicks.all(with_deleted=True)
+
+
+def _reference(args: Namespace, project: Project) -> dict[str, Any]:
+    """Keep a trajectory as a reference of the project."""
+    from stereotrack_core.annotation.reference import Reference
+    from stereotrack_core.interop.reference_npz import is_reference, read_reference
+    from stereotrack_core.interop.run_file import read_trajectory
+    from stereotrack_core.project.references import save_reference
+
+    _refuse_options(args, "a trajectory is of no camera and has its own names")
+    if is_reference(args.file):
+        reference = read_reference(args.file)
+    else:
+        trajectory = read_trajectory(args.file)
+        meta = {"imported_from": args.file.name}
+        reference = Reference(trajectory.frame, trajectory.points, meta=meta)
+    name = args.file.stem
+    replacing = args.conflicts == "theirs"
+    if name in project.references.names() and not replacing:
+        raise InputError(
+            f"the project has a reference {name!r} already",
+            where=str(args.file),
+            remedy="Rename the file, or replace that one with --conflicts theirs.",
+        )
+    project.apply(save_reference(name, reference, replacing=replacing))
+    return {"reference": name, "frames": len(reference.frame)}
+
+
+def recording_of(project: Project) -> Recording:
+    """The recording of a project.
+
+    Raises
+    ------
+    InputError
+        Where it is not found.
+    """
+    from stereotrack_core.recording.folder import open_recording
+
+    place = project.find_recording()
+    if place.finding is not None and place.folder is not None:
+        say(f"{place.finding.severity}: {place.finding.where}: {place.finding.what}.")
+    if place.folder is None:
+        raise InputError(
+            "the project's recording is not found",
+            where=project.recording_place().absolute,
+            remedy="Move it back beside the project, or choose its folder in the workbench.",
+        )
+    return open_recording(place.folder)
+
+
+def _refuse_options(args: Namespace, why: str) -> None:
+    """Refuse what is said about labels where the file is of another kind."""
+    for option, given in (("--camera", args.camera), ("--name", args.names)):
+        if given:
+            raise InputError(why, where=option, remedy="Leave the option out.")
+
+
+def _names(stated: Sequence[str]) -> dict[str, str]:
+    names = {}
+    for text in stated:
+        theirs, sign, ours = text.partition("=")
+        if not sign or not theirs.strip() or not ours.strip():
+            raise InputError(
+                f"{text!r} cannot be read",
+                where="--name",
+                remedy="Write THEIRS=OURS, for example left_wrist=left_hand.",
+            )
+        names[theirs.strip()] = ours.strip()
+    return names
+
+
+def _say_problems(labels: Labels, *, skip: bool) -> None:
+    """Tell what is wrong; refuse the file unless that was allowed for."""
+    for problem in labels.problems[:_SHOWN]:
+        say(str(problem))
+    more = len(labels.problems) - _SHOWN
+    if more > 0:
+        say(f"and {more} more")
+    if labels.problems and not skip:
+        first = labels.problems[0]
+        raise InputError(
+            f"{len(labels.problems)} of its lines are wrong; nothing was taken in",
+            where=first.where,
+            remedy="Correct them, or take in the others with --skip-problems.",
+        )
+
+
+COMMAND = Command(
+    name="import",
+    summary="clicks or a trajectory from another tool, into a project",
+    description=(
+        "Take in labels that another tool made. Landmarks are matched by name; what matches none is"
+        " left out and told. Where the project says something else, also that a click was deleted,"
+        " nothing happens before somebody decides. One undo takes all of it back."
+    ),
+    add_arguments=add_arguments,
+    run=run,
+)

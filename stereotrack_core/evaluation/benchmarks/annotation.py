@@ -1,0 +1,253 @@
+"""How good fitted references are: clicks simulated from a truth, fitted, measured against it.
+
+A click is simulated where the truth's landmark is inside the reference image of a view and not
+hidden: the body of cones is put into the truth's pose, and a landmark is hidden where the line of
+sight meets the body's surface more than :data:`COVERED` before it. The fit sees the clicks, the
+images' depth and the subject's lengths, never the truth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.annotation.click import ClickKey
+from stereotrack_core.annotation.fit.fit import ClickFit
+from stereotrack_core.annotation.fit.measurement import ClickMeasurement
+from stereotrack_core.annotation.fit.results import TrajectoryFit
+from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.annotation.fit.start import pose_at, standing
+from stereotrack_core.annotation.fit.trajectory import Clouds
+from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.body.model import body_model, placed_cones
+from stereotrack_core.body.proportions import proportions_of
+from stereotrack_core.body.visibility import segment_blocked
+from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.errors import errors_against
+from stereotrack_core.evaluation.summary import Summary, summarise
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+
+COVERED = 0.15
+"""Metres of flesh through which an annotator still sees where a joint is."""
+
+MISTAKE_PX = (30.0, 100.0)
+"""Least and largest distance of a gross mistake."""
+
+INTERVAL, ANGLE_INTERVAL = 1.96, 1.85
+"""95 % intervals in standard deviations: of a coordinate, and of a limb's angle, whose two
+components are between equal (1.73) and one alone (1.96)."""
+
+_SCORED = tuple(limb for limb in LIMBS if limb != "head")
+
+
+@dataclass(frozen=True)
+class AnnotationCase:
+    """How somebody annotates.
+
+    Attributes
+    ----------
+    name : str
+    sigma : float
+        Pixels per axis.
+    every : int
+        Every so many frames are clicked.
+    depth : bool
+    missing, mistakes : float
+        Shares of clicks that are left out, and that are gross mistakes.
+    """
+
+    name: str
+    sigma: float
+    every: int
+    depth: bool
+    missing: float = 0.0
+    mistakes: float = 0.0
+
+
+CASES: tuple[AnnotationCase, ...] = (
+    AnnotationCase("clicks alone, every frame, 2 px", 2.0, 1, depth=False),
+    AnnotationCase("the same, 20 % missing, 3 % mistakes", 2.0, 1, False, 0.2, 0.03),
+    AnnotationCase("clicks and depth, every 5th frame, 2 px", 2.0, 5, depth=True),
+    AnnotationCase("the same, 20 % missing, 3 % mistakes", 2.0, 5, True, 0.2, 0.03),
+    AnnotationCase("clicks and depth, every 5th frame, 10 px", 10.0, 5, depth=True),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedClicks:
+    """Clicks by frame, and which of them are gross mistakes."""
+
+    by_frame: Mapping[int, tuple[ClickMeasurement, ...]]
+    mistakes: frozenset[ClickKey]
+
+
+@dataclass(frozen=True)
+class AnnotationScore:
+    """How good a fitted reference is.
+
+    Attributes
+    ----------
+    recording, case : str
+    seed : int
+    summary : Summary
+        Errors of all frames.
+    inside, limbs_inside : float
+        Shares of coordinates, and of limbs' angles, within their 95 % intervals.
+    clicks, mistakes : int
+    found, accused : float
+        Shares of the mistakes, and of the right clicks, that are flagged; NaN without any.
+    """
+
+    recording: str
+    case: str
+    seed: int
+    summary: Summary
+    inside: float
+    limbs_inside: float
+    clicks: int
+    mistakes: int
+    found: float
+    accused: float
+
+
+def truth_of(recording: Recording) -> LandmarkTrajectory:
+    """The recording's reference.
+
+    Raises
+    ------
+    InputError
+        Where it has none.
+    """
+    if recording.reference is None:
+        raise InputError(
+            "the recording has no reference to simulate clicks from",
+            where=str(recording.folder),
+            remedy="Choose recordings with a reference.csv; see `stereotrack info`.",
+        )
+    return recording.reference
+
+
+def seen_landmarks(recording: Recording, cameras: Sequence[Camera]) -> BoolArray:
+    """Whether each camera sees each landmark of the truth (F, C, 9)."""
+    truth = truth_of(recording)
+    body = body_model(proportions_of(recording.subject))
+    seen = np.zeros((len(truth.frame), len(cameras), len(LANDMARKS)), dtype=np.bool_)
+    usual = standing(body, np.zeros(3))
+    for k, points in enumerate(truth.points):
+        placed = placed_cones(body, body.frames(pose_at(points, body, NINE, usual)))
+        for c, camera in enumerate(cameras):
+            place = camera.position_world
+            sight = place - points
+            sight = sight / np.linalg.norm(sight, axis=1, keepdims=True)
+            covered = segment_blocked(points + COVERED * sight, place, placed)
+            seen[k, c] = _in_image(camera, points) & ~covered
+    return seen
+
+
+def _in_image(camera: Camera, points: FloatArray) -> BoolArray:
+    pixels = camera.project(points)
+    with np.errstate(invalid="ignore"):
+        inside = (pixels > -0.5) & (pixels < np.array([camera.width, camera.height]) - 0.5)
+    result: BoolArray = np.logical_and.reduce(inside, axis=1)
+    return result
+
+
+def simulated_clicks(recording: Recording, case: AnnotationCase, seed: int) -> SimulatedClicks:
+    """Click the truth in the reference images of all views."""
+    truth = truth_of(recording)
+    cameras = [recording.reference_camera(view) for view in recording.views]
+    seen = seen_landmarks(recording, cameras)
+    rng = np.random.default_rng(seed)
+    noise = rng.normal(0.0, case.sigma, (*seen.shape, 2))
+    there = seen & (rng.random(seen.shape) >= case.missing)
+    wrong = rng.random(seen.shape) < case.mistakes
+    angle, away = rng.uniform(0.0, 2.0 * np.pi, seen.shape), rng.uniform(*MISTAKE_PX, seen.shape)
+    noise[wrong] += (away[..., None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1))[wrong]
+    by_frame, mistakes = {}, set()
+    for k in range(0, len(truth.frame), case.every):
+        frame, clicks = int(truth.frame[k]), []
+        for c, camera in enumerate(cameras):
+            pixels = camera.project(truth.points[k]) + noise[k, c]
+            for i in np.flatnonzero(there[k, c]):
+                clicks.append(ClickMeasurement(camera.name, LANDMARKS[i], pixels[i], case.sigma))
+                if wrong[k, c, i]:
+                    mistakes.add(clicks[-1].key(frame))
+        by_frame[frame] = tuple(clicks)
+    return SimulatedClicks(by_frame, frozenset(mistakes))
+
+
+def annotated(
+    recording: Recording,
+    case: AnnotationCase,
+    seed: int,
+    settings: FitSettings,
+    clouds: Clouds | None,
+) -> AnnotationScore:
+    """Simulate the clicks, fit them, measure.
+
+    Parameters
+    ----------
+    recording : Recording
+    case : AnnotationCase
+    seed : int
+    settings : FitSettings
+    clouds : callable or None
+        Depth by frame, for cases that use it.
+
+    Raises
+    ------
+    InputError
+        For a recording without reference.
+    """
+    truth = truth_of(recording)
+    clicks = simulated_clicks(recording, case, seed)
+    fitting = ClickFit(
+        recording.cameras, NINE, proportions_of(recording.subject), settings, fps=recording.fps
+    )
+    frames = range(int(truth.frame[0]), int(truth.frame[-1]) + 1)
+    fit = fitting.trajectory(clicks.by_frame, frames, clouds=clouds if case.depth else None)
+    return _scored(recording.name, case.name, seed, fit, truth, clicks)
+
+
+def _scored(
+    recording: str,
+    case: str,
+    seed: int,
+    fit: TrajectoryFit,
+    truth: LandmarkTrajectory,
+    clicks: SimulatedClicks,
+) -> AnnotationScore:
+    flagged = set(fit.flagged())
+    right = fit.mistake.keys() - clicks.mistakes
+    errors = errors_against(fit.trajectory(), truth)
+    _, own, theirs = np.intersect1d(fit.frame, truth.frame, return_indices=True)
+    away = np.abs(fit.landmarks[own] - truth.points[theirs])
+    sigma = np.sqrt(np.diagonal(fit.covariance[own], axis1=2, axis2=3))
+    known = np.isfinite(away) & np.isfinite(sigma)
+    angles = np.degrees(np.stack([errors.of_limb(limb) for limb in _SCORED], axis=1))
+    good_to = fit.limb_sigma_deg[own][:, [LIMBS.index(limb) for limb in _SCORED]]
+    limbs = np.isfinite(angles) & np.isfinite(good_to)
+    return AnnotationScore(
+        recording=recording,
+        case=case,
+        seed=seed,
+        summary=summarise(errors),
+        inside=float((away < INTERVAL * sigma)[known].mean()),
+        limbs_inside=float((angles < ANGLE_INTERVAL * good_to)[limbs].mean()),
+        clicks=len(fit.mistake),
+        mistakes=len(clicks.mistakes),
+        found=_share(clicks.mistakes & flagged, clicks.mistakes),
+        accused=_share(flagged & right, right),
+    )
+
+
+def _share(
+    some: set[ClickKey] | frozenset[ClickKey], of: set[ClickKey] | frozenset[ClickKey]
+) -> float:
+    return len(some) / len(of) if of else float("nan")

@@ -1,0 +1,217 @@
+"""Keypoints in the layout of COCO (https://cocodataset.org/#format-data), as JSON.
+
+One annotation is one person in one picture; a keypoint is x, y in pixels (the centre of the first
+one is 0) and v: 2 visible, 1 labelled but hidden, 0 not labelled. What is outside the image cannot
+be told from what nobody has labelled, so an annotation may list it under ``outside``; pictures may
+state ``camera`` and ``frame``, otherwise both are told from the file's name.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from stereotrack_core.annotation.click import Click, Visibility
+from stereotrack_core.annotation.landmark_set import LandmarkSet
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.atomic import replacing
+from stereotrack_core.interop.label_names import Labels, camera_of, frame_of, map_names
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.landmarks import SKELETON
+
+
+def write_coco(
+    path: Path, clicks: Iterable[Click], recording: Recording, landmarks: LandmarkSet
+) -> None:
+    """Write clicks of all cameras; deleted ones, flag and sigma are left out.
+
+    Raises
+    ------
+    InputError
+        Where the file cannot be written.
+    """
+    pictures: dict[tuple[str, int], dict[str, Click]] = {}
+    for click in clicks:
+        if not click.deleted and click.landmark in landmarks.names:
+            pictures.setdefault((click.camera, click.frame), {})[click.landmark] = click
+    images, annotations = [], []
+    for number, (camera, frame) in enumerate(sorted(pictures), start=1):
+        lens = recording.cameras[camera]
+        images.append(
+            {
+                "id": number,
+                "file_name": f"{camera}/{frame:06d}.png",
+                "width": lens.width,
+                "height": lens.height,
+                "camera": camera,
+                "frame": frame,
+            }
+        )
+        annotations.append(_annotation(number, pictures[camera, frame], landmarks.names))
+    names = landmarks.names
+    bones = [[names.index(a) + 1, names.index(b) + 1] for a, b in SKELETON if {a, b} <= set(names)]
+    category = {"id": 1, "name": "person", "keypoints": list(names), "skeleton": bones}
+    content = {
+        "info": {"description": recording.name},
+        "images": images,
+        "annotations": annotations,
+        "categories": [{"supercategory": "person", **category}],
+    }
+    with replacing(path) as temporary:
+        temporary.write_text(json.dumps(content, indent=1, allow_nan=False), encoding="utf-8")
+
+
+def read_coco(
+    path: Path,
+    recording: Recording,
+    *,
+    landmarks: Sequence[str],
+    camera: str | None = None,
+    names: Mapping[str, str] | None = None,
+) -> Labels:
+    """Read the keypoints of one person.
+
+    Parameters
+    ----------
+    path : Path
+    recording : Recording
+    landmarks : sequence of str
+    camera : str, optional
+        Camera or view that all pictures are of; otherwise told picture by picture.
+    names : mapping from their landmark to ours, optional
+
+    Raises
+    ------
+    InputError
+        Where the file is no COCO file, or none of its keypoints is known.
+    """
+    content = _content(path)
+    categories = {
+        one["id"]: [str(name) for name in one["keypoints"]]
+        for one in content["categories"]
+        if "keypoints" in one
+    }
+    theirs = [name for keypoints in categories.values() for name in keypoints]
+    if not theirs:
+        raise InputError(
+            "no category has keypoints", where=str(path), remedy="Export keypoints, not boxes."
+        )
+    found = map_names(theirs, landmarks, names, where=str(path))
+    images = {one.get("id"): one for one in content["images"]}
+    clicks: list[Click] = []
+    problems: list[InputError] = []
+    seen: set[tuple[int, str]] = set()
+    for annotation in content["annotations"]:
+        if "keypoints" not in annotation:
+            continue
+        where = f"{path}, annotation {annotation.get('id', '?')}"
+        try:
+            place = _place(images.get(annotation.get("image_id")), recording, camera, where)
+            if place in seen:
+                raise InputError(
+                    f"there is a second person in {place[1]} at frame {place[0]}",
+                    where=where,
+                    remedy="Keep the annotations of the one person alone.",
+                )
+            seen.add(place)
+            keypoints = categories.get(annotation.get("category_id"), [])
+            clicks += _clicks(annotation, keypoints, found.known, place, where)
+        except InputError as problem:
+            problems.append(problem)
+    return Labels(tuple(clicks), tuple(problems), found.left_out)
+
+
+def _annotation(number: int, clicks: Mapping[str, Click], names: Sequence[str]) -> dict[str, Any]:
+    keypoints: list[float] = []
+    for name in names:
+        click = clicks.get(name)
+        if click is None or click.position is None:
+            keypoints += [0, 0, 0]
+        else:
+            keypoints += [*map(float, click.position), int(click.visibility)]
+    places = [click.position for click in clicks.values() if click.position is not None]
+    low = [min((place[i] for place in places), default=0.0) for i in (0, 1)]
+    high = [max((place[i] for place in places), default=0.0) for i in (0, 1)]
+    size = [high[i] - low[i] for i in (0, 1)]
+    return {
+        "id": number,
+        "image_id": number,
+        "category_id": 1,
+        "iscrowd": 0,
+        "keypoints": keypoints,
+        "num_keypoints": len(places),
+        "bbox": [*low, *size],
+        "area": size[0] * size[1],
+        "outside": [name for name, click in clicks.items() if click.position is None],
+    }
+
+
+def _content(path: Path) -> dict[str, list[dict[str, Any]]]:
+    try:
+        content = json.loads(path.read_text(encoding="utf-8-sig"))
+        lists = {key: content[key] for key in ("images", "annotations", "categories")}
+        if not all(
+            isinstance(part, list) and all(isinstance(one, dict) for one in part)
+            for part in lists.values()
+        ):
+            raise TypeError
+    except FileNotFoundError:
+        raise InputError(
+            "there is no such file", where=str(path), remedy="Check the path."
+        ) from None
+    except (OSError, UnicodeDecodeError, ValueError, KeyError, TypeError, RecursionError) as error:
+        raise InputError(
+            "this is no COCO file",
+            where=str(path),
+            remedy="It is JSON with images, annotations and categories.",
+        ) from error
+    return lists
+
+
+def _place(
+    image: Mapping[str, Any] | None, recording: Recording, camera: str | None, where: str
+) -> tuple[int, str]:
+    """Frame and camera of a picture."""
+    if image is None:
+        raise InputError("its picture is not in the file", where=where, remedy="Add it to images.")
+    name = str(image.get("file_name", ""))
+    stated = camera if camera is not None else image.get("camera")
+    own = camera_of(name, recording, None if stated is None else str(stated), where=where)
+    frame = image.get("frame")
+    if isinstance(frame, int) and not isinstance(frame, bool) and frame >= 0:
+        return frame, own
+    return frame_of(name, where=where), own
+
+
+def _clicks(
+    annotation: Mapping[str, Any],
+    keypoints: Sequence[str],
+    known: Mapping[str, str],
+    place: tuple[int, str],
+    where: str,
+) -> list[Click]:
+    values = annotation["keypoints"]
+    right = isinstance(values, list) and len(values) == 3 * len(keypoints)
+    if not right or not all(
+        isinstance(value, int | float) and math.isfinite(value) for value in values
+    ):
+        raise InputError(
+            f"its keypoints are not {len(keypoints)} times x, y and v",
+            where=where,
+            remedy="Give the file as the labelling tool wrote it.",
+        )
+    outside = {str(name) for name in annotation.get("outside", [])}
+    clicks = []
+    for i, name in enumerate(keypoints):
+        if name not in known:
+            continue
+        x, y, v = values[3 * i : 3 * i + 3]
+        if v in (1, 2):
+            seen = Visibility(int(v))
+            clicks.append(Click(*place, known[name], (float(x), float(y)), seen, origin="imported"))
+        elif name in outside:
+            clicks.append(Click(*place, known[name], None, Visibility.OUTSIDE, origin="imported"))
+    return clicks

@@ -1,0 +1,200 @@
+"""DeepLabCut's tables of labels and of predictions, as CSV: one file for each camera.
+
+Labels have the pictures' paths in the first column (or in the first three), predictions the number
+of the frame and a likelihood for each point. Coordinates are raw-image pixels, (0, 0) the centre of
+the first one. The table has no column for how a landmark is seen: one that is guessed comes back as
+seen, and one that is outside the image has no values, like one that nobody has labelled.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from stereotrack_core.annotation.click import Click
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.atomic import replacing
+from stereotrack_core.interop.label_names import Labels, camera_of, frame_of, map_names
+from stereotrack_core.recording.description import Recording
+
+_HEADERS = ("scorer", "individuals", "bodyparts", "coords")
+
+
+@dataclass(frozen=True)
+class _Column:
+    part: str
+    coordinate: str
+    place: int
+
+
+def is_deeplabcut(lines: Sequence[Sequence[str]]) -> bool:
+    """Whether a CSV begins as DeepLabCut's do."""
+    return bool(lines) and bool(lines[0]) and lines[0][0].strip() == "scorer"
+
+
+def read_deeplabcut(
+    path: Path,
+    recording: Recording,
+    *,
+    landmarks: Sequence[str],
+    camera: str | None = None,
+    names: Mapping[str, str] | None = None,
+    least_likelihood: float = 0.6,
+) -> Labels:
+    """Read the labels or predictions of one camera, or of several where rows are named by pictures.
+
+    Parameters
+    ----------
+    path : Path
+    recording : Recording
+    landmarks : sequence of str
+    camera : str, optional
+        Camera or view; otherwise told from the names of pictures, or of the file.
+    names : mapping from their landmark to ours, optional
+    least_likelihood : float
+        Predictions below it are left out.
+
+    Raises
+    ------
+    InputError
+        Where the file cannot be read at all, or none of its landmarks is known.
+    """
+    lines = read_lines(path)
+    header = {line[0].strip(): line for line in lines[:4] if line and line[0].strip() in _HEADERS}
+    if len({name.strip() for name in header.get("individuals", [])[1:]} - {""}) > 1:
+        raise InputError(
+            "the file is of several individuals",
+            where=str(path),
+            remedy="Export the labels of the one person alone.",
+        )
+    if "bodyparts" not in header or "coords" not in header:
+        raise InputError(
+            "the lines bodyparts and coords are missing",
+            where=str(path),
+            remedy="Give a .csv that DeepLabCut wrote.",
+        )
+    columns = [
+        _Column(part.strip(), coordinate.strip(), place)
+        for place, (part, coordinate) in enumerate(
+            zip(header["bodyparts"], header["coords"], strict=False)
+        )
+        if coordinate.strip() in ("x", "y", "likelihood")
+    ]
+    found = map_names((one.part for one in columns), landmarks, names, where=str(path))
+    first = min((one.place for one in columns), default=1)
+    clicks, problems = [], []
+    for number, line in enumerate(lines[len(header) :], start=len(header) + 1):
+        if not any(cell.strip() for cell in line):
+            continue
+        where = f"{path}, line {number}"
+        try:
+            place = _picture(line[:first], path, recording, camera, where)
+            clicks += _clicks(line, columns, found.known, place, where, least_likelihood)
+        except InputError as problem:
+            problems.append(problem)
+    return Labels(tuple(clicks), tuple(problems), found.left_out)
+
+
+def write_deeplabcut(
+    path: Path, clicks: Iterable[Click], landmarks: Sequence[str], scorer: str = "stereotrack"
+) -> None:
+    """Write the clicks of one camera as labels.
+
+    Raises
+    ------
+    InputError
+        Where the file cannot be written.
+    ValueError
+        Where the clicks are of several cameras.
+    """
+    there = [click for click in clicks if not click.deleted and click.position is not None]
+    cameras = {click.camera for click in there}
+    if len(cameras) > 1:
+        raise ValueError(f"a file holds the labels of one camera, not of {sorted(cameras)}")
+    by_frame: dict[int, dict[str, Click]] = {}
+    for click in there:
+        by_frame.setdefault(click.frame, {})[click.landmark] = click
+    twice = [name for name in landmarks for _ in "xy"]
+    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(["scorer", *[scorer] * len(twice)])
+        writer.writerow(["bodyparts", *twice])
+        writer.writerow(["coords", *["x", "y"] * len(landmarks)])
+        for frame in sorted(by_frame):
+            camera = next(iter(by_frame[frame].values())).camera
+            row = [f"labeled-data/{camera}/img{frame:06d}.png"]
+            for name in landmarks:
+                own = by_frame[frame].get(name)
+                place = None if own is None else own.position
+                row += ["", ""] if place is None else [repr(float(value)) for value in place]
+            writer.writerow(row)
+
+
+def read_lines(path: Path) -> list[list[str]]:
+    """All cells of a CSV.
+
+    Raises
+    ------
+    InputError
+        Where it cannot be read.
+    """
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            return list(csv.reader(file))
+    except FileNotFoundError:
+        raise InputError(
+            "there is no such file", where=str(path), remedy="Check the path."
+        ) from None
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise InputError(
+            f"the file cannot be read ({error})",
+            where=str(path),
+            remedy="It has to be a UTF-8 text file with commas.",
+        ) from error
+
+
+def _picture(
+    cells: Sequence[str], path: Path, recording: Recording, camera: str | None, where: str
+) -> tuple[int, str]:
+    """Frame and camera of a row, from its number or its picture's path."""
+    text = "/".join(cell.strip() for cell in cells if cell.strip())
+    try:
+        frame = float(text)
+    except ValueError:
+        return frame_of(text, where=where), camera_of(text, recording, camera, where=where)
+    if frame != int(frame) or frame < 0:
+        raise InputError(f"{text!r} is no frame", where=where, remedy="Frames count from 0.")
+    return int(frame), camera_of(path.name, recording, camera, where=str(path))
+
+
+def _clicks(
+    line: Sequence[str],
+    columns: Sequence[_Column],
+    known: Mapping[str, str],
+    place: tuple[int, str],
+    where: str,
+    least_likelihood: float,
+) -> list[Click]:
+    values: dict[str, dict[str, float]] = {}
+    for one in columns:
+        if one.part in known:
+            text = line[one.place].strip() if one.place < len(line) else ""
+            try:
+                number = float(text) if text else math.nan
+            except ValueError:
+                raise InputError(
+                    f"{one.coordinate} of {one.part} is {text!r}",
+                    where=where,
+                    remedy="Write pixels as a number, or leave it empty.",
+                ) from None
+            values.setdefault(one.part, {})[one.coordinate] = number
+    clicks = []
+    for part, own in values.items():
+        x, y = own.get("x", math.nan), own.get("y", math.nan)
+        likely = own.get("likelihood", 1.0) >= least_likelihood
+        if likely and math.isfinite(x) and math.isfinite(y):
+            clicks.append(Click(*place, known[part], (x, y), origin="imported"))
+    return clicks

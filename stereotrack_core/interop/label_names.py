@@ -1,0 +1,176 @@
+"""Labels of other tools, and what their names mean: landmarks, and pictures of cameras."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import PurePosixPath
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.clicks_csv import ClicksFile
+from stereotrack_core.recording.description import Recording
+
+_SIDES = {"l": "left", "r": "right", "left": "left", "right": "right"}
+_WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+")
+_LAST_NUMBER = re.compile(r"(\d+)(?!.*\d)")
+
+
+@dataclass(frozen=True)
+class NameMap:
+    """Which landmark every name of another tool means.
+
+    Attributes
+    ----------
+    known : mapping from their name to ours
+    left_out : tuple of str
+        Their names that mean none of ours.
+    """
+
+    known: Mapping[str, str]
+    left_out: tuple[str, ...] = field(default=())
+
+
+@dataclass(frozen=True)
+class Labels(ClicksFile):
+    """Clicks from another tool.
+
+    Attributes
+    ----------
+    left_out : tuple of str
+        Names in the file that mean none of our landmarks.
+    """
+
+    left_out: tuple[str, ...] = ()
+
+
+def map_names(
+    theirs: Iterable[str],
+    ours: Sequence[str],
+    stated: Mapping[str, str] | None = None,
+    *,
+    where: str = "",
+) -> NameMap:
+    """Match names of landmarks; only what is said or means the same place is taken.
+
+    ``LElbow``, ``left-elbow``, ``Elbow_L`` are ``left_elbow``. A wrist is not matched with a hand:
+    the hand's landmark is half way to the tip of the middle finger.
+
+    Parameters
+    ----------
+    theirs, ours : names
+    stated : mapping from their name to ours
+        What the person says; it goes before everything else.
+    where : str
+        File, for complaints.
+
+    Raises
+    ------
+    InputError
+        Where none matches, two mean the same landmark, or a stated name is not known.
+    """
+    theirs = tuple(dict.fromkeys(theirs))
+    stated = stated or {}
+    for one, two in stated.items():
+        if one not in theirs:
+            raise InputError(
+                f"there is no {one!r} in the file", where=where, remedy=f"It has {_list(theirs)}."
+            )
+        if two not in ours:
+            raise InputError(
+                f"the landmark {two!r} is not known",
+                where=where,
+                remedy=f"The landmarks are {_list(ours)}.",
+            )
+    by_words = {_words(name): name for name in ours}
+    known: dict[str, str] = {}
+    for name in theirs:
+        own = stated.get(name) or by_words.get(_words(name))
+        if own is None:
+            continue
+        twice = next((one for one, two in known.items() if two == own), None)
+        if twice is not None:
+            raise InputError(
+                f"{twice!r} and {name!r} both mean {own}",
+                where=where,
+                remedy="State which one is meant, for example with --name THEIRS=OURS.",
+            )
+        known[name] = own
+    if not known:
+        raise InputError(
+            f"none of its landmarks is known (it has {_list(theirs)})",
+            where=where,
+            remedy=f"The landmarks are {_list(ours)}; say which means which with"
+            " --name THEIRS=OURS.",
+        )
+    return NameMap(known, tuple(name for name in theirs if name not in known))
+
+
+def camera_of(path: str, recording: Recording, stated: str | None, *, where: str) -> str:
+    """The camera that a picture or video of that name is of.
+
+    A view's name means its reference image. Looked for in the folders of the path, from the last
+    to the first, then in the words of the file's name.
+
+    Raises
+    ------
+    InputError
+        Where no camera, or more than one, can be meant.
+    """
+    known = {view.name: view.image.camera for view in recording.views}
+    known |= {camera: camera for camera in recording.cameras}
+    if stated is not None:
+        if stated not in known:
+            raise InputError(
+                f"there is no camera {stated!r}",
+                where=where,
+                remedy=f"The recording has {_list(tuple(known))}.",
+            )
+        return known[stated]
+    pure = PurePosixPath(path.replace("\\", "/"))
+    for part in reversed(pure.parts[:-1]):
+        if part in known:
+            return known[part]
+    stem = pure.name.split(".")[0]
+    found = [
+        name for name in known if re.search(rf"(?<![A-Za-z0-9]){re.escape(name)}(?![A-Za-z])", stem)
+    ]
+    longest = [name for name in found if not any(name != one and name in one for one in found)]
+    if len(longest) != 1:
+        raise InputError(
+            f"it cannot be told which camera {path!r} is of",
+            where=where,
+            remedy=f"Say it with --camera; the recording has {_list(tuple(known))}.",
+        )
+    return known[longest[0]]
+
+
+def frame_of(path: str, *, where: str) -> int:
+    """The frame that a numbered picture is of: the last number of its name.
+
+    Raises
+    ------
+    InputError
+        Where there is none.
+    """
+    stem = PurePosixPath(path.replace("\\", "/")).name.split(".")[0]
+    match = _LAST_NUMBER.search(stem)
+    if match is None:
+        raise InputError(
+            f"the picture {path!r} has no number",
+            where=where,
+            remedy="The last number of its name has to be the frame, counted from 0.",
+        )
+    return int(match.group(1))
+
+
+def _words(name: str) -> tuple[str, ...]:
+    """Words of a name with the side first: ``Elbow_L`` becomes ``left``, ``elbow``."""
+    words = [word.lower() for word in _WORD.findall(name)]
+    sides = [_SIDES[word] for word in words if word in _SIDES]
+    return (*sides, *(word for word in words if word not in _SIDES))
+
+
+def _list(names: Sequence[str]) -> str:
+    shown = ", ".join(names[:12])
+    return f"{shown} and {len(names) - 12} more" if len(names) > 12 else shown

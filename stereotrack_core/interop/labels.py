@@ -1,0 +1,123 @@
+"""Clicks from any tool whose files are understood, by what the file holds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from stereotrack_core.annotation.click import Click, ClickKey
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.clicks_csv import read_clicks
+from stereotrack_core.interop.coco import read_coco
+from stereotrack_core.interop.deeplabcut import is_deeplabcut, read_deeplabcut, read_lines
+from stereotrack_core.interop.label_names import Labels
+from stereotrack_core.interop.sleap import read_sleap
+from stereotrack_core.recording.description import Recording
+
+_UNDERSTOOD = (
+    "Clicks files (.csv), DeepLabCut's .csv, COCO keypoints (.json) and SLEAP's .slp are understood"
+    " as clicks; .csv with x, y and z, .trc, .c3d and .npz as trajectories."
+)
+_OTHERS = {
+    ".h5": "DeepLabCut writes a .csv beside every .h5; give that one.",
+    ".mat": "Export the labels as .csv or COCO keypoints (.json), and give that file.",
+}
+
+TRAJECTORY_COLUMNS = {"frame", "landmark", "x", "y", "z"}
+
+
+def is_trajectory(path: Path) -> bool:
+    """Whether a file holds points in space instead of clicks.
+
+    Raises
+    ------
+    InputError
+        Where it cannot be read.
+    """
+    suffix = path.suffix.lower()
+    if suffix != ".csv":
+        return suffix in (".trc", ".c3d", ".npz")
+    lines = read_lines(path)
+    return bool(lines) and {cell.strip() for cell in lines[0]} >= TRAJECTORY_COLUMNS
+
+
+def read_labels(
+    path: Path,
+    recording: Recording,
+    *,
+    landmarks: Sequence[str],
+    frames: int | None = None,
+    camera: str | None = None,
+    names: Mapping[str, str] | None = None,
+) -> Labels:
+    """Read clicks, and everything that is wrong in the file.
+
+    Parameters
+    ----------
+    path : Path
+    recording : Recording
+    landmarks : sequence of str
+    frames : int, optional
+        Number of frames of the recording, where it is known.
+    camera : str, optional
+        Camera or view that the file is of, where it does not say so itself.
+    names : mapping from their landmark to ours, optional
+
+    Raises
+    ------
+    InputError
+        Where the file cannot be read at all, or is of a kind that is not understood.
+    """
+    suffix = path.suffix.lower()
+    if suffix == ".json":
+        found = read_coco(path, recording, landmarks=landmarks, camera=camera, names=names)
+        return _checked(found, path, recording, frames)
+    if suffix == ".slp":
+        found = read_sleap(path, recording, landmarks=landmarks, camera=camera, names=names)
+        return _checked(found, path, recording, frames)
+    if suffix != ".csv":
+        raise InputError(
+            f"labels cannot be read from {suffix or 'files without a suffix'}",
+            where=str(path),
+            remedy=_OTHERS.get(suffix, _UNDERSTOOD),
+        )
+    if is_deeplabcut(read_lines(path)):
+        found = read_deeplabcut(path, recording, landmarks=landmarks, camera=camera, names=names)
+        return _checked(found, path, recording, frames)
+    for option, given in (("--camera", camera), ("--name", names)):
+        if given:
+            raise InputError(
+                "a clicks file states views and landmarks itself",
+                where=option,
+                remedy="Leave the option out.",
+            )
+    clicks = read_clicks(path, recording, landmarks=landmarks, frames=frames)
+    return Labels(clicks.clicks, clicks.problems)
+
+
+def _checked(found: Labels, path: Path, recording: Recording, frames: int | None) -> Labels:
+    """The labels whose frames and places there are, each once."""
+    kept: dict[ClickKey, Click] = {}
+    problems = list(found.problems)
+    for click in found.clicks:
+        trouble = _trouble(click, recording, frames)
+        if click.key in kept:
+            trouble = "it is there a second time"
+        if trouble:
+            what = f"{click.landmark} in {click.camera}, frame {click.frame}: {trouble}"
+            problems.append(InputError(what, where=str(path), remedy="Correct or delete it."))
+        else:
+            kept[click.key] = click
+    return replace(found, clicks=tuple(kept.values()), problems=tuple(problems))
+
+
+def _trouble(click: Click, recording: Recording, frames: int | None) -> str:
+    if frames is not None and click.frame >= frames:
+        return f"the last frame is {frames - 1}"
+    camera = recording.cameras[click.camera]
+    if click.position is not None:
+        (x, y), size = click.position, (camera.width, camera.height)
+        if not (-0.5 <= x <= size[0] - 0.5 and -0.5 <= y <= size[1] - 0.5):
+            return f"({x:g}, {y:g}) is outside the image of {size[0]} x {size[1]} pixels"
+    return ""

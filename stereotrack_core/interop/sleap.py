@@ -1,0 +1,184 @@
+"""Labels of SLEAP (``.slp``), by the optional library sleap-io.
+
+Pixels are SLEAP's own (the centre of the first one is 0, as here), frames those of the video: a
+stream that begins earlier or later than the recording is accounted for. The format cannot tell what
+is outside the image from what nobody has labelled, and keeps neither flag nor sigma.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+import numpy as np
+
+from stereotrack_core.annotation.click import Click, Visibility
+from stereotrack_core.annotation.landmark_set import LandmarkSet
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.atomic import replacing
+from stereotrack_core.interop.label_names import Labels, camera_of, map_names
+from stereotrack_core.recording.description import Recording, Stream
+from stereotrack_core.recording.landmarks import SKELETON
+from stereotrack_core.recording.numbered import is_pattern, numbered_files
+
+
+def write_sleap(
+    path: Path, clicks: Iterable[Click], recording: Recording, landmarks: LandmarkSet
+) -> None:
+    """Write the clicks of all cameras; each camera is a video.
+
+    Raises
+    ------
+    InputError
+        Where the file cannot be written, or sleap-io is not installed.
+    """
+    sio = _library(path)
+    names = landmarks.names
+    bones = [(a, b) for a, b in SKELETON if {a, b} <= set(names)]
+    skeleton = sio.Skeleton(nodes=list(names), edges=bones, name=landmarks.name)
+    pictures: dict[tuple[str, int], dict[str, Click]] = {}
+    for click in clicks:
+        if not click.deleted and click.position is not None and click.landmark in names:
+            pictures.setdefault((click.camera, click.frame), {})[click.landmark] = click
+    streams = _streams(recording)
+    videos: dict[str, Any] = {}
+    frames = []
+    for (camera, frame), found in sorted(pictures.items()):
+        stream = streams[camera]
+        if camera not in videos:
+            videos[camera] = sio.Video(filename=_files(recording, stream), open_backend=False)
+        points = np.full((len(names), 2), np.nan)
+        seen = np.zeros(len(names), dtype=np.bool_)
+        for name, click in found.items():
+            points[names.index(name)] = click.position
+            seen[names.index(name)] = click.visibility == Visibility.SEEN
+        instance = sio.Instance.from_numpy(points, skeleton=skeleton)
+        instance.points["visible"] = seen
+        own = frame + _shift(stream, recording)
+        frames.append(sio.LabeledFrame(video=videos[camera], frame_idx=own, instances=[instance]))
+    labels = sio.Labels(labeled_frames=frames, videos=list(videos.values()), skeletons=[skeleton])
+    with replacing(path) as temporary:
+        sio.save_slp(labels, str(temporary), embed=False, verbose=False)
+
+
+def read_sleap(
+    path: Path,
+    recording: Recording,
+    *,
+    landmarks: Sequence[str],
+    camera: str | None = None,
+    names: Mapping[str, str] | None = None,
+) -> Labels:
+    """Read what people have labelled; predictions are left out.
+
+    Parameters
+    ----------
+    path : Path
+    recording : Recording
+    landmarks : sequence of str
+    camera : str, optional
+        Camera or view that all videos are of; otherwise told from their names.
+    names : mapping from their landmark to ours, optional
+
+    Raises
+    ------
+    InputError
+        Where the file cannot be read, sleap-io is not installed, or no landmark is known.
+    """
+    sio = _library(path)
+    if not path.is_file():
+        raise InputError("there is no such file", where=str(path), remedy="Check the path.")
+    try:
+        stored = sio.load_slp(str(path), open_videos=False)
+    except (OSError, KeyError, ValueError, TypeError) as error:
+        raise InputError(
+            f"this is no labels file of SLEAP ({error})",
+            where=str(path),
+            remedy="Give the .slp that SLEAP saved.",
+        ) from error
+    theirs = [node.name for skeleton in stored.skeletons for node in skeleton.nodes]
+    found = map_names(theirs, landmarks, names, where=str(path))
+    clicks: list[Click] = []
+    problems: list[InputError] = []
+    for labelled in stored.labeled_frames:
+        where = f"{path}, frame {labelled.frame_idx}"
+        people = labelled.user_instances
+        try:
+            if len(people) > 1:
+                raise InputError(
+                    f"{len(people)} people are labelled",
+                    where=where,
+                    remedy="Keep the instances of the one person alone.",
+                )
+            for person in people:
+                place = _place(labelled, recording, camera, where)
+                clicks += _clicks(person, place, found.known)
+        except InputError as problem:
+            problems.append(problem)
+    return Labels(tuple(clicks), tuple(problems), found.left_out)
+
+
+def _library(path: Path) -> Any:
+    try:
+        import sleap_io
+    except ImportError:
+        raise InputError(
+            "files of SLEAP need the library sleap-io, which is not installed",
+            where=str(path),
+            remedy="Install stereotrack with its extra `sleap`, or use COCO keypoints (.json).",
+        ) from None
+    return sleap_io
+
+
+def _streams(recording: Recording) -> dict[str, Stream]:
+    """The stream of every camera that shows pictures."""
+    shown = [view.image for view in recording.views]
+    shown += [view.left for view in recording.views if view.left is not None]
+    return {stream.camera: stream for stream in shown}
+
+
+def _files(recording: Recording, stream: Stream) -> str | list[str]:
+    """The video, or all of its pictures; their pattern where they are not there."""
+    files: Mapping[int, Path] = {}
+    if is_pattern(stream.frames) and (recording.folder / stream.frames).parent.is_dir():
+        files = numbered_files(recording.folder, stream.frames)
+    pictures = [str(files[number]) for number in sorted(files)]
+    return pictures or str(recording.folder / stream.frames)
+
+
+def _shift(stream: Stream, recording: Recording) -> int:
+    """The stream's own frame that is frame 0 of the recording."""
+    return stream.first_frame + round(stream.time_offset * recording.fps)
+
+
+def _place(labelled: Any, recording: Recording, camera: str | None, where: str) -> tuple[int, str]:
+    """Frame and camera of a labelled frame."""
+    streams = _streams(recording)
+    file = labelled.video.filename
+    file = str(file[0] if isinstance(file, list) else file).replace("\\", "/")
+    own = {PurePosixPath(stream.frames).name: name for name, stream in streams.items()}
+    base = PurePosixPath(file).name
+    whole = [name for name, one in streams.items() if file.endswith(one.frames)]
+    if camera is None and len(whole) == 1:
+        name = whole[0]
+    elif camera is None and len(own) == len(streams) and base in own:
+        name = own[base]
+    else:
+        name = camera_of(file, recording, camera, where=where)
+    frame = int(labelled.frame_idx) - _shift(streams[name], recording)
+    if frame < 0:
+        raise InputError(
+            f"it is {-frame} frames before the recording begins", where=where, remedy="Delete it."
+        )
+    return frame, name
+
+
+def _clicks(person: Any, place: tuple[int, str], known: Mapping[str, str]) -> list[Click]:
+    clicks = []
+    for point in person.points:
+        name, (x, y) = str(point["name"]), point["xy"].tolist()
+        if name in known and np.isfinite([x, y]).all():
+            seen = Visibility.SEEN if point["visible"] else Visibility.GUESSED
+            clicks.append(Click(*place, known[name], (x, y), seen, origin="imported"))
+    return clicks

@@ -1,0 +1,59 @@
+"""A person who moves in front of four cameras, and clicks on the landmarks."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stereotrack_core.annotation.fit.fit import ClickFit
+from stereotrack_core.annotation.fit.measurement import ClickMeasurement
+from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.body.model import body_model
+from stereotrack_core.body.proportions import AVERAGE
+from tests.annotation.scenes import cameras
+from tests.tracking.scenes import pose_with_arms
+
+CAMERAS = cameras("barrel")
+BODY = body_model(AVERAGE)
+
+
+def pose(k: int):
+    """The person at frame `k`: arms that rise and bend, a body that sways."""
+    t = 0.15 * k
+    return pose_with_arms(
+        [1, 0.4 * np.sin(t), 0.5 * np.sin(0.7 * t)],
+        [1, 0.8 * np.cos(t), 0.6],
+        [-1, 0.5 * np.cos(t), -0.3],
+        [-0.6, 1.0, 0.5 * np.sin(t)],
+        place=(0.05 * np.sin(t), 0.02 * k, 0.95),
+    )
+
+
+def places(k: int) -> np.ndarray:
+    """The nine landmarks (9, 3) at frame `k`."""
+    return NINE.places(BODY, BODY.frames(pose(k)))
+
+
+def clicked(k, rng, sigma=2.0, seen_by=tuple(CAMERAS), names=NINE.names):
+    """Clicks on the landmarks of a frame, with noise."""
+    points = places(k)
+    return tuple(
+        ClickMeasurement(
+            camera,
+            name,
+            CAMERAS[camera].project(points[NINE.names.index(name)]) + rng.normal(0, sigma, 2),
+            sigma,
+        )
+        for camera in seen_by
+        for name in names
+    )
+
+
+def moved_click(click: ClickMeasurement, by) -> ClickMeasurement:
+    """A click that is off by so many pixels."""
+    return ClickMeasurement(click.camera, click.landmark, click.pixel + by, click.sigma)
+
+
+def fitting(**changes) -> ClickFit:
+    """A fit of that person with that rig."""
+    return ClickFit(CAMERAS, NINE, AVERAGE, FitSettings().replaced(**changes))

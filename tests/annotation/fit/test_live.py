@@ -1,0 +1,142 @@
+"""One frame fitted by itself: near the truth, honest about what it does not know."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+
+from stereotrack_core.annotation.fit.results import MISTAKEN
+from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.body.proportions import AVERAGE
+from tests.annotation.fit.scenes import BODY, CAMERAS, clicked, fitting, moved_click, places, pose
+from tests.tracking.scenes import cloud_of, surface_points
+
+
+def off(fit, k=0):
+    return np.linalg.norm(fit.landmarks_world - places(k), axis=1)
+
+
+def test_exact_clicks_give_the_pose():
+    fit = fitting().frame(clicked(0, np.random.default_rng(0), sigma=0.05))
+    assert off(fit).max() < 1e-3
+    assert np.abs(fit.residual_px).max() < 0.5
+    assert (fit.mistake < 0.1).all()
+    assert fit.used_cameras.tolist() == [4] * 9
+    assert fit.words == ()
+
+
+def test_the_fit_is_better_than_its_clicks_and_knows_how_good():
+    rng, fit = np.random.default_rng(1), fitting()
+    z = []
+    for k in range(12):
+        found = fit.frame(clicked(k, rng, sigma=4.0))
+        sigma = np.sqrt(np.diagonal(found.landmark_covariance, axis1=1, axis2=2))
+        z.append((found.landmarks_world - places(k)) / sigma)
+    assert 0.88 < np.mean(np.abs(z) < 1.96) <= 1.0
+    assert 0.6 < np.sqrt(np.mean(np.square(z))) < 1.2
+
+
+def test_a_gross_mistake_is_named_and_does_not_pull():
+    clicks = list(clicked(0, np.random.default_rng(2)))
+    wrong = 11  # the right shoulder in the second camera
+    clicks[wrong] = moved_click(clicks[wrong], [45.0, 20.0])
+    fit = fitting().frame(clicks)
+    assert np.flatnonzero(fit.mistake > MISTAKEN).tolist() == [wrong]
+    assert off(fit).max() < 0.03
+    landmark = clicks[wrong].landmark
+    assert fit.used_cameras[NINE.names.index(landmark)] == 3
+    assert f"{landmark.replace('_', ' ')} in {clicks[wrong].camera}" in fit.words[0]
+    assert "mistake" in fit.words[0]
+
+
+def test_a_lone_camera_leaves_the_distance_open_and_says_so():
+    k = 10  # the left arm is stretched out sideways, across the view of N
+    clicks = list(clicked(k, np.random.default_rng(3), names=NINE.names[:2] + NINE.names[6:]))
+    clicks += clicked(k, np.random.default_rng(3), seen_by=("N",), names=("left_elbow",))
+    fit = fitting().frame(clicks)
+    elbow = NINE.names.index("left_elbow")
+    _, vectors = np.linalg.eigh(fit.landmark_covariance[elbow])
+    ray = places(k)[elbow] - CAMERAS["N"].position_world
+    assert abs(vectors[:, -1] @ ray) / np.linalg.norm(ray) > 0.8
+    said = [line for line in fit.words if line.startswith("left elbow")]
+    assert "along the view of N" in said[0]
+    assert "seen by one camera" in said[0]
+
+
+def test_few_clicks_and_none_give_the_usual_pose_without_certainty():
+    fit = fitting()
+    for clicks in ((), clicked(0, np.random.default_rng(4), seen_by=("N",), names=("head",))):
+        found = fit.frame(clicks)
+        assert np.isfinite(found.landmarks_world).all()
+        assert (found.limb_sigma_deg > 30).all()
+        assert any("clicked in no camera" in line for line in found.words)
+        assert found.limb_sigma_deg.shape == (len(LIMBS),)
+
+
+def test_a_pose_nearby_is_what_is_expected():
+    found = fitting().frame((), start=pose(3))
+    np.testing.assert_allclose(found.landmarks_world, places(3), atol=0.02)
+
+
+@pytest.mark.parametrize("turn", [0.0, 2.0, 4.0])
+def test_the_person_may_face_anywhere(turn):
+    c, s = np.cos(turn), np.sin(turn)
+    R = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1.0]])
+    clicks = [
+        moved_click(
+            one,
+            CAMERAS[one.camera].project(R @ point) - CAMERAS[one.camera].project(point),
+        )
+        for one in clicked(0, np.random.default_rng(5))
+        for point in [places(0)[NINE.names.index(one.landmark)]]
+    ]
+    found = fitting().frame(clicks)
+    assert np.linalg.norm(found.landmarks_world - places(0) @ R.T, axis=1).max() < 0.04
+
+
+def test_measured_points_place_what_is_not_clicked():
+    rng = np.random.default_rng(6)
+    clicks = clicked(0, rng, names=("left_shoulder", "right_shoulder", "left_hip", "right_hip"))
+    cloud = cloud_of(surface_points(BODY, pose(0), 3000, rng, noise=0.005))
+    without = fitting().frame(clicks, cloud=cloud, start=pose(6))
+    again = fitting(use_depth=False).frame(clicks, cloud=cloud, start=pose(6))
+    assert off(without).max() < 0.05
+    assert off(again).max() > 0.08
+    assert (without.limb_sigma_deg[2:] < again.limb_sigma_deg[2:]).all()
+
+
+def test_a_set_of_other_landmarks_is_fitted_too():
+    names = ("left_shoulder", "right_shoulder", "head", "left_hip", "right_hip")
+    some = LandmarkSet("trunk", tuple(_without_mirror(name) for name in names))
+    fit = type(fitting())(CAMERAS, some, AVERAGE)
+    found = fit.frame(clicked(0, np.random.default_rng(7), names=names))
+    assert found.landmarks_world.shape == (5, 3)
+    assert np.linalg.norm(found.landmarks_world[2] - places(0)[6]) < 0.03
+
+
+def _without_mirror(name):
+    one = NINE[name]
+    return type(one)(one.name, one.colour, one.limb, one.part, one.along, one.across, one.offset)
+
+
+def test_an_unknown_camera_is_a_mistake_of_the_caller():
+    click = clicked(0, np.random.default_rng(0))[0]
+    with pytest.raises(KeyError, match="X"):
+        fitting().frame([type(click)("X", "head", click.pixel, 2.0)])
+
+
+@pytest.mark.slow
+def test_a_frame_is_fitted_within_a_tenth_of_a_second():
+    rng, fit = np.random.default_rng(8), fitting()
+    clicks = clicked(0, rng)
+    cloud = cloud_of(surface_points(BODY, pose(0), 3000, rng, noise=0.005))
+    fit.frame(clicks, cloud=cloud, start=pose(1))
+    spent = []
+    for _ in range(5):
+        begun = time.process_time()
+        fit.frame(clicks, cloud=cloud, start=pose(1))
+        spent.append(time.process_time() - begun)
+    assert np.median(spent) < 0.1

@@ -1,0 +1,121 @@
+"""Clicks and measured points as residuals, through real lenses."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stereotrack_core.annotation.fit.residuals import (
+    ClickResidual,
+    SlippingSurface,
+    undistorted_clicks,
+)
+from stereotrack_core.annotation.fit.state import FitState, Freedom, slipped
+from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.body.pose import PartFrames
+from stereotrack_core.tracking.data_to_model import Trust, surface_residual
+from tests.annotation.fit.scenes import BODY, CAMERAS, clicked, places, pose
+from tests.tracking.scenes import surface_points
+
+FISHEYE = dataclasses.replace(
+    CAMERAS["N"], fisheye=True, distortions=np.array([0.05, -0.01, 0.002, 0.0])
+)
+RIGS = {"distorted": CAMERAS, "fisheye": {**CAMERAS, "N": FISHEYE}}
+
+
+def stacked(frames):
+    return PartFrames(frames.rotations[None], frames.origins[None])
+
+
+@pytest.mark.parametrize("rig", RIGS)
+def test_near_a_click_differences_are_raw_pixels(rig):
+    cameras = RIGS[rig]
+    freedom = Freedom(NINE, BODY, with_depth=False)
+    points, rng = places(0), np.random.default_rng(0)
+    clicks = [
+        dataclasses.replace(one, pixel=cameras[one.camera].project(points[i % 9]) + off)
+        for i, one in enumerate(clicked(0, rng))
+        for off in [rng.normal(0, 1.0, 2)]
+    ]
+    found = undistorted_clicks(clicks, cameras, NINE.names)
+    row = ClickResidual(found, freedom, freedom.local, np.ones(72))
+    away = row.measured - row.predicted(stacked(BODY.frames(pose(0))))[0]
+    truly = [one.pixel - cameras[one.camera].project(points[i % 9]) for i, one in enumerate(clicks)]
+    np.testing.assert_allclose(away.reshape(-1, 2), truly, atol=0.02)
+
+
+@given(st.integers(0, 2**16))
+def test_clicks_move_as_their_derivatives_say(seed):
+    freedom = Freedom(NINE, BODY, with_depth=False)
+    rng = np.random.default_rng(seed)
+    clicks = undistorted_clicks(clicked(0, rng), CAMERAS, NINE.names)
+    state = freedom.displaced(freedom.still(pose(0)), 0.03 * rng.normal(size=freedom.columns.n))
+
+    def row(at: FitState) -> ClickResidual:
+        return ClickResidual(clicks, freedom, freedom.own_place(at.offsets), np.ones(72))
+
+    def drawn(at: FitState) -> np.ndarray:
+        return row(at).predicted(stacked(freedom.body_at(at.offsets).frames(at.pose)))[0]
+
+    frames = freedom.body_at(state.offsets).frames(state.pose)
+    J = row(state).jacobian(frames, freedom.columns)
+    step = 1e-6
+    for column in rng.choice(freedom.columns.n, 8, replace=False):
+        delta = np.zeros(freedom.columns.n)
+        delta[column] = step
+        change = drawn(freedom.displaced(state, delta)) - drawn(freedom.displaced(state, -delta))
+        np.testing.assert_allclose(J[:, column], change / (2 * step), rtol=1e-4, atol=1e-3)
+
+
+def test_a_slip_explains_a_surface_that_is_off():
+    freedom = Freedom(NINE, BODY, with_depth=True)
+    rng = np.random.default_rng(1)
+    at = pose(0)
+    frames = BODY.frames(at)
+    points = surface_points(BODY, at, 600, rng) + np.array([0.0, 0.004, 0.0])
+    trust = Trust(0.25, 1.0, 0.02, 600.0)
+    row = SlippingSurface(surface_residual(points, BODY, frames, trust), freedom, frames)
+    J = row.jacobian(frames, freedom.columns)
+    slips = np.tile([0.0, 0.004, 0.0], (6, 1))
+    for limb in range(6):
+        slips[limb] = frames.rotations[limb].T @ slips[limb]
+    wanted = np.zeros(freedom.columns.n)
+    wanted[freedom.of_slips] = np.hstack([slips, np.zeros((6, 3))]).ravel()
+    limbs = row.surface.part < 6
+    left = np.abs(J @ wanted - row.measured)[limbs]
+    assert np.quantile(left, 0.95) < 3e-4  # a few are nearer to another cone now
+
+
+def test_slips_turn_the_surface_as_derivatives_say():
+    freedom = Freedom(NINE, BODY, with_depth=True)
+    rng, at = np.random.default_rng(2), pose(1)
+    frames = BODY.frames(at)
+    points = surface_points(BODY, at, 400, rng)
+    trust = Trust(0.25, 1.0, 0.02, 400.0)
+    J = SlippingSurface(surface_residual(points, BODY, frames, trust), freedom, frames).jacobian(
+        frames, freedom.columns
+    )
+    slips = np.zeros((6, 6))
+    slips[:, 3:] = 1e-3 * rng.normal(size=(6, 3))
+    turned = surface_residual(points, BODY, slipped(frames, slips), trust)
+    wanted = np.zeros(freedom.columns.n)
+    wanted[freedom.of_slips] = slips.ravel()
+    before = surface_residual(points, BODY, frames, trust)
+    assert np.array_equal(before.part, turned.part)
+    np.testing.assert_allclose(
+        np.median(np.abs(before.distance - turned.distance - J @ wanted)), 0.0, atol=2e-5
+    )
+
+
+def test_a_click_behind_the_camera_gives_numbers_all_the_same():
+    freedom = Freedom(NINE, BODY, with_depth=False)
+    clicks = undistorted_clicks(clicked(0, np.random.default_rng(0)), CAMERAS, NINE.names)
+    row = ClickResidual(clicks, freedom, freedom.local, np.ones(72))
+    far = dataclasses.replace(pose(0), position=np.array([0.0, 9.0, 0.95]))
+    frames = BODY.frames(far)
+    assert np.isfinite(row.predicted(stacked(frames))).all()
+    assert np.isfinite(row.jacobian(frames, freedom.columns)).all()

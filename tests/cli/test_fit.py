@@ -1,0 +1,104 @@
+"""``stereotrack fit``: from a file of clicks to a reference, and one sentence on what is wrong."""
+
+import numpy as np
+import pytest
+
+from stereotrack_core.annotation.click import Click
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.evaluation.errors import errors_against
+from stereotrack_core.interop.clicks_csv import write_clicks
+from stereotrack_core.interop.reference_npz import read_reference
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.landmark_csv import read_landmarks
+from stereotrack_core.recording.landmarks import LANDMARKS
+
+pytestmark = pytest.mark.xdist_group("cli")
+
+
+@pytest.fixture(scope="module")
+def clicks(recording, tmp_path_factory):
+    """Every third frame clicked in both views; one click is far off."""
+    opened, rng = open_recording(recording), np.random.default_rng(0)
+    made = []
+    for k in range(0, 10, 3):
+        for view in opened.views:
+            camera = opened.reference_camera(view)
+            pixels = camera.project(opened.reference.points[k]) + rng.normal(0, 0.7, (9, 2))
+            for name, (x, y) in zip(LANDMARKS, pixels, strict=True):
+                wrong = (k, view.name, name) == (3, "N", "left_hand")
+                made.append(Click(k, camera.name, name, (float(x), float(y) - 40.0 * wrong)))
+    path = tmp_path_factory.mktemp("clicks") / "clicks.csv"
+    write_clicks(path, made, opened)
+    return path
+
+
+def fit(run, recording, clicks, output, *more):
+    return run("fit", recording, "--clicks", clicks, "-o", output, "--sigma", 1, *more)
+
+
+@pytest.mark.parametrize(("depth", "worst"), [((), 12.0), (("--no-depth",), 8.0)])
+def test_fit_writes_a_reference(run, recording, clicks, tmp_path, depth, worst):
+    ended = fit(run, recording, clicks, tmp_path / "reference.csv", "--json", *depth)
+    assert ended.status == 0
+    assert ended.json["frames"] == {"clicked": 4, "interpolated": 6, "gap": 0}
+    assert ended.json["clicks"] == 72
+    assert set(ended.json["limb_sigma_deg"]) == set(LIMBS)
+    (mistake,) = ended.json["probable_mistakes"]
+    assert (mistake["frame"], mistake["landmark"]) == (3, "left_hand")
+    found = read_landmarks(tmp_path / "reference.csv")
+    assert found.frame.tolist() == list(range(10))
+    errors = errors_against(found, open_recording(recording).reference)
+    assert np.degrees(errors.forearm).mean() < worst
+    assert np.degrees(errors.upper_arm).mean() < worst
+
+
+def test_npz_keeps_the_covariances(run, recording, clicks, tmp_path):
+    ended = fit(run, recording, clicks, tmp_path / "a.npz", "--no-depth", "--frames", "2:8")
+    assert ended.status == 0
+    assert "probably a mistake" in ended.err
+    assert "left forearm good to" in ended.out
+    stored = read_reference(tmp_path / "a.npz")
+    assert stored.frame.tolist() == [2, 3, 4, 5, 6, 7]
+    assert stored.covariance.shape == (6, 9, 3, 3)
+    assert np.isfinite(stored.covariance).all()
+    assert stored.filled.tolist() == [True, False, True, True, False, True]
+    assert stored.meta["click_sigma_px"] == 1
+
+
+def test_gaps_and_views(run, recording, clicks, tmp_path):
+    options = ("--no-depth", "--gap", "4:6", "--views", "NS", "--json")
+    ended = fit(run, recording, clicks, tmp_path / "a.csv", *options)
+    assert ended.json["frames"] == {"clicked": 4, "interpolated": 4, "gap": 2}
+    found = read_landmarks(tmp_path / "a.csv")
+    assert np.isnan(found.points[4:6]).all()
+
+
+def test_the_subject_can_be_measured(run, recording, clicks, tmp_path):
+    options = ("--no-depth", "--subject", "measured", "--json")
+    assert fit(run, recording, clicks, tmp_path / "a.csv", *options).status == 0
+    for wrong in (("--subject", tmp_path / "none.toml"),):
+        ended = fit(run, recording, clicks, tmp_path / "a.csv", "--no-depth", *wrong)
+        assert ended.status == 2
+
+
+def test_what_is_wrong_is_said_in_one_sentence(run, recording, clicks, tmp_path):
+    output = tmp_path / "a.csv"
+    empty = tmp_path / "empty.csv"
+    empty.write_text("frame,view,landmark,x,y,visibility\n")
+    for options, said in (
+        (("--sigma", "-1"), "standard deviation"),
+        (("--frames", "1:2"), "no click in frames 1 to 1"),
+        (("--views", "X"), "no view"),
+        (("--set", "speed=3"), "no parameter"),
+        (("--gap", "4"), "A:B"),
+    ):
+        ended = fit(run, recording, clicks, output, *options)
+        assert ended.status == 2
+        assert ended.out == ""
+        assert said in ended.err
+        assert "Traceback" not in ended.err
+    for path, target in ((empty, output), (tmp_path / "none.csv", output), (clicks, "a.txt")):
+        ended = fit(run, recording, path, target)
+        assert ended.status == 2
+        assert "Traceback" not in ended.err
+    assert not output.exists()

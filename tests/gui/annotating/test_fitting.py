@@ -1,0 +1,129 @@
+"""The fit of a whole recording in the background becomes the project's reference."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.presenters.fitting import FITTED, FitOrder, around, fit_recording
+from app.presenters.reference_work import ReferenceWork, read_reference
+from app.tasks.task import TaskList
+from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED
+from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.errors import InputError
+from stereotrack_core.project.click_edits import DeleteClicks, PlaceClicks
+from stereotrack_core.project.fitted import fit_of_reference
+from stereotrack_core.project.marks import FrameFlag, SetFlags
+from stereotrack_core.project.references import load_reference
+
+FRAMES = 30
+
+
+@pytest.fixture
+def annotated(project, make):
+    """Every fifth frame clicked, a gap in the middle."""
+    project.apply(PlaceClicks(make.clicks_at(range(0, FRAMES, 5), sigma=1.0, seed=2)))
+    project.apply(SetFlags(tuple(FrameFlag(frame, "", "gap") for frame in range(11, 15))))
+    return project
+
+
+@pytest.fixture
+def work(qtbot, annotated, recording):
+    tasks = TaskList()
+    made = ReferenceWork(tasks)
+    made.tasks = tasks
+    made.problems = []
+    tasks.failed.connect(made.problems.append)
+    made.failed.connect(made.problems.append)
+    made.set_project(annotated, recording, FRAMES)
+    annotated.on_change(made.follow)
+    yield made
+    tasks.shutdown()
+
+
+def fitted(qtbot, work, frames=None):
+    with qtbot.waitSignal(work.shown, timeout=60_000, check_params_cb=lambda now: now is not None):
+        work.fit(frames)
+    qtbot.waitUntil(lambda: not work.fitting and not work.tasks.tasks, timeout=10_000)
+    assert not work.problems
+    return work.now
+
+
+def test_it_is_near_the_truth_and_says_how_near(qtbot, annotated, work, make):
+    now = fitted(qtbot, work)
+    assert now.name == FITTED == annotated.chosen(annotated.references)
+    truth = np.stack([make.places_at(frame) for frame in range(FRAMES)])
+    assert now.fit is not None
+    known = now.fit.kind != GAP
+    away = np.linalg.norm(now.fit.landmarks - truth, axis=-1)[known]
+    assert np.median(away) < 0.02
+    assert now.fit.kind[5] == CLICKED
+    assert now.fit.kind[7] == INTERPOLATED
+    assert now.fit.kind[12] == GAP
+    assert "30 frames: 6 clicked, 20 interpolated, 4 in gaps" in now.words
+    assert "limbs are good to" in now.words
+    assert np.isfinite(now.residuals[5]).all()
+    assert np.isnan(now.residuals[6]).all()
+
+
+def test_it_can_be_undone_and_says_when_it_is_old(qtbot, annotated, work, make):
+    fitted(qtbot, work)
+    annotated.apply(DeleteClicks((make.clicks_at([5])[0].key,)))
+    assert work.words().endswith("Fitted before the last 1 edit of clicks.")
+    again = read_reference(annotated, work._recording, FITTED, FRAMES)
+    assert again.edits_since == 1
+    annotated.undo()
+    annotated.undo()
+    with qtbot.waitSignal(work.shown, timeout=5_000):
+        annotated.undo()
+    assert work.now is None
+    assert work.words() == "No trajectory is fitted to the clicks yet."
+
+
+def test_a_selection_alone_is_filled_in(qtbot, annotated, work, make):
+    now = fitted(qtbot, work, range(1, 4))
+    assert now.reference.frame.tolist() == [1, 2, 3]
+    assert now.fit.kind.tolist() == [INTERPOLATED] * 3
+    now = fitted(qtbot, work, range(3, 8))
+    assert now.reference.frame.tolist() == [1, 2, 3, 4, 5, 6, 7]
+
+
+def test_it_can_be_stopped(qtbot, annotated, work):
+    work.fit()
+    work.cancel()
+    qtbot.waitUntil(lambda: not work.fitting, timeout=30_000)
+    assert not work.problems
+    assert annotated.references.names() == ()
+
+
+def test_a_landmarks_own_gap_is_not_filled_in(qtbot, annotated, work):
+    gap = range(16, 22)  # frame 20 is clicked
+    annotated.apply(SetFlags(tuple(FrameFlag(frame, "left_hand", "gap") for frame in gap)))
+    now = fitted(qtbot, work)
+    hand, head = (NINE.names.index(name) for name in ("left_hand", "head"))
+    known = np.isfinite(now.reference.points).all(axis=-1)
+    assert now.reference.frame[~known[:, hand]].tolist() == [11, 12, 13, 14, 16, 17, 18, 19, 21]
+    assert known[16:22, head].all()
+
+
+def test_without_a_click_there_is_nothing_to_fit_to(project, recording):
+    with pytest.raises(InputError, match="no click in frames 0 to 9"):
+        fit_recording(
+            FitOrder(project, recording, range(10)), lambda _share, _words: None, lambda: False
+        )
+
+
+def test_a_stored_reference_is_the_fit_again(qtbot, annotated, recording, work):
+    fit = fitted(qtbot, work).fit
+    stored = load_reference(annotated.references, FITTED)
+    again = fit_of_reference(stored, NINE, annotated.clicks.all(), recording.cameras)
+    np.testing.assert_array_equal(again.landmarks, fit.landmarks)
+    np.testing.assert_array_equal(again.kind, fit.kind)
+    assert again.residual_px.keys() == fit.residual_px.keys()
+    for key, residual in fit.residual_px.items():
+        np.testing.assert_allclose(again.residual_px[key], residual, atol=1e-6)
+
+
+def test_frames_hang_on_the_clicked_ones_around():
+    assert around(range(12, 15), (0, 10, 20, 30), 40) == range(10, 21)
+    assert around(range(32, 50), (0, 30), 40) == range(30, 41)

@@ -1,0 +1,167 @@
+"""What to click next is ranked beside the window's thread, and gone to by a key or a click."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+
+from app.presenters.next_clicks import NextPresenter
+from app.views.next_panel import NextPanel
+from stereotrack_core.annotation.fit.results import CLICKED, INTERPOLATED, TrajectoryFit
+from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.annotation.limb_axes import limb_sigma_deg
+from stereotrack_core.annotation.suggestion import StopSign, Suggestion
+from stereotrack_core.project.click_edits import PlaceClicks
+from stereotrack_core.project.marks import FrameFlag, SetFlags
+
+LEFT = Qt.MouseButton.LeftButton
+FRAMES = 40
+
+
+def fit_between(make, clicked, *, unsure=0.05) -> TrajectoryFit:
+    points = np.stack([make.places_at(frame) for frame in range(FRAMES)])
+    away = np.abs(np.arange(FRAMES)[:, None] - np.array(clicked)).min(axis=1)
+    spread = 0.005 + unsure * away / away.max()
+    covariance = np.square(spread)[:, None, None, None] * np.eye(3)
+    covariance = np.broadcast_to(covariance, (FRAMES, 9, 3, 3)).copy()
+    return TrajectoryFit(
+        names=NINE.names,
+        frame=np.arange(FRAMES),
+        landmarks=points,
+        covariance=covariance,
+        limb_sigma_deg=limb_sigma_deg(points, covariance, NINE),
+        kind=np.where(away == 0, CLICKED, INTERPOLATED),
+        nine=points,
+        residual_px={},
+        mistake={},
+    )
+
+
+@pytest.fixture
+def presenter(qtbot, project, make):
+    project.apply(PlaceClicks(make.clicks_at([0, 39])))
+    made = NextPresenter()
+    made.problems, made.heard = [], []
+    made.failed.connect(made.problems.append)
+    made.ranked.connect(made.heard.append)
+    made.set_project(project, make.CAMERAS)
+    project.on_change(made.follow)
+    yield made
+    made.close()
+    assert not made.problems
+
+
+def ranking_after(qtbot, presenter, do):
+    before = len(presenter.heard)
+    do()
+    qtbot.waitUntil(lambda: len(presenter.heard) > before and presenter.idle, timeout=30_000)
+    return presenter.heard[-1]
+
+
+def test_the_middle_between_clicks_comes_first_and_a_click_there_is_taken_in(
+    qtbot, project, presenter, make
+):
+    fit = fit_between(make, [0, 39])
+    first = ranking_after(qtbot, presenter, lambda: presenter.set_fit(fit))
+    assert not first.sign.reached
+    best = first.suggestions[0]
+    assert 15 < best.frame < 25
+    assert best.reason
+    there = make.clicks_at([best.frame])
+    after = ranking_after(qtbot, presenter, lambda: project.apply(PlaceClicks(there)))
+    assert all(one.frame != best.frame for one in after.suggestions)
+
+
+def test_gaps_are_not_asked_for(qtbot, project, presenter, make):
+    fit = fit_between(make, [0, 39])
+    ranking_after(qtbot, presenter, lambda: presenter.set_fit(fit))
+    gap = SetFlags(tuple(FrameFlag(frame, "", "gap") for frame in range(10, 30)))
+    after = ranking_after(qtbot, presenter, lambda: project.apply(gap))
+    assert after.suggestions
+    assert all(one.frame not in range(10, 30) for one in after.suggestions)
+    assert after.sign.frames == 20
+
+
+def test_the_wanted_accuracy_is_kept_and_stops(qtbot, project, presenter, make):
+    fit = fit_between(make, [0, 39])
+    ranking_after(qtbot, presenter, lambda: presenter.set_fit(fit))
+    after = ranking_after(qtbot, presenter, lambda: presenter.set_wanted(40.0))
+    assert after.sign.reached
+    again = NextPresenter()
+    again.set_project(project, make.CAMERAS)
+    assert again.wanted_deg == 40.0
+
+
+def test_only_the_selection(qtbot, presenter, make):
+    fit = fit_between(make, [0, 39])
+    ranking_after(qtbot, presenter, lambda: presenter.set_fit(fit))
+    after = ranking_after(qtbot, presenter, lambda: presenter.set_frames(range(5, 9)))
+    assert after.suggestions
+    assert all(one.frame in range(5, 9) for one in after.suggestions)
+
+
+def test_without_a_fit_nothing_is_ranked(project, presenter):
+    assert presenter.heard == [None]
+
+
+ROWS = (
+    Suggestion(17, "N", "left_hand", 3.2, "left forearm uncertain (6.1 deg)", over_frames_deg=14.3),
+    Suggestion(30, "W", "head", 1.2, "probably a mistake: 40 px off", click_there=True),
+    Suggestion(5, "S", "left_elbow", 0.4, "left upper arm uncertain (2.1 deg)"),
+)
+SIGN = StopSign(3.0, 40, 12, {"left_forearm": 12, "torso": 0}, 0, {}, 0.05)
+COLOURS = {one.name: one.colour for one in NINE.landmarks}
+
+
+@pytest.fixture
+def panel(shown):
+    made = shown(NextPanel(), 460, 300)
+    made.show_ranking(ROWS, SIGN, COLOURS)
+    return made
+
+
+def test_the_best_comes_first_and_each_is_visited_once(qtbot, panel):
+    went = []
+    panel.visit_requested.connect(lambda *where: went.append(where))
+    for _ in range(4):
+        qtbot.mouseClick(panel.next_button, LEFT)
+    assert [where[0] for where in went] == [17, 30, 5, 17]
+    area = panel.tree.visualRect(panel.model.index(1, 5))
+    qtbot.mouseClick(panel.tree.viewport(), LEFT, pos=area.center())
+    assert went[-1] == (30, "W", "head")
+    qtbot.keyClick(panel.tree, Qt.Key.Key_Down)
+    qtbot.keyClick(panel.tree, Qt.Key.Key_Return)
+    assert went[-1] == (5, "S", "left_elbow")
+
+
+def test_words_of_the_sign_and_of_the_rows(panel):
+    assert panel.sign.text() == "12 of 40 frames miss 3 deg, most often the left forearm (12)."
+    assert panel.model.index(0, 3).data() == "3.20"
+    assert panel.model.index(0, 4).data() == "14.3"
+    assert panel.model.index(1, 5).data() == "look again: probably a mistake: 40 px off"
+
+
+def test_the_wanted_accuracy_is_typed(qtbot, panel):
+    panel.wanted.selectAll()
+    with qtbot.waitSignal(panel.wanted_changed) as caught:
+        qtbot.keyClicks(panel.wanted, "2")
+        qtbot.keyClick(panel.wanted, Qt.Key.Key_Return)
+    assert caught.args == [2.0]
+
+
+def test_nothing_fitted_offers_to_fit(qtbot, panel):
+    panel.show_ranking((), None, {})
+    assert panel.fit_button.isVisible()
+    with qtbot.waitSignal(panel.fit_requested):
+        qtbot.mouseClick(panel.fit_button, LEFT)
+
+
+def test_a_hundred_thousand_rows_cost_what_is_seen(qtbot, panel):
+    many = tuple(Suggestion(k, "N", "head", 1.0, "reason") for k in range(100_000))
+    start = time.process_time()
+    panel.show_ranking(many, SIGN, COLOURS)
+    panel.repaint()
+    assert time.process_time() - start < 0.5

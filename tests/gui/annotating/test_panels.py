@@ -1,0 +1,430 @@
+"""The panels of annotation together: an edit anywhere is seen everywhere, commands are edits."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, QSettings, Qt
+from PySide6.QtGui import QKeySequence
+from PySide6.QtWidgets import QInputDialog, QMainWindow, QVBoxLayout, QWidget
+
+from app.actions import ActionBook
+from app.annotating.agreement_dialog import AgreementDialog
+from app.annotating.commands import add_commands
+from app.annotating.export_dialog import ExportDialog
+from app.annotating.import_dialog import ImportDialog
+from app.annotating.panels import AnnotationPanels
+from app.annotating.subject_dialog import SubjectDialog
+from app.annotating.take_in_dialog import TakeInDialog
+from app.presenters.importing import LabelFile
+from app.tasks.task import TaskList
+from app.views.lane_filter import LaneFilter
+from app.views.timeline_lanes import Mark
+from app.views.timeline_painting import RULER_HEIGHT
+from app.views.timeline_view import TimelineView
+from stereotrack_core.annotation.click import ClickKey
+from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.interop.clicks_csv import read_clicks, write_clicks
+from stereotrack_core.interop.reference_npz import read_reference
+from stereotrack_core.project.click_edits import MoveClicks, PlaceClicks, place
+from stereotrack_core.project.marks import SetKeyframes
+from stereotrack_core.project.project import Project
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.landmark_csv import read_landmarks, write_landmarks
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+
+LEFT = Qt.MouseButton.LeftButton
+FRAMES = 60
+
+
+class Stage(QMainWindow):
+    """A window with nothing but the panels of annotation."""
+
+    def __init__(self, settings):
+        super().__init__()
+        self.timeline, self.tasks = TimelineView(), TaskList(self)
+        self.panels = AnnotationPanels(self.timeline, self.tasks, self)
+        self.book = ActionBook(self, settings)
+        add_commands(self.panels, self.book)
+        self.book.fill(self.menuBar())
+        page = QWidget()
+        column = QVBoxLayout(page)
+        column.addWidget(self.panels.repeat_bar)
+        column.addWidget(self.panels.next_panel)
+        column.addWidget(self.panels.history_panel)
+        column.addWidget(self.panels.bar)
+        column.addWidget(self.timeline)
+        self.setCentralWidget(page)
+        self.heard, self.problems = [], []
+        self.panels.said.connect(self.heard.append)
+        self.panels.message.connect(self.problems.append)
+        self.tasks.failed.connect(self.problems.append)
+        self.panels.frame_requested.connect(self.go_to)
+        self.timeline.frame_requested.connect(self.panels.set_frame)
+
+    def go_to(self, frame):
+        self.timeline.set_frame(frame)
+        self.panels.set_frame(frame)
+
+    def trigger(self, name):
+        self.book.refresh()
+        action = self.book.action(f"annotate-{name}")
+        assert action.isEnabled(), action.toolTip()
+        action.trigger()
+
+
+@pytest.fixture
+def stage(qtbot, project, make, shown, tmp_path):
+    project.apply(PlaceClicks(make.clicks_at(range(0, FRAMES, 10), sigma=1.0)))
+    settings = QSettings(str(tmp_path / "settings.ini"), QSettings.Format.IniFormat)
+    made = Stage(settings)
+    made.timeline.set_range(FRAMES, 10.0)
+    recording = open_recording(project.find_recording().folder)
+    made.panels.set_project(project, recording, FRAMES)
+    shown(made, 1100, 900)
+    yield made
+    made.panels.shutdown()
+    made.tasks.shutdown()
+
+
+def at(view, frame, y):
+    return QPoint(round(view.scale.x_of(frame + 0.5)), y)
+
+
+def select(qtbot, stage, first, last):
+    """Drag in the ruler."""
+    port = stage.timeline.viewport()
+    qtbot.mousePress(port, LEFT, pos=at(stage.timeline, first, 10))
+    qtbot.mouseMove(port, at(stage.timeline, (first + last) // 2, 10))
+    qtbot.mouseMove(port, at(stage.timeline, last, 10))
+    qtbot.mouseRelease(port, LEFT, pos=at(stage.timeline, last, 10))
+
+
+def settled(qtbot, stage):
+    qtbot.waitUntil(lambda: stage.panels.settled() and not stage.tasks.tasks, timeout=60_000)
+
+
+def lane(stage, name):
+    return next(one.values for one in stage.timeline.lanes if one.id == name)
+
+
+def test_an_edit_is_seen_in_lanes_history_and_progress(qtbot, project, stage, make):
+    assert lane(stage, "head")[10] == Mark.CLICKED
+    assert stage.panels.bar.progress.text() == "216 clicks, no keyframes chosen"
+    project.apply(PlaceClicks(make.clicks_at([15])))
+    assert lane(stage, "head")[15] == Mark.CLICKED
+    first = stage.panels.history_panel.model.index(0, 0).data()
+    assert first == "place 9 landmarks in 4 cameras, frame 15"
+    qtbot.waitUntil(lambda: stage.panels.bar.progress.text().startswith("252 clicks"))
+
+
+def test_the_selection_is_dragged_and_cleared(qtbot, project, stage):
+    select(qtbot, stage, 8, 22)
+    assert stage.panels.bar.selection_words.text() == "frames 8 – 22"
+    row = 2 * stage.timeline.lane_height + RULER_HEIGHT + 5
+    control = Qt.KeyboardModifier.ControlModifier
+    qtbot.mouseClick(stage.timeline.viewport(), LEFT, control, QPoint(30, row))
+    assert stage.panels.bar.selection_words.text() == "frames 8 – 22, left elbow"
+    stage.trigger("clear")
+    assert stage.heard[-1] == "Done: delete left elbow in 4 cameras, frames 10 to 20."
+    assert project.clicks.count() == 216 - 8
+    assert lane(stage, "left_elbow")[10] == Mark.MISSING
+    stage.trigger("clear")
+    assert "no clicks in frames 8 – 22, left elbow" in stage.problems[-1].what
+    project.undo()
+    assert lane(stage, "left_elbow")[10] == Mark.CLICKED
+
+
+def test_keyframes_flags_and_gaps_by_commands(qtbot, project, stage):
+    select(qtbot, stage, 0, 59)
+    stage.trigger("keyframes")
+    dialog = stage.findChild(QInputDialog)
+    dialog.setIntValue(20)
+    dialog.accept()
+    stage.timeline.set_selection(None)
+    stage.go_to(20)
+    qtbot.keyClick(stage, Qt.Key.Key_K)
+    qtbot.waitUntil(lambda: stage.panels.bar.progress.text() == "1 of 3 keyframes")
+    stage.trigger("flag")
+    qtbot.waitUntil(lambda: stage.panels.bar.progress.text() == "1 of 3 keyframes, 1 flagged")
+    stage.go_to(5)
+    qtbot.mouseClick(stage.panels.bar.next_button, LEFT)
+    assert stage.timeline.frame == 20
+    qtbot.mouseClick(stage.panels.bar.next_button, LEFT)
+    assert stage.heard[-1] == "No frame after this one is flagged."
+    select(qtbot, stage, 31, 36)
+    stage.trigger("gap")
+    assert lane(stage, "head")[33] == Mark.GAP
+
+
+def test_the_menu_of_the_timeline_has_the_commands(qtbot, stage):
+    select(qtbot, stage, 8, 22)
+    stage.timeline.customContextMenuRequested.emit(QPoint(300, 60))
+    menu = stage.panels.bar.selection_menu
+    assert menu.isVisible()
+    texts = [action.text() for action in menu.actions() if action.text()]
+    assert texts[:4] == ["Interpolate", "Follow the patch", "Accept what was followed",
+                         "Clear clicks"]  # fmt: skip
+    menu.hide()
+
+
+def test_the_fit_fills_lanes_and_ranks_what_is_next(qtbot, project, stage):
+    stage.trigger("fit")
+    settled(qtbot, stage)
+    assert not stage.problems
+    assert lane(stage, "head")[5] == Mark.INTERPOLATED
+    torso = next(one for one in stage.timeline.lanes if one.id == "torso ±")
+    assert np.isfinite(torso.values).all()
+    went = []
+    stage.panels.click_requested.connect(lambda *where: went.append(where))
+    stage.book.refresh()
+    qtbot.keyClick(stage, Qt.Key.Key_J)
+    assert len(went) == 1
+    assert went[0][2] in NINE.names
+    project.undo()
+    project.undo()
+    settled(qtbot, stage)
+    assert lane(stage, "head")[5] == Mark.NONE
+    assert stage.panels.next_panel.model.rowCount() == 0
+
+
+def test_residuals_follow_a_click_that_is_moved(qtbot, project, stage):
+    stage.trigger("fit")
+    settled(qtbot, stage)
+    stage.panels.bar._change(LaneFilter(frozenset({"residual"})))
+    before = lane(stage, "head px")[20]
+    assert before < 10.0
+    project.apply(MoveClicks((ClickKey(20, "N", "head"),), (40.0, 0.0)))
+    after = lane(stage, "head px")
+    assert after[20] > 15.0
+    assert np.isnan(after[21])
+    project.undo()
+    assert lane(stage, "head px")[20] == pytest.approx(before)
+    assert stage.panels.reference.words().endswith("Fitted before the last 2 edits of clicks.")
+
+
+def test_a_click_in_the_history_goes_back(qtbot, project, stage):
+    for frame in (1, 2, 3):
+        project.apply(SetKeyframes((frame,)))
+    tree = stage.panels.history_panel.tree
+    area = tree.visualRect(tree.model().index(2, 0))
+    qtbot.mouseClick(tree.viewport(), LEFT, pos=area.center())
+    qtbot.waitUntil(lambda: not stage.panels.history.jumping)
+    assert [one.frame for one in project.marks.keyframes()] == [1]
+
+
+def test_a_finished_frame_may_come_again_blindly(qtbot, project, stage, make):
+    stage.trigger("repeats")
+    assert stage.book.action("annotate-repeats").isChecked()
+    for frame in range(41):
+        project.apply(SetKeyframes((frame,), "done"))
+        if stage.panels.repeats.active is not None:
+            break
+    frame = stage.panels.repeats.active.frame
+    assert stage.timeline.frame == frame
+    assert stage.panels.repeat_bar.isVisible()
+    project.apply(PlaceClicks(make.clicks_at([frame])))
+    stage.panels.repeats.place(make.clicks_at([frame], sigma=1.0, seed=3)[:5])
+    assert "5 clicks so far, 31 to go" in stage.panels.repeat_bar.words.text()
+    stage.go_to(frame)
+    qtbot.mouseClick(stage.panels.repeat_bar.finish_button, LEFT)
+    assert not stage.panels.repeat_bar.isVisible()
+    assert stage.timeline.frame == 0  # where one was before
+
+
+def test_lanes_grow_while_frames_are_counted(qtbot, stage):
+    for count in (80, 100, 120):
+        stage.panels.set_frame_count(count)
+    assert len(lane(stage, "head")) == FRAMES
+    settled(qtbot, stage)
+    assert len(lane(stage, "head")) == 120
+
+
+def test_the_filter_is_kept_with_the_project(qtbot, project, stage):
+    chosen = LaneFilter(frozenset({"landmarks"}), frozenset({"head"}))
+    stage.panels.bar._change(chosen)
+    assert len(stage.timeline.lanes) == 8
+    recording = stage.panels.recording
+    stage.panels.set_project(None, None, 0)
+    assert not stage.timeline.lanes
+    assert not stage.panels.bar.isVisible()
+    stage.panels.set_project(project, recording, FRAMES)
+    assert stage.panels.bar.filter == chosen
+
+
+def test_clicks_are_imported_after_a_look(qtbot, project, stage, make, tmp_path):
+    path = tmp_path / "clicks.csv"
+    write_clicks(path, make.clicks_at([0, 5]), stage.panels.recording)
+    path.write_text(path.read_text() + "7,N,elbow,1,2,2\n")
+    stage.trigger("import")
+    asking = stage.findChild(ImportDialog)
+    qtbot.keyClicks(asking.path, str(path))
+    qtbot.mouseClick(asking.compare_button, LEFT)
+    qtbot.waitUntil(lambda: stage.findChild(TakeInDialog) is not None, timeout=20_000)
+    dialog = stage.findChild(TakeInDialog)
+    assert dialog.summary.text() == "clicks.csv: 36 new, 0 equal, 36 differ (36 moved)."
+    assert "the landmark 'elbow' is not known" in dialog.problems.toPlainText()
+    assert project.clicks.count() == 216
+    qtbot.mouseClick(dialog.take_button, LEFT)
+    settled(qtbot, stage)
+    assert project.clicks.count() == 252
+    assert stage.heard[-1] == "take 36 clicks from clicks.csv"
+
+
+def test_labels_of_another_tool_are_imported(qtbot, project, stage, tmp_path):
+    path = tmp_path / "CollectedData_A.csv"
+    path.write_text(
+        "scorer,A,A,A,A\nbodyparts,head,head,wrist,wrist\ncoords,x,y,x,y\n"
+        "labeled-data/cam/img0005.png,10.5,20.5,30.5,40.5\n"
+    )
+    stage.trigger("import")
+    asking = stage.findChild(ImportDialog)
+    asking.path.setText(str(path))
+    asking.camera.setCurrentText("N")
+    qtbot.keyClicks(asking.names, "wrist")
+    qtbot.mouseClick(asking.compare_button, LEFT)
+    assert "'wrist' cannot be read" in asking.failure.text()
+    asking.names.clear()
+    qtbot.mouseClick(asking.compare_button, LEFT)
+    qtbot.waitUntil(lambda: stage.findChild(TakeInDialog) is not None, timeout=20_000)
+    dialog = stage.findChild(TakeInDialog)
+    assert "all labels of 'wrist'" in dialog.problems.toPlainText()
+    qtbot.mouseClick(dialog.take_button, LEFT)
+    settled(qtbot, stage)
+    assert project.clicks.get(ClickKey(5, "N", "head")).position == (10.5, 20.5)
+
+
+def test_a_trajectory_becomes_a_reference(qtbot, project, stage, make, tmp_path):
+    points = np.stack([make.places_at(k) for k in range(10)])
+    write_landmarks(tmp_path / "truth.csv", LandmarkTrajectory(np.arange(10), points))
+    stage.panels.dialogs.import_labels(LabelFile(tmp_path / "truth.csv"))
+    settled(qtbot, stage)
+    qtbot.waitUntil(lambda: stage.panels.reference.now is not None, timeout=20_000)
+    assert project.chosen(project.references) == "truth"
+    assert "does not say how good it is" in stage.panels.reference.words()
+    stage.panels.dialogs.import_labels(LabelFile(tmp_path / "truth.csv"))
+    qtbot.waitUntil(lambda: bool(stage.problems), timeout=20_000)
+    assert "there is a reference 'truth' already" in stage.problems[-1].what
+
+
+def test_another_project_is_compared_and_merged(qtbot, project, stage, make, tmp_path):
+    path = tmp_path / "other.stereotrack"
+    theirs = make.clicks_at([0, 10, 15], sigma=2.0, seed=7)
+    with Project.create(path, stage.panels.recording.folder, who="B") as other:
+        other.apply(PlaceClicks(theirs))
+    stage.trigger("agreement")
+    qtbot.waitUntil(lambda: stage.findChild(AgreementDialog) is not None)
+    dialog = stage.findChild(AgreementDialog)
+    qtbot.waitUntil(lambda: "nothing to compare" in dialog.verdict.text(), timeout=20_000)
+    stage.panels.dialogs.compare_with(path)
+    qtbot.waitUntil(lambda: "a click is good to" in dialog.verdict.text(), timeout=20_000)
+    qtbot.mouseClick(dialog.look_button, LEFT)
+    qtbot.waitUntil(lambda: stage.findChild(TakeInDialog) is not None, timeout=20_000)
+    merging = stage.findChild(TakeInDialog)
+    qtbot.mouseClick(merging.decide_buttons["mean"], LEFT)
+    qtbot.mouseClick(merging.take_button, LEFT)
+    settled(qtbot, stage)
+    mine, other_x = make.clicks_at(range(0, FRAMES, 10), sigma=1.0)[0], theirs[0].position[0]
+    middle = (mine.position[0] + other_x) / 2
+    assert project.clicks.get(theirs[0].key).position[0] == pytest.approx(middle)
+    assert project.clicks.count() == 252
+    project.undo()
+    assert project.clicks.count() == 216
+
+
+def test_a_project_of_another_recording_is_refused(qtbot, project, stage, tmp_path):
+    stage.panels.dialogs.merge(project.path)
+    qtbot.waitUntil(lambda: bool(stage.problems), timeout=20_000)
+    assert "this is the project that is open" in str(stage.problems[0])
+
+
+def test_the_selection_is_exported(qtbot, project, stage, tmp_path):
+    select(qtbot, stage, 5, 25)
+    stage.trigger("export-selection")
+    settled(qtbot, stage)
+    dialog = stage.findChild(ExportDialog)
+    assert dialog.choice.currentText() == "Only frames 5 – 25"
+    dialog.path.setText(str(tmp_path / "out"))
+    qtbot.keyClick(dialog.path, Qt.Key.Key_Tab)
+    assert dialog.preview.text() == "72 clicks in 2 frames will be written."
+    qtbot.mouseClick(dialog.write_button, LEFT)
+    settled(qtbot, stage)
+    found = read_clicks(tmp_path / "out.csv", stage.panels.recording).checked()
+    assert {click.frame for click in found} == {10, 20}
+    project.apply(place(found[0]))
+    stage.trigger("export")
+    settled(qtbot, stage)
+    again = stage.findChildren(ExportDialog)[-1]
+    again.path.setText(str(tmp_path / "out.csv"))
+    qtbot.keyClick(again.path, Qt.Key.Key_Return)
+    assert "Of the 72 clicks in the file 72 stay the same, 0 change; 144 are new" in (
+        again.preview.text()
+    )
+    assert not again.warning.isVisible()
+
+
+def test_a_large_edit_does_not_hold_the_window(qtbot, project, stage):
+    stage.timeline.set_range(2000, 10.0)
+    stage.panels.set_frame_count(2000)
+    settled(qtbot, stage)
+    stage.timeline.set_selection(range(2000))
+    stage.trigger("gap")
+    assert stage.tasks.tasks  # it is being done
+    settled(qtbot, stage)
+    assert lane(stage, "head")[1999] == Mark.GAP
+    assert stage.heard[-1].startswith("Done: flag frame 0 and 1999 more, as gap")
+
+
+def test_a_lane_that_is_clicked_chooses_its_landmark(qtbot, stage):
+    row = 2 * stage.timeline.lane_height + RULER_HEIGHT + 5
+    with qtbot.waitSignal(stage.panels.landmark_chosen) as caught:
+        qtbot.mouseClick(stage.timeline.viewport(), LEFT, pos=QPoint(30, row))
+    assert caught.args == [NINE.names[2]]
+
+
+def test_commands_have_words_and_say_why_not(stage):
+    stage.panels.set_project(None, None, 0)
+    stage.book.refresh()
+    for command in stage.book.commands:
+        assert command.tip.endswith(".")
+        assert not stage.book.action(command.id).isEnabled(), command.id
+        assert "Not now:" in stage.book.action(command.id).toolTip()
+    keys = [c.shortcut for c in stage.book.commands if c.shortcut]
+    assert len({QKeySequence(k).toString() for k in keys}) == len(keys)
+
+
+def test_the_reference_is_exported_with_and_without_its_uncertainty(qtbot, stage, tmp_path):
+    assert not stage.book.action("annotate-export-reference").isEnabled()
+    stage.trigger("fit")
+    settled(qtbot, stage)
+    stage.trigger("export-reference")
+    stage.panels.dialogs.export_reference(tmp_path / "reference")
+    known = read_landmarks(tmp_path / "reference.csv")
+    np.testing.assert_allclose(known.points, stage.panels.reference.now.fit.nine, atol=1e-5)
+    stage.panels.dialogs.export_reference(tmp_path / "reference.npz")
+    again = read_reference(tmp_path / "reference.npz")
+    np.testing.assert_array_equal(
+        again.limb_sigma_deg, stage.panels.reference.now.fit.limb_sigma_deg
+    )
+    assert stage.heard[-1].endswith("with its uncertainty.")
+    stage.panels.dialogs.export_reference(tmp_path / "reference.txt")
+    assert "cannot be written as .txt" in stage.problems[-1].what
+
+
+def test_a_project_that_can_only_be_read_is_shown(qtbot, project, stage, make):
+    recording = stage.panels.recording
+    stage.panels.set_project(None, None, 0)
+    project.close()
+    with Project.open(project.path, read_only=True) as read:
+        stage.panels.set_project(read, recording, FRAMES)
+        assert lane(stage, "head")[10] == Mark.CLICKED
+        stage.panels.bar._change(LaneFilter(frozenset({"landmarks"})))
+        stage.book.refresh()
+        for name in ("clear", "gap", "done", "fit", "repeats", "repeat-now", "merge", "import"):
+            assert not stage.book.action(f"annotate-{name}").isEnabled(), name
+        for name in ("agreement", "export", "subject", "landmarks"):
+            assert stage.book.action(f"annotate-{name}").isEnabled(), name
+        stage.panels.dialogs.show_subjects()
+        assert not stage.findChild(SubjectDialog).use_button.isEnabled()
+        stage.panels.set_project(None, None, 0)
+    assert not stage.problems

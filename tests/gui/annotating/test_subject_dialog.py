@@ -1,0 +1,111 @@
+"""A subject's lengths are entered, measured from clicks, kept, and reused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from PySide6.QtCore import Qt
+
+from app.annotating.subject_dialog import SubjectDialog
+from app.presenters.subjects import Subjects
+from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.project.click_edits import PlaceClicks
+from stereotrack_core.recording.description import Subject
+
+LEFT = Qt.MouseButton.LeftButton
+RECORDED = Subject("P2", upper_arm_length=0.30)
+
+
+@pytest.fixture
+def dialog(project, make, shown, tasks):
+    return shown(SubjectDialog(Subjects(project, make.CAMERAS, RECORDED), tasks), 760, 440)
+
+
+def type_into(qtbot, box, text):
+    box.setFocus()
+    box.selectAll()
+    qtbot.keyClicks(box, text)
+    qtbot.keyClick(box, Qt.Key.Key_Tab)
+
+
+def test_it_begins_with_the_recordings_subject(dialog):
+    assert dialog.name.text() == "P2"
+    assert dialog.lengths["upper_arm_length"].value() == 300
+    assert dialog.lengths["torso_length"].text() == "not measured"
+
+
+def test_lengths_are_typed_kept_and_used(qtbot, project, dialog):
+    type_into(qtbot, dialog.name, "Anna")
+    type_into(qtbot, dialog.lengths["torso_length"], "512")
+    qtbot.mouseClick(dialog.use_button, LEFT)
+    assert not dialog.isVisible()
+    subject = project.subject()
+    assert subject.name == "Anna"
+    assert subject.torso_length == pytest.approx(0.512)
+    assert subject.upper_arm_length == pytest.approx(0.300)
+    assert subject.hand_length is None
+    assert project.subjects.get("Anna").facts["origin"] == "entered"
+    project.undo()
+    project.undo()
+    assert project.subject() is None
+
+
+def test_a_length_that_nobody_has_is_doubted(qtbot, dialog):
+    type_into(qtbot, dialog.lengths["forearm_length"], "25")
+    assert "Forearm: 25 mm, where somebody of this size has about" in dialog.words.text()
+    type_into(qtbot, dialog.lengths["forearm_length"], "270")
+    assert dialog.words.text() == ""
+
+
+def test_changed_lengths_need_a_name(qtbot, project, make, shown, tasks):
+    dialog = shown(SubjectDialog(Subjects(project, make.CAMERAS, None), tasks), 760, 440)
+    type_into(qtbot, dialog.lengths["torso_length"], "500")
+    assert not dialog.use_button.isEnabled()
+    assert "Give the subject a name" in dialog.words.text()
+
+
+def test_they_are_measured_from_clicks(qtbot, project, make, dialog):
+    tall = replace(AVERAGE, upper_arm_length=0.33, torso_length=0.55)
+    project.apply(PlaceClicks(make.clicks_at(range(20), sigma=1.0, proportions=tall)))
+    qtbot.mouseClick(dialog.measure_button, LEFT)
+    qtbot.waitUntil(dialog.measure_button.isEnabled, timeout=10_000)
+    qtbot.mouseClick(dialog.take_button, LEFT)
+    assert dialog.lengths["upper_arm_length"].value() == pytest.approx(330, abs=4)
+    assert dialog.lengths["torso_length"].value() == pytest.approx(550, abs=4)
+    qtbot.mouseClick(dialog.use_button, LEFT)
+    assert project.subjects.get("P2").facts["origin"] == "measured from clicks"
+
+
+def test_too_few_clicks_measure_nothing(qtbot, dialog):
+    qtbot.mouseClick(dialog.measure_button, LEFT)
+    qtbot.waitUntil(dialog.measure_button.isEnabled, timeout=10_000)
+    assert dialog.words.text().startswith("walk.stereotrack: too little is clicked")
+    assert not dialog.take_button.isEnabled()
+
+
+def test_files_are_exchanged(project, make, dialog, tmp_path):
+    dialog.store(tmp_path / "p2")
+    assert (tmp_path / "p2.toml").is_file()
+    dialog.name.setText("other")
+    dialog.load(tmp_path / "p2.toml")
+    assert dialog.draft() == RECORDED
+    dialog.load(tmp_path / "missing.toml")
+    assert "does not exist" in dialog.words.text()
+
+
+def test_subjects_are_reused_and_deleted(qtbot, project, make, shown, tasks):
+    subjects = Subjects(project, make.CAMERAS, RECORDED)
+    subjects.save_and_use(Subject("Anna", torso_length=0.5))
+    subjects.save_and_use(Subject("Bert", torso_length=0.6))
+    dialog = shown(SubjectDialog(subjects, tasks), 760, 440)
+    assert dialog.chosen() == "Bert"
+    dialog.list.setFocus()
+    qtbot.keyClick(dialog.list, Qt.Key.Key_Up)
+    assert dialog.lengths["torso_length"].value() == 500
+    qtbot.mouseClick(dialog.use_button, LEFT)
+    assert project.subject().name == "Anna"
+    again = shown(SubjectDialog(subjects, tasks), 760, 440)
+    qtbot.mouseClick(again.delete_button, LEFT)
+    assert project.subjects.names() == ("Bert",)
+    assert project.subject() is None

@@ -1,0 +1,74 @@
+"""What somebody who annotates does in the real window, as mouse and key events."""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+
+from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.recording.landmarks import LANDMARKS
+
+NONE = Qt.KeyboardModifier.NoModifier
+SHIFT = Qt.KeyboardModifier.ShiftModifier
+CTRL = Qt.KeyboardModifier.ControlModifier
+LEFT, RIGHT = Qt.MouseButton.LeftButton, Qt.MouseButton.RightButton
+
+
+def view(window, name="N"):
+    return window.grid.tiles[name].camera
+
+
+def at(window, x, y, name="N") -> QPoint:
+    return view(window, name).place_of(x, y).toPoint()
+
+
+def click(window, x, y, name="N", modifiers=NONE, button=LEFT):
+    """Click near a raw pixel; the raw pixel that the cursor really was on."""
+    place = at(window, x, y, name)
+    pixel = view(window, name).pixel_at(place.toPointF())
+    QTest.mouseClick(view(window, name), button, modifiers, place)
+    return pixel.x(), pixel.y()
+
+
+def drag(window, start, end, name="N", button=LEFT):
+    QTest.mousePress(view(window, name), button, NONE, start)
+    QTest.mouseMove(view(window, name), (start + end) / 2)
+    QTest.mouseMove(view(window, name), end)
+    QTest.mouseRelease(view(window, name), button, NONE, end)
+
+
+def key(window, code, modifiers=NONE, name="N"):
+    """Press a key while a view has the focus, as it has after a click."""
+    view(window, name).setFocus()
+    QTest.keyClick(view(window, name), code, modifiers)
+
+
+def clicks(window, frame=None):
+    frame = window.document.frame if frame is None else frame
+    return {(c.camera, c.landmark): c for c in window.project.project.clicks.at(frame)}
+
+
+def undo_words(window):
+    return window.project.project.history.to_undo().words
+
+
+def truth(window, landmark, name="N"):
+    recording = window.document.recording
+    place = int(np.searchsorted(recording.reference.frame, window.document.frame))
+    point = recording.reference.points[place][LANDMARKS.index(landmark)]
+    pixel = recording.reference_camera(recording.view(name)).project(point)
+    return float(pixel[0]), float(pixel[1])
+
+
+def click_truth(window, landmark, name="N", shift=(0.0, 0.0)):
+    window.annotate.annotating.choose(landmark)
+    x, y = truth(window, landmark, name)
+    return click(window, x + shift[0], y + shift[1], name)
+
+
+def annotate_all(window, qtbot, shifts=None):
+    for name in ("N", "S"):
+        for landmark in NINE.names:
+            click_truth(window, landmark, name, (shifts or {}).get((name, landmark), (0.0, 0.0)))
+    qtbot.waitUntil(window.settled, timeout=120_000)

@@ -1,0 +1,296 @@
+"""Somebody annotates: real mouse and key events in the real window, edits in a real project."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QInputDialog
+
+from stereotrack_core.annotation.click import UNCERTAIN, ClickKey, Visibility
+from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.project.project import Project
+from tests.gui.hands import (
+    CTRL,
+    LEFT,
+    NONE,
+    RIGHT,
+    SHIFT,
+    at,
+    click,
+    clicks,
+    drag,
+    key,
+    undo_words,
+    view,
+)
+
+pytestmark = pytest.mark.window
+
+
+def test_a_click_places_the_chosen_landmark_exactly_and_the_next_is_chosen(annotating):
+    key(annotating, Qt.Key.Key_3)
+    x, y = click(annotating, 200.0, 150.0)
+    found = clicks(annotating)[("N_right", "left_elbow")]
+    assert found.position == pytest.approx((x, y), abs=1e-9)
+    assert (found.visibility, found.origin) == (Visibility.SEEN, "hand")
+    assert annotating.annotate.annotating.choice.landmark == "right_elbow"
+    x, y = click(annotating, 300.0, 150.0)
+    assert clicks(annotating)[("N_right", "right_elbow")].position == pytest.approx((x, y))
+    assert undo_words(annotating) == "place right elbow in N_right, frame 0"
+
+
+def test_every_landmark_has_its_key(annotating):
+    for place, name in enumerate(NINE.names):
+        key(annotating, Qt.Key(Qt.Key.Key_1 + place))
+        assert annotating.annotate.annotating.choice.landmark == name
+        table = annotating.landmarks_panel.table
+        assert table.currentIndex().row() == place
+        assert table.model().index(place, 0).data() == str(place + 1)
+
+
+def test_the_panel_chooses_too(annotating, qtbot):
+    table = annotating.landmarks_panel.table
+    place = table.visualRect(table.model().index(6, 1)).center()
+    qtbot.mouseClick(table.viewport(), LEFT, pos=place)
+    click(annotating, 210.0, 90.0, "S")
+    assert ("S_right", "head") in clicks(annotating)
+
+
+def test_going_on_waits_for_all_views_or_not_at_all(annotating):
+    book, chosen = annotating.actions_book, annotating.annotate.annotating
+    book.action("advance_view").trigger()
+    key(annotating, Qt.Key.Key_1)
+    click(annotating, 200.0, 150.0)
+    assert chosen.choice.landmark == "left_shoulder"
+    click(annotating, 200.0, 150.0, "S")
+    assert chosen.choice.landmark == "right_shoulder"
+    book.action("advance_none").trigger()
+    click(annotating, 250.0, 150.0)
+    assert chosen.choice.landmark == "right_shoulder"
+    assert annotating.settings.value("annotate/advance") == "none"
+
+
+def test_clicks_are_placed_where_a_hand_lies_on_an_elbow(annotating):
+    key(annotating, Qt.Key.Key_4)
+    click(annotating, 200.0, 150.0)
+    assert annotating.annotate.annotating.choice.landmark == "left_hand"
+    click(annotating, 201.0, 150.0)
+    assert {("N_right", "right_elbow"), ("N_right", "left_hand")} == set(clicks(annotating))
+
+
+def test_dragging_a_handle_moves_its_click_and_nothing_else(annotating):
+    key(annotating, Qt.Key.Key_1)
+    click(annotating, 200.0, 150.0)
+    click(annotating, 300.0, 150.0)
+    before = clicks(annotating)[("N_right", "left_shoulder")]
+    start = at(annotating, *before.position) + QPoint(8, -7)  # within 12 px, not on the dot
+    drag(annotating, start, start + QPoint(30, 20))
+    after = clicks(annotating)[("N_right", "left_shoulder")]
+    scale = 1.0 / view(annotating)._scale()
+    assert after.position[0] - before.position[0] == pytest.approx(30 * scale, abs=1e-6)
+    assert after.position[1] - before.position[1] == pytest.approx(20 * scale, abs=1e-6)
+    assert len(clicks(annotating)) == 2
+    assert undo_words(annotating) == "move left shoulder in N_right, frame 0"
+    key(annotating, Qt.Key.Key_Z, CTRL)
+    assert clicks(annotating)[("N_right", "left_shoulder")].position == before.position
+
+
+def test_a_drag_out_of_the_picture_does_nothing(annotating):
+    key(annotating, Qt.Key.Key_1)
+    click(annotating, 5.0, 150.0)
+    before = clicks(annotating)
+    start = at(annotating, 5.0, 150.0)
+    drag(annotating, start, QPoint(-40, start.y()))
+    assert clicks(annotating) == before
+    outside = view(annotating).place_of(-30.0, 100.0).toPoint()
+    QTest.mouseClick(view(annotating), LEFT, NONE, outside)
+    assert clicks(annotating) == before
+
+
+def test_arrow_keys_nudge_the_click_in_hand_and_are_one_edit(annotating, qtbot):
+    key(annotating, Qt.Key.Key_1)
+    click(annotating, 200.0, 150.0)
+    x, y = clicks(annotating)[("N_right", "left_shoulder")].position
+    key(annotating, Qt.Key.Key_E)
+    for code, modifiers, by in (
+        (Qt.Key.Key_Right, NONE, (0.5, 0)),
+        (Qt.Key.Key_Right, CTRL, (0.1, 0)),
+        (Qt.Key.Key_Down, SHIFT, (0, 1.0)),
+        (Qt.Key.Key_Left, SHIFT, (-1.0, 0)),
+        (Qt.Key.Key_Up, CTRL, (0, -0.1)),
+    ):
+        key(annotating, code, modifiers)
+        x, y = x + by[0], y + by[1]
+        found = clicks(annotating)[("N_right", "left_shoulder")].position
+        assert found == pytest.approx((x, y), abs=1e-9)
+    assert annotating.document.frame == 0
+    assert annotating.grid.display.brightness == 0.0, "Ctrl+arrows are the light's otherwise"
+    key(annotating, Qt.Key.Key_Z, CTRL)
+    back = clicks(annotating)[("N_right", "left_shoulder")].position
+    assert back == pytest.approx((x + 0.4, y - 0.9)), "five nudges are one edit"
+
+
+def test_frame_stepping_keeps_its_keys(annotating, qtbot):
+    key(annotating, Qt.Key.Key_1)
+    click(annotating, 200.0, 150.0)
+    key(annotating, Qt.Key.Key_Right)
+    assert annotating.document.frame == 1, "nothing is in hand after placing with going on"
+    key(annotating, Qt.Key.Key_Left)
+    qtbot.waitUntil(annotating.settled, timeout=60_000)
+    key(annotating, Qt.Key.Key_1)
+    key(annotating, Qt.Key.Key_E)
+    key(annotating, Qt.Key.Key_Period)
+    assert annotating.document.frame == 1, "and full stop steps even then"
+    key(annotating, Qt.Key.Key_Comma)
+    qtbot.waitUntil(annotating.settled, timeout=60_000)
+    key(annotating, Qt.Key.Key_E)
+    key(annotating, Qt.Key.Key_Escape)
+    key(annotating, Qt.Key.Key_Right)
+    assert annotating.document.frame == 1
+    assert annotating.project.project.history.entries()[0].words.startswith("place")
+
+
+def test_del_clears_here_and_shift_del_everywhere(annotating):
+    for name in ("N", "S"):
+        for place in (Qt.Key.Key_1, Qt.Key.Key_2):
+            key(annotating, place, name=name)
+            click(annotating, 150.0 + 60 * (place == Qt.Key.Key_2), 120.0, name)
+    key(annotating, Qt.Key.Key_Delete, name="S")
+    assert ("S_right", "right_shoulder") not in clicks(annotating)
+    assert annotating.annotate.annotating.choice.landmark == "right_shoulder"
+    key(annotating, Qt.Key.Key_Delete, name="S")
+    assert len(clicks(annotating)) == 3, "the same key again deletes nothing else"
+    key(annotating, Qt.Key.Key_1, name="S")
+    key(annotating, Qt.Key.Key_Delete, SHIFT, name="S")
+    assert set(clicks(annotating)) == {("N_right", "right_shoulder")}
+    assert undo_words(annotating) == "delete left shoulder in 2 cameras, frame 0"
+    key(annotating, Qt.Key.Key_Z, CTRL)
+    key(annotating, Qt.Key.Key_Z, CTRL)
+    assert len(clicks(annotating)) == 4
+
+
+def test_undo_and_redo_go_back_to_the_frame(annotating, qtbot):
+    key(annotating, Qt.Key.Key_1)
+    click(annotating, 200.0, 150.0)
+    annotating.document.go_to(5)
+    qtbot.waitUntil(annotating.settled, timeout=60_000)
+    click(annotating, 220.0, 160.0)
+    key(annotating, Qt.Key.Key_Z, CTRL)
+    assert annotating.document.frame == 5
+    key(annotating, Qt.Key.Key_Z, CTRL)
+    assert annotating.document.frame == 0
+    assert clicks(annotating, 0) == {}
+    assert annotating.annotate.annotating.choice.landmark == "left_shoulder"
+    key(annotating, Qt.Key.Key_Z, CTRL | SHIFT)
+    key(annotating, Qt.Key.Key_Z, CTRL | SHIFT)
+    assert annotating.document.frame == 5
+    assert len(clicks(annotating, 0)) == len(clicks(annotating, 5)) == 1
+
+
+def test_flags_on_keys(annotating, qtbot):
+    key(annotating, Qt.Key.Key_1)
+    click(annotating, 200.0, 150.0)
+    place = ("N_right", "left_shoulder")
+    key(annotating, Qt.Key.Key_B)
+    assert clicks(annotating)[place].visibility == Visibility.GUESSED
+    key(annotating, Qt.Key.Key_U)
+    assert clicks(annotating)[place].flag == UNCERTAIN
+    key(annotating, Qt.Key.Key_U)
+    assert clicks(annotating)[place].flag == ""
+    key(annotating, Qt.Key.Key_I)
+    assert clicks(annotating)[place].visibility == Visibility.SEEN
+    key(annotating, Qt.Key.Key_U, SHIFT)
+    dialog = annotating.findChild(QInputDialog)
+    dialog.setDoubleValue(4.5)
+    dialog.accept()
+    assert clicks(annotating)[place].sigma == 4.5
+    key(annotating, Qt.Key.Key_X)
+    found = clicks(annotating)[place]
+    assert (found.visibility, found.position) == (Visibility.OUTSIDE, None)
+    key(annotating, Qt.Key.Key_9)
+    key(annotating, Qt.Key.Key_X)
+    assert clicks(annotating)[("N_right", "right_hip")].visibility == Visibility.OUTSIDE
+    click(annotating, 100.0, 100.0, modifiers=SHIFT)
+    assert any(c.visibility == Visibility.GUESSED for c in clicks(annotating).values())
+
+
+def test_the_right_button_picks_and_a_click_on_a_placed_landmark_picks(annotating):
+    key(annotating, Qt.Key.Key_1)
+    click(annotating, 200.0, 150.0)
+    click(annotating, 200.0, 150.0, button=RIGHT)
+    assert annotating.annotate.annotating.held() == ClickKey(0, "N_right", "left_shoulder")
+    key(annotating, Qt.Key.Key_1)
+    assert annotating.annotate.annotating.held() is None
+    click(annotating, 200.0, 150.0)
+    assert annotating.annotate.annotating.held() is not None
+    assert len(annotating.project.project.history.entries()) == 1
+
+
+def test_space_and_other_buttons_move_the_picture(annotating, qtbot):
+    camera = view(annotating)
+    camera.zoom_by(3.0)
+    for button in (Qt.MouseButton.MiddleButton, RIGHT):
+        before = camera.place_of(100.0, 100.0)
+        drag(annotating, QPoint(150, 100), QPoint(180, 110), button=button)
+        assert (camera.place_of(100.0, 100.0) - before).x() == pytest.approx(30, abs=1)
+    before = camera.place_of(100.0, 100.0)
+    camera.setFocus()
+    QTest.keyPress(camera, Qt.Key.Key_Space)
+    drag(annotating, QPoint(150, 100), QPoint(180, 110))
+    QTest.keyRelease(camera, Qt.Key.Key_Space)
+    assert (camera.place_of(100.0, 100.0) - before).x() == pytest.approx(30, abs=1)
+    assert clicks(annotating) == {}
+    assert not annotating.document.playing
+    key(annotating, Qt.Key.Key_Space)
+    assert annotating.document.playing, "a tap plays"
+    annotating.document.pause()
+
+
+def test_clicks_are_exact_when_zoomed_in_and_in_the_left_image(annotating, qtbot):
+    camera = view(annotating)
+    camera.zoom_by(6.0, camera.place_of(200.0, 150.0))
+    key(annotating, Qt.Key.Key_1)
+    x, y = click(annotating, 201.3, 149.6)
+    found = clicks(annotating)[("N_right", "left_shoulder")].position
+    assert found == pytest.approx((x, y), abs=1e-9)
+    assert math.hypot(found[0] - 201.3, found[1] - 149.6) < 0.2
+    key(annotating, Qt.Key.Key_F2)
+    qtbot.waitUntil(annotating.settled, timeout=60_000)
+    click(annotating, 200.0, 150.0)
+    assert ("N_left", "right_shoulder") in clicks(annotating) or (
+        "N_left",
+        "left_shoulder",
+    ) in clicks(annotating)
+
+
+def test_computed_pictures_take_no_clicks_and_say_why(annotating, qtbot):
+    key(annotating, Qt.Key.Key_F3)
+    qtbot.waitUntil(annotating.settled, timeout=60_000)
+    click(annotating, 200.0, 150.0)
+    assert clicks(annotating) == {}
+    assert "camera's own image" in annotating.statusBar().currentMessage()
+    assert "F1" in annotating.statusBar().currentMessage()
+
+
+def test_other_workspaces_take_no_clicks(annotating, qtbot):
+    annotating.show_workspace_named("track")
+    click(annotating, 200.0, 150.0)
+    key(annotating, Qt.Key.Key_Delete)
+    assert clicks(annotating) == {}
+    why_not = annotating.actions_book.command("landmark_1").why_not()
+    assert "workspace Annotate" in why_not
+
+
+def test_every_edit_is_in_the_file_at_once(annotating, qtbot):
+    path = annotating.project.path
+    key(annotating, Qt.Key.Key_1)
+    for frame in range(3):
+        annotating.document.go_to(frame)
+        qtbot.waitUntil(annotating.settled, timeout=60_000)
+        click(annotating, 200.0 + frame, 150.0)
+        with Project.open(path, read_only=True) as other:
+            assert len(other.clicks.at(frame)) == 1
+            assert other.history.to_undo().words.endswith(f"frame {frame}")

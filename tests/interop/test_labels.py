@@ -1,0 +1,285 @@
+"""Labels of other tools come back as they were written, or are refused in words."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from stereotrack_core.annotation.click import Click, ClickKey, Visibility
+from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.interop.clicks_csv import write_clicks
+from stereotrack_core.interop.coco import read_coco, write_coco
+from stereotrack_core.interop.deeplabcut import read_deeplabcut, write_deeplabcut
+from stereotrack_core.interop.label_names import camera_of, frame_of, map_names
+from stereotrack_core.interop.labels import is_trajectory, read_labels
+from stereotrack_core.interop.sleap import read_sleap, write_sleap
+from stereotrack_core.recording.description import Recording, Stream, View
+
+CAMERAS = ("N_left", "N_right", "S")
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    lens = np.array([[50.0, 0, 31.5], [0, 50, 23.5], [0, 0, 1]])
+    cameras = {
+        name: Camera(name, 64, 48, lens, np.zeros(5), False, RigidTransform.identity())
+        for name in CAMERAS
+    }
+    left, right, mono = (Stream(name, f"{name}/%d.png") for name in CAMERAS)
+    views = (View("N", "stereo", right, left=left), View("S", "mono", mono))
+    return Recording(tmp_path_factory.mktemp("r"), "walk", 10.0, views, cameras)
+
+
+numbers = st.floats(-0.5, 47.5).map(lambda value: round(value, 3) + 0.0)
+keys = st.tuples(st.integers(0, 300), st.sampled_from(CAMERAS), st.sampled_from(NINE.names))
+clicks = st.dictionaries(
+    keys,
+    st.one_of(st.none(), st.tuples(numbers, numbers, st.sampled_from((1, 2)))),
+    min_size=1,
+    max_size=30,
+).map(
+    lambda found: [
+        Click(*key, None, Visibility.OUTSIDE, origin="imported")
+        if value is None
+        else Click(*key, value[:2], Visibility(value[2]), origin="imported")
+        for key, value in sorted(found.items())
+    ]
+)
+several = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+
+
+@several
+@given(written=clicks)
+def test_coco_round_trip(recording, tmp_path, written):
+    path = tmp_path / "labels.json"
+    write_coco(path, written, recording, NINE)
+    found = read_labels(path, recording, landmarks=NINE.names, frames=301)
+    assert not found.problems
+    assert sorted(found.clicks, key=lambda one: one.key) == written
+    assert found.left_out == ()
+
+
+@several
+@given(written=clicks, camera=st.sampled_from(CAMERAS))
+def test_deeplabcut_round_trip(recording, tmp_path, written, camera):
+    path = tmp_path / "labels.csv"
+    own = [one for one in written if one.camera == camera]
+    write_deeplabcut(path, own, NINE.names)
+    found = read_labels(path, recording, landmarks=NINE.names)
+    places = {one.key: one.position for one in own if one.position is not None}
+    assert not found.problems
+    assert {one.key: one.position for one in found.clicks} == places
+
+
+@several
+@given(written=clicks)
+def test_sleap_round_trip(recording, tmp_path, written):
+    pytest.importorskip("sleap_io")
+    path = tmp_path / "labels.slp"
+    own = [one for one in written if one.position is not None]
+    write_sleap(path, own, recording, NINE)
+    if own:
+        found = read_labels(path, recording, landmarks=NINE.names, frames=301)
+        assert not found.problems
+        assert sorted(found.clicks, key=lambda one: one.key) == own
+
+
+def test_sleap_needs_its_library(recording, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "sleap_io", None)
+    for call in (
+        lambda: write_sleap(tmp_path / "a.slp", [], recording, NINE),
+        lambda: read_labels(tmp_path / "a.slp", recording, landmarks=NINE.names),
+    ):
+        with pytest.raises(InputError, match="sleap-io, which is not installed"):
+            call()
+
+
+def test_streams_that_begin_later_keep_their_frames_in_sleap(recording, tmp_path):
+    pytest.importorskip("sleap_io")
+    view = recording.view("S")
+    later = replace(view, image=replace(view.image, frames="S_cam.mp4", first_frame=4))
+    shifted = replace(recording, views=(recording.views[0], later))
+    click = Click(3, "S", "head", (5.0, 6.0), origin="imported")
+    path = tmp_path / "a.slp"
+    write_sleap(path, [click], shifted, NINE)
+    assert read_sleap(path, shifted, landmarks=NINE.names).clicks == (click,)
+    early = read_sleap(path, recording, landmarks=NINE.names, camera="S")
+    assert [one.frame for one in early.clicks] == [7]
+    (tmp_path / "bad.slp").write_bytes(b"no labels")
+    with pytest.raises(InputError, match="no labels file of SLEAP"):
+        read_sleap(tmp_path / "bad.slp", recording, landmarks=NINE.names)
+
+
+@several
+@given(written=clicks)
+def test_clicks_file_round_trip(recording, tmp_path, written):
+    path = tmp_path / "clicks.csv"
+    write_clicks(path, written, recording)
+    found = read_labels(path, recording, landmarks=NINE.names)
+    assert not found.problems
+    assert sorted(found.clicks, key=lambda one: one.key) == written
+
+
+def test_deeplabcut_predictions_are_of_the_camera_that_is_said(recording, tmp_path):
+    path = tmp_path / "walkDLC_resnet50.csv"
+    path.write_text(
+        "scorer,net,net,net,net,net,net\n"
+        "bodyparts,LElbow,LElbow,LElbow,nose,nose,nose\n"
+        "coords,x,y,likelihood,x,y,likelihood\n"
+        "0,10.5,20.25,0.99,1,2,0.9\n"
+        "1,11.5,20.25,0.2,1,2,0.9\n"
+        "2,12.5,20.25,0.8,1,2,0.9\n"
+    )
+    found = read_labels(path, recording, landmarks=NINE.names, camera="N")
+    assert [(one.frame, one.position) for one in found.clicks] == [
+        (0, (10.5, 20.25)),
+        (2, (12.5, 20.25)),
+    ]
+    assert {one.camera for one in found.clicks} == {"N_right"}
+    assert found.left_out == ("nose",)
+    named = read_labels(path, recording, landmarks=NINE.names, camera="S", names={"nose": "head"})
+    assert {one.landmark for one in named.clicks} == {"left_elbow", "head"}
+    assert named.left_out == ()
+    unsaid = read_labels(path, recording, landmarks=NINE.names)
+    assert "which camera" in str(unsaid.problems[0])
+    with pytest.raises(InputError, match="which camera"):
+        unsaid.checked()
+
+
+def test_deeplabcut_with_three_columns_of_paths(recording, tmp_path):
+    path = tmp_path / "CollectedData_A.csv"
+    path.write_text(
+        "scorer,,,A,A\nbodyparts,,,Head,Head\ncoords,,,x,y\n"
+        "labeled-data,S,img0007.png,3.5,4.5\nlabeled-data,S,img0008.png,,\n"
+        "labeled-data,S,img0009.png,90.5,4.5\nlabeled-data,X,img0009.png,9.5,4.5\n"
+        "labeled-data,S,img0010.png,a,4.5\n"
+    )
+    found = read_labels(path, recording, landmarks=NINE.names, frames=9)
+    assert [one.key for one in found.clicks] == [ClickKey(7, "S", "head")]
+    said = " ".join(map(str, found.problems))
+    assert "which camera" in said
+    assert "head is 'a'" in said.lower()
+    assert "the last frame is 8" in said
+
+
+def test_several_people_are_refused(recording, tmp_path):
+    path = tmp_path / "many.csv"
+    path.write_text("scorer,a,a\nindividuals,p1,p2\nbodyparts,head,head\ncoords,x,y\n0,1,2\n")
+    with pytest.raises(InputError, match="several individuals"):
+        read_deeplabcut(path, recording, landmarks=NINE.names, camera="S")
+    path = tmp_path / "many.json"
+    write_coco(path, [Click(0, "S", "head", (1.0, 2.0))], recording, NINE)
+    content = json.loads(path.read_text())
+    content["annotations"].append({**content["annotations"][0], "id": 9})
+    path.write_text(json.dumps(content))
+    found = read_coco(path, recording, landmarks=NINE.names)
+    assert len(found.clicks) == 1
+    assert "second person" in str(found.problems[0])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "[]",
+        "{",
+        '{"images": 3, "annotations": [], "categories": []}',
+        '{"images": [], "annotations": [], "categories": [{"id": 1, "name": "cat"}]}',
+        '{"images": [1], "annotations": [], "categories": []}',
+    ],
+)
+def test_what_is_no_coco_file_is_refused(recording, tmp_path, text):
+    path = tmp_path / "x.json"
+    path.write_text(text)
+    with pytest.raises(InputError, match=r"COCO|keypoints"):
+        read_labels(path, recording, landmarks=NINE.names)
+
+
+def test_foreign_coco_is_told_by_its_file_names(recording, tmp_path):
+    path = tmp_path / "cvat.json"
+    keypoints = {"id": 3, "name": "person", "keypoints": ["left shoulder", "left_wrist"]}
+    people = [
+        {"id": 1, "image_id": 5, "category_id": 3, "keypoints": [1.5, 2.5, 2, 9, 9, 2]},
+        {"id": 2, "image_id": 6, "category_id": 3, "keypoints": [1.5, 2.5, 1, 0, 0, 0]},
+        {"id": 3, "image_id": 6, "category_id": 3, "keypoints": [1.5]},
+        {"id": 4, "image_id": 99, "category_id": 3, "keypoints": [0] * 6},
+        {"id": 5, "image_id": 5, "bbox": [0, 0, 1, 1]},
+    ]
+    images = [{"id": 5, "file_name": "N_left_0012.jpg"}, {"id": 6, "file_name": "data/N/13.png"}]
+    content = {"images": images, "annotations": people, "categories": [keypoints]}
+    path.write_text(json.dumps(content))
+    found = read_labels(path, recording, landmarks=NINE.names)
+    assert [one.key for one in found.clicks] == [
+        ClickKey(12, "N_left", "left_shoulder"),
+        ClickKey(13, "N_right", "left_shoulder"),
+    ]
+    assert found.clicks[1].visibility == Visibility.GUESSED
+    assert found.left_out == ("left_wrist",)  # a wrist is not the middle of a hand
+    assert len(found.problems) == 2
+
+
+def test_names_are_matched_where_they_mean_the_same():
+    known = map_names(["LShoulder", "Elbow_R", "left-hand", "Head", "RHip", "pelvis"], NINE.names)
+    assert known.known == {
+        "LShoulder": "left_shoulder",
+        "Elbow_R": "right_elbow",
+        "left-hand": "left_hand",
+        "Head": "head",
+        "RHip": "right_hip",
+    }
+    assert known.left_out == ("pelvis",)
+    stated = map_names(["left_wrist", "head"], NINE.names, {"left_wrist": "left_hand"})
+    assert stated.known["left_wrist"] == "left_hand"
+    for names, said, words in (
+        (["nose"], {}, "none of its landmarks"),
+        (["L_hip", "left_hip"], {}, "both mean left_hip"),
+        (["head"], {"nose": "head"}, "no 'nose'"),
+        (["head"], {"head": "nose"}, "'nose' is not known"),
+    ):
+        with pytest.raises(InputError, match=words):
+            map_names(names, NINE.names, said)
+
+
+def test_cameras_and_frames_are_told_from_names(recording):
+    assert camera_of("x/N_left/7.png", recording, None, where="f") == "N_left"
+    assert camera_of("x\\N\\7.png", recording, None, where="f") == "N_right"
+    assert camera_of("walk_N_left-12.png", recording, None, where="f") == "N_left"
+    assert camera_of("anything", recording, "S", where="f") == "S"
+    for name, said in (("walk.png", None), ("S_N_left.png", None), ("a.png", "X")):
+        with pytest.raises(InputError):
+            camera_of(name, recording, said, where="f")
+    assert frame_of("cam2/img_0012.png", where="f") == 12
+    with pytest.raises(InputError, match="no number"):
+        frame_of("picture.png", where="f")
+
+
+@pytest.mark.parametrize("suffix", [".h5", ".mat", ".xml", ""])
+def test_other_kinds_are_refused_with_a_way_out(recording, tmp_path, suffix):
+    path = tmp_path / f"labels{suffix}"
+    path.write_bytes(b"x")
+    with pytest.raises(InputError, match=r"give|understood"):
+        read_labels(path, recording, landmarks=NINE.names)
+
+
+def test_trajectories_are_told_from_clicks(recording, tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("frame,landmark,x,y,z\n")
+    assert is_trajectory(path)
+    path.write_text("frame,view,landmark,x,y,visibility\n")
+    assert not is_trajectory(path)
+    assert is_trajectory(tmp_path / "a.trc")
+    assert not is_trajectory(tmp_path / "a.json")
+    with pytest.raises(InputError, match="no such file"):
+        is_trajectory(tmp_path / "absent.csv")
+    path.write_text("frame,view,landmark,x,y,visibility\n0,S,head,1,2,2\n")
+    with pytest.raises(InputError, match="itself"):
+        read_labels(path, recording, landmarks=NINE.names, camera="S")
