@@ -17,7 +17,7 @@ import numpy as np
 from stereotrack_core.arrays import BoolArray, FloatArray, ImageArray, IntArray
 
 _ITERATIONS = 6
-_ENOUGH = 0.01
+_ENOUGH = 0.02
 """Pixels; a smaller step ends the iteration."""
 
 _FARTHEST = 1.0

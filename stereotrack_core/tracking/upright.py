@@ -15,7 +15,7 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import TORSO, UPPER_ARMS
 
-_LEAN, _LEAN_SIGMA = np.radians(1.5), np.radians(1.5)
+_LEAN, _LEAN_SIGMA = np.radians(2.0), np.radians(1.0)
 """Radians by which the line from the hips to the shoulders leans forward in people who stand, and
 their spread: shoulder joints lie a little in front of hip joints."""
 

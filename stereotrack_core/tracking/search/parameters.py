@@ -38,7 +38,7 @@ class SearchParameters(ParameterGroup):
         3, "Corrections that refine a pair.", group=_GROUP, minimum=1, maximum=20
     )
     search_gain: float = parameter(
-        6.0,
+        3.0,
         "A pair replaces the followed one only if its cost is less by more than this.",
         group=_GROUP,
         minimum=0.0,
