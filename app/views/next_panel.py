@@ -204,7 +204,7 @@ class NextPanel(QWidget):
         for column, widest in enumerate(widest_texts):
             header.setSectionResizeMode(column, QHeaderView.ResizeMode.Interactive)
             swatch = 16 if column == 2 else 0
-            header.resizeSection(column, metrics.horizontalAdvance(widest) + 14 + swatch)
+            header.resizeSection(column, metrics.horizontalAdvance(widest) + 20 + swatch)
 
     def _lay_out(self) -> None:
         row = QHBoxLayout()
@@ -269,7 +269,9 @@ class NextPanel(QWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self.tree.setColumnHidden(4, self.width() < _NARROW)
+        # what is left out is said below the list
+        for column in (4, 5):
+            self.tree.setColumnHidden(column, self.width() < _NARROW)
 
     @Slot()
     def _show_reason(self) -> None:

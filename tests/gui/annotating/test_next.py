@@ -118,7 +118,7 @@ COLOURS = {one.name: one.colour for one in NINE.landmarks}
 
 @pytest.fixture
 def panel(shown):
-    made = shown(NextPanel(), 460, 300)
+    made = shown(NextPanel(), 560, 300)
     made.show_ranking(ROWS, SIGN, COLOURS)
     return made
 
@@ -148,6 +148,7 @@ def test_a_narrow_panel_still_says_why(qtbot, panel):
     assert panel.reason.text() == "17, left hand in N: left forearm uncertain (6.1 deg)."
     panel.resize(340, 300)
     assert panel.tree.isColumnHidden(4)
+    assert panel.tree.isColumnHidden(5)
     qtbot.keyClick(panel.tree, Qt.Key.Key_Down)
     qtbot.keyClick(panel.tree, Qt.Key.Key_Down)
     assert panel.reason.text().startswith("30, head in W: look again: probably a mistake")
