@@ -35,7 +35,7 @@ class AnnotationFacts(QObject):
     document, project, clouds, annotating
         Where the facts come from.
     cameras : callable
-        Names of all cameras whose images are shown.
+        Names of the cameras in whose images clicks are looked for, one for each view.
 
     Attributes
     ----------
