@@ -16,6 +16,7 @@ from app.presenters.blind_repeats import BlindRepeats
 from app.presenters.landmark_rows import fit_words, landmark_rows, length_rows, limb_rows
 from app.presenters.marks import marks_of, predictions_in
 from app.presenters.swap_offers import SwapOffers
+from app.views.camera_grid import camera_of
 from app.views.click_marks import Moved, Picked, Placed
 from stereotrack_core.annotation.click import ClickKey, Visibility
 from stereotrack_core.annotation.prediction import Prediction
@@ -48,7 +49,7 @@ class AnnotateControl(QObject):
             window.document, window.project, self._repeats, self.camera_at_hand, self._cameras
         )
         self.facts = AnnotationFacts(
-            window.document, window.project, window.clouds, self.annotating, self._cameras
+            window.document, window.project, window.clouds, self.annotating, self._all_cameras
         )
         self._offers = SwapOffers(self.annotating.swap)
         stored = str(window.settings.value(_ADVANCE) or "")
@@ -101,6 +102,11 @@ class AnnotateControl(QObject):
     def _cameras(self) -> tuple[str, ...]:
         return tuple(name for name in self._w.grid.cameras().values() if name)
 
+    def _all_cameras(self) -> tuple[str, ...]:
+        """Cameras of all views, also those that are not shown now or show computed pictures."""
+        tiles = self._w.grid.tiles.values()
+        return tuple(camera_of(tile.view, tile.kind) or tile.view.image.camera for tile in tiles)
+
     # ---- showing
 
     @Slot()
@@ -116,10 +122,10 @@ class AnnotateControl(QObject):
         w.grid.set_hidden(_KNOWN_BEFORE if self.annotating.repeat() is not None else frozenset())
         self._show_offers()
         if self.active:
-            views = {name: camera for name, camera in w.grid.cameras().items() if camera}
+            cameras = self._all_cameras()
             w.landmarks_panel.show_rows(
-                [self._heading(name, camera) for name, camera in views.items()],
-                landmark_rows(facts, tuple(views.values())),
+                [(facts.views or {}).get(name, name) for name in cameras],
+                landmark_rows(facts, cameras),
             )
             w.body_panel.show_body(fit_words(facts), limb_rows(facts), length_rows(facts))
             w.follower.show_fit(facts.fit)
@@ -134,10 +140,6 @@ class AnnotateControl(QObject):
         # keys that follow a click at once find their commands ready
         for menu in ("&Annotate", "&Edit"):
             self._w.actions_book.refresh(menu)
-
-    def _heading(self, view: str, camera: str) -> str:
-        tile = self._w.grid.tiles[view]
-        return f"{view} left" if tile.kind == "left" and camera else view
 
     def _show_offers(self) -> None:
         hints = self.facts.hints() if self.active else None

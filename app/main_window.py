@@ -202,8 +202,7 @@ class MainWindow(PanelWindow):
         self.follower.write_status()
         playing = self.document.playing
         set_icon(self.actions_book.action("play"), "pause" if playing else "play")
-        open_now = self.document.recording is not None
-        self.bars.set_visible(open_now)
+        self.bars.show_for(self.workspace)
         self.refreshed.emit()
 
     # ---- what commands do

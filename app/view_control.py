@@ -44,6 +44,11 @@ class ViewControl:
         """Switch the loupe."""
         self._w.follower.change_display(loupe=not self._w.grid.display.loupe)
 
+    def toggle_loupe_corner(self) -> None:
+        """Keep the loupe in a corner, or at the cursor; switches it on where it is off."""
+        corner = not self._w.grid.display.loupe_in_corner
+        self._w.follower.change_display(loupe_in_corner=corner, loupe=True)
+
     def toggle_keep_person(self) -> None:
         """Enlarge and follow the person, or show whole pictures."""
         w = self._w

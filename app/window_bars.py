@@ -9,10 +9,11 @@ from PySide6.QtWidgets import QToolBar
 
 from app.commands.view_menu import SCENE_LAYERS, SCENE_SIDES
 from app.presenters.scene import POINT_COLOURS
+from app.views.click_marks import CLICK_OVERLAYS
 from app.views.scene_bar import SceneBar
 from app.views.toolbars import add_toolbar
 from app.window_panels import TITLES
-from app.workspaces.layout import WORKSPACES
+from app.workspaces.layout import WORKSPACES, Workspace
 
 if TYPE_CHECKING:
     from app.main_window import MainWindow
@@ -21,11 +22,11 @@ _OVERLAYS = ("outline", "reference", "points", "correspondences")
 
 
 class WindowBars:
-    """Workspaces, playback, tracker and views; and the bar of the scene.
+    """Workspaces, playback, tracker or annotation, and views; and the bar of the scene.
 
     Attributes
     ----------
-    workspaces, play, track, view : QToolBar
+    workspaces, play, track, annotate, view : QToolBar
     """
 
     def __init__(self, window: MainWindow) -> None:
@@ -36,6 +37,9 @@ class WindowBars:
         self.play = add_toolbar(window, "Playback", self._named(go), widgets=[window.transport])
         track = ("run", "pause", "step", "iterate", "run_here", "stop")
         self.track = add_toolbar(window, "Tracker", self._named(track))
+        edit = self._named(("undo", "redo", "accept"))
+        clicks = self._named(tuple(f"overlay_{name}" for name in CLICK_OVERLAYS))
+        self.annotate = add_toolbar(window, "Annotation", [*edit, None, *clicks])
         other = ("arrange_grid", "arrange_one-and-more", "arrange_single", "keep_person", "loupe")
         overlays = self._named(tuple(f"overlay_{name}" for name in _OVERLAYS))
         self.view = add_toolbar(window, "Views", [*overlays, None, *self._named(other)])
@@ -44,12 +48,14 @@ class WindowBars:
     @property
     def all(self) -> tuple[QToolBar, ...]:
         """All toolbars of the window."""
-        return (self.workspaces, self.play, self.track, self.view)
+        return (self.workspaces, self.play, self.track, self.annotate, self.view)
 
-    def set_visible(self, visible: bool) -> None:
-        """Show or hide all of them."""
+    def show_for(self, workspace: Workspace | None) -> None:
+        """Show what a workspace needs; None: nothing."""
+        annotating = workspace is not None and workspace.name == "annotate"
         for bar in self.all:
-            bar.setVisible(visible)
+            fits = {self.annotate: annotating, self.track: not annotating}.get(bar, True)
+            bar.setVisible(workspace is not None and fits)
 
     def _named(self, names: tuple[str, ...]) -> list[QAction]:
         return [self._w.actions_book.action(name) for name in names]

@@ -26,7 +26,7 @@ _OVERLAY_KEYS = {
 _OVERLAY_ICONS = {
     "outline": "model", "reference": "reference", "points": "points",
     "correspondences": "correspondences", "clicks": "clicks", "predictions": "prediction",
-    "epipolar": "epipolar", "residuals": "ruler", "fit": "fit",
+    "epipolar": "epipolar", "residuals": "ruler", "fit": "fitted",
 }  # fmt: skip
 _KIND_KEYS: dict[PictureKind, str] = {
     "image": "F1", "left": "F2", "disparity": "F3", "foreground": "F4", "depth": "F5"
@@ -151,6 +151,11 @@ def _zoom(w: MainWindow) -> list[Command]:
         Command(
             "loupe", _MENU, "Loupe", "Enlarge what is under the cursor.", w.view.toggle_loupe,
             "L", "loupe", lambda: no_recording(w), lambda: w.grid.display.loupe,
+        ),
+        Command(
+            "loupe_corner", _MENU, "Loupe in the corner", "Keep the loupe in a corner of the view, "
+            "so that it hides nothing around the cursor.", w.view.toggle_loupe_corner, "Shift+L",
+            "", lambda: no_recording(w), lambda: w.grid.display.loupe_in_corner,
         ),
     ]  # fmt: skip
 

@@ -107,6 +107,7 @@ class Annotating(QObject):
         self._facts: tuple[int, dict[ClickKey, Click]] | None = None
         self._nudged: ClickKey | None = None
         self._untold: set[str] | None = None
+        self._reading: tuple[int, Repeat | None] = (0, None)
         self.advance: Advance = "landmark"
         self.choice = Choice(NINE.names[0])
         document.frame_changed.connect(self._on_frame)
@@ -144,10 +145,13 @@ class Annotating(QObject):
 
     @Slot()
     def reread(self) -> None:
-        """Read the clicks again: a second reading begins or ends."""
+        """Read the clicks again; nothing is in hand when a second reading begins or ends."""
         with self._as_one():
             self._facts = None
-            self._choose(Choice(self.choice.landmark))
+            reading = (self._document.frame, self.repeat())
+            if reading != self._reading:
+                self._reading = reading
+                self._choose(Choice(self.choice.landmark))
             self._tell("clicks")
 
     def click_here(self) -> Click | None:

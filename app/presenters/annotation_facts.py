@@ -14,10 +14,12 @@ from app.presenters.live_fit import FEWEST, FitProcess, FitQuestion, ShownFit
 from app.presenters.marks import FrameMarks
 from app.presenters.project_file import ProjectPresenter
 from app.tasks.newest_answer import NewestAnswer
+from stereotrack_core.annotation.epipolar import volume_in_sight
 from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
 from stereotrack_core.annotation.prediction import Prediction
 from stereotrack_core.body.proportions import Proportions, proportions_of
 from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.project.click_sigma import measured_sigmas
 from stereotrack_core.project.history import Changed
@@ -35,7 +37,7 @@ class AnnotationFacts(QObject):
     document, project, clouds, annotating
         Where the facts come from.
     cameras : callable
-        Names of all cameras whose images are shown.
+        Names of the cameras in whose images clicks are looked for, one for each view.
 
     Attributes
     ----------
@@ -66,6 +68,7 @@ class AnnotationFacts(QObject):
         self._active = False
         self._predictions: tuple[int, tuple[Prediction, ...]] | None = None
         self._measured: Mapping[str, float] | None = None
+        self._volume_of: tuple[tuple[Recording, DepthParameters], Volume] | None = None
         self.use_depth = True
         self._hints: NewestAnswer[ClickHints] = NewestAnswer(
             self._hint_question, hints_of, "click hints"
@@ -171,6 +174,15 @@ class AnnotationFacts(QObject):
     def _on_project(self) -> None:
         self._measured = None
 
+    def _volume(self, recording: Recording) -> Volume:
+        """Where landmarks can be: the depth's working volume, put where the cameras look."""
+        known = (recording, self._clouds.parameters)
+        if self._volume_of is None or self._volume_of[0] != known:
+            cameras = [recording.reference_camera(view) for view in recording.views]
+            volume = volume_in_sight(Volume.of(self._clouds.parameters), cameras)
+            self._volume_of = (known, volume)
+        return self._volume_of[1]
+
     def _hint_question(self) -> HintQuestion | None:
         recording = self._document.recording
         clicks = tuple(self._annotating.clicks().values())
@@ -183,7 +195,7 @@ class AnnotationFacts(QObject):
             tuple(self._cameras()),
             recording.cameras,
             self._annotating.landmark_set,
-            Volume.of(self._clouds.parameters),
+            self._volume(recording),
             self._proportions(recording),
             self._sigmas(),
         )

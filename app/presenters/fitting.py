@@ -2,50 +2,45 @@
 
 from __future__ import annotations
 
+import tempfile
+import threading
 import time
 from collections import defaultdict
-from collections.abc import Callable, Collection, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
 
 import numpy as np
 
 from app.limb_colours import limb_words
 from app.presenters.counting import counted
+from app.presenters.fit_job import FitJob, frames_done
 from app.presenters.selection import gaps_of, landmark_gaps_of
+from app.tasks.helper_process import HelperProcess
 from stereotrack_core import __version__
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.click_points import click_pixels
 from stereotrack_core.annotation.click_residuals import click_residuals, limb_residuals
-from stereotrack_core.annotation.fit.fit import ClickFit
-from stereotrack_core.annotation.fit.measurement import (
-    USUAL_SIGMA,
-    ClickMeasurement,
-    measurements,
-)
+from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA, measurements
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, TrajectoryFit
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.limb_axes import SCORED
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.proportions import proportions_of
-from stereotrack_core.depth.chain import DepthChain
-from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.depth.parameters import DepthParameters
-from stereotrack_core.errors import InputError
+from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.project.click_sigma import measured_sigmas
 from stereotrack_core.project.fitted import reference_of_fit
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.references import Reference
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS
-from stereotrack_core.recording.reader import FrameReader
 
 FITTED = "fitted to clicks"
 """Name of the reference that the window makes."""
 
 OnProgress = Callable[[float, str], None]
-Clouds = Callable[[int], Cloud | None]
+_LOOK_SECONDS = 0.15
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,15 +53,12 @@ class FitOrder:
     recording : Recording
     frames : range
     settings : FitSettings
-    depth : DepthParameters
-        How points are measured where the fit uses them.
     """
 
     project: Project
     recording: Recording
     frames: range
     settings: FitSettings = field(default_factory=FitSettings)
-    depth: DepthParameters = field(default_factory=DepthParameters)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,10 +80,27 @@ class FittedRecording:
     residuals: FloatArray
 
 
+def fit_process() -> HelperProcess:
+    """A process that fits; it starts with the first fit and has to be closed."""
+    return HelperProcess("app.presenters.fit_job:worker")
+
+
 def fit_recording(
-    order: FitOrder, on_progress: OnProgress, cancelled: Callable[[], bool]
+    order: FitOrder,
+    process: HelperProcess,
+    on_progress: OnProgress,
+    cancelled: Callable[[], bool],
 ) -> FittedRecording:
     """Fit the body to all clicks of some frames; called off the window's thread.
+
+    Parameters
+    ----------
+    order : FitOrder
+    process : HelperProcess
+        Of :func:`fit_process`: fitting computes for minutes, and the window has to be painted.
+        It is closed when the fit is stopped.
+    on_progress : callable
+    cancelled : callable
 
     Raises
     ------
@@ -111,12 +120,15 @@ def fit_recording(
         )
     sigma = measured_sigmas(project, USUAL_SIGMA)
     subject = project.subject() or order.recording.subject
-    fitting = ClickFit(order.recording.cameras, landmarks, proportions_of(subject), order.settings)
     by_frame = {
         frame: measurements(own, landmarks, sigma) for frame, own in _by_frame(clicks).items()
     }
-    with _clouds(order, on_progress) as clouds:
-        fit = _trajectory(fitting, by_frame, order, clouds, on_progress, cancelled)
+    with tempfile.TemporaryDirectory() as folder:
+        job = FitJob(
+            order.recording, landmarks, proportions_of(subject), order.settings, by_frame,
+            order.frames, gaps_of(project), Path(folder) / "progress",
+        )  # fmt: skip
+        fit = _fit_elsewhere(job, process, on_progress, cancelled)
     clicked = {(click.frame, click.landmark) for click in clicks if click.position is not None}
     fit = without_gaps(fit, landmark_gaps_of(project), clicked)
     meta = {
@@ -271,43 +283,39 @@ def _by_frame(clicks: tuple[Click, ...]) -> dict[int, list[Click]]:
     return found
 
 
-def _trajectory(
-    fitting: ClickFit,
-    by_frame: Mapping[int, tuple[ClickMeasurement, ...]],
-    order: FitOrder,
-    clouds: Clouds | None,
+def _fit_elsewhere(
+    job: FitJob,
+    process: HelperProcess,
     on_progress: OnProgress,
     cancelled: Callable[[], bool],
 ) -> TrajectoryFit:
-    frames = order.frames
+    """Let another process fit, tell how far it is, and end it when that is wanted."""
+    over = threading.Event()
 
-    def note(frame: int) -> None:
-        done = frame - frames.start + 1
-        on_progress(0.95 * done / len(frames), f"frame {done} of {len(frames)}")
+    def watch() -> None:
+        while not over.wait(_LOOK_SECONDS):
+            if cancelled():
+                process.close()
+                return
+            done = frames_done(job)
+            words = f"frame {done} of {len(job.frames)}" if done else "getting ready"
+            if done >= len(job.frames):
+                words = "forward and backward"
+            on_progress(0.9 * done / len(job.frames), words)
 
-    return fitting.trajectory(
-        by_frame,
-        frames,
-        clouds=clouds,
-        gaps=gaps_of(order.project),
-        on_frame=note,
-        cancelled=cancelled,
-    )
-
-
-@contextmanager
-def _clouds(order: FitOrder, on_progress: OnProgress) -> Iterator[Clouds | None]:
-    """Measured points by frame, where the recording gives depth and the settings want it."""
-    recording = order.recording
-    names = [view.name for view in recording.views if view.kind != "mono"]
-    if not names or not order.settings.use_depth:
-        yield None
-        return
-    on_progress(0.0, "learning the background")
-    with FrameReader(recording, views=names, colour=False) as reader:
-        chain = DepthChain(recording, order.depth)
-        try:
-            chain.learn_background(reader, range(reader.frame_count))
-            yield lambda frame: chain.process(reader.frame_set(frame))
-        finally:
-            chain.close()
+    watching = threading.Thread(target=watch, name="watch the fit", daemon=True)
+    watching.start()
+    try:
+        fit: TrajectoryFit = process(job)
+    except EOFError as error:
+        if cancelled():
+            raise Cancelled from error
+        raise InputError(
+            "the fit has ended unexpectedly",
+            where=job.recording.name,
+            remedy="Close other programs if memory is short, and fit once more.",
+        ) from error
+    finally:
+        over.set()
+        watching.join()
+    return fit

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QObject, QSettings, Signal, Slot
+from PySide6.QtCore import QObject, QSettings, QTimer, Signal, Slot
 
 from app.failures import Message, message_of
 from app.presenters.document import DocumentPresenter
@@ -277,8 +278,13 @@ class ProjectPresenter(QObject):
         opened.project.on_change(self._on_change)
         self._read_history()
         self.opened.emit()
-        for message in opened.messages:
-            self.message.emit(message)
+        # what was said about the recording before is cleared away first
+        QTimer.singleShot(0, self, partial(self._tell, opened))
+
+    def _tell(self, opened: OpenedProject) -> None:
+        if opened is self._opened:
+            for message in opened.messages:
+                self.message.emit(message)
 
     def _give_up_waiting(self) -> None:
         waiting, self._waiting = self._waiting, None

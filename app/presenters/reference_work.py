@@ -12,17 +12,18 @@ from app.presenters.fitting import (
     FitOrder,
     FittedRecording,
     around,
+    fit_process,
     fit_recording,
     fit_words,
     merged_reference,
     residuals_of,
 )
+from app.tasks.helper_process import HelperProcess
 from app.tasks.task import Task, TaskList
 from stereotrack_core.annotation.fit.results import TrajectoryFit
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.accept import AcceptPredictions
 from stereotrack_core.project.click_edits import (
@@ -88,8 +89,6 @@ class ReferenceWork(QObject):
     ----------
     settings : FitSettings
         Of the next fit.
-    depth : DepthParameters
-        How it measures points.
 
     Signals
     -------
@@ -116,7 +115,7 @@ class ReferenceWork(QObject):
         self._now: ShownReference | None = None
         self._clicks_since = 0
         self.settings = FitSettings()
-        self.depth = DepthParameters()
+        self._process: HelperProcess | None = None
 
     @property
     def fitting(self) -> bool:
@@ -142,6 +141,7 @@ class ReferenceWork(QObject):
     ) -> None:
         """Work on another project, or on none."""
         self.cancel()
+        self._end_process()
         self._project, self._recording, self._frames = project, recording, frames
         self._show_stored()
 
@@ -170,11 +170,14 @@ class ReferenceWork(QObject):
         if frames is not None:
             clicked = tuple(int(k) for k in self._project.clicks.frames())
             every = around(frames, clicked, self._frames - 1)
-        order = FitOrder(self._project, self._recording, every, self.settings, self.depth)
-        title = "fitting the body to the clicks"
-        task = self._fitting = self._tasks.begin(
-            title, lambda own: fit_recording(order, own.report, own.token.cancelled), self._keep
-        )
+        order = FitOrder(self._project, self._recording, every, self.settings)
+        process = self._process = self._process or fit_process()
+
+        def work(own: Task) -> FittedRecording:
+            return fit_recording(order, process, own.report, own.token.cancelled)
+
+        task = self._fitting = self._tasks.begin("fitting the body to the clicks", work, self._keep)
+        task.stopped.connect(self._end_process)
         task.ended.connect(self._on_ended)
         self.busy_changed.emit()
 
@@ -183,6 +186,12 @@ class ReferenceWork(QObject):
         """Stop a fit; nothing changes then."""
         if self._fitting is not None:
             self._fitting.cancel()
+
+    @Slot()
+    def _end_process(self) -> None:
+        process, self._process = self._process, None
+        if process is not None:
+            process.close()
 
     def follow(self, changed: Changed) -> None:
         """Take note of an edit."""

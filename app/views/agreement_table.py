@@ -102,10 +102,11 @@ class AgreementTable(QTableWidget):
                     font = item.font()
                     font.setBold(True)
                     item.setFont(font)
+                if not column:
+                    swatch = QPixmap(10, 10)
+                    swatch.fill(QColor(row.colour) if row.colour else Qt.GlobalColor.transparent)
+                    item.setData(Qt.ItemDataRole.DecorationRole, swatch)
                 self.setItem(place, column, item)
-            swatch = QPixmap(10, 10)
-            swatch.fill(QColor(row.colour) if row.colour else Qt.GlobalColor.transparent)
-            self.item(place, 0).setData(Qt.ItemDataRole.DecorationRole, swatch)
 
     def as_text(self) -> str:
         """The table with tabs, for a paper or a spreadsheet."""

@@ -162,12 +162,12 @@ class DecisionTable(QTableView):
         self.doubleClicked.connect(lambda index: self.visit_requested.emit(index.row()))
 
     def _place_columns(self) -> None:
-        widest = ("00000", "W_right", "left shoulder", "000.0, 000.0  guessed", "000.0, 000.0")
-        widest = (*widest, "between", "Apart [px]", "")
+        click = "000.0, 000.0"
+        widest = ("00000", "W_right", "left shoulder", f"{click}  guessed", click, "between", "")
         header = self.horizontalHeader()
         metrics = self.fontMetrics()
         header.setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
-        for column, text in enumerate(widest[:-1]):
+        for column, text in enumerate(widest):
             text = max(text, _HEADINGS[column], key=metrics.horizontalAdvance)
             header.resizeSection(column, metrics.horizontalAdvance(text) + 24)
 

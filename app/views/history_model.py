@@ -184,7 +184,7 @@ class HistoryModel(QAbstractTableModel):
 
 
 def when_in_words(at: str) -> str:
-    """A stored time as a clock of this place shows it; with its day where that is not today."""
+    """A stored time as a clock of this place shows it; its day where that is not today."""
     local = datetime.fromisoformat(at).astimezone()
     today = datetime.now().astimezone().date()
-    return f"{local:%H:%M:%S}" if local.date() == today else f"{local:%d %b %H:%M}"
+    return f"{local:%H:%M:%S}" if local.date() == today else f"{local:%d %b}"

@@ -46,9 +46,9 @@ class HistoryPanel(QWidget):
         header.setStretchLastSection(False)
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
         metrics = self.fontMetrics()
-        for column, widest in ((1, "annotator"), (2, "00 Sep 00:00 ")):
+        for column, widest in ((1, "annota"), (2, "00:00:00")):
             header.setSectionResizeMode(column, QHeaderView.ResizeMode.Interactive)
-            header.resizeSection(column, metrics.horizontalAdvance(widest) + 20)
+            header.resizeSection(column, metrics.horizontalAdvance(widest) + 18)
         self._none = QLabel(_NOTHING)
         self._none.setProperty("role", "muted")
         self._none.setWordWrap(True)

@@ -17,7 +17,7 @@ from PySide6.QtCore import (
     Qt,
     Signal,
 )
-from PySide6.QtGui import QColor, QFontDatabase, QPainter, QPen
+from PySide6.QtGui import QColor, QFontDatabase, QPainter, QPalette, QPen
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
@@ -149,6 +149,10 @@ class _Delegate(QStyledItemDelegate):
         colour = QColor(index.data(_COLOUR))
         if state is None:
             _paint_key(painter, option.rect, colour, index.data() or "")
+        elif option.state & QStyle.StateFlag.State_Selected:
+            # on the selection's own colour some of the limbs' would not be seen
+            text = option.palette.color(QPalette.ColorRole.HighlightedText)
+            _paint_state(painter, QPointF(option.rect.center()) + QPointF(0.5, 0.5), text, state)
         else:
             _paint_state(painter, QPointF(option.rect.center()) + QPointF(0.5, 0.5), colour, state)
         painter.restore()
@@ -172,9 +176,8 @@ def _paint_key(painter: QPainter, rect: QRect, colour: QColor, text: str) -> Non
 
 def _paint_state(painter: QPainter, centre: QPointF, colour: QColor, state: CellState) -> None:
     theme = current_theme()
-    visible = (
-        colour if theme.is_dark is False or colour.lightnessF() > 0.32 else colour.lighter(130)
-    )
+    dim = theme.is_dark and 0.05 < colour.lightnessF() < 0.32
+    visible = colour.lighter(130) if dim else colour
     painter.setBrush(Qt.BrushStyle.NoBrush)
     match state:
         case "clicked":

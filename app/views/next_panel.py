@@ -14,7 +14,7 @@ from PySide6.QtCore import (
     Signal,
     Slot,
 )
-from PySide6.QtGui import QColor, QFontMetrics, QPixmap
+from PySide6.QtGui import QColor, QFontMetrics, QPixmap, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QApplication,
@@ -41,6 +41,8 @@ _TIPS = {
     3: "By how much a click brings down the angle by which the limbs of this frame may be off",
     4: "The same over all frames that profit; the list is sorted by it",
 }
+_NARROW = 460
+_KEPT = 1000
 _NOT_FITTED = (
     "When the body is fitted to the clicks of the whole recording, the places where another click "
     "helps most are listed here, the best first."
@@ -157,14 +159,18 @@ class NextPanel(QWidget):
         self.wanted.setSingleStep(0.5)
         self.wanted.setDecimals(1)
         self.wanted.setValue(3.0)
+        self.wanted.setPrefix("± ")
         self.wanted.setSuffix("°")
         self.wanted.setKeyboardTracking(False)
         self.wanted.setAccessibleName("Wanted accuracy")
-        self.wanted.setToolTip("It is enough when limbs are off by no more than this.")
+        self.wanted.setToolTip(
+            "Wanted accuracy: it is enough when limbs are off by no more than this."
+        )
         self.wanted.valueChanged.connect(self.wanted_changed)
-        self.limit = QCheckBox("Only in the selection")
+        self.limit = QCheckBox("Only selected")
+        self.limit.setToolTip("Only in the frames that are selected in the timeline")
         self.limit.toggled.connect(self.limited)
-        self.next_button = QPushButton("Go to the next")
+        self.next_button = QPushButton("Go to next")
         self.next_button.clicked.connect(self.go_to_next)
         self._none = QLabel(_NOT_FITTED)
         self._none.setWordWrap(True)
@@ -172,6 +178,10 @@ class NextPanel(QWidget):
         self.fit_button = QPushButton("Fit the whole recording")
         self.fit_button.clicked.connect(self.fit_requested)
         self.tree = QTreeView()
+        self.reason = QLabel()
+        self.reason.setWordWrap(True)
+        self.reason.setContentsMargins(8, 3, 8, 4)
+        self.reason.setProperty("role", "muted")
         self._dress_tree()
         self._lay_out()
         self._sign: StopSign | None = None
@@ -186,31 +196,28 @@ class NextPanel(QWidget):
         self.tree.setAccessibleName("What to click next")
         self.tree.clicked.connect(self._on_chosen)
         self.tree.activated.connect(self._on_chosen)
+        self.tree.selectionModel().currentRowChanged.connect(self._show_reason)
         header = self.tree.header()
         header.setStretchLastSection(True)
         metrics = self.fontMetrics()
-        widest_texts = ("Frame 0", "W_right", "right shoulder", "Gain [°]", "All [°] 0")
+        widest_texts = ("Frame", "W_right", "right shoulder", "Gain [°]", "All [°] ")
         for column, widest in enumerate(widest_texts):
             header.setSectionResizeMode(column, QHeaderView.ResizeMode.Interactive)
             swatch = 16 if column == 2 else 0
-            header.resizeSection(column, metrics.horizontalAdvance(widest) + 18 + swatch)
+            header.resizeSection(column, metrics.horizontalAdvance(widest) + 20 + swatch)
 
     def _lay_out(self) -> None:
-        top = QHBoxLayout()
-        top.addWidget(self.sign, 1)
-        label = QLabel("Wanted")
-        label.setBuddy(self.wanted)
-        top.addWidget(label)
-        top.addWidget(self.wanted)
-        second = QHBoxLayout()
-        second.addWidget(self.next_button)
-        second.addWidget(self.limit)
-        second.addStretch(1)
+        row = QHBoxLayout()
+        row.addWidget(self.next_button)
+        row.addWidget(self.limit)
+        row.addStretch(1)
+        row.addWidget(self.wanted)
         self._head = QWidget()
         head = QVBoxLayout(self._head)
-        head.setContentsMargins(8, 6, 8, 6)
-        head.addLayout(top)
-        head.addLayout(second)
+        head.setContentsMargins(8, 4, 8, 4)
+        head.setSpacing(4)
+        head.addWidget(self.sign)
+        head.addLayout(row)
         self._unfitted = QWidget()
         unfitted = QVBoxLayout(self._unfitted)
         unfitted.setContentsMargins(10, 10, 10, 10)
@@ -223,6 +230,7 @@ class NextPanel(QWidget):
         layout.addWidget(self._unfitted, 1)
         layout.addWidget(self._head)
         layout.addWidget(self.tree, 1)
+        layout.addWidget(self.reason)
 
     def show_wanted(self, degrees: float) -> None:
         """Show the wanted accuracy without a signal."""
@@ -238,7 +246,14 @@ class NextPanel(QWidget):
         self._unfitted.setVisible(sign is None)
         self._head.setVisible(sign is not None)
         self.tree.setVisible(sign is not None)
+        current = self.tree.currentIndex()
+        key = self.model.suggestion(current.row()).key if current.isValid() else None
         self.model.show(rows, colours)
+        places = [place for place, one in enumerate(rows[:_KEPT]) if one.key == key]
+        if places:
+            self.tree.setCurrentIndex(self.model.index(places[0], 0))
+        self._show_reason()
+        self.reason.setVisible(sign is not None and bool(rows))
         self.next_button.setEnabled(bool(rows))
         if sign is not None:
             words = sign.words()
@@ -251,6 +266,21 @@ class NextPanel(QWidget):
         row = self.model.first_unvisited()
         if row is not None:
             self._go_to(row)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        # what is left out is said below the list
+        for column in (4, 5):
+            self.tree.setColumnHidden(column, self.width() < _NARROW)
+
+    @Slot()
+    def _show_reason(self) -> None:
+        """Write the reason of the chosen row, or of the best one, where there is room for it."""
+        row = max(self.tree.currentIndex().row(), 0)
+        if row < self.model.rowCount():
+            one = self.model.suggestion(row)
+            place = f"{one.frame}, {one.landmark.replace('_', ' ')} in {one.camera}"
+            self.reason.setText(f"{place}: {self.model.index(row, 5).data()}.")
 
     def changeEvent(self, event: Any) -> None:
         super().changeEvent(event)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,13 +16,14 @@ from stereotrack_core.cli.error_tables import (
     error_table,
     segment_table,
 )
-from stereotrack_core.cli.output import put_json, put_table, say
+from stereotrack_core.cli.output import put, put_json, put_table, say
 from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
     from stereotrack_core.annotation.reference import Reference
     from stereotrack_core.evaluation.doubts import Doubts
     from stereotrack_core.evaluation.errors import LimbErrors
+    from stereotrack_core.evaluation.summary import Summary
     from stereotrack_core.recording.description import Recording, Segment
     from stereotrack_core.recording.landmarks import LandmarkTrajectory
     from stereotrack_core.tracking.run import Run
@@ -89,9 +90,23 @@ def run(args: Namespace) -> int:
         return OK
     title = f"{args.run_file} against {truth.source}"
     put_table(error_table(summary, title, speed, doubts, quality))
+    if quality:
+        put(_in_words(summary, quality))
     if args.segments:
         put_table(segment_table(parts))
     return OK
+
+
+def _in_words(summary: Summary, quality: Mapping[str, float]) -> str:
+    """Mean errors with how good the reference is: ``forearms 9.1 deg, reference good to 2.3``."""
+    from stereotrack_core.evaluation.reference_quality import stated
+
+    said = [
+        f"{measure.label} {stated(measure.statistics.mean, measure.unit, quality, measure.name)}"
+        for measure in summary.measures
+        if measure.name in ("torso_long", "torso_cross", "upper_arms", "forearms")
+    ]
+    return f"In the mean: {'; '.join(said)}.\n"
 
 
 def _read(path: Path) -> tuple[LandmarkTrajectory, Run | None]:

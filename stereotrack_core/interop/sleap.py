@@ -47,7 +47,7 @@ def write_sleap(
     for (camera, frame), found in sorted(pictures.items()):
         stream = streams[camera]
         if camera not in videos:
-            videos[camera] = sio.Video(filename=_files(recording, stream), open_backend=False)
+            videos[camera] = _video(sio, recording, stream)
         points = np.full((len(names), 2), np.nan)
         seen = np.zeros(len(names), dtype=np.bool_)
         for name, click in found.items():
@@ -138,13 +138,14 @@ def _streams(recording: Recording) -> dict[str, Stream]:
     return {stream.camera: stream for stream in shown}
 
 
-def _files(recording: Recording, stream: Stream) -> str | list[str]:
+def _video(sio: Any, recording: Recording, stream: Stream) -> Any:
     """The video, or all of its pictures; their pattern where they are not there."""
     files: Mapping[int, Path] = {}
     if is_pattern(stream.frames) and (recording.folder / stream.frames).parent.is_dir():
         files = numbered_files(recording.folder, stream.frames)
-    pictures = [str(files[number]) for number in sorted(files)]
-    return pictures or str(recording.folder / stream.frames)
+    if not files:
+        return sio.Video(filename=str(recording.folder / stream.frames), open_backend=False)
+    return sio.Video.from_filename([str(files[number]) for number in sorted(files)])
 
 
 def _shift(stream: Stream, recording: Recording) -> int:

@@ -22,6 +22,7 @@ def test_evaluate_says_how_good_the_reference_is(run, recording, tmp_path):
     assert "reference good to" in ended.out
     forearms = next(line for line in ended.out.splitlines() if line.strip().startswith("forearms"))
     assert forearms.split()[-1] == "2.3"
+    assert "forearms 0.0 deg, reference good to 2.3." in ended.out
     facts = run("evaluate", path, "--reference", path, "--json").json
     assert facts["measures"]["torso_position"]["reference_good_to"] == pytest.approx(17.3, abs=0.1)
     plain = run("evaluate", path, "--reference", recording / "reference.csv")

@@ -23,6 +23,7 @@ from stereotrack_core.interop.label_names import camera_of, frame_of, map_names
 from stereotrack_core.interop.labels import is_trajectory, read_labels
 from stereotrack_core.interop.sleap import read_sleap, write_sleap
 from stereotrack_core.recording.description import Recording, Stream, View
+from stereotrack_core.recording.video_file import write_png
 
 CAMERAS = ("N_left", "N_right", "S")
 
@@ -117,6 +118,20 @@ def test_streams_that_begin_later_keep_their_frames_in_sleap(recording, tmp_path
     (tmp_path / "bad.slp").write_bytes(b"no labels")
     with pytest.raises(InputError, match="no labels file of SLEAP"):
         read_sleap(tmp_path / "bad.slp", recording, landmarks=NINE.names)
+
+
+def test_numbered_pictures_are_listed_for_sleap(recording, tmp_path):
+    sio = pytest.importorskip("sleap_io")
+    there = replace(recording, folder=tmp_path)
+    (tmp_path / "S").mkdir()
+    for number in range(3, 6):
+        write_png(tmp_path / "S" / f"{number}.png", np.zeros((48, 64), dtype=np.uint8))
+    click = Click(1, "S", "head", (5.0, 6.0), origin="imported")
+    path = tmp_path / "a.slp"
+    write_sleap(path, [click], there, NINE)
+    stored = sio.load_slp(str(path), open_videos=False)
+    assert [name[-6:] for name in stored.videos[0].filename] == ["/3.png", "/4.png", "/5.png"]
+    assert read_sleap(path, there, landmarks=NINE.names).clicks == (click,)
 
 
 @several

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.presenters.fitting import FITTED, FitOrder, around, fit_recording
+from app.presenters.fitting import FITTED, FitOrder, around, fit_process, fit_recording
 from app.presenters.reference_work import ReferenceWork, read_reference
 from app.tasks.task import TaskList
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED
@@ -38,6 +38,7 @@ def work(qtbot, annotated, recording):
     made.set_project(annotated, recording, FRAMES)
     annotated.on_change(made.follow)
     yield made
+    made.set_project(None, None, 0)
     tasks.shutdown()
 
 
@@ -94,6 +95,15 @@ def test_it_can_be_stopped(qtbot, annotated, work):
     qtbot.waitUntil(lambda: not work.fitting, timeout=30_000)
     assert not work.problems
     assert annotated.references.names() == ()
+    assert fitted(qtbot, work).fit is not None  # another process has been started
+
+
+def test_the_process_ends_with_the_project(qtbot, work):
+    fitted(qtbot, work)
+    process = work._process._process
+    assert process.poll() is None
+    work.set_project(None, None, 0)
+    assert process.poll() is not None
 
 
 def test_a_landmarks_own_gap_is_not_filled_in(qtbot, annotated, work):
@@ -109,7 +119,10 @@ def test_a_landmarks_own_gap_is_not_filled_in(qtbot, annotated, work):
 def test_without_a_click_there_is_nothing_to_fit_to(project, recording):
     with pytest.raises(InputError, match="no click in frames 0 to 9"):
         fit_recording(
-            FitOrder(project, recording, range(10)), lambda _share, _words: None, lambda: False
+            FitOrder(project, recording, range(10)),
+            fit_process(),
+            lambda _share, _words: None,
+            lambda: False,
         )
 
 

@@ -118,7 +118,7 @@ COLOURS = {one.name: one.colour for one in NINE.landmarks}
 
 @pytest.fixture
 def panel(shown):
-    made = shown(NextPanel(), 460, 300)
+    made = shown(NextPanel(), 560, 300)
     made.show_ranking(ROWS, SIGN, COLOURS)
     return made
 
@@ -142,6 +142,20 @@ def test_words_of_the_sign_and_of_the_rows(panel):
     assert panel.model.index(0, 3).data() == "3.20"
     assert panel.model.index(0, 4).data() == "14.3"
     assert panel.model.index(1, 5).data() == "look again: probably a mistake: 40 px off"
+
+
+def test_a_narrow_panel_still_says_why(qtbot, panel):
+    assert panel.reason.text() == "17, left hand in N: left forearm uncertain (6.1 deg)."
+    panel.resize(340, 300)
+    assert panel.tree.isColumnHidden(4)
+    assert panel.tree.isColumnHidden(5)
+    qtbot.keyClick(panel.tree, Qt.Key.Key_Down)
+    qtbot.keyClick(panel.tree, Qt.Key.Key_Down)
+    assert panel.reason.text().startswith("30, head in W: look again: probably a mistake")
+    panel.show_ranking(ROWS[1:], SIGN, COLOURS)
+    assert panel.tree.currentIndex().row() == 0  # the place stays chosen
+    panel.resize(700, 300)
+    assert not panel.tree.isColumnHidden(4)
 
 
 def test_the_wanted_accuracy_is_typed(qtbot, panel):

@@ -1,0 +1,64 @@
+"""A window in which landmarks are clicked without end; says which clicks it has painted.
+
+It is given a recording and a folder for its project, and works until it is killed.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from itertools import cycle
+from pathlib import Path
+
+os.environ["QT_QPA_PLATFORM"] = "offscreen"
+
+from PySide6.QtCore import QPoint, QSettings, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from app.main_window import MainWindow
+from app.theme import apply_theme
+from stereotrack_core.annotation.landmark_set import NINE
+
+
+def until(app: QApplication, condition) -> None:
+    end = time.monotonic() + 60.0
+    while not condition() and time.monotonic() < end:
+        app.processEvents()
+        time.sleep(0.001)
+
+
+def _shows(window: MainWindow, frame: int) -> bool:
+    marks = window.grid.tiles["N"].camera.marks
+    return marks is not None and marks.frame == frame
+
+
+def annotate(recording: Path, folder: Path) -> None:
+    app = QApplication(["annotating"])
+    apply_theme(app, "dark")
+    settings = QSettings(str(folder / "settings.ini"), QSettings.Format.IniFormat)
+    settings.setValue("projects_folder", str(folder))
+    settings.setValue("workspace", "annotate")
+    window = MainWindow(settings)
+    window.show()
+    window.files.open(recording)
+    until(app, lambda: window.document.frame_set is not None and not window.project.why_no_edit())
+    for step in cycle(range(window.document.frame_count)):
+        window.document.go_to(step)
+        until(app, lambda step=step: _shows(window, step))
+        for name, place in zip(NINE.names, range(9), strict=True):
+            window.annotate.annotating.choose(name)
+            camera = window.grid.tiles["N"].camera
+            spot = camera.rect().center() + QPoint(9 * place - 40, 5 * step - 20)
+            modifier = Qt.KeyboardModifier.ControlModifier
+            QTest.mouseClick(camera, Qt.MouseButton.LeftButton, modifier, spot)
+            camera.repaint()
+            mark = next(one for one in camera.marks.clicks if one.landmark == name)
+            words = (step, camera.picture.camera, name, repr(mark.x), repr(mark.y))
+            sys.stdout.write(" ".join(map(str, words)) + "\n")
+            sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    annotate(Path(sys.argv[1]), Path(sys.argv[2]))

@@ -1,0 +1,211 @@
+"""From clicks to hints, marks and rows; edits of a second reading. No window."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.presenters.blind_edits import second_reading
+from app.presenters.bone_lengths import bone_lengths
+from app.presenters.click_hints import HintQuestion, hints_of
+from app.presenters.landmark_rows import fit_words, landmark_rows, length_rows, limb_rows
+from app.presenters.live_fit import FitQuestion, Fitter
+from app.presenters.marks import FrameMarks, marks_of, predictions_in
+from app.presenters.swap_offers import SwapOffers
+from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Visibility
+from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.annotation.prediction import Prediction
+from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.depth.points import Volume
+from stereotrack_core.project.accept import AcceptPredictions
+from stereotrack_core.project.click_edits import (
+    DeleteClicks,
+    MarkClicks,
+    MoveClicks,
+    PlaceClicks,
+    SwapLandmarks,
+)
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.landmarks import LANDMARKS
+
+N, S = "N_right", "S_right"
+
+
+@pytest.fixture
+def recording(small_recording):
+    return open_recording(small_recording)
+
+
+def true_clicks(recording, cameras=(N, S, "N_left"), landmarks=NINE.names):
+    points = recording.reference.points[0]
+    found = []
+    for camera in cameras:
+        for name in landmarks:
+            x, y = recording.cameras[camera].project(points[LANDMARKS.index(name)])
+            found.append(Click(0, camera, name, (float(x), float(y))))
+    return tuple(found)
+
+
+def question(recording, clicks, landmark="left_elbow", shown=(N, S)):
+    volume = Volume.of(DepthParameters())
+    return HintQuestion(0, clicks, landmark, shown, recording.cameras, NINE, volume, AVERAGE, {})
+
+
+def test_hints_without_two_views_are_curves_alone(recording):
+    clicks = true_clicks(recording, (N,), ("left_elbow",))
+    hints = hints_of(question(recording, clicks))
+    assert hints.points == {}
+    assert hints.curves[N] == ()
+    (curve,) = hints.curves[S]
+    truth = true_clicks(recording, (S,), ("left_elbow",))[0].position
+    assert np.linalg.norm(curve.pixels - truth, axis=1).min() < 4.0
+
+
+def test_hints_of_an_outside_click_and_of_an_unknown_camera(recording):
+    clicks = (
+        Click(0, N, "head", None, Visibility.OUTSIDE),
+        Click(0, "elsewhere", "head", (3.0, 4.0)),
+    )
+    hints = hints_of(question(recording, clicks, "head"))
+    assert hints.points == {}
+    assert hints.curves[S] == ()
+    assert hints.swaps == ()
+
+
+def test_marks_say_how_a_click_is_meant(recording):
+    clicks = (
+        Click(0, N, "head", (3.0, 4.0), Visibility.GUESSED),
+        Click(0, N, "left_hand", (5.0, 4.0), flag=UNCERTAIN),
+        Click(0, N, "right_hand", None, Visibility.OUTSIDE),
+        Click(0, S, "left_hip", (9.0, 9.0), origin="accepted"),
+    )
+    facts = FrameMarks(0, clicks, NINE, "head", at_hand=clicks[1].key, held=clicks[1].key)
+    marks = marks_of(facts, [recording.cameras[N], recording.cameras[S]])
+    head, hand = marks[N].clicks
+    assert (head.guessed, head.chosen, head.at_hand) == (True, True, False)
+    assert (hand.doubted, hand.at_hand, hand.held) == (True, True, True)
+    assert marks[N].outside == ("right hand",)
+    assert marks[S].clicks[0].accepted
+
+
+def test_a_landmark_that_left_the_set_is_still_shown(recording):
+    facts = FrameMarks(0, (Click(0, N, "left_knee", (3.0, 4.0)),), NINE, "head")
+    (mark,) = marks_of(facts, [recording.cameras[N]])[N].clicks
+    assert mark.label == "left knee"
+
+
+def test_triangulated_predictions_go_before_kept_ones(recording):
+    clicks = true_clicks(recording, (N, "N_left"))
+    hints = hints_of(question(recording, clicks))
+    kept = (
+        Prediction(0, S, "head", "following", (1.0, 2.0)),
+        Prediction(0, S, "left_knee", "following", (1.0, 2.0)),
+    )
+    facts = FrameMarks(0, clicks, NINE, "head", predictions=kept, hints=hints)
+    found = {one.landmark: one for one in predictions_in(facts, S)}
+    assert found["head"].source == "other views"
+    assert "left_knee" not in found
+    assert predictions_in(replace(facts, hints=None), S) == kept[:1]
+    marks = marks_of(facts, [recording.cameras[S]])[S]
+    assert {mark.landmark for mark in marks.predictions} == set(NINE.names)
+    rows = landmark_rows(facts, (N, S))
+    assert [row.cells for row in rows] == [("clicked", "predicted")] * 9
+
+
+def test_bone_lengths_are_those_of_the_person(recording):
+    hints = hints_of(question(recording, true_clicks(recording)))
+    lengths = {one.name: one for one in bone_lengths(hints.points, AVERAGE)}
+    points = recording.reference.points[0]
+    elbow, shoulder = (points[LANDMARKS.index(f"left_{name}")] for name in ("elbow", "shoulder"))
+    own = lengths["left upper arm"]
+    assert own.clicked == pytest.approx(float(np.linalg.norm(elbow - shoulder)), abs=0.002)
+    assert 0 < own.sigma < 0.05
+    assert replace(own, clicked=own.subject + 0.3, sigma=0.01).doubtful
+    facts = FrameMarks(0, true_clicks(recording), NINE, "head", hints=hints)
+    assert len(length_rows(facts)) == 8
+
+
+def test_the_fit_says_everything_the_panels_need(recording):
+    clicks = true_clicks(recording, (N, S))
+    far = replace(clicks[4], position=(clicks[4].position[0] + 60, clicks[4].position[1] + 40))
+    clicks = (*clicks[:4], far, *clicks[5:])
+    fit = Fitter()(
+        FitQuestion(0, clicks, recording.cameras, {N: "N"}, NINE, AVERAGE, 10.0, {}, None)
+    )
+    hints = hints_of(question(recording, clicks))
+    facts = FrameMarks(0, clicks, NINE, far.landmark, hints=hints, fit=fit)
+    rows = {row.landmark: row for row in landmark_rows(facts, (N, S))}
+    assert float(rows[far.landmark].residual) > 10.0
+    assert rows["head"].distance
+    assert next(row.limb for row in limb_rows(facts)) == "torso"
+    assert all(math.isfinite(float(row.value.strip("± °"))) for row in limb_rows(facts))
+    assert fit_words(facts)
+    marks = marks_of(facts, [recording.cameras[N]])[N]
+    (end,) = [r.end for r in marks.residuals if r.start == far.position]
+    assert end == pytest.approx(tuple(recording.cameras[N].project(fit.places[far.landmark])))
+    moved = marks.with_moved(far.landmark, 1.0, 2.0)
+    assert len(moved.residuals) == len(marks.residuals) - 1
+    assert "three clicks" in fit_words(replace(facts, fit=None))[0]
+    assert "keys 1 to 9" in fit_words(FrameMarks(0, (), NINE, "head"))[0]
+
+
+def test_an_offer_is_made_once_and_not_again_when_declined(recording):
+    clicks = true_clicks(recording)
+    swapped = {"left_elbow": "right_elbow", "right_elbow": "left_elbow"}
+    mixed = tuple(
+        replace(one, landmark=swapped.get(one.landmark, one.landmark)) if one.camera == S else one
+        for one in clicks
+    )
+    hints = hints_of(question(recording, mixed))
+    done = []
+    offers = SwapOffers(done.append)
+    gone, (message,) = offers.update(hints, {S: "S"})
+    assert gone == ()
+    assert "left elbow and right elbow" in message.what
+    assert message.where == "S, frame 0"
+    assert offers.update(hints, {S: "S"}) == ((), ())
+    message.do()
+    assert done == list(hints.swaps)
+    offers.dismiss(message)
+    assert offers.update(hints_of(question(recording, clicks)), {})[0] == (message,)
+    assert offers.update(hints, {S: "S"}) == ((), ()), "it was declined"
+    assert offers.update(None, {}) == ((), ())
+
+
+KEY = ClickKey(3, N, "left_hand")
+OTHER = ClickKey(3, N, "right_hand")
+THERE = {KEY: Click(*KEY, (10.0, 20.0)), OTHER: Click(*OTHER, None, Visibility.OUTSIDE)}
+
+
+def test_edits_of_a_second_reading_do_what_the_edits_say():
+    def after(edit):
+        made = second_reading(edit, THERE, 1)
+        return {click.landmark: click for click in made.clicks} if made is not None else None
+
+    placed = Click(3, N, "head", (1.0, 2.0))
+    assert after(PlaceClicks((placed,))) == {"head": placed}
+    moved = after(MoveClicks((KEY, OTHER), (1.0, -1.0)))
+    assert {name: one.position for name, one in moved.items()} == {"left_hand": (11.0, 19.0)}
+    assert after(DeleteClicks((KEY,)))["left_hand"].deleted
+    assert after(DeleteClicks((ClickKey(3, S, "head"),))) is None
+    marked = after(MarkClicks((KEY,), visibility=Visibility.OUTSIDE))["left_hand"]
+    assert (marked.position, marked.visibility) == (None, Visibility.OUTSIDE)
+    assert after(MarkClicks((KEY,), flag=UNCERTAIN, sigma=3.0))["left_hand"].sigma == 3.0
+    accepted = after(
+        AcceptPredictions(
+            (Prediction(*KEY, "x", (0.0, 0.0)), Prediction(3, N, "head", "x", (5.0, 5.0)))
+        )
+    )
+    assert {name: one.origin for name, one in accepted.items()} == {"head": "accepted"}
+    swapped = after(SwapLandmarks(3, N, "left_hand", "right_hand"))
+    assert swapped["right_hand"].position == (10.0, 20.0)
+    assert swapped["left_hand"].visibility == Visibility.OUTSIDE
+    alone = second_reading(SwapLandmarks(3, N, "left_hand", "right_hand"), {KEY: THERE[KEY]}, 1)
+    assert {one.landmark: one.deleted for one in alone.clicks} == {
+        "left_hand": True,
+        "right_hand": False,
+    }

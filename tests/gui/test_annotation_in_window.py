@@ -1,0 +1,169 @@
+"""Lanes, Next, history and second readings around the clicking; and a window that is killed."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+
+from app.views.timeline_lanes import Mark
+from stereotrack_core.annotation.click import ClickKey
+from stereotrack_core.project.click_edits import SwapLandmarks
+from stereotrack_core.project.project import Project
+from tests.gui.hands import LEFT, click, click_truth, clicks, key, view
+
+pytestmark = pytest.mark.window
+
+PROGRAM = Path(__file__).with_name("annotating_process.py")
+
+
+def trigger(window, name):
+    window.actions_book.refresh()
+    action = window.actions_book.action(name)
+    assert action.isEnabled(), action.statusTip()
+    action.trigger()
+
+
+def test_lanes_and_history_follow_a_click_and_lead_back_to_it(annotating, qtbot):
+    key(annotating, Qt.Key.Key_7)
+    click(annotating, 200.0, 100.0)
+    lanes = {lane.id: lane.values for lane in annotating.timeline.lanes}
+    assert lanes["head"][0] == Mark.PARTLY
+    first = annotating.annotation.history_panel.model.index(0, 0).data()
+    assert first == "place head in N_right, frame 0"
+    annotating.document.go_to(4)
+    annotating.annotation.click_requested.emit(0, "S_right", "left_elbow")
+    qtbot.waitUntil(annotating.settled, timeout=60_000)
+    assert annotating.document.frame == 0
+    assert annotating.grid.active == "S"
+    assert annotating.annotate.annotating.choice.landmark == "left_elbow"
+    annotating.annotation.click_requested.emit(2, "N_left", "head")
+    qtbot.waitUntil(annotating.settled, timeout=60_000)
+    assert annotating.grid.tiles["N"].kind == "left"
+
+
+def test_lanes_stay_when_the_recording_is_opened_again(annotating, qtbot):
+    key(annotating, Qt.Key.Key_7)
+    click(annotating, 200.0, 100.0)
+    folder = annotating.document.recording.folder
+    annotating.actions_book.action("close").trigger()
+    annotating.files.open(folder)
+    qtbot.waitUntil(lambda: annotating.document.recording is not None, timeout=30_000)
+    qtbot.waitUntil(annotating.settled, timeout=60_000)
+    lanes = {lane.id: lane.values for lane in annotating.timeline.lanes}
+    assert lanes["head"][0] == Mark.PARTLY
+    assert [mark.landmark for mark in view(annotating).marks.clicks] == ["head"]
+
+
+def test_a_second_reading_is_blind_and_leaves_the_first_alone(annotating, qtbot):
+    for landmark in ("left_shoulder", "right_shoulder", "head", "left_elbow"):
+        for name in ("N", "S"):
+            click_truth(annotating, landmark, name)
+    qtbot.waitUntil(annotating.settled, timeout=60_000)
+    first = clicks(annotating)
+    assert "reference" in view(annotating)._display.overlays
+    trigger(annotating, "annotate-repeat-now")
+    qtbot.waitUntil(annotating.settled, timeout=60_000)
+    marks = view(annotating).marks
+    assert (marks.clicks, marks.predictions, marks.model, marks.residuals) == ((), (), (), ())
+    assert "reference" not in view(annotating)._display.overlays
+    x, y = click_truth(annotating, "head", shift=(4.0, 0.0))
+    key(annotating, Qt.Key.Key_B)
+    key(annotating, Qt.Key.Key_E)
+    key(annotating, Qt.Key.Key_Right)
+    assert clicks(annotating) == first
+    (again,) = annotating.project.project.clicks.again_at(1, 0)
+    assert again.position == pytest.approx((x + 0.5, y))
+    click_truth(annotating, "left_elbow")
+    key(annotating, Qt.Key.Key_Delete)
+    assert len(annotating.project.project.clicks.again_at(1, 0)) == 1
+    trigger(annotating, "annotate-repeat-finish")
+    qtbot.waitUntil(annotating.settled, timeout=60_000)
+    assert len(view(annotating).marks.clicks) == 4
+    assert clicks(annotating) == first
+    assert "reference" in view(annotating)._display.overlays
+
+
+def test_an_edit_from_a_panel_is_drawn_at_once(annotating):
+    key(annotating, Qt.Key.Key_3)
+    click(annotating, 200.0, 100.0)
+    annotating.project.project.apply(SwapLandmarks(0, "N_right", "left_elbow", "right_elbow"))
+    assert [mark.landmark for mark in view(annotating).marks.clicks] == ["right_elbow"]
+
+
+def test_every_picture_size_places_the_click_under_the_cursor(annotating, qtbot):
+    """Also in the smallest window, one view alone, and turned recordings' raw pixels."""
+    annotating.resize(annotating.minimumSize())
+    trigger(annotating, "arrange_single")
+    qtbot.waitUntil(annotating.settled, timeout=60_000)
+    key(annotating, Qt.Key.Key_1)
+    place = QPoint(57, 43)
+    expected = view(annotating).pixel_at(place.toPointF())
+    if not view(annotating).inside(expected):
+        place = view(annotating).rect().center()
+        expected = view(annotating).pixel_at(place.toPointF())
+    qtbot.mouseClick(view(annotating), LEFT, pos=place)
+    found = clicks(annotating)[("N_right", "left_shoulder")].position
+    assert found == pytest.approx((expected.x(), expected.y()))
+
+
+def test_a_turned_view_is_nudged_the_way_the_person_sees_it(window, qtbot, shared_recording):
+    window.files.open(shared_recording("seated-4cam-rotated"))
+    qtbot.waitUntil(lambda: window.document.frame_set is not None, timeout=60_000)
+    window.show_workspace_named("annotate")
+    qtbot.waitUntil(window.settled, timeout=60_000)
+    name = next(n for n, tile in window.grid.tiles.items() if tile.camera.picture.rotation)
+    camera = window.grid.tiles[name].camera
+    window.annotate.annotating.choose("head")
+    qtbot.mouseClick(camera, LEFT, pos=camera.rect().center())
+    raw = camera.picture.camera
+    (before,) = window.project.project.clicks.at(0)
+    seen = camera.place_of(*before.position)
+    key(window, Qt.Key.Key_E, name=name)
+    key(window, Qt.Key.Key_Right, Qt.KeyboardModifier.ShiftModifier, name=name)
+    after = window.project.project.clicks.get(ClickKey(0, raw, "head"))
+    moved = camera.place_of(*after.position) - seen
+    assert moved.x() == pytest.approx(camera._scale(), rel=1e-6)
+    assert moved.y() == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="there is no SIGKILL here")
+def test_a_window_that_is_killed_loses_no_click_that_was_on_screen(
+    small_recording, tmp_path, window, qtbot
+):
+    process = subprocess.Popen(
+        [sys.executable, str(PROGRAM), str(small_recording), str(tmp_path)],
+        stdout=subprocess.PIPE,
+        text=True,
+        cwd=PROGRAM.parents[2],
+        env={**os.environ, "PYTHONPATH": str(PROGRAM.parents[2])},
+    )
+    painted = []
+    for line in process.stdout:
+        frame, camera, landmark, x, y = line.split()
+        painted.append((int(frame), camera, landmark, float(x), float(y)))
+        if len(painted) == 25:
+            os.kill(process.pid, signal.SIGKILL)
+            break
+    process.wait()
+    process.stdout.close()
+    (path,) = tmp_path.glob("*.stereotrack")
+    window.files.open(path)
+    qtbot.waitUntil(lambda: window.document.recording is not None, timeout=60_000)
+    qtbot.waitUntil(window.settled, timeout=60_000)
+    assert "did not close it; every edit is there" in window.messages.text()
+    project: Project = window.project.project
+    for frame, camera, landmark, x, y in painted:
+        found = project.clicks.get(ClickKey(frame, camera, landmark))
+        assert found is not None
+        assert found.position == pytest.approx((x, y))
+    assert project.check() == ()
+    count = project.clicks.count()
+    window.actions_book.refresh()
+    trigger(window, "undo")
+    assert project.clicks.count() == count - 1
