@@ -28,6 +28,7 @@ class AnnotationWork(QObject):
         panels.message.connect(window.messages.show_message)
         window.project.opened.connect(self._on_project)
         window.project.closing.connect(panels.shutdown)
+        window.spaces.changed.connect(self._on_workspace)
         window.document.count_changed.connect(panels.set_frame_count)
         window.document.frame_changed.connect(panels.set_frame)
 
@@ -37,6 +38,11 @@ class AnnotationWork(QObject):
         if project is not self._w.annotation.project:
             self._w.annotation.set_project(project, document.recording, document.frame_count)
             self._w.annotation.set_frame(document.frame)
+
+    @Slot()
+    def _on_workspace(self) -> None:
+        """Lanes of landmarks belong to annotating; elsewhere those of the runs need the room."""
+        self._w.annotation.set_shown(self._w.annotate.active)
 
     @Slot(int)
     def _go_to(self, frame: int) -> None:

@@ -82,6 +82,7 @@ class AnnotationPanels(QObject):
         self.project: Project | None = None
         self.recording: Recording | None = None
         self.frame_count, self.frame = 0, 0
+        self._shown = True
         self.bar = AnnotationBar()
         self.next_panel = NextPanel()
         self.history_panel = HistoryPanel()
@@ -156,10 +157,20 @@ class AnnotationPanels(QObject):
         self.next_panel.show_wanted(self.next.wanted_deg)
         self._make_lanes()
         self.reference.set_project(self.project, recording, frame_count)
-        self.bar.setVisible(self.project is not None)
+        self._show_bar()
         self._show_selection()
         self._show_numbers()
         self._tell_repeat()
+
+    def set_shown(self, shown: bool) -> None:
+        """Show lanes and bar, or leave the timeline to the runs."""
+        if shown != self._shown:
+            self._shown = shown
+            self._show_bar()
+            self._show_lanes()
+
+    def _show_bar(self) -> None:
+        self.bar.setVisible(self._shown and self.project is not None)
 
     def set_frame_count(self, frame_count: int) -> None:
         """The number of frames is known better."""
@@ -266,7 +277,7 @@ class AnnotationPanels(QObject):
         self._show_lanes()
 
     def _show_lanes(self) -> None:
-        lanes = self.lanes
+        lanes = self.lanes if self._shown else None
         self.timeline.set_lanes(lanes.lanes(self.bar.filter) if lanes is not None else (), _GROUP)
         if lanes is not None:
             every = lanes.lanes(LaneFilter(frozenset(KINDS)))

@@ -47,22 +47,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         help="recordings with a reference (default: the demo recording, made where it is missing)",
     )
     _add_choice(parser)
-    parser.add_argument(
-        "--ablation",
-        action="store_true",
-        help=f"instead of presets: {_BASE}, and {_BASE} with one part taken away at a time",
-    )
-    parser.add_argument(
-        "--growth",
-        action="store_true",
-        help="instead of errors: how the cost of a frame grows with measured points and views",
-    )
-    parser.add_argument(
-        "--annotation",
-        action="store_true",
-        help="instead of tracking: clicks are simulated from the reference, and the body is fitted "
-        "to them",
-    )
+    _add_kind(parser)
     parser.add_argument(
         "--set",
         action="append",
@@ -86,6 +71,26 @@ def add_arguments(parser: ArgumentParser) -> None:
         help="also write the table: .md (as it is printed) or .csv (every number in full)",
     )
     add_json(parser)
+
+
+def _add_kind(parser: ArgumentParser) -> None:
+    """Arguments that ask for another table."""
+    parser.add_argument(
+        "--ablation",
+        action="store_true",
+        help=f"instead of presets: {_BASE}, and {_BASE} with one part taken away at a time",
+    )
+    parser.add_argument(
+        "--growth",
+        action="store_true",
+        help="instead of errors: how the cost of a frame grows with measured points and views",
+    )
+    parser.add_argument(
+        "--annotation",
+        action="store_true",
+        help="instead of tracking: clicks are simulated from the reference, and the body is fitted "
+        "to them",
+    )
 
 
 def _add_choice(parser: ArgumentParser) -> None:

@@ -57,9 +57,15 @@ def add_arguments(parser: ArgumentParser) -> None:
         metavar="REFERENCE",
         help="file to write: .csv (as reference.csv) or .npz (with covariances)",
     )
-    parser.add_argument("--no-depth", action="store_true", help="fit to the clicks alone")
     add_frames(parser)
     add_views(parser)
+    _add_choice(parser)
+    add_json(parser)
+
+
+def _add_choice(parser: ArgumentParser) -> None:
+    """Arguments that say how the fit is made."""
+    parser.add_argument("--no-depth", action="store_true", help="fit to the clicks alone")
     parser.add_argument(
         "--gap",
         action="append",
@@ -88,7 +94,6 @@ def add_arguments(parser: ArgumentParser) -> None:
         dest="changes",
         help="change one parameter of the fit; may be given several times",
     )
-    add_json(parser)
 
 
 def run(args: Namespace) -> int:

@@ -13,6 +13,7 @@ from stereotrack_core.annotation.fit.state import FitState, Freedom
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.skeleton import HEAD
 
 _UNEVEN = 0.3
 """Part of the usual speed by which a step differs from what the speed says."""
@@ -41,6 +42,7 @@ class Movement:
         kept = np.ones(self.size)
         kept[freedom.of_offsets] = _kept(fps, settings.shift_time)
         kept[freedom.of_slips] = _kept(fps, settings.surface_time)
+        kept[freedom.of_slips][:6] = _kept(fps, settings.trunk_time)
         kept[n:] = _kept(fps, settings.speed_time)
         self.F = np.diag(kept)
         self.F[np.arange(of_pose), n + np.arange(of_pose)] = 1.0
@@ -133,10 +135,12 @@ def shift_sigmas(freedom: Freedom, settings: FitSettings) -> FloatArray:
     shifts = np.where(
         freedom.shifts_joint, settings.sigma_joint_shift, settings.sigma_landmark_shift
     )
+    shifts[freedom.parts == HEAD] = settings.sigma_head_shift
     slips = np.tile(
         np.repeat([settings.sigma_surface_shift, np.radians(settings.sigma_surface_turn)], 3),
         len(LIMBS) if freedom.with_depth else 0,
     )
+    slips[:3] = settings.sigma_trunk_shift
     return np.concatenate([np.repeat(shifts, 3), slips])
 
 

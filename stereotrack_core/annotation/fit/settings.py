@@ -47,6 +47,14 @@ class FitSettings(ParameterGroup):
         minimum=0.0001,
         maximum=0.2,
     )
+    sigma_head_shift: float = parameter(
+        0.02,
+        "The same for landmarks of the head, which people mean differently.",
+        group=_BODY,
+        unit="m",
+        minimum=0.0001,
+        maximum=0.2,
+    )
     shift_time: float = parameter(
         2.0,
         "Time over which such shifts stay alike.",
@@ -59,7 +67,7 @@ class FitSettings(ParameterGroup):
         0.25, "Usual speed of the body.", group=_MOVEMENT, unit="m/s", minimum=0.001, maximum=20.0
     )
     speed_rotation: float = parameter(
-        50.0,
+        120.0,
         "Usual rotation of the torso.",
         group=_MOVEMENT,
         unit="deg/s",
@@ -100,7 +108,7 @@ class FitSettings(ParameterGroup):
     )
     sigma_surface_shift: float = parameter(
         0.012,
-        "How far a limb's measured surface is off as a whole.",
+        "How far a limb's measured surface is off as a whole; the trunk has its own value.",
         group=_DEPTH,
         unit="m",
         minimum=0.0001,
@@ -122,6 +130,22 @@ class FitSettings(ParameterGroup):
         minimum=0.01,
         maximum=1000.0,
     )
+    sigma_trunk_shift: float = parameter(
+        0.025,
+        "How far the trunk's measured surface is off as a whole.",
+        group=_DEPTH,
+        unit="m",
+        minimum=0.0001,
+        maximum=0.2,
+    )
+    trunk_time: float = parameter(
+        20.0,
+        "Time over which the trunk's shifts and turns stay alike.",
+        group=_DEPTH,
+        unit="s",
+        minimum=0.01,
+        maximum=1000.0,
+    )
     depth_points: int = parameter(
         1000,
         "Measured points of a frame that look for the body.",
@@ -130,7 +154,7 @@ class FitSettings(ParameterGroup):
         maximum=20000,
     )
     depth_effective: float = parameter(
-        70.0,
+        60.0,
         "Independent measurements among them.",
         group=_DEPTH,
         minimum=1.0,
@@ -138,11 +162,11 @@ class FitSettings(ParameterGroup):
     )
     use_outlines: bool = parameter(
         True,
-        "Hold the arms' outlines to the edges of the person, where the views know them.",
+        "Hold the body's outlines to the edges of the person, where the views know them.",
         group=_DEPTH,
     )
     outline_effective: float = parameter(
-        60.0,
+        52.0,
         "Independent measurements in all outlines of a frame.",
         group=_DEPTH,
         minimum=1.0,

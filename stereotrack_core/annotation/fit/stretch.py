@@ -21,9 +21,9 @@ from stereotrack_core.annotation.fit.smoother import smooth
 from stereotrack_core.annotation.fit.start import without_twists
 from stereotrack_core.annotation.fit.state import FitState, Freedom, slipped
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose
-from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.filtering.linearisation import Information
 from stereotrack_core.tracking.data_to_model import SurfaceResidual, Trust, surface_residual
@@ -38,6 +38,9 @@ are known."""
 
 _WIDE_ROUNDS = 2
 """Rounds in which measured points are let in from far."""
+
+_LEGS_LOOSER = 3.0
+"""Factor on the standard deviation of points of the legs."""
 
 _STEP_LIMIT = 0.5
 """Radians and metres by which one round may move a number of the error state."""
@@ -178,17 +181,15 @@ class Stretch:
         p = self._limits
         scale = p.robust_wide if i < _WIDE_ROUNDS else p.robust_narrow
         trust = Trust(p.reach, scale, p.sigma_measurement, self.settings.depth_effective)
-        return SlippingSurface(surface_residual(points, body, off, trust), self.freedom, off)
+        row = _with_loose_legs(surface_residual(points, body, off, trust))
+        return SlippingSurface(row, self.freedom, off)
 
     def outlines(
         self, depth: MeasuredDepth, body: BodyModel, pose: Pose, off: PartFrames
     ) -> list[SlippingSurface]:
-        """Measure the arms' outlines against the edges of the person.
-
-        Those of the trunk bend as no cone does, and turned the shoulders by degrees.
-        """
+        """Measure the body's outlines against the edges of the person."""
         seen = OutlineObservation(depth.edges(), self._outlines).residuals(body, pose)
-        return [SlippingSurface(_of_arms(row), self.freedom, off) for row in seen]
+        return [SlippingSurface(row, self.freedom, off) for row in seen]
 
     def judge(
         self, clicks: Clicks, state: FitState, P: FloatArray, old: Judgement, i: int
@@ -206,9 +207,10 @@ class Stretch:
         return judged(residual, spread, sigma, old.weight, s.mistake_share, s.mistake_spread)
 
 
-def _of_arms(row: SurfaceResidual) -> SurfaceResidual:
-    kept = np.isin(row.part, (*UPPER_ARMS, *FOREARMS))
-    return SurfaceResidual(*(getattr(row, one.name)[kept] for one in dataclasses.fields(row)))
+def _with_loose_legs(row: SurfaceResidual) -> SurfaceResidual:
+    """Legs are there to take their data; their cones are too rough to say where the hips are."""
+    loose = np.where(row.part < len(LIMBS), 1.0, _LEGS_LOOSER**2)
+    return dataclasses.replace(row, variance=row.variance * loose)
 
 
 def _all_right(clicks: Clicks) -> Judgement:
