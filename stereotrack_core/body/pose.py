@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.body.pose_kernels import chain, turn_towards
 from stereotrack_core.body.skeleton import (
     HEAD,
     LEFT_UPPER_ARM,
@@ -16,6 +17,8 @@ from stereotrack_core.body.skeleton import (
     TORSO,
     Skeleton,
 )
+
+_PARENTS = np.array(PARENTS, dtype=np.int64)
 
 HANGING = np.diag([1.0, -1.0, -1.0])
 """Rotation of an arm or leg at zero angles: its z axis is the torso's -z."""
@@ -71,16 +74,12 @@ class PartFrames:
 
 def part_frames(skeleton: Skeleton, pose: Pose) -> PartFrames:
     """Forward kinematics (section 2.5): chain the transforms from the torso outwards."""
-    rotations = np.empty_like(pose.rotations)
-    origins = np.empty(pose.rotations.shape[:-1])
-    rotations[..., TORSO, :, :] = pose.torso
-    origins[..., TORSO, :] = pose.position
-    for part in range(1, len(PARTS)):
-        parent = PARENTS[part]
-        world_from_parent = rotations[..., parent, :, :]
-        rotations[..., part, :, :] = world_from_parent @ pose.rotations[..., part, :, :]
-        origins[..., part, :] = origins[..., parent, :] + world_from_parent @ skeleton.joints[part]
-    return PartFrames(rotations, origins)
+    shape = pose.rotations.shape
+    turns = np.ascontiguousarray(pose.rotations).reshape(-1, *shape[-3:])
+    position = np.ascontiguousarray(np.broadcast_to(pose.position, (*shape[:-3], 3)))
+    rotations, origins = np.empty_like(turns), np.empty(turns.shape[:-1])
+    chain(turns, position.reshape(-1, 3), skeleton.joints, _PARENTS, rotations, origins)
+    return PartFrames(rotations.reshape(shape), origins.reshape(shape[:-1]))
 
 
 def hanging_pose(position: FloatArray, torso: FloatArray | None = None) -> Pose:
@@ -134,17 +133,10 @@ def rotation_towards(rotation: FloatArray, direction: FloatArray) -> FloatArray:
     -------
     (..., 3, 3) float64
     """
-    local = np.einsum("...ji,...j->...i", rotation, direction)
-    local = local / np.linalg.norm(local, axis=-1, keepdims=True)
-    x, y, z = local[..., 0], local[..., 1], local[..., 2]
-    aside = x * x + y * y
-    opposite = (z < 0) & (aside < 1e-24)
-    # 1 / (1 + z), without cancellation where z is nearly -1
-    c = np.where(z < 0, (1.0 - z) / np.maximum(aside, 1e-24), 1.0 / (1.0 + np.maximum(z, 0.0)))
-    turn = np.empty((*np.broadcast_shapes(x.shape), 3, 3))
-    turn[..., 0, 0], turn[..., 0, 1], turn[..., 0, 2] = 1 - c * x * x, -c * x * y, x
-    turn[..., 1, 0], turn[..., 1, 1], turn[..., 1, 2] = -c * x * y, 1 - c * y * y, y
-    turn[..., 2, 0], turn[..., 2, 1], turn[..., 2, 2] = -x, -y, z
-    turn[opposite] = HANGING
-    result: FloatArray = rotation @ turn
-    return result
+    lead = np.broadcast_shapes(rotation.shape[:-2], direction.shape[:-1])
+    stack = np.ascontiguousarray(np.broadcast_to(rotation, (*lead, 3, 3))).reshape(-1, 3, 3)
+    along = np.ascontiguousarray(np.broadcast_to(direction, (*lead, 3))).reshape(-1, 3)
+    result = np.empty_like(stack)
+    if len(stack):
+        turn_towards(stack, along, result)
+    return result.reshape(*lead, 3, 3)

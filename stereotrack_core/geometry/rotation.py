@@ -34,8 +34,17 @@ def rotation_from_vector(vector: FloatArray) -> FloatArray:
 def vector_from_rotation(rotation: FloatArray) -> FloatArray:
     """Rotation vector (..., 3) in radians of rotation matrices (..., 3, 3); angle in [0, pi]."""
     matrices = np.asarray(rotation, dtype=np.float64)
-    flat = matrices.reshape(-1, 3, 3)
-    vectors: FloatArray = Rotation.from_matrix(flat).as_rotvec()
+    off = np.swapaxes(matrices, -1, -2)
+    axis = 0.5 * (matrices - off)[..., [2, 0, 1], [1, 2, 0]]
+    sine = np.sqrt(np.einsum("...i,...i->...", axis, axis))
+    cosine = 0.5 * (np.einsum("...ii->...", matrices) - 1.0)
+    if np.all(cosine > -0.5):
+        small = sine < 1e-6
+        factor = np.where(small, 1.0, np.arctan2(sine, cosine) / np.where(small, 1.0, sine))
+        result: FloatArray = factor[..., None] * axis
+        return result
+    # Near half a turn the axis is in the symmetric part.
+    vectors: FloatArray = Rotation.from_matrix(matrices.reshape(-1, 3, 3)).as_rotvec()
     return vectors.reshape(*matrices.shape[:-2], 3)
 
 

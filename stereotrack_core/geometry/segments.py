@@ -17,12 +17,11 @@ def segment_distance(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray)
     uu, vv, uv = _dot(u, u), _dot(v, v), _dot(u, v)
     uw, vw = _dot(u, w), _dot(v, w)
     determinant = uu * vv - uv * uv
-    s = np.clip((uv * vw - uw * vv) / np.where(determinant > 1e-15, determinant, np.inf), 0, 1)
-    t = (uv * s + vw) / np.where(vv > 0, vv, np.inf)
-    inside = np.clip(t, 0.0, 1.0)
-    moved = np.clip((uv * inside - uw) / np.where(uu > 0, uu, np.inf), 0.0, 1.0)
-    s = np.where((t == inside) & (vv > 0), s, moved)
-    apart = w + s[..., None] * u - inside[..., None] * v
+    crossing = determinant > 1e-12 * uu * vv
+    s = np.clip((uv * vw - uw * vv) / np.where(crossing, determinant, np.inf), 0.0, 1.0)
+    t = np.clip((uv * s + vw) / np.where(vv > 0, vv, np.inf), 0.0, 1.0)
+    s = np.clip((uv * t - uw) / np.where(uu > 0, uu, np.inf), 0.0, 1.0)
+    apart = w + s[..., None] * u - t[..., None] * v
     result: FloatArray = np.sqrt(_dot(apart, apart))
     return result
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -13,6 +13,7 @@ ends = hnp.arrays(np.float64, (4, 3), elements=st.floats(-2, 2))
 
 
 @given(ends)
+@example(np.array([[1.0, 0, 0], [0, 0, 0], [0, 1.2e-38, 0], [0, 0, 0]]))
 def test_distance_is_the_least_of_all_pairs_of_points(corners):
     a, b, c, d = corners
     share = np.linspace(0, 1, 201)

@@ -14,7 +14,7 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import PartFrames, Pose
-from stereotrack_core.body.skeleton import FOREARMS, HEAD, TORSO, UPPER_ARMS
+from stereotrack_core.body.skeleton import FOREARMS, HEAD, PARTS, TORSO, UPPER_ARMS
 from stereotrack_core.body.surface import Feet, cone_table, parts_of_cones
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.data_to_model import SurfaceResidual, Trust, residual_of_feet
@@ -24,6 +24,9 @@ from stereotrack_core.tracking.outlines.parameters import OutlineTrust
 
 MEASURED_PARTS = (TORSO, HEAD, *UPPER_ARMS, *FOREARMS)
 """Legs are left to the cloud: their cones are too rough to be measured at the edge."""
+
+_MEASURED = np.isin(np.arange(len(PARTS)), MEASURED_PARTS)
+_LIMB = np.isin(np.arange(len(PARTS)), (*UPPER_ARMS, *FOREARMS))
 
 _ALONG = np.array([0.1, 0.3, 0.5, 0.7, 0.9])
 """Places along a cone where its outline is measured; 0 is the base."""
@@ -55,8 +58,7 @@ def outlines_of(
 ) -> Outlines:
     """Measure the outlines of one pose against the edges of all views."""
     table = cone_table(placed_cones(body, frames))
-    measured = np.isin(body.cones.part, MEASURED_PARTS)
-    limb = np.isin(body.cones.part, (*UPPER_ARMS, *FOREARMS))
+    measured, limb = _MEASURED[body.cones.part], _LIMB[body.cones.part]
     room = 2 * len(_ALONG) * len(table)
     found = []
     for edge in edges:
