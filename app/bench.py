@@ -7,6 +7,7 @@ import json
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -74,12 +75,8 @@ def measure(recording: Path, frames: int, workspace: str, clicks: int = 0) -> di
         for frame in range(count + 1):
             window.document.go_to(frame)
             _until(lambda frame=frame: _painted(window) == {frame})
-        computing = time.thread_time()
-        times = _steps(window, count)
-        computing = 1000.0 * (time.thread_time() - computing) / max(len(times), 1)
-        clicking = time.thread_time()
-        clicked = _clicks(window, count) if clicks else []
-        clicking = 1000.0 * (time.thread_time() - clicking) / max(len(clicked), 1)
+        times, computing = _with_computing(_steps, window, count)
+        clicked, clicking = _with_computing(_clicks, window, count) if clicks else ([], 0.0)
         cameras = window.document.recording.cameras if window.document.recording else {}
         sizes = sorted({f"{camera.width}x{camera.height}" for camera in cameras.values()})
         views = len(window.grid.tiles)
@@ -97,6 +94,15 @@ def measure(recording: Path, frames: int, workspace: str, clicks: int = 0) -> di
         "platform": app.platformName(),
         **(_click_times(clicked, clicking, clicks) if clicked else {}),
     }
+
+
+def _with_computing(
+    steps: Callable[[Any, int], list[float]], window: Any, count: int
+) -> tuple[list[float], float]:
+    """Times of all steps, and the mean time that the window's thread has computed, milliseconds."""
+    begun = time.thread_time()
+    times = steps(window, count)
+    return times, 1000.0 * (time.thread_time() - begun) / max(len(times), 1)
 
 
 def _project(recording: Path, folder: Path, clicks: int) -> Path:
