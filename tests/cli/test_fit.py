@@ -102,3 +102,16 @@ def test_what_is_wrong_is_said_in_one_sentence(run, recording, clicks, tmp_path)
         assert ended.status == 2
         assert "Traceback" not in ended.err
     assert not output.exists()
+
+
+def test_the_benchmark_fits_simulated_clicks(run, recording):
+    ended = run("benchmark", recording, "--annotation", "--frames", "0:6", "--json")
+    assert ended.status == 0
+    rows = ended.json
+    assert len(rows) == 5
+    assert {row["frames"] for row in rows} == {6}
+    assert rows[0]["upper_arms"] < 15
+    assert rows[0]["clicks"] > rows[1]["clicks"] > rows[2]["clicks"]
+    ended = run("benchmark", recording, "--annotation", "--ablation")
+    assert ended.status == 2
+    assert "table of its own" in ended.err

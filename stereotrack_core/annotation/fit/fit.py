@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from stereotrack_core.annotation.fit.context import FitContext
+from stereotrack_core.annotation.fit.depth import MeasuredDepth
 from stereotrack_core.annotation.fit.live import fitted_frame
 from stereotrack_core.annotation.fit.measurement import ClickMeasurement
 from stereotrack_core.annotation.fit.results import FrameFit, TrajectoryFit
@@ -63,7 +64,7 @@ class ClickFit:
         self,
         measurements: Sequence[ClickMeasurement],
         *,
-        cloud: Cloud | None = None,
+        cloud: Cloud | MeasuredDepth | None = None,
         start: Pose | None = None,
     ) -> FrameFit:
         """Fit one frame; what the clicks do not decide, the usual pose does.
@@ -72,8 +73,9 @@ class ClickFit:
         ----------
         measurements : sequence of ClickMeasurement
             May be few, or none.
-        cloud : Cloud, optional
-            Measured points of the frame; used where the settings say so.
+        cloud : Cloud or MeasuredDepth, optional
+            Measured points of the frame; used where the settings say so. Fitting one frame again
+            and again, :func:`measured_depth` need be called only once.
         start : Pose, optional
             A pose nearby, such as that of the frame before. It is then what is expected.
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from stereotrack_core.annotation.fit.context import FitContext
+from stereotrack_core.annotation.fit.depth import MeasuredDepth
 from stereotrack_core.annotation.fit.measurement import ClickMeasurement
 from stereotrack_core.annotation.fit.movement import pose_sigmas
 from stereotrack_core.annotation.fit.report import (
@@ -42,7 +43,7 @@ _LARGEST = 25.0
 def fitted_frame(
     context: FitContext,
     measurements: Sequence[ClickMeasurement],
-    cloud: Cloud | None,
+    cloud: Cloud | MeasuredDepth | None,
     start: Pose | None,
 ) -> FrameFit:
     """Fit one frame; see :meth:`ClickFit.frame`."""
