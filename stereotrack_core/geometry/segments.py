@@ -10,8 +10,21 @@ from stereotrack_core.arrays import FloatArray
 def segment_distance(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> FloatArray:
     """Least distances (...) between the segments a to b and c to d, all (..., 3).
 
+    Segments may be points; NaN where one is NaN.
+    """
+    s, t = nearest_on_segments(a, b, c, d)
+    apart = a + s[..., None] * (b - a) - c - t[..., None] * (d - c)
+    result: FloatArray = np.sqrt(_dot(apart, apart))
+    return result
+
+
+def nearest_on_segments(
+    a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Shares (...), 0 to 1, from a to b and from c to d where two segments are nearest.
+
     The feet are found on the lines, then moved into the segments one after the other (Ericson,
-    Real-Time Collision Detection, section 5.1.9). Segments may be points; NaN where one is NaN.
+    Real-Time Collision Detection, section 5.1.9).
     """
     u, v, w = b - a, d - c, a - c
     uu, vv, uv = _dot(u, u), _dot(v, v), _dot(u, v)
@@ -21,9 +34,7 @@ def segment_distance(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray)
     s = np.clip((uv * vw - uw * vv) / np.where(crossing, determinant, np.inf), 0.0, 1.0)
     t = np.clip((uv * s + vw) / np.where(vv > 0, vv, np.inf), 0.0, 1.0)
     s = np.clip((uv * t - uw) / np.where(uu > 0, uu, np.inf), 0.0, 1.0)
-    apart = w + s[..., None] * u - t[..., None] * v
-    result: FloatArray = np.sqrt(_dot(apart, apart))
-    return result
+    return s, t
 
 
 def _dot(a: FloatArray, b: FloatArray) -> FloatArray:

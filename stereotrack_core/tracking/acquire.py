@@ -119,7 +119,7 @@ class SeekingTracker(ManifoldTracker):
     ) -> None:
         self._made_from = (body, parameters, cameras, fps, seed)
         self.volume: Volume | None = None
-        self._arms = FreeArmSearch(body, parameters.search)
+        self._arms = FreeArmSearch(body, parameters.search, parameters.arms_apart)
         super().__init__(body, parameters, cameras, fps, seed)
 
     def start(self, pose: Pose) -> None:

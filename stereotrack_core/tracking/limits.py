@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from stereotrack_core.body.skeleton import (
     TORSO,
 )
 from stereotrack_core.body.surface import nearest_on_surface
+from stereotrack_core.tracking.arms_apart import ApartResidual, arms_apart
 from stereotrack_core.tracking.parameters import TrackingParameters
 
 _REST_SIGMA = {
@@ -111,15 +113,18 @@ class ClearanceResidual:
         return result
 
 
+Limit: TypeAlias = DirectionResidual | ClearanceResidual | ApartResidual
+
+
 def limit_residuals(
     body: BodyModel, pose: Pose, parameters: TrackingParameters, joints: tuple[int, ...]
-) -> tuple[DirectionResidual | ClearanceResidual, ...]:
+) -> tuple[Limit, ...]:
     """Rows for the limits that a pose violates, and for limbs that should rest."""
-    rows: list[DirectionResidual | ClearanceResidual] = [
-        _resting(part) for part in joints if part in _REST_SIGMA
-    ]
+    rows: list[Limit] = [_resting(part) for part in joints if part in _REST_SIGMA]
     rows += _folded_elbows(pose, np.radians(parameters.least_elbow_angle))
     rows += _collisions(body, pose, parameters.clearance)
+    if parameters.arms_apart > 0.0:
+        rows += arms_apart(body, body.frames(pose), parameters.arms_apart)
     return tuple(rows)
 
 

@@ -81,7 +81,7 @@ class ManifoldTracker:
         self._weights = scaled_weights(len(self.Q), p.ut_alpha, p.ut_beta, p.ut_kappa)
         self._columns = columns_of(self.joints)
         self._seed = seed
-        self._search = ArmSearch(body, parameters.search)
+        self._search = ArmSearch(body, parameters.search, parameters.arms_apart)
         self._sensors = sensors_for(parameters)
         self.start(t_pose(np.zeros(3)))
 

@@ -190,6 +190,16 @@ class TrackingParameters(ParameterGroup):
         maximum=0.5,
         thesis=0.15,
     )
+    arms_apart: float = parameter(
+        0.045,
+        "Least distance of the two forearms' axes from each other; an upper arm and the other"
+        " forearm, which are thicker, keep twice that. 0: arms may go through each other.",
+        group=_LIMITS,
+        unit="m",
+        minimum=0.0,
+        maximum=0.2,
+        thesis=0.0,
+    )
     least_elbow_angle: float = parameter(
         30.0,
         "Least angle between upper arm and forearm.",

@@ -24,6 +24,7 @@ _CHANGES: Mapping[str, Mapping[str, Value]] = MappingProxyType(
                 "sampling": "random",
                 "model_points": 64,
                 "clearance": 0.15,
+                "arms_apart": 0.0,
                 "legs": False,
                 "fit_shape": False,
                 "search_arms": False,

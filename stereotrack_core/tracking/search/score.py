@@ -12,12 +12,16 @@ from stereotrack_core.body.pose import PartFrames
 from stereotrack_core.body.skeleton import TORSO
 from stereotrack_core.depth.cloud import Cloud, ViewDepth
 from stereotrack_core.geometry.rotation import angle_between
+from stereotrack_core.geometry.segments import segment_distance
 from stereotrack_core.tracking.search.arms import LEFT, Arms, ArmShape
 from stereotrack_core.tracking.search.kernels import count_sight
 from stereotrack_core.tracking.search.parameters import SearchParameters
 
 _ALONG = np.linspace(0.0, 3.0, 11)[2:]
 """Nine places along the arm: 0 shoulder, 1 elbow, 2 wrist, 3 finger tip."""
+
+_UPPER, _FORE = (0, 1), (1, 3)
+"""First and last node of an upper arm, and of a forearm with its hand."""
 
 _UNKNOWN = np.zeros((0, 0), dtype=np.bool_)
 
@@ -123,3 +127,23 @@ def change_cost(predicted: Arms, arms: Arms) -> FloatArray:
     fore = np.degrees(angle_between(arms.fore, predicted.fore)) / 40.0
     result: FloatArray = 2.0 * (np.log1p(upper**2) + np.log1p(fore**2))
     return result
+
+
+def crossing_cost(left: FloatArray, right: FloatArray, least: float) -> FloatArray:
+    """Cost (K, L) of pairs of arms that go through each other.
+
+    Parameters
+    ----------
+    left, right : (K, 4, 3) and (L, 4, 3) float64, torso's frame
+        Nodes of arms, see :meth:`ArmShape.nodes`.
+    least : float, metres
+        Least distance of the forearms' axes, see :mod:`arms_apart`; 0: none.
+    """
+    total: FloatArray = np.zeros((len(left), len(right)))
+    if least <= 0.0:
+        return total
+    one, two = left[:, None], right[None]
+    for (a, b), (c, d), room in ((_FORE, _FORE, 1.0), (_UPPER, _FORE, 2.0), (_FORE, _UPPER, 2.0)):
+        apart = segment_distance(one[..., a, :], one[..., b, :], two[..., c, :], two[..., d, :])
+        total += 3.0 * np.clip((room * least - apart) / 0.03, 0.0, 2.0)
+    return total

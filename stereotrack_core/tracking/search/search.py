@@ -34,6 +34,7 @@ from stereotrack_core.tracking.search.score import (
     Scene,
     anatomy_cost,
     change_cost,
+    crossing_cost,
     sight_cost,
 )
 
@@ -76,11 +77,16 @@ class ArmSearch:
     ----------
     body : BodyModel
     parameters : SearchParameters
+    arms_apart : float, metres
+        Least distance of the forearms' axes; 0: arms may go through each other.
     """
 
-    def __init__(self, body: BodyModel, parameters: SearchParameters) -> None:
+    def __init__(
+        self, body: BodyModel, parameters: SearchParameters, arms_apart: float = 0.0
+    ) -> None:
         self.body = body
         self.parameters = parameters
+        self._apart = arms_apart
         self.shapes = (arm_shape(body, LEFT), arm_shape(body, RIGHT))
         self._likeness = Likeness(parameters.picture_sigma, parameters.picture_unknown)
         self._of_arm = [np.isin(body.cones.part, [UPPER_ARMS[s], FOREARMS[s]]) for s in (0, 1)]
@@ -133,17 +139,17 @@ class ArmSearch:
     def cost(self, evidence: Evidence, predicted: Pose, pose: Pose) -> float:
         """Cost of one pose by the same measure, with the body where `pose` has it."""
         frames, before = self.body.frames(pose), self.body.frames(predicted)
-        total, nearest = 0.0, evidence.body_distance
-        for shape in self.shapes:
-            arm = arm_of_pose(frames, shape.side)
+        arms = [arm_of_pose(frames, side) for side in (LEFT, RIGHT)]
+        total, nearest = float(self._crossing(*arms)[0, 0]), evidence.body_distance
+        for shape, arm in zip(self.shapes, arms, strict=True):
             total += self._own_cost(evidence, shape, arm, arm_of_pose(before, shape.side))[0]
             nearest = np.minimum(nearest, self._distances(evidence, shape, arm)[0])
         squared = nearest**2
         total += evidence.weight * np.sum(squared / (squared + _SQUARED_SCALE))
         if not evidence.pictures:
             return float(total)
-        arms = [self._drawn(evidence, frames, chosen) for chosen in self._of_arm]
-        return float(total + self._unlike(evidence, pose, *arms))
+        drawn = [self._drawn(evidence, frames, chosen) for chosen in self._of_arm]
+        return float(total + self._unlike(evidence, pose, *drawn))
 
     def _drawn(
         self, evidence: Evidence, frames: PartFrames, chosen: BoolArray
@@ -199,6 +205,7 @@ class ArmSearch:
         pair_sums(evidence.body_distance, left_distance, right_distance, _SQUARED_SCALE, cost)
         cost *= evidence.weight
         cost += left_own[:, None] + right_own
+        cost += self._crossing(left, right)
         cost += self._unlike_pairs(evidence, pose, left, right)
         best = np.argsort(cost, axis=None, kind="stable")[: self.parameters.search_refined]
         result = []
@@ -221,6 +228,10 @@ class ArmSearch:
             drawn.append([self._drawn(evidence, each, self._of_arm[side]) for each in frames])
         costs = [[self._unlike(evidence, pose, a, b, rest) for b in drawn[1]] for a in drawn[0]]
         return np.array(costs)
+
+    def _crossing(self, left: Arms, right: Arms) -> FloatArray:
+        nodes = self.shapes[LEFT].nodes(left), self.shapes[RIGHT].nodes(right)
+        return crossing_cost(*nodes, self._apart)
 
     def _own_cost(
         self, evidence: Evidence, shape: ArmShape, arms: Arms, expected: Arms

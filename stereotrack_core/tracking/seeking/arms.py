@@ -35,8 +35,10 @@ _ANYWHERE = np.radians(90.0)
 class FreeArmSearch(ArmSearch):
     """A search whose best places differ, and for which change costs nothing."""
 
-    def __init__(self, body: BodyModel, parameters: SearchParameters) -> None:
-        super().__init__(body, dataclasses.replace(parameters, search_refined=_PAIRS))
+    def __init__(
+        self, body: BodyModel, parameters: SearchParameters, arms_apart: float = 0.0
+    ) -> None:
+        super().__init__(body, dataclasses.replace(parameters, search_refined=_PAIRS), arms_apart)
 
     def _own_cost(
         self, evidence: Evidence, shape: ArmShape, arms: Arms, expected: Arms
