@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Slot
 
+from app.presenters.runs import RunEntry
 from app.views.picture import PictureKind
 
 if TYPE_CHECKING:
@@ -31,6 +33,13 @@ class AnnotationWork(QObject):
         window.spaces.changed.connect(self._on_workspace)
         window.document.count_changed.connect(panels.set_frame_count)
         window.document.frame_changed.connect(panels.set_frame)
+        window.runs.active_changed.connect(self._on_run)
+        window.runs.changed.connect(self._on_run)
+        window.track.state_changed.connect(self._on_run)
+        window.track.finished.connect(self._on_run)
+        window.body_panel.with_depth.toggled.connect(self._on_depth)
+        self._run: tuple[RunEntry, int] | None = None
+        self._on_depth(window.body_panel.with_depth.isChecked())
 
     @Slot()
     def _on_project(self) -> None:
@@ -38,6 +47,25 @@ class AnnotationWork(QObject):
         if project is not self._w.annotation.project:
             self._w.annotation.set_project(project, document.recording, document.frame_count)
             self._w.annotation.set_frame(document.frame)
+            self._run = None
+            self._on_run()
+
+    @Slot()
+    def _on_run(self, _what: object = None) -> None:
+        """Let Next look at where the active run disagrees; one that still grows is not told."""
+        panels, entry = self._w.annotation, self._w.runs.active
+        finished = entry is not None and entry is not self._w.track.entry and bool(entry.frames)
+        known = (entry, len(entry.frames)) if entry is not None and finished else None
+        if known != self._run:
+            self._run = known
+            panels.next.set_run(known[0].trajectory() if known is not None else None)
+            panels.predicting.set_run(known[0] if known is not None else None)
+
+    @Slot(bool)
+    def _on_depth(self, wanted: bool) -> None:
+        """The fit of the whole recording takes measured points where the live fit does."""
+        reference = self._w.annotation.reference
+        reference.settings = dataclasses.replace(reference.settings, use_depth=wanted)
 
     @Slot()
     def _on_workspace(self) -> None:
