@@ -8,10 +8,15 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, Slot
 
 from app.presenters.runs import RunEntry
+from app.presenters.truth import Against
 from app.views.picture import PictureKind
+from stereotrack_core.annotation.reference import Reference
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 if TYPE_CHECKING:
     from app.main_window import MainWindow
+
+_AGAINST = "errors_against"
 
 
 class AnnotationWork(QObject):
@@ -38,7 +43,10 @@ class AnnotationWork(QObject):
         window.track.state_changed.connect(self._on_run)
         window.track.finished.connect(self._on_run)
         window.body_panel.with_depth.toggled.connect(self._on_depth)
+        window.judging.truth_changed.connect(self._draw_reference)
         self._run: tuple[RunEntry, int] | None = None
+        self._reference: Reference | None = None
+        self._trajectory: LandmarkTrajectory | None = None
         self._on_depth(window.body_panel.with_depth.isChecked())
 
     @Slot()
@@ -49,6 +57,9 @@ class AnnotationWork(QObject):
             self._w.annotation.set_frame(document.frame)
             self._run = None
             self._on_run()
+            stored = project.view_settings.get(_AGAINST) if project is not None else None
+            wanted: Against | None = "project" if stored == "project" else None
+            self._w.judging.judge_against(wanted)
 
     @Slot()
     def _on_run(self, _what: object = None) -> None:
@@ -71,6 +82,7 @@ class AnnotationWork(QObject):
     def _on_workspace(self) -> None:
         """Lanes of landmarks belong to annotating; elsewhere those of the runs need the room."""
         self._w.annotation.set_shown(self._w.annotate.active)
+        self._draw_reference()
 
     @Slot(int)
     def _go_to(self, frame: int) -> None:
@@ -95,10 +107,33 @@ class AnnotationWork(QObject):
 
     @Slot()
     def _on_reference(self) -> None:
-        """Draw the project's reference where it has one."""
+        """Errors can be measured against the project's reference, where it has one."""
         now = self._w.annotation.reference.now
-        self._w.instant.reference = now.reference.trajectory() if now is not None else None
-        self._w.instant.tell_soon()
+        reference = now.reference if now is not None else None
+        if reference is not self._reference:
+            self._reference = reference
+            name = now.name if now is not None else ""
+            self._trajectory = reference.trajectory() if reference is not None else None
+            self._w.judging.set_project_reference(name, reference)
+        self._draw_reference()
+
+    @Slot()
+    def _draw_reference(self) -> None:
+        """Draw the project's reference while annotating; else what errors are measured against."""
+        truth = self._w.judging.truth
+        recorded = truth is not None and truth.against == "recording"
+        drawn = self._trajectory if self._w.annotate.active or not recorded else None
+        if drawn is not self._w.instant.reference:
+            self._w.instant.reference = drawn
+            self._w.instant.tell_soon()
+
+    def judge_against(self, against: Against) -> None:
+        """Measure errors of runs against another reference, and keep that with the project."""
+        project = self._w.annotation.project
+        if project is not None and not project.read_only:
+            project.view_settings.set(_AGAINST, against)
+        self._w.judging.judge_against(against)
+        self._w.refresh_soon()
 
     @Slot(str)
     def _say(self, words: str) -> None:

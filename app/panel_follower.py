@@ -15,8 +15,8 @@ from app.presenters.live_fit import ShownFit
 from app.presenters.pictures import Instant, pictures_of
 from app.presenters.runs import RunEntry
 from app.presenters.scene import PointColour, scene_of
-from app.presenters.status import number_rows, status_words
 from app.presenters.stated_errors import heading_words, score_words
+from app.presenters.status import number_rows, status_words
 from app.theme import current_theme
 from app.views.error_plot import ErrorPlot
 from app.views.runs_panel import RunRow
