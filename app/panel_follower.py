@@ -11,11 +11,11 @@ from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Slot
 from app.presenters.certainty import ellipsoids_of
 from app.presenters.comparison import compared
 from app.presenters.curves import curves_of, lanes_of
-from app.presenters.judgement import Judgement
 from app.presenters.live_fit import ShownFit
 from app.presenters.pictures import Instant, pictures_of
 from app.presenters.runs import RunEntry
 from app.presenters.scene import PointColour, scene_of
+from app.presenters.stated_errors import heading_words, score_words
 from app.presenters.status import number_rows, status_words
 from app.theme import current_theme
 from app.views.error_plot import ErrorPlot
@@ -173,10 +173,11 @@ class PanelFollower(QObject):
         judgement = w.judging.of(w.runs.active)
         if judgement is not None:
             self._make_plot(judgement.words)
+            w.plot.set_heading(*heading_words(judgement))
         w.plot_stack.setCurrentWidget(w.plot if w.judging.all() else w.no_curves)
         w.plot.set_curves(curves_of(w.runs, w.judging.all(), w.document.frame_count))
         segments = recording.segments if recording is not None else ()
-        reference = recording.reference if recording is not None else None
+        reference = w.judging.truth.trajectory if w.judging.truth is not None else None
         w.timeline.set_lanes(lanes_of(judgement, w.document.frame_count, segments, reference))
         w.timeline.set_hint(self._hint())
         w.runs_panel.show_rows([self._row(entry) for entry in w.runs.entries])
@@ -216,7 +217,7 @@ class PanelFollower(QObject):
             visible=entry.visible,
             active=entry is w.runs.active,
             frames=frames,
-            score=score_words(judgement),
+            score=score_words(judgement, short=True),
             hint=f"Preset {entry.preset or 'unknown'}, {origin}{speed}. F2 renames it.",
         )
 
@@ -252,6 +253,8 @@ class PanelFollower(QObject):
         w, instant = self._w, self._w.instant.told
         if instant is None or not w.scene.is_seen():
             return
+        if w.annotate.annotating.repeat() is not None:  # nobody shall see what is known already
+            instant = dataclasses.replace(instant, reference=None, meshes=())
         entry = w.runs.active
         tracked = entry.at(instant.frame_set.index) if entry is not None else None
         ellipsoids: tuple[Ellipsoid, ...] = ()
@@ -365,16 +368,3 @@ class PanelFollower(QObject):
         self._w.statusBar().showMessage(
             f"{entry.name}: {len(entry.frames)} frames tracked. {words}".strip(), 8000
         )
-
-
-def score_words(judgement: Judgement | None) -> str:
-    """Median over frames and arm segments, or how uncertain the tracker is where no truth is."""
-    if judgement is None:
-        return ""
-    arms = [values for limb, values in judgement.limbs.items() if "arm" in limb]
-    values = np.concatenate(arms) if arms else np.empty(0)
-    values = values[np.isfinite(values)]
-    if not len(values):
-        return ""
-    sign = "" if judgement.measure == "error" else "± "
-    return f"{sign}{np.median(values):.1f}°"

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QInputDialog
 
 from app.actions import ActionBook, Command
 from app.annotating.panels import AnnotationPanels
+from app.annotating.prediction_commands import prediction_commands
 from app.presenters.blind_repeats import USUAL_SHARE
 from app.presenters.selection import (
     Selection,
@@ -21,9 +22,6 @@ from app.presenters.selection import (
     unflag_frames,
     unmark_gap,
 )
-from stereotrack_core.annotation.prefill import FOLLOWING
-from stereotrack_core.errors import InputError
-from stereotrack_core.project import prefilling
 from stereotrack_core.project.edit import Edit
 from stereotrack_core.project.project import Project
 
@@ -33,7 +31,9 @@ _TRUST = f"{_MENU}/&Trust"
 _FILE = "&File"
 
 _IN_THE_MENU = (
-    *("annotate-interpolate", "annotate-follow", "annotate-accept", ""),
+    *("annotate-interpolate", "annotate-follow", "annotate-fill-fit", "annotate-fill-run"),
+    *("annotate-fill-neighbours", "", "annotate-accept", "annotate-accept-fit"),
+    *("annotate-accept-run", "annotate-accept-neighbours", ""),
     *("annotate-clear", "annotate-gap", "annotate-no-gap", ""),
     *("annotate-flag", "annotate-unflag", ""),
     *("annotate-keyframes", "annotate-done", "annotate-not-done", "annotate-no-keyframes", ""),
@@ -128,22 +128,13 @@ def _selection(p: AnnotationPanels) -> list[Command]:
             f"annotate-{name}", _SELECTION, text, tip, run, icon=icon, why_not=lambda: _no_edit(p)
         )
 
-    def not_followed() -> str:
-        return "Clicks are being followed already." if p.following else _no_edit(p)
-
     return [
         Command(
             "annotate-interpolate", _SELECTION, "Interpolate", "Fill in the selected frames "
             "between clicked ones by the body's joints; never over a gap.",
             lambda: p.reference.fit(p.selection().frames), icon="fit", why_not=p.reference.why_not,
         ),
-        Command(
-            "annotate-follow", _SELECTION, "Follow the patch", "Follow the image around clicks "
-            "over the selected frames; what is found is proposed, not clicked.",
-            p.follow, icon="prediction", why_not=not_followed,
-        ),
-        command("accept", "Accept what was followed", "Make clicks of what following has found in "
-                "the selection; no click of yours changes.", accept_followed, "accept"),
+        *prediction_commands(p.predicting, _SELECTION),
         command("clear", "Clear clicks", "Take the clicks of the selected frames and landmarks "
                 "away; that can be undone.", clear_clicks, "delete"),
         command("gap", "Mark as gap", "Let nothing be interpolated over the selected frames.",
@@ -155,23 +146,6 @@ def _selection(p: AnnotationPanels) -> list[Command]:
         command("unflag", "Take flags away", "Take the flags of the selection away.",
                 unflag_frames),
     ]  # fmt: skip
-
-
-def accept_followed(project: Project, chosen: Selection) -> Edit:
-    """Let what following has found in the selection be clicks.
-
-    Raises
-    ------
-    InputError
-        Where it has found nothing there.
-    """
-    wanted = prefilling.Selection(FOLLOWING, chosen.frames, landmarks=chosen.landmarks)
-    edit = prefilling.accept_selected(project, wanted)
-    if edit is None:
-        raise InputError(
-            f"nothing was followed into {chosen.words()}", remedy="Follow the patch first."
-        )
-    return edit
 
 
 def _keyframes(p: AnnotationPanels) -> list[Command]:

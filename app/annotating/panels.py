@@ -9,15 +9,15 @@ from PySide6.QtWidgets import QWidget
 
 from app.annotating.dialogs import AnnotationDialogs
 from app.annotating.edits import EditWork
+from app.annotating.predicting import PredictionWork
 from app.failures import Message, message_of
 from app.presenters.annotation_lanes import AnnotationLanes
 from app.presenters.blind_repeats import BlindRepeats
-from app.presenters.following import FollowedSelection, follow_selection
 from app.presenters.history import HistoryPresenter
 from app.presenters.next_clicks import NextPresenter, Ranking
 from app.presenters.reference_work import ReferenceWork, ShownReference
 from app.presenters.selection import Selection, selection_of
-from app.tasks.task import Task, TaskList
+from app.tasks.task import TaskList
 from app.views.annotation_bar import AnnotationBar
 from app.views.history_panel import HistoryPanel
 from app.views.lane_filter import KINDS, LaneFilter
@@ -93,9 +93,9 @@ class AnnotationPanels(QObject):
         self.next = NextPresenter(self)
         self.reference = ReferenceWork(tasks, self)
         self.edits = EditWork(tasks, self)
+        self.predicting = PredictionWork(self)
         self.dialogs = AnnotationDialogs(self)
         self._back_to: int | None = None
-        self._following: Task | None = None
         self._forget: Callable[[], None] | None = None
         self._soon = QTimer(self, singleShot=True, interval=_DELAY_MS)
         self._soon.timeout.connect(self._show_numbers)
@@ -125,6 +125,8 @@ class AnnotationPanels(QObject):
         self.reference.residuals_changed.connect(self._on_residuals)
         self.reference.busy_changed.connect(self.changed)
         self.repeat_bar.finish_requested.connect(self.finish_repeat)
+        self.predicting.found.connect(self._on_predicted)
+        self.predicting.busy_changed.connect(self.changed)
         self.edits.said.connect(self.said)
         self.edits.message.connect(self.message)
         for source in (self.history, self.next, self.reference):
@@ -140,8 +142,7 @@ class AnnotationPanels(QObject):
             self._forget()
             self._forget = None
         self.dialogs.close_all()
-        if self._following is not None:
-            self._following.cancel()
+        self.predicting.cancel()
         self.project = project if recording is not None else None
         self.recording, self.frame_count = recording, frame_count
         self._back_to = None
@@ -339,35 +340,10 @@ class AnnotationPanels(QObject):
         else:
             self.next_panel.show_ranking(ranking.suggestions, ranking.sign, colours)
 
-    @property
-    def following(self) -> bool:
-        """Whether clicks are being followed."""
-        return self._following is not None
-
-    def follow(self) -> None:
-        """Follow the patches around clicks over the selection."""
-        project, recording, selection = self.project, self.recording, self.selection()
-        if project is None or recording is None or self._following is not None:
-            return
-
-        def work(task: Task) -> FollowedSelection:
-            return follow_selection(
-                project, recording, selection, task.report, task.token.cancelled
-            )
-
-        self._following = self.tasks.begin("following clicks", work, self._on_followed)
-        self._following.ended.connect(self._on_following_ended)
-        self.changed.emit()
-
-    @Slot(object)
-    def _on_followed(self, found: FollowedSelection) -> None:
-        self.said.emit(found.words)
+    @Slot(str)
+    def _on_predicted(self, words: str) -> None:
+        self.said.emit(words)
         self.repeat_changed.emit()
-
-    @Slot()
-    def _on_following_ended(self) -> None:
-        self._following = None
-        self.changed.emit()
 
     # ---- blind repeats
 

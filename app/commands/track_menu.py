@@ -6,7 +6,8 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from app.actions import Command
-from app.commands.reasons import no_depth, no_run, running
+from app.commands.reasons import no_depth, no_recording, no_run, running
+from app.presenters.truth import Against
 from app.track_control import FIRST_POSES
 
 if TYPE_CHECKING:
@@ -87,4 +88,34 @@ def commands(w: MainWindow) -> list[Command]:
                 "This run is in progress; end it first." if w.runs.active is w.track.entry else ""
             ),
         ),
+        *_against(w),
+    ]  # fmt: skip
+
+
+def _against(w: MainWindow) -> list[Command]:
+    """What errors of runs are measured against."""
+
+    def why_not(against: Against) -> str:
+        if no_recording(w) or w.judging.has(against):
+            return no_recording(w)
+        if against == "recording":
+            return "This recording has no reference of its own."
+        return "Fit the whole recording first."
+
+    def measured(against: Against) -> bool:
+        return w.judging.truth is not None and w.judging.truth.against == against
+
+    rows: tuple[tuple[Against, str, str], ...] = (
+        ("recording", "The recording's reference", "Measure errors of runs against the reference "
+         "that came with the recording."),
+        ("project", "The project's reference", "Measure errors of runs against the trajectory "
+         "fitted to the clicks, and state how good that is."),
+    )  # fmt: skip
+    return [
+        Command(
+            f"errors_against_{against}", f"{_MENU}/Errors against", text, tip,
+            partial(w.annotation_work.judge_against, against), icon="reference",
+            why_not=partial(why_not, against), checked=partial(measured, against),
+        )
+        for against, text, tip in rows
     ]  # fmt: skip

@@ -10,6 +10,7 @@ import numpy as np
 from app.limb_colours import limb_words
 from app.presenters.judgement import MEASURED_LIMBS, Judgement
 from app.presenters.runs import RunEntry
+from app.presenters.truth import measure_of, with_quality
 from stereotrack_core.arrays import FloatArray, IntArray
 
 LOST_DEG = 45.0
@@ -74,7 +75,8 @@ def _words(judgement: Judgement, frames: IntArray, *, selected: bool, several: b
     if several:
         where = f"that all runs have{' in the selection' if selected else ''}"
     count = f"{len(frames)} frame{'' if len(frames) == 1 else 's'}"
-    return f"Median {judgement.words} over {count} {where}."
+    against = f", against {judgement.truth.words}" if judgement.truth is not None else ""
+    return f"Median {judgement.words} over {count} {where}{against}."
 
 
 def _rows(
@@ -82,8 +84,13 @@ def _rows(
 ) -> tuple[tuple[str, str, tuple[float, ...]], ...]:
     inside = [np.isin(judgement.frame, frames) for judgement in judgements]
     pairs = list(zip(judgements, inside, strict=True))
+    quality = judgements[0].quality_over(frames)
     rows = [
-        (limb, f"{limb_words(limb)} [°]", tuple(_median(j.limbs[limb][k]) for j, k in pairs))
+        (
+            limb,
+            with_quality(f"{limb_words(limb)} [°]", quality.get(measure_of(limb))),
+            tuple(_median(j.limbs[limb][k]) for j, k in pairs),
+        )
         for limb in MEASURED_LIMBS
     ]
     if all(judgement.errors is not None for judgement in judgements):

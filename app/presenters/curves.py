@@ -9,6 +9,7 @@ import numpy as np
 from app.limb_colours import EXTRA_COLOURS, LIMB_COLOURS, limb_words
 from app.presenters.judgement import LOST_SHARE, MEASURED_LIMBS, Judgement
 from app.presenters.runs import RunList
+from app.presenters.truth import measure_of, with_quality
 from app.views.error_curves import Curve
 from app.views.timeline_lanes import Lane, Span
 from stereotrack_core.arrays import FloatArray, IntArray
@@ -72,7 +73,8 @@ def lanes_of(
         return tuple(lanes)
     for limb in MEASURED_LIMBS:
         values = _spread(judgement, judgement.limbs[limb], count)
-        lanes.append(Lane(limb_words(limb), LIMB_COLOURS[limb], "heat", values, FULL_DEG, "°"))
+        unit = with_quality("°", judgement.quality.get(measure_of(limb)))
+        lanes.append(Lane(limb_words(limb), LIMB_COLOURS[limb], "heat", values, FULL_DEG, unit))
     coverage = _spread(judgement, 100.0 * judgement.coverage, count)
     colour = EXTRA_COLOURS["unexplained %"]
     lanes.append(Lane("unexplained", colour, "heat", coverage, 60.0, "% of the cloud"))

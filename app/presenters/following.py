@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from app.presenters.counting import counted
+from app.presenters.prefilling import keep_found
 from app.presenters.selection import Selection
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
@@ -17,7 +18,6 @@ from stereotrack_core.annotation.follow_click import FollowedClick, pictures_of
 from stereotrack_core.annotation.prefill import FOLLOWING, from_following
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.project.click_sigma import measured_sigmas
-from stereotrack_core.project.prefilling import keep_predictions
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
@@ -100,17 +100,9 @@ def _followed(reader: FrameReader, way: _Way, cancelled: Callable[[], bool]) -> 
 
 
 def _keep(project: Project, found: list[FollowedClick], selection: Selection) -> int:
-    """Keep the places inside the selection; those of other landmarks stay as they are."""
+    """Keep the places inside the selection."""
     sigma = measured_sigmas(project, USUAL_SIGMA)
-    here = [one for one in from_following(found, sigma=sigma) if one.frame in selection.frames]
-    others = [
-        one
-        for one in project.predictions.of_source(FOLLOWING)
-        if one.frame in selection.frames and not selection.has(one.landmark)
-    ]
-    said = project.clicks.keys()
-    keep_predictions(project, FOLLOWING, [*here, *others], frames=selection.frames)
-    return sum(one.key not in said for one in here)
+    return keep_found(project, FOLLOWING, from_following(found, sigma=sigma), selection)
 
 
 def _ways(project: Project, camera: str, selection: Selection) -> Iterator[_Way]:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal, TypeAlias
 
 import numpy as np
 
 from app.presenters.runs import RunEntry
+from app.presenters.truth import Truth
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.errors import LimbErrors, errors_against
@@ -50,6 +52,8 @@ class Judgement:
     errors : LimbErrors or None
     lost : mapping from limb to (F,) float64
         Probability that the limb is lost, as the tracker itself says; NaN where not known.
+    truth : Truth or None
+        What errors are measured against.
     """
 
     measure: Measure
@@ -59,14 +63,26 @@ class Judgement:
     coverage: FloatArray
     errors: LimbErrors | None
     lost: Mapping[str, FloatArray] = field(default_factory=dict)
+    truth: Truth | None = None
 
     @property
     def words(self) -> str:
         """Name of the measure for axes and titles."""
         return "angular error" if self.measure == "error" else "standard deviation"
 
+    @cached_property
+    def quality(self) -> Mapping[str, float]:
+        """How good the reference is over all frames of the run that it knows, by measure."""
+        return self.quality_over(self.frame)
 
-def judged(entry: RunEntry, reference: LandmarkTrajectory | None) -> Judgement:
+    def quality_over(self, frames: IntArray) -> Mapping[str, float]:
+        """How good the reference is over some frames; empty where it does not say."""
+        if self.truth is None or self.errors is None:
+            return {}
+        return self.truth.quality(np.intersect1d(frames, self.errors.frame))
+
+
+def judged(entry: RunEntry, truth: Truth | None) -> Judgement:
     """Judge a run by the reference, or by its own signs where there is none."""
     numbers = entry.numbers()
     frames = list(entry.ordered())
@@ -74,9 +90,9 @@ def judged(entry: RunEntry, reference: LandmarkTrajectory | None) -> Judgement:
     coverage = np.array([frame.coverage for frame in frames], dtype=np.float64)
     chances = np.array([frame.limb_lost for frame in frames]).reshape(len(frames), len(LIMBS))
     lost = {limb: chances[:, LIMBS.index(limb)] for limb in MEASURED_LIMBS}
-    if reference is not None and np.isin(numbers, reference.frame).any():
-        limbs, errors = _errors(entry, numbers, reference)
-        return Judgement("error", numbers, limbs, tracked, coverage, errors, lost)
+    if truth is not None and np.isin(numbers, truth.trajectory.frame).any():
+        limbs, errors = _errors(entry, numbers, truth.trajectory)
+        return Judgement("error", numbers, limbs, tracked, coverage, errors, lost, truth)
     sigma = np.array([frame.limb_sigma_deg for frame in frames]).reshape(len(frames), len(LIMBS))
     limbs = {limb: sigma[:, LIMBS.index(limb)] for limb in MEASURED_LIMBS}
     return Judgement("sigma", numbers, limbs, tracked, coverage, None, lost)

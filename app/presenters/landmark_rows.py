@@ -8,15 +8,19 @@ from math import isfinite, sqrt
 import numpy as np
 
 from app.limb_colours import limb_words
+from app.presenters.live_fit import ShownFit
 from app.presenters.marks import FrameMarks, predictions_in
 from app.views.landmark_rows import BodyRow, CellState, LandmarkRow
 from stereotrack_core.annotation.click import UNCERTAIN, Click, Visibility
+from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
 from stereotrack_core.annotation.fit.results import MISTAKEN
 from stereotrack_core.body.limbs import LIMBS
 
 _KEYS = 9
 _MOST_WORDS = 2
 _UNSURE_DEG = 10.0
+_MISFIT = 8.0
+"""Usual sigmas that the clicks are off in the median from which the fit is called wrong."""
 
 
 def landmark_rows(facts: FrameMarks, cameras: Sequence[str]) -> tuple[LandmarkRow, ...]:
@@ -78,13 +82,22 @@ def length_rows(facts: FrameMarks) -> tuple[BodyRow, ...]:
 def fit_words(facts: FrameMarks) -> tuple[str, ...]:
     """What the fit says, the most important first; or what it waits for."""
     if facts.fit is not None:
-        said = facts.fit.fit.words
+        said = (*_misfit(facts.fit), *facts.fit.fit.words)
         more = len(said) - _MOST_WORDS
         return (*said[:_MOST_WORDS], f"and {more} more") if more > 0 else said
     positions = sum(click.position is not None for click in facts.clicks)
     if positions:
         return ("The body is fitted from three clicks on.",)
     return ("Click landmarks: keys 1 to 9 choose which one.",)
+
+
+def _misfit(fit: ShownFit) -> tuple[str, ...]:
+    """Say so where the body as a whole is not where the clicks are."""
+    away = [float(np.linalg.norm(residual)) for residual in fit.residuals.values()]
+    median = float(np.median(away)) if away else 0.0
+    if not median > _MISFIT * USUAL_SIGMA:
+        return ()
+    return (f"The body does not fit these clicks: {median:.0f} px off in the median.",)
 
 
 def _certainty(sigma: float) -> str:

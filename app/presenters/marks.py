@@ -62,9 +62,12 @@ def marks_of(facts: FrameMarks, cameras: Iterable[Camera]) -> dict[str, ClickMar
 def predictions_in(facts: FrameMarks, camera: str) -> tuple[Prediction, ...]:
     """The best prediction of every landmark in a camera's image, clicked or not.
 
-    From the clicks in other views where there are two or more; else what the project keeps.
+    From the clicks in other views where there are two or more; else the most certain one that the
+    project keeps.
     """
-    found = {one.landmark: one for one in facts.predictions if one.camera == camera}
+    kept = [one for one in facts.predictions if one.camera == camera]
+    kept.sort(key=lambda one: np.inf if one.sigma is None else one.sigma, reverse=True)
+    found = {one.landmark: one for one in kept}
     points = facts.hints.points if facts.hints is not None else {}
     for name, point in points.items():
         if camera in point.pixel:

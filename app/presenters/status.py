@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from app.limb_colours import limb_words
@@ -9,6 +11,7 @@ from app.presenters.document import DocumentPresenter
 from app.presenters.judgement import Judgement, doubts
 from app.presenters.runs import RunList
 from app.presenters.tracking import TrackPresenter
+from app.presenters.truth import TORSO_POSITION, measure_of, with_quality
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.tracking.frame import TrackedFrame
 
@@ -90,13 +93,15 @@ def number_rows(
         return []
     rows = []
     place = _place(judgement, tracked.frame)
+    quality = _quality(judgement, tracked.frame)
     unsure = {doubt.limb: doubt for doubt in doubts(tracked)}
     for index, limb in enumerate(LIMBS):
         sigma = tracked.limb_sigma_deg[index]
         value = f"± {sigma:.1f}°" if sigma == sigma else "not known"
         error = _error(judgement, limb, place)
         if error is not None:
-            value = f"{error:.1f}°  ({value})"
+            stated = with_quality(f"{error:.1f}°", quality.get(measure_of(limb)))
+            value = f"{stated}  ({value})"
         chance = tracked.limb_lost[index]
         if chance == chance:
             value += f", lost {100.0 * chance:.0f} %"
@@ -114,7 +119,8 @@ def _frame_rows(
         errors = judgement.errors
         at = {int(k): i for i, k in enumerate(errors.frame)}.get(tracked.frame)
         if at is not None:
-            value = f"{1000.0 * errors.torso_position[at]:.0f} mm"
+            good = _quality(judgement, tracked.frame).get(TORSO_POSITION)
+            value = with_quality(f"{1000.0 * errors.torso_position[at]:.0f} mm", good, digits=0)
             rows.append(
                 (
                     "torso",
@@ -153,6 +159,11 @@ def _frame_rows(
 def _stages(tracked: TrackedFrame) -> str:
     stages = [f"{name} {1000.0 * value:.0f} ms" for name, value in tracked.seconds.items()]
     return "Stages: " + ", ".join(stages) + ". Stages of successive frames overlap."
+
+
+def _quality(judgement: Judgement | None, frame: int) -> Mapping[str, float]:
+    """How good the reference is in one frame."""
+    return judgement.quality_over(np.array([frame])) if judgement is not None else {}
 
 
 def _place(judgement: Judgement | None, frame: int) -> int | None:

@@ -268,13 +268,9 @@ def _paint_residuals(
 
 def _paint_model(painter: QPainter, marks: ClickMarks, to_widget: QTransform) -> None:
     """Outline of the fitted model: dashed, so that it differs from a run's."""
-    painter.save()
-    painter.setTransform(to_widget, True)
     painter.setBrush(Qt.BrushStyle.NoBrush)
     for limb, path in marks.model:
+        line = to_widget.map(path)
         for colour, width in ((QColor(0, 0, 0, 130), 2.8), (QColor(LIMB_COLOURS[limb]), 1.5)):
-            pen = QPen(colour, width, Qt.PenStyle.DashLine, Qt.PenCapStyle.FlatCap)
-            pen.setCosmetic(True)
-            painter.setPen(pen)
-            painter.drawPath(path)
-    painter.restore()
+            painter.setPen(QPen(colour, width, Qt.PenStyle.DashLine, Qt.PenCapStyle.FlatCap))
+            painter.drawPath(line)

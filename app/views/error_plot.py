@@ -48,6 +48,7 @@ class ErrorPlot(QWidget):
     ) -> None:
         super().__init__(parent)
         self._unit = unit
+        self._headings = title, ""
         self._curves: tuple[Curve, ...] = ()
         self._items: list[pg.PlotCurveItem] = []
         self._frame = 0
@@ -105,6 +106,19 @@ class ErrorPlot(QWidget):
         """Curves of limbs that are not switched off."""
         hidden = self._legend.hidden_limbs
         return tuple(curve for curve in self._curves if curve.limb not in hidden)
+
+    def set_heading(self, words: str, brief: str = "", tip: str = "") -> None:
+        """Say what is shown; `brief` is what stands there where `words` have no room."""
+        if (words, brief, tip) != (*self._headings, self._heading.toolTip()):
+            self._headings = words, brief
+            self._heading.setToolTip(tip)
+            self.setAccessibleDescription(f"{words}. {tip} {_HELP}")
+            self._fit_heading()
+
+    @property
+    def heading(self) -> str:
+        """What is said over the curves; empty where there is no room for it."""
+        return "" if self._heading.isHidden() else self._heading.text()
 
     def set_range(self, frame_count: int) -> None:
         """Let the axis be that of a recording of `frame_count` frames."""
@@ -275,8 +289,13 @@ class ErrorPlot(QWidget):
 
     def _fit_heading(self) -> None:
         # the switches come first; where they leave no room the axis has to do
-        wanted = self._heading.sizeHint().width() + self._legend.wanted_width + 24
-        self._heading.setVisible(wanted <= self.width())
+        room = self.width() - self._legend.wanted_width - 24
+        for words in self._headings:
+            self._heading.setText(words)
+            fits = bool(words) and self._heading.sizeHint().width() <= room
+            self._heading.setVisible(fits)
+            if fits:
+                return
 
     def changeEvent(self, event: QEvent) -> None:
         if event.type() == QEvent.Type.PaletteChange:

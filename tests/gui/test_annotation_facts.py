@@ -143,7 +143,10 @@ def test_the_fit_says_everything_the_panels_need(recording):
     assert rows["head"].distance
     assert next(row.limb for row in limb_rows(facts)) == "torso"
     assert all(math.isfinite(float(row.value.strip("± °"))) for row in limb_rows(facts))
-    assert fit_words(facts)
+    assert "does not fit" not in fit_words(facts)[0]
+    wrong = {key: np.array([90.0, 20.0]) for key in fit.residuals}
+    off = replace(facts, fit=replace(fit, residuals=wrong))
+    assert fit_words(off)[0].startswith("The body does not fit these clicks: 92 px")
     marks = marks_of(facts, [recording.cameras[N]])[N]
     (end,) = [r.end for r in marks.residuals if r.start == far.position]
     assert end == pytest.approx(tuple(recording.cameras[N].project(fit.places[far.landmark])))

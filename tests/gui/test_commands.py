@@ -89,16 +89,21 @@ def silent_dialogs(monkeypatch, tmp_path):
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *a, **k: ("", ""))
 
 
+NEED_CLICKS = {"annotate-accept", "annotate-fit", "annotate-follow", "annotate-interpolate"}
+"""Commands that say in a message what has to be clicked first."""
+
+
+NOT_HERE = {"quit", "demo", "close", "projects_beside"}
+"""Commands that would end the test, or leave something beside the recording of others."""
+
+
 def trigger_everything(window, qtbot, besides=()):
     """Trigger every command that can be done, and close what opens."""
     done = []
     for command in window.actions_book.commands:
         action = window.actions_book.action(command.id)
         window.actions_book.refresh()
-        if (
-            command.id in {"quit", "demo", "close", "annotate-accept", *besides}
-            or not action.isEnabled()
-        ):
+        if command.id in {*NOT_HERE, *NEED_CLICKS, *besides} or not action.isEnabled():
             continue
         action.trigger()
         QApplication.processEvents()

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
+from threadpoolctl import ThreadpoolController
+
 from stereotrack_core.annotation.fit.context import FitContext
 from stereotrack_core.annotation.fit.depth import MeasuredDepth
 from stereotrack_core.annotation.fit.live import fitted_frame
@@ -59,6 +61,8 @@ class ClickFit:
             fps,
             views or {},
         )
+        # Matrices of 60 to 110 columns lose much by a second thread on a busy machine.
+        self._blas = ThreadpoolController()
 
     def frame(
         self,
@@ -84,7 +88,8 @@ class ClickFit:
         KeyError
             For a camera that is not known.
         """
-        return fitted_frame(self._context, measurements, cloud, start)
+        with self._blas.limit(limits=1, user_api="blas"):
+            return fitted_frame(self._context, measurements, cloud, start)
 
     def trajectory(
         self,
@@ -117,6 +122,7 @@ class ClickFit:
         Cancelled
             When stopped.
         """
-        return fitted_trajectory(
-            self._context, measurements_by_frame, frames, clouds, gaps, on_frame, cancelled
-        )
+        with self._blas.limit(limits=1, user_api="blas"):
+            return fitted_trajectory(
+                self._context, measurements_by_frame, frames, clouds, gaps, on_frame, cancelled
+            )

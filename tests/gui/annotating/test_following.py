@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from app.annotating.commands import accept_followed
+from app.annotating.predicting import accept_from
 from app.presenters.following import follow_selection
 from app.presenters.selection import Selection
 from stereotrack_core.annotation.click import Click
@@ -19,6 +19,10 @@ from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.writing import write_png, write_recording_description
 
 FRAMES, STEP = 12, 3
+
+
+def accept_followed(project, selection):
+    return accept_from(project, selection, "following", FOLLOWING)
 
 
 def never() -> bool:

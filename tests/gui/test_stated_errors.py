@@ -1,0 +1,178 @@
+"""Errors of a run against the recording's or the project's reference, and how good that is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.presenters.comparison import compared
+from app.presenters.curves import lanes_of
+from app.presenters.judgement import judged
+from app.presenters.runs import RunEntry, entry_of_run
+from app.presenters.stated_errors import heading_words, score_words
+from app.presenters.status import number_rows
+from app.presenters.truth import project_truth, recorded_truth
+from app.views.error_plot import ErrorPlot
+from stereotrack_core.annotation.reference import Reference
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.evaluation.reference_quality import reference_quality
+from stereotrack_core.project.entries import Choose
+from stereotrack_core.project.references import save_reference
+from stereotrack_core.project.schema import REFERENCE
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.tracking.pipeline import track
+from stereotrack_core.tracking.presets import preset
+
+FRAMES = 8
+
+
+def stating(trajectory: LandmarkTrajectory, shift=0.0, sigma=None) -> Reference:
+    """A reference beside a trajectory that says how good it is, frame by frame."""
+    count = len(trajectory.frame)
+    angles = np.full((count, 6), 2.0) if sigma is None else sigma
+    covariance = np.tile(1e-4 * np.eye(3), (count, 9, 1, 1))
+    return Reference(trajectory.frame, trajectory.points + shift, covariance, angles)
+
+
+@pytest.fixture(scope="module")
+def tracked(small_recording, tmp_path_factory):
+    """The recording, and a run of it read from a file."""
+    recording = open_recording(small_recording)
+    return recording, track(recording, preset("fast"), preset="fast")
+
+
+@pytest.fixture
+def entry(tracked, tmp_path) -> RunEntry:
+    return entry_of_run(tracked[1], tmp_path / "run.npz")
+
+
+def test_every_number_says_how_good_the_reference_is_there(tracked, entry):
+    sigma = np.full((FRAMES, 6), 2.0)
+    sigma[3] = 7.0
+    sigma[5, LIMBS.index("left_forearm")] = np.nan
+    reference = stating(tracked[0].reference, sigma=sigma)
+    found = judged(entry, project_truth("mine", reference))
+    values = {label: value for _, label, value, _ in number_rows(entry.at(3), found)}
+    assert "°, reference good to 7.0  (±" in values["left forearm"]
+    assert values["torso position"].endswith("mm, reference good to 17")
+    values = {label: value for _, label, value, _ in number_rows(entry.at(5), found)}
+    assert "reference" not in values["left forearm"], "it does not say there"
+    assert "reference good to 2.0" in values["torso"]
+    whole = reference_quality(reference, np.arange(FRAMES))
+    shown = compared((entry,), entry, {id(entry): found}, None)
+    assert shown.words.endswith("of the run, against the project's reference “mine”.")
+    assert (
+        shown.rows[1][1] == f"left upper arm [°], reference good to {whole['left_upper_arm']:.1f}"
+    )
+    part = compared((entry,), entry, {id(entry): found}, range(3, 4))
+    assert part.rows[1][1] == "left upper arm [°], reference good to 7.0"
+    lane = lanes_of(found, FRAMES, (), None)[0]
+    assert lane.value_text(1).endswith(f"°, reference good to {whole['torso_long']:.1f}")
+    arms = [
+        whole[f"{side}_{part}"] for side in ("left", "right") for part in ("forearm", "upper_arm")
+    ]
+    good = np.sqrt(np.mean(np.square(arms)))
+    assert score_words(found).endswith(f"°, reference good to {good:.1f}")
+    assert heading_words(found)[0] == f"angular error, reference good to {good:.1f}° (arms)"
+
+
+def test_a_reference_that_does_not_say_how_good_it_is_leaves_the_error_alone(tracked, entry):
+    for truth in (
+        recorded_truth(tracked[0].reference),
+        project_truth("bare", Reference(tracked[0].reference.frame, tracked[0].reference.points)),
+    ):
+        found = judged(entry, truth)
+        assert found.measure == "error"
+        assert "good to" not in score_words(found)
+        assert not any("good to" in row[2] for row in number_rows(entry.at(3), found))
+        assert heading_words(found)[2].endswith("which does not say how good it is.")
+    assert judged(entry, None).quality == {}
+
+
+@pytest.mark.window
+def test_the_heading_is_short_where_there_is_no_room(qtbot):
+    plot = ErrorPlot(title="angular error")
+    qtbot.addWidget(plot)
+    plot.set_heading("angular error, reference good to 2.3° (arms)", "good to 2.3°", "Against it.")
+    plot.resize(1200, 200)
+    with qtbot.waitExposed(plot):
+        plot.show()
+    assert plot.heading == "angular error, reference good to 2.3° (arms)"
+    plot.resize(plot.legend.wanted_width + 160, 200)
+    qtbot.waitUntil(lambda: plot.heading == "good to 2.3°", timeout=2_000)
+
+
+def trigger(window, qtbot, name):
+    window.actions_book.refresh()
+    action = window.actions_book.action(name)
+    assert action.isEnabled(), action.statusTip()
+    action.trigger()
+    qtbot.waitUntil(window.settled, timeout=60_000)
+
+
+def labels(window):
+    table = window.comparison.table
+    return [table.item(row, 0).text() for row in range(table.rowCount())]
+
+
+@pytest.mark.window
+def test_the_person_chooses_what_errors_are_measured_against(annotating, qtbot, entry):
+    window, project = annotating, annotating.project.project
+    window.runs.add(entry)
+    qtbot.waitUntil(window.settled, timeout=60_000)
+    recorded = window.document.recording.reference
+    command = window.actions_book.command
+    assert command("errors_against_project").why_not() == "Fit the whole recording first."
+    assert command("errors_against_recording").checked()
+    assert "torso [°]" in labels(window)
+    by_recording = window.judging.of(entry).limbs["left_forearm"]
+    turned = stating(recorded)
+    points = turned.points.copy()
+    points[:, 4] += (0.0, 0.0, 0.1)
+    project.apply(save_reference("by hand", replace(turned, points=points)))
+    project.apply(Choose(REFERENCE.name, "by hand"))
+    qtbot.waitUntil(lambda: window.judging.has("project"), timeout=30_000)
+    qtbot.waitUntil(window.settled, timeout=60_000)
+    assert command("errors_against_recording").checked(), "what came with the recording goes first"
+    trigger(window, qtbot, "errors_against_project")
+    assert command("errors_against_project").checked()
+    assert "torso [°], reference good to 2.0" in labels(window)
+    assert "against the project's reference “by hand”" in window.comparison.words.text()
+    assert "reference good to 2.0" in window.numbers.copied_text()
+    assert window.plot._heading.toolTip().startswith("Against the project's reference “by hand”")
+    assert window.runs_panel.tree.topLevelItem(0).text(2).endswith("good to 2.0")
+    limbs = window.judging.of(entry).limbs
+    moved = {limb for limb, values in limbs.items() if not np.allclose(
+        values, judged(entry, recorded_truth(recorded)).limbs[limb], equal_nan=True
+    )}  # fmt: skip
+    assert moved, "another reference gives other errors"
+    trigger(window, qtbot, "errors_against_recording")
+    np.testing.assert_array_equal(window.judging.of(entry).limbs["left_forearm"], by_recording)
+    trigger(window, qtbot, "errors_against_project")
+    folder = window.document.recording.folder
+    trigger(window, qtbot, "close")
+    window.files.open(folder)
+    qtbot.waitUntil(lambda: window.judging.has("project"), timeout=60_000)
+    qtbot.waitUntil(window.settled, timeout=60_000)
+    assert window.judging.truth.against == "project", "it is kept with the project"
+
+
+@pytest.mark.window
+def test_views_draw_what_errors_are_measured_against_but_the_project_s_while_annotating(
+    annotating, qtbot
+):
+    window, project = annotating, annotating.project.project
+    recorded = window.document.recording.reference
+    project.apply(save_reference("by hand", stating(recorded, shift=0.1)))
+    project.apply(Choose(REFERENCE.name, "by hand"))
+    qtbot.waitUntil(lambda: window.judging.has("project"), timeout=30_000)
+    qtbot.waitUntil(window.settled, timeout=60_000)
+    np.testing.assert_allclose(window.instant.told.reference, recorded.points[0] + 0.1)
+    window.show_workspace_named("track")
+    qtbot.waitUntil(window.settled, timeout=60_000)
+    np.testing.assert_allclose(window.instant.told.reference, recorded.points[0])
+    trigger(window, qtbot, "errors_against_project")
+    np.testing.assert_allclose(window.instant.told.reference, recorded.points[0] + 0.1)
