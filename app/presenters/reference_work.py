@@ -18,6 +18,7 @@ from app.presenters.fitting import (
     merged_reference,
     residuals_of,
 )
+from app.presenters.truth import arms_good_to
 from app.tasks.helper_process import HelperProcess
 from app.tasks.task import Task, TaskList
 from stereotrack_core.annotation.fit.results import TrajectoryFit
@@ -25,6 +26,7 @@ from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.reference_quality import reference_quality
 from stereotrack_core.project.accept import AcceptPredictions
 from stereotrack_core.project.click_edits import (
     DeleteClicks,
@@ -275,7 +277,9 @@ def read_reference(
     clicks = project.clicks.all()
     fit = fit_of_reference(reference, project.landmark_set(), clicks, recording.cameras)
     if fit is None:
-        words = f"“{name}”: {len(reference.frame)} frames; it does not say how good it is."
+        good = arms_good_to(reference_quality(reference, reference.frame))
+        says = f"arms good to {good:.1f}°" if good == good else "it does not say how good it is"
+        words = f"“{name}”: {len(reference.frame)} frames; {says}."
         return ShownReference(name, reference, None, None, words)
     residuals = np.full((frames, len(LIMBS)), np.nan)
     inside = fit.frame < frames

@@ -89,7 +89,10 @@ def silent_dialogs(monkeypatch, tmp_path):
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *a, **k: ("", ""))
 
 
-NEED_CLICKS = {"annotate-accept", "annotate-fit", "annotate-follow", "annotate-interpolate"}
+NEED_CLICKS = {
+    *("annotate-fit", "annotate-follow", "annotate-interpolate", "annotate-accept"),
+    *("annotate-accept-fit", "annotate-accept-run", "annotate-accept-neighbours"),
+}
 """Commands that say in a message what has to be clicked first."""
 
 

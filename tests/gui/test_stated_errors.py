@@ -136,6 +136,7 @@ def test_the_person_chooses_what_errors_are_measured_against(annotating, qtbot, 
     project.apply(Choose(REFERENCE.name, "by hand"))
     qtbot.waitUntil(lambda: window.judging.has("project"), timeout=30_000)
     qtbot.waitUntil(window.settled, timeout=60_000)
+    assert window.annotation.reference.words() == "“by hand”: 8 frames; arms good to 2.0°."
     assert command("errors_against_recording").checked(), "what came with the recording goes first"
     trigger(window, qtbot, "errors_against_project")
     assert command("errors_against_project").checked()
