@@ -180,10 +180,10 @@ def paint_overlay(
     if "points" in shown and overlay.points is not None:
         _paint_points(painter, overlay.points, scale)
     if "wire" in shown:
-        _paint_wire(painter, overlay.shapes)
+        _paint_wire(painter, overlay.shapes, scale)
     if "outline" in shown:
-        _paint_outlines(painter, overlay.paths)
-    _paint_highlight(painter, overlay.paths, highlighted)
+        _paint_outlines(painter, overlay.paths, scale)
+    _paint_highlight(painter, overlay.paths, highlighted, scale)
     if (
         "correspondences" in shown
         and overlay.correspondences is not None
@@ -221,38 +221,40 @@ def _cone_gradient(shape: PartShape) -> QLinearGradient:
     return gradient
 
 
-def _paint_wire(painter: QPainter, shapes: Sequence[PartShape]) -> None:
+def _paint_wire(painter: QPainter, shapes: Sequence[PartShape], scale: float) -> None:
     painter.setBrush(Qt.BrushStyle.NoBrush)
     for shape in shapes:
         if len(shape.wire):
-            painter.setPen(_pen(QColor(LIMB_COLOURS[shape.limb]), 1.0))
+            painter.setPen(_pen(QColor(LIMB_COLOURS[shape.limb]), 1.0, scale))
             painter.drawPath(_segments_path(shape.wire))
 
 
-def _paint_outlines(painter: QPainter, paths: Sequence[tuple[str, QPainterPath]]) -> None:
+def _paint_outlines(
+    painter: QPainter, paths: Sequence[tuple[str, QPainterPath]], scale: float
+) -> None:
     painter.setBrush(Qt.BrushStyle.NoBrush)
     for limb, path in paths:
-        painter.setPen(_pen(_DARK, 3.4))
+        painter.setPen(_pen(_DARK, 3.4, scale))
         painter.drawPath(path)
-        painter.setPen(_pen(QColor(LIMB_COLOURS[limb]), 2.0))
+        painter.setPen(_pen(QColor(LIMB_COLOURS[limb]), 2.0, scale))
         painter.drawPath(path)
 
 
 def _paint_highlight(
-    painter: QPainter, paths: Sequence[tuple[str, QPainterPath]], highlighted: str
+    painter: QPainter, paths: Sequence[tuple[str, QPainterPath]], highlighted: str, scale: float
 ) -> None:
     painter.setBrush(Qt.BrushStyle.NoBrush)
     for limb, path in paths:
         if limb == highlighted:
-            painter.setPen(_pen(QColor("white"), 4.0))
+            painter.setPen(_pen(QColor("white"), 4.0, scale))
             painter.drawPath(path)
-            painter.setPen(_pen(QColor(LIMB_COLOURS[limb]), 2.0))
+            painter.setPen(_pen(QColor(LIMB_COLOURS[limb]), 2.0, scale))
             painter.drawPath(path)
 
 
 def _paint_points(painter: QPainter, points: FloatArray, scale: float) -> None:
     finite = points[np.isfinite(points).all(axis=1)]
-    pen = _pen(QColor(255, 236, 90, 200), float(np.clip(0.8 * scale, 1.5, 4.0)))
+    pen = _pen(QColor(255, 236, 90, 200), float(np.clip(0.8 * scale, 1.5, 4.0)), scale)
     painter.setPen(pen)
     painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
     painter.drawPoints(_polygon(finite))
@@ -268,9 +270,9 @@ def _paint_correspondences(
         if len(pairs) == 0:
             continue
         colour = QColor(LIMB_COLOURS[limb])
-        painter.setPen(_pen(colour.lighter(115), 1.2))
+        painter.setPen(_pen(colour.lighter(115), 1.2, scale))
         painter.drawPath(_segments_path(pairs))
-        painter.setPen(_pen(QColor("white"), float(np.clip(scale, 1.2, 3.0))))
+        painter.setPen(_pen(QColor("white"), float(np.clip(scale, 1.2, 3.0)), scale))
         painter.drawPoints(_polygon(pairs[:, 0]))
 
 
@@ -285,13 +287,13 @@ def _paint_skeleton(
     for a, b, limb in lines:
         if not np.isfinite([a, b]).all():
             continue
-        painter.setPen(_pen(_DARK, 4.2))
+        painter.setPen(_pen(_DARK, 4.2, scale))
         painter.drawLine(QPointF(*a), QPointF(*b))
-        painter.setPen(_pen(QColor(LIMB_COLOURS[limb]).lighter(125), 2.2, style))
+        painter.setPen(_pen(QColor(LIMB_COLOURS[limb]).lighter(125), 2.2, scale, style))
         painter.drawLine(QPointF(*a), QPointF(*b))
     radius = 3.0 / max(scale, 1e-6)
     painter.setBrush(QColor("white"))
-    painter.setPen(_pen(QColor(0, 0, 0, 200), 1.0))
+    painter.setPen(_pen(QColor(0, 0, 0, 200), 1.0, scale))
     for point in landmarks[np.isfinite(landmarks).all(axis=1)]:
         painter.drawEllipse(QPointF(*point), radius, radius)
 
@@ -304,12 +306,15 @@ def _limb_of(a: str, b: str) -> str:
     return LANDMARK_LIMBS[b] if len(limbs) > 1 or "elbow" in b else LANDMARK_LIMBS[a]
 
 
-def _pen(colour: QColor, width: float, style: Qt.PenStyle = Qt.PenStyle.SolidLine) -> QPen:
-    """Pen of a width in widget pixels, whatever the zoom."""
-    pen = QPen(colour, width, style, Qt.PenCapStyle.RoundCap, Qt.PenJoinStyle.RoundJoin)
+def _pen(
+    colour: QColor, width: float, scale: float, style: Qt.PenStyle = Qt.PenStyle.SolidLine
+) -> QPen:
+    """Pen of a width in widget pixels, whatever the zoom and the scaling of the screen."""
+    # a cosmetic pen would be as wide in the screen's pixels, so half as wide at 2x
+    picture_width = width / max(scale, 1e-6)
+    pen = QPen(colour, picture_width, style, Qt.PenCapStyle.RoundCap, Qt.PenJoinStyle.RoundJoin)
     if style != Qt.PenStyle.SolidLine:
         pen.setCapStyle(Qt.PenCapStyle.FlatCap)
-    pen.setCosmetic(True)
     return pen
 
 
