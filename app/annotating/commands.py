@@ -31,9 +31,10 @@ _TRUST = f"{_MENU}/&Trust"
 _FILE = "&File"
 
 _IN_THE_MENU = (
-    *("annotate-interpolate", "annotate-follow", "annotate-fill-fit", "annotate-fill-run"),
-    *("annotate-fill-neighbours", "", "annotate-accept", "annotate-accept-fit"),
-    *("annotate-accept-run", "annotate-accept-neighbours", ""),
+    *("annotate-interpolate", "", "annotate-follow"),
+    *("annotate-fill-fit", "annotate-fill-run", "annotate-fill-neighbours", ""),
+    *("annotate-accept", "annotate-accept-fit", "annotate-accept-run"),
+    *("annotate-accept-neighbours", ""),
     *("annotate-clear", "annotate-gap", "annotate-no-gap", ""),
     *("annotate-flag", "annotate-unflag", ""),
     *("annotate-keyframes", "annotate-done", "annotate-not-done", "annotate-no-keyframes", ""),

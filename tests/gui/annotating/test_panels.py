@@ -163,8 +163,12 @@ def test_the_menu_of_the_timeline_has_the_commands(qtbot, stage):
     menu = stage.panels.bar.selection_menu
     assert menu.isVisible()
     texts = [action.text() for action in menu.actions() if action.text()]
-    assert texts[:4] == ["Interpolate", "Follow the patch", "Accept what was followed",
-                         "Clear clicks"]  # fmt: skip
+    assert texts[:10] == [
+        *("Interpolate", "Follow the patch"),
+        *("Fill in from the fit", "Fill in from the active run", "Fill in from neighbours"),
+        *("Accept what was followed", "Accept what the fit says"),
+        *("Accept what the active run says", "Accept what neighbours say", "Clear clicks"),
+    ]
     menu.hide()
 
 
