@@ -11,6 +11,11 @@ from app.views.overlays import OVERLAYS
 if TYPE_CHECKING:
     from app.main_window import MainWindow
 
+_NOBODY_KNOWN = (
+    "Nothing tells yet where the person is: click two landmarks in a view, or track. The views "
+    "zoom with the next frame then."
+)
+
 
 class ViewControl:
     """Overlays, arrangement, zoom, loupe and the layers of the scene."""
@@ -54,6 +59,9 @@ class ViewControl:
         w = self._w
         w.follower.change_display(keep_person=not w.grid.display.keep_person)
         w.settings.setValue("keep_person", w.grid.display.keep_person)
+        known = any(tile.camera.person_box() is not None for tile in w.grid.tiles.values())
+        if w.grid.display.keep_person and not known:
+            w.statusBar().showMessage(_NOBODY_KNOWN, 6000)
 
     def toggle_single(self) -> None:
         """Show the active view alone, or all."""

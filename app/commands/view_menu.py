@@ -143,8 +143,9 @@ def _zoom(w: MainWindow) -> list[Command]:
             w.view.zoom_fit, "0", "", lambda: no_recording(w),
         ),
         Command(
-            "keep_person", _MENU, "Keep the person in view",
-            "Enlarge the person in every view and follow it, until you zoom by hand.",
+            "keep_person", _MENU, "Zoom to the person",
+            "Enlarge the person in every view, where clicks, the fit, a run or the reference show "
+            "it, and follow it until you zoom by hand; once more shows whole pictures.",
             w.view.toggle_keep_person, "Z", "fit", lambda: no_recording(w),
             lambda: w.grid.display.keep_person,
         ),

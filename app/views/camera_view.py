@@ -97,8 +97,18 @@ class CameraView(PictureView):
 
     def set_marks(self, marks: ClickMarks | None) -> None:
         """Draw clicks; those of another frame or camera than the picture's wait for theirs."""
-        self._marks = marks
+        before, self._marks = self._marks, marks
+        if marks is None or before is None or marks.frame != before.frame:
+            self._keep_person()  # never while clicks are placed in the frame that is shown
         self.update()
+
+    def person_box(self) -> QRectF | None:
+        """Where run, reference, clicks or the model fitted to them show a person."""
+        marks, box = self.marks, super().person_box()
+        clicked = marks.person_box() if marks is not None else None
+        if box is None or clicked is None:
+            return clicked if box is None else box
+        return box.united(clicked)
 
     def set_clicking(self, clicking: bool, why_not: str = "") -> None:
         """Let the left button place clicks, or say why it cannot."""

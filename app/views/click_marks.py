@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from math import nan
 
-from PySide6.QtGui import QPainterPath
+from PySide6.QtCore import QPointF, QRectF
+from PySide6.QtGui import QPainterPath, QPolygonF
 
 from stereotrack_core.arrays import FloatArray
 
@@ -118,6 +119,14 @@ class ClickMarks:
     residuals: tuple[ResidualMark, ...] = ()
     model: tuple[tuple[str, QPainterPath], ...] = field(default=())
     outside: tuple[str, ...] = ()
+
+    def person_box(self) -> QRectF | None:
+        """Box around the clicks and the model that is fitted to them, in pixels."""
+        places = [QPointF(mark.x, mark.y) for mark in self.clicks]
+        box = QPolygonF(places).boundingRect() if len(places) > 1 else QRectF()
+        for _limb, path in self.model:
+            box = box.united(path.boundingRect())
+        return box if box.isValid() else None
 
     def with_moved(self, landmark: str, x: float, y: float) -> ClickMarks:
         """The same while a click is being dragged; its residual is left out."""

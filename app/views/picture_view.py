@@ -14,6 +14,8 @@ from app.views.picture import Picture, brightened
 
 _MOST_ZOOM = 64.0
 _PERSON_SHARE, _LEAST_SHARE = 0.8, 0.5
+_LEAST_PERSON = 0.2
+"""Share of the picture below which nothing counts as a person: two clicks are not one."""
 
 
 @dataclass(frozen=True)
@@ -177,13 +179,18 @@ class PictureView(QWidget):
         y = 0.5 * self.height() - scale * (0.5 * height + centre.y())
         return self._upright() * QTransform.fromScale(scale, scale) * QTransform.fromTranslate(x, y)
 
+    def person_box(self) -> QRectF | None:
+        """Where the person is in the picture, in raw pixels; None where nothing tells it."""
+        return self._picture.overlay.person_box() if self._picture is not None else None
+
     def _keep_person(self) -> None:
         """Enlarge the person, and move only when it is about to leave what is seen."""
         if not self._display.keep_person or self._by_hand or self._picture is None:
             return
-        box = self._picture.overlay.person_box()
+        box = self.person_box()
         if box is None or self._image.isNull():
             return
+        box = _widened(box, _LEAST_PERSON * max(self._image.width(), self._image.height()))
         place = self._to_widget().mapRect(box)
         seen = QRectF(self.rect())
         share = max(place.width() / seen.width(), place.height() / seen.height())
@@ -212,3 +219,9 @@ class PictureView(QWidget):
         area = self.rect().adjusted(16, 8, -16, -8)
         flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
         painter.drawText(area, flags, words)
+
+
+def _widened(box: QRectF, least: float) -> QRectF:
+    """The box, at least this wide and high about the same middle."""
+    wider, higher = max(0.0, least - box.width()), max(0.0, least - box.height())
+    return box.adjusted(-0.5 * wider, -0.5 * higher, 0.5 * wider, 0.5 * higher)
