@@ -15,7 +15,7 @@ import numpy as np
 
 from stereotrack_core.annotation.fit.movement import pose_sigmas
 from stereotrack_core.annotation.fit.state import Freedom
-from stereotrack_core.annotation.fit.stretch import FrameData, Stretch
+from stereotrack_core.annotation.fit.stretch import FrameData, Stretch, depth_cost
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.pose import HANGING, Pose, rotation_towards
 from stereotrack_core.body.skeleton import (
@@ -28,8 +28,6 @@ from stereotrack_core.body.skeleton import (
     UPPER_ARMS,
 )
 from stereotrack_core.errors import Cancelled
-from stereotrack_core.tracking.confidence import surface_distances
-from stereotrack_core.tracking.parameters import TrackingParameters
 
 _ROUNDS = 4
 
@@ -45,8 +43,6 @@ LEGS = (LEFT_THIGH, RIGHT_THIGH, LEFT_SHANK, RIGHT_SHANK)
 _LEG_SIGMA = np.radians(45.0)
 
 _STATED_AT = 10.0
-
-_USUAL = TrackingParameters()
 
 _LARGEST = 25.0
 """What one click can cost at most when poses are compared."""
@@ -146,11 +142,7 @@ def _asked(
     cost = float(moved @ moved)
     cost += float(np.minimum(found.judgements[0].surprise, _LARGEST).sum())
     if frame.depth is not None and stretch.freedom.with_depth:
-        p = _USUAL
-        distance = surface_distances(frame.depth.points, stretch.freedom.body, pose)
-        squared = np.minimum(distance, 1.0) ** 2
-        limited = squared / (1.0 + squared / p.robust_narrow**2) / p.sigma_measurement**2
-        cost += stretch.settings.depth_effective * float(limited.mean())
+        cost += depth_cost(stretch, frame.depth.points, pose)
     return cost, pose
 
 

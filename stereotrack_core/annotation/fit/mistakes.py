@@ -15,6 +15,18 @@ from stereotrack_core.arrays import FloatArray
 
 _LEAST_WEIGHT = 1e-4
 
+MEDIAN_SURPRISE = 2.0 * np.log(2.0)
+"""Median of the squared distance of a right click, over its variance: chi squared of two."""
+
+_UPPER_QUARTILE = 2.0 * np.log(4.0)
+"""The same for the upper quartile."""
+
+_TOLD_BY_OTHERS = 0.9
+"""Leverage below which others say something of a click."""
+
+_ENOUGH = 6
+"""Clicks whose scatter can be told."""
+
 
 @dataclass(frozen=True, eq=False)
 class Judgement:
@@ -82,6 +94,54 @@ def judged(
     log_wrong = _log_normal(alone, wrong) + np.log(max(share, 1e-12))
     mistake = np.exp(log_wrong - np.logaddexp(log_right, log_wrong))
     return Judgement(mistake, leverage, surprise)
+
+
+def mixture_cost(
+    residual: FloatArray, sigma: FloatArray, share: float, mistake_spread: float
+) -> FloatArray:
+    """What residuals (M, 2) in pixels cost (M,): -2 log of how probable they are, 0 for none.
+
+    Clicks here are what :func:`judged` says of them, right ones or gross mistakes.
+    """
+    right, wrong = _mixture(residual, sigma, share, mistake_spread)
+    result: FloatArray = -2.0 * np.logaddexp(right, wrong)
+    return result
+
+
+def mixture_weight(
+    residual: FloatArray, sigma: FloatArray, share: float, mistake_spread: float
+) -> FloatArray:
+    """Weights (M,) on 1 / sigma^2 under which a least-squares step lowers the mixture's cost.
+
+    A wrong click still pulls, as weakly as its spread is wide, so that none is lost for ever.
+    """
+    right, wrong = _mixture(residual, sigma, share, mistake_spread)
+    mistake = np.exp(wrong - np.logaddexp(right, wrong))
+    result: FloatArray = 1.0 - mistake + mistake * sigma**2 / (sigma**2 + mistake_spread**2)
+    return result
+
+
+def _mixture(
+    residual: FloatArray, sigma: FloatArray, share: float, mistake_spread: float
+) -> tuple[FloatArray, FloatArray]:
+    """Logarithms (M,) of how probable residuals are of right and of wrong clicks."""
+    squared = (residual**2).sum(axis=1)
+    wide = sigma**2 + mistake_spread**2
+    right = np.log1p(-share) - 0.5 * squared / sigma**2
+    wrong = np.log(max(share, 1e-12)) - 0.5 * squared / wide + np.log(sigma**2 / wide)
+    return right, wrong
+
+
+def scatter(judgement: Judgement) -> float:
+    """By which factor clicks scatter more than they were taken to; 1 where too few can tell.
+
+    From the upper quartile of what the others say of each click, over those that the others say
+    something of, so that gross mistakes do not count.
+    """
+    told = judgement.surprise[judgement.leverage < _TOLD_BY_OTHERS]
+    if len(told) < _ENOUGH:
+        return 1.0
+    return float(np.sqrt(np.percentile(told, 75.0) / _UPPER_QUARTILE))
 
 
 def _held_below_one(taken: FloatArray) -> FloatArray:

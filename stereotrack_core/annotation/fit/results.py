@@ -45,6 +45,8 @@ class FrameFit:
         Cameras in which a landmark has a click that is probably no mistake.
     words : tuple of str
         What a person should know, most important first.
+    sigma_factor : float
+        By which factor the clicks are taken to scatter more than their sigma; 1 where they do not.
     """
 
     pose: Pose
@@ -57,6 +59,7 @@ class FrameFit:
     limb_sigma_deg: FloatArray
     used_cameras: IntArray
     words: tuple[str, ...] = ()
+    sigma_factor: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)

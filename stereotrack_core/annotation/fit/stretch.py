@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from stereotrack_core.annotation.fit.depth import MeasuredDepth
-from stereotrack_core.annotation.fit.mistakes import Judgement, judged
-from stereotrack_core.annotation.fit.movement import Movement
+from stereotrack_core.annotation.fit.mistakes import Judgement, judged, mixture_weight
+from stereotrack_core.annotation.fit.movement import Movement, shift_sigmas
 from stereotrack_core.annotation.fit.residuals import (
     ClickResidual,
     Clicks,
@@ -25,7 +25,8 @@ from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.errors import Cancelled
-from stereotrack_core.filtering.linearisation import Information
+from stereotrack_core.filtering.linearisation import Information, posterior
+from stereotrack_core.tracking.confidence import surface_distances
 from stereotrack_core.tracking.data_to_model import SurfaceResidual, Trust, surface_residual
 from stereotrack_core.tracking.limits import limit_residuals
 from stereotrack_core.tracking.outlines.sensor import OutlineObservation
@@ -147,6 +148,41 @@ class Stretch:
             ]
         return Fitted(states, P, judgements)
 
+    def fit_one(
+        self,
+        frame: FrameData,
+        begin: FitState,
+        usual: Pose,
+        pose_sigma: FloatArray,
+        rounds: Iterable[int],
+    ) -> Fitted:
+        """Fit one frame from a state that is nearly right.
+
+        Parameters
+        ----------
+        frame : FrameData
+        begin : FitState
+        usual : Pose
+            What is expected.
+        pose_sigma : (of_pose,) float64
+            How firmly.
+        rounds : iterable of int
+            Numbers of the rounds, as :meth:`fit` counts them.
+        """
+        f = self.freedom
+        prior = np.concatenate([pose_sigma, shift_sigmas(f, self.settings)]) ** -2.0
+        P, state = np.diag(1.0 / prior), begin
+        weighed = judgement = self.weighed(frame.clicks, begin)
+        for i in rounds:
+            shifts = np.concatenate([state.offsets.ravel(), state.slips.ravel()])
+            away = np.concatenate([f.pose_difference(usual, state.pose), -shifts])
+            measured = self.information(frame, state, weighed, i)
+            step, P = posterior(np.diag(prior), away, measured)
+            state = f.displaced(state, np.clip(step, -_STEP_LIMIT, _STEP_LIMIT))
+            judgement = self.judge(frame.clicks, state, P, weighed, i)
+            weighed = self.weighed(frame.clicks, state)
+        return Fitted([state], P[None], [judgement])
+
     def information(
         self, frame: FrameData, state: FitState, judgement: Judgement, i: int
     ) -> Information:
@@ -191,6 +227,15 @@ class Stretch:
         seen = OutlineObservation(depth.edges(), self._outlines).residuals(body, pose)
         return [SlippingSurface(row, self.freedom, off) for row in seen]
 
+    def weighed(self, clicks: Clicks, state: FitState) -> Judgement:
+        """Weigh the clicks of a frame by where a state puts their landmarks."""
+        s, row = self.settings, self.click_residual(clicks, state, np.ones(2 * len(clicks)))
+        frames = self.freedom.body_at(state.offsets).frames(state.pose)
+        stacked = PartFrames(frames.rotations[None], frames.origins[None])
+        residual = (row.measured - row.predicted(stacked)[0]).reshape(-1, 2)
+        weight = mixture_weight(residual, clicks.sigma, s.mistake_share, s.mistake_spread)
+        return dataclasses.replace(_all_right(clicks), mistake=1.0 - weight)
+
     def judge(
         self, clicks: Clicks, state: FitState, P: FloatArray, old: Judgement, i: int
     ) -> Judgement:
@@ -205,6 +250,17 @@ class Stretch:
         residual = (row.measured - row.predicted(stacked)[0]).reshape(-1, 2)
         spread = J @ P @ np.swapaxes(J, 1, 2)
         return judged(residual, spread, sigma, old.weight, s.mistake_share, s.mistake_spread)
+
+
+def depth_cost(stretch: Stretch, points: FloatArray, pose: Pose) -> float:
+    """What measured points (N, 3) say against a pose."""
+    if not len(points):
+        return 0.0
+    p = TrackingParameters()
+    distance = surface_distances(points, stretch.freedom.body, pose)
+    squared = np.minimum(distance, 1.0) ** 2
+    limited = squared / (1.0 + squared / p.robust_narrow**2) / p.sigma_measurement**2
+    return stretch.settings.depth_effective * float(limited.mean())
 
 
 def _with_loose_legs(row: SurfaceResidual) -> SurfaceResidual:

@@ -12,6 +12,7 @@ from stereotrack_core.annotation.fit.between import asked_between, told_by_click
 from stereotrack_core.annotation.fit.context import FitContext
 from stereotrack_core.annotation.fit.depth import MeasuredDepth
 from stereotrack_core.annotation.fit.measurement import ClickMeasurement
+from stereotrack_core.annotation.fit.mistakes import MEDIAN_SURPRISE
 from stereotrack_core.annotation.fit.movement import pose_sigmas
 from stereotrack_core.annotation.fit.report import exact_residuals, reported
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, TrajectoryFit
@@ -29,9 +30,6 @@ _ROUNDS = 8
 
 _ANYWHERE = (2.0, 120.0, 90.0)
 """How far the first pose may be from where it was begun: metres; degrees of torso and joints."""
-
-_MEDIAN = 2.0 * np.log(2.0)
-"""Median of the squared distance of a right click, over its variance: chi squared of two."""
 
 Clouds = Callable[[int], Cloud | MeasuredDepth | None]
 """Depth of a frame; None where there is none."""
@@ -182,4 +180,4 @@ def _put_together(
 
 def _sigma_factor(surprise: Sequence[FloatArray]) -> float:
     squared = np.concatenate(surprise) if surprise else np.zeros(0)
-    return float(np.sqrt(np.median(squared) / _MEDIAN)) if len(squared) else float("nan")
+    return float(np.sqrt(np.median(squared) / MEDIAN_SURPRISE)) if len(squared) else float("nan")
