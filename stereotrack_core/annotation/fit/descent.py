@@ -33,8 +33,11 @@ _LEAST_DAMPING, _MOST_DAMPING = 1e-5, 1e6
 _EASED, _TIGHTENED = 0.2, 5.0
 """Factors on the damping after a step that was taken, and after one that was not."""
 
-_SETTLED = 0.02
+_SETTLED = 0.05
 """A step that lowers the cost by less than this is the last one."""
+
+_ROUGHLY = 0.3
+"""The same where only the neighbourhood is looked for."""
 
 _FARTHEST = 0.7
 """Radians and metres by which one step may move a number of the state."""
@@ -89,7 +92,9 @@ class Descent:
         self._mistakes = settings.mistake_share, settings.mistake_spread
         self._prior = np.concatenate([expected.sigma, shift_sigmas(freedom, settings)]) ** -2.0
 
-    def descend(self, state: FitState, sigma: FloatArray, steps: int) -> tuple[FitState, float]:
+    def descend(
+        self, state: FitState, sigma: FloatArray, steps: int, *, roughly: bool = False
+    ) -> tuple[FitState, float]:
         """Go downhill from a state; where that leads, and what it costs.
 
         Parameters
@@ -99,25 +104,28 @@ class Descent:
             Pixels per axis by which right clicks are taken to scatter.
         steps : int
             At most so many are tried.
+        roughly : bool
+            Without limits, and only until steps are worth little.
         """
         f, damping = self._freedom, _FIRST_DAMPING
-        here = self._seen(state, sigma)
+        limited, settled = not roughly, _ROUGHLY if roughly else _SETTLED
+        here = self._seen(state, sigma, limited=limited)
         normal = self._normal(here, sigma)
         for _ in range(steps):
             A, b = normal
             damped = A + damping * np.diag(np.diagonal(A))
             step = scipy.linalg.solve(damped, b, assume_a="pos", check_finite=False)
             step = step * min(1.0, _FARTHEST / max(float(np.abs(step).max()), 1e-12))
-            there = self._seen(f.displaced(here.state, step), sigma)
+            there = self._seen(f.displaced(here.state, step), sigma, limited=limited)
             gained = here.cost - there.cost
             if gained > 0.0:
                 here, damping = there, max(_EASED * damping, _LEAST_DAMPING)
-                if gained < _SETTLED:
+                if gained < settled:
                     break
                 normal = self._normal(here, sigma)
             else:
                 damping = _TIGHTENED * damping
-                if gained > -_SETTLED or damping > _MOST_DAMPING:
+                if gained > -settled or damping > _MOST_DAMPING:
                     break
         return here.state, here.cost
 
@@ -141,7 +149,7 @@ class Descent:
         spread = J @ P @ np.swapaxes(J, 1, 2)
         return judged(here.residual, spread, sigma, weight, *self._mistakes), P
 
-    def _seen(self, state: FitState, sigma: FloatArray) -> _Seen:
+    def _seen(self, state: FitState, sigma: FloatArray, *, limited: bool = True) -> _Seen:
         f = self._freedom
         body = f.body_at(state.offsets)
         frames = body.frames(state.pose)
@@ -149,7 +157,7 @@ class Descent:
         local = f.own_place(state.offsets)
         clicks = ClickResidual(self._clicks, f, local, np.repeat(sigma**2, 2))
         residual = (clicks.measured - clicks.predicted(stacked)[0]).reshape(-1, 2)
-        limits = limit_residuals(body, state.pose, _LIMITS, f.joints)
+        limits = limit_residuals(body, state.pose, _LIMITS, f.joints) if limited else ()
         away = f.pose_difference(self._expected.pose, state.pose)
         expected = np.concatenate([away, -state.offsets.ravel()])
         cost = float(self._prior @ expected**2) + float(

@@ -84,7 +84,7 @@ def fitted_frame(
     data = context.data(measurements, cloud)
     ways = _ways(context, data, start)
     sigma = np.maximum(data.clicks.sigma, _WIDEST)
-    ways = [_further(way, sigma) for way in ways]
+    ways = [_further(way, sigma, roughly=len(ways) > 1) for way in ways]
     ways = sorted(ways, key=lambda way: way.cost)[:_KEPT]
     sigma = np.maximum(data.clicks.sigma, _NARROWER[0])
     ways = [_further(way, sigma) for way in ways]
@@ -110,8 +110,8 @@ def _ways(context: FitContext, data: FrameData, start: Pose | None) -> list[_Way
     return found
 
 
-def _further(way: _Way, sigma: FloatArray) -> _Way:
-    state, cost = way.descent.descend(way.state, sigma, _STEPS)
+def _further(way: _Way, sigma: FloatArray, *, roughly: bool = False) -> _Way:
+    state, cost = way.descent.descend(way.state, sigma, _STEPS, roughly=roughly)
     return dataclasses.replace(way, state=state, cost=cost)
 
 
