@@ -148,7 +148,7 @@ class PanelFollower(QObject):
         """Say how things are in one line."""
         w = self._w
         tasks = w.tasks.tasks
-        doing = ", ".join(task.title for task in tasks)
+        doing = "; ".join(task.says() for task in tasks)
         w.state_label.setText(status_words(w.document, w.track, w.runs, doing))
         working = bool(tasks)
         w.cancel_button.setVisible(working)

@@ -41,6 +41,7 @@ FITTED = "fitted to clicks"
 
 OnProgress = Callable[[float, str], None]
 _LOOK_SECONDS = 0.15
+_TAKING_IN_SECONDS = 1.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,6 +234,23 @@ def merged_reference(old: Reference | None, new: Reference, frames: range) -> Re
     )
 
 
+def how_far(done: int, of: int, seconds: float) -> tuple[float, str]:
+    """How far a fit is: the share, 0 where nobody knows it, and words.
+
+    Parameters
+    ----------
+    done, of : int
+        Frames that are taken in, and all.
+    seconds : float
+        Since a frame was taken in last: no more of them means that these are being fitted.
+    """
+    if done == 0:
+        return 0.0, "getting ready"
+    if done < of and seconds < _TAKING_IN_SECONDS:
+        return 0.9 * done / of, f"frame {done} of {of} taken in"
+    return 0.0, f"forward and backward over the frames, {seconds:.0f} s"
+
+
 def around(frames: range, clicked: tuple[int, ...], last: int) -> range:
     """Frames with what they hang on: from the clicked frame before to the one after.
 
@@ -293,15 +311,15 @@ def _fit_elsewhere(
     over = threading.Event()
 
     def watch() -> None:
+        before, since = 0, time.monotonic()
         while not over.wait(_LOOK_SECONDS):
             if cancelled():
                 process.close()
-                return
-            done = frames_done(job)
-            words = f"frame {done} of {len(job.frames)}" if done else "getting ready"
-            if done >= len(job.frames):
-                words = "forward and backward"
-            on_progress(0.9 * done / len(job.frames), words)
+                continue  # one that was just about to be started is ended with the next look
+            done, now = frames_done(job), time.monotonic()
+            if done != before:
+                before, since = done, now
+            on_progress(*how_far(done, len(job.frames), now - since))
 
     watching = threading.Thread(target=watch, name="watch the fit", daemon=True)
     watching.start()

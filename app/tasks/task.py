@@ -37,6 +37,13 @@ class Task(QObject):
         What is being done, for the status line.
     work : callable
         Called as ``work(task)``; reports by :meth:`report` and looks at ``task.token``.
+
+    Attributes
+    ----------
+    share : float
+        How far it is, 0 to 1; 0 where nobody knows.
+    words : str
+        What is being done of it just now.
     """
 
     progressed = Signal(float, str)
@@ -50,6 +57,7 @@ class Task(QObject):
         self.title = title
         self.token = CancelToken()
         self.share = 0.0
+        self.words = ""
         self._work = work
         self._thread = threading.Thread(target=self._run, name=title, daemon=True)
 
@@ -68,9 +76,13 @@ class Task(QObject):
         return not self._thread.is_alive()
 
     def report(self, share: float, words: str = "") -> None:
-        """Say how far the work is (0 to 1); may be called from any thread."""
-        self.share = share
+        """Say how far the work is (0: nobody knows, to 1); may be called from any thread."""
+        self.share, self.words = share, words
         self.progressed.emit(share, words)
+
+    def says(self) -> str:
+        """What is being done: ``fitting the body to the clicks, frame 12 of 490 taken in``."""
+        return f"{self.title}, {self.words}" if self.words else self.title
 
     def _run(self) -> None:
         try:

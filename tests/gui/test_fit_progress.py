@@ -1,0 +1,54 @@
+"""A fit of the whole recording says what it does until it is over, and can be stopped."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+from PySide6.QtTest import QTest
+
+from app.presenters import reference_work
+from app.presenters.fitting import how_far
+from app.tasks.helper_process import HelperProcess
+from tests.gui.hands import LEFT, annotate_all
+
+pytestmark = pytest.mark.window
+
+
+def test_words_and_share_of_a_fit():
+    assert how_far(0, 50, 9.0) == (0.0, "getting ready")
+    assert how_far(25, 50, 0.2) == (0.45, "frame 25 of 50 taken in")
+    # all frames are taken in, or as many as there are clicks near
+    for done in (30, 50):
+        assert how_far(done, 50, 12.4) == (0.0, "forward and backward over the frames, 12 s")
+
+
+def test_a_fit_that_takes_long_is_seen_to_work_and_can_be_cancelled(annotating, qtbot, monkeypatch):
+    window = annotating
+    window.annotate.toggle_depth()
+    annotate_all(window, qtbot)
+    processes = []
+
+    def endless() -> HelperProcess:
+        processes.append(HelperProcess("tests.gui.endless_fit:worker"))
+        return processes[-1]
+
+    monkeypatch.setattr(reference_work, "fit_process", endless)
+    window.actions_book.action("annotate-fit").trigger()
+    qtbot.waitUntil(lambda: "forward and backward" in window.state_label.text(), timeout=60_000)
+    assert "fitting the body to the clicks" in window.state_label.text()
+    assert window.progress.isVisible()
+    assert (window.progress.minimum(), window.progress.maximum()) == (0, 0), "busy: no end known"
+    first = window.state_label.text()
+    qtbot.waitUntil(lambda: window.state_label.text() != first, timeout=10_000)
+    child = processes[0]._process
+    assert child.poll() is None
+    begun = time.monotonic()
+    QTest.mouseClick(window.cancel_button, LEFT)
+    qtbot.waitUntil(lambda: not window.annotation.reference.fitting, timeout=10_000)
+    assert time.monotonic() - begun < 3.0
+    assert child.poll() is not None, "nothing goes on computing"
+    assert window.project.project.references.names() == ()
+    qtbot.waitUntil(window.settled, timeout=60_000)
+    assert not window.progress.isVisible()
+    assert window.messages.text() == ""
