@@ -98,6 +98,11 @@ def test_three_frames_of_a_real_person(seated, qtbot):
         for bone in facts.hints.lengths:
             assert 0.5 < bone.clicked / bone.subject < 1.6, bone
         assert facts.fit is not None
+        off = [np.hypot(*residual) for residual in facts.fit.residuals.values()]
+        assert len(off) == len(placed)
+        assert np.median(off) < 20.0
+        assert np.mean(off) < 25.0
+        assert max(facts.fit.mistakes.values()) < 0.5
         assert seated.grid.tiles["cam_1"].camera.marks.model
     assert project.clicks.frames().tolist() == sorted(FRAMES)
     count = project.clicks.count()

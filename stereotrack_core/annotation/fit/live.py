@@ -2,7 +2,8 @@
 
 The clicks alone are fitted first, downhill from a few poses to begin with, from a wide scatter of
 the clicks to the one that they state, or to the one that they really have where that is larger.
-Measured points come after it, from the one or two poses that are left.
+Measured points help to choose among the poses that are left, and are then fitted together with the
+clicks.
 """
 
 from __future__ import annotations
@@ -199,8 +200,17 @@ def _as_frame(
         mistake=judgement.mistake,
         limb_sigma_deg=report.limb_sigma_deg,
         used_cameras=used_cameras(measurements, names, judgement.mistake),
-        words=words(
-            names, report, measurements, judgement, residual, context.cameras, context.views
+        words=(
+            *_rough(factor),
+            *words(
+                names, report, measurements, judgement, residual, context.cameras, context.views
+            ),
         ),
         sigma_factor=factor,
     )
+
+
+def _rough(factor: float) -> tuple[str, ...]:
+    if factor <= 1.0:
+        return ()
+    return (f"the clicks scatter {factor:.1f} times as much as they state",)

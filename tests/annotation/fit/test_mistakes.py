@@ -6,7 +6,13 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stereotrack_core.annotation.fit.mistakes import judged
+from stereotrack_core.annotation.fit.mistakes import (
+    Judgement,
+    judged,
+    mixture_cost,
+    mixture_weight,
+    scatter,
+)
 
 
 def fitted_line(pixels, sigma, weight, prior):
@@ -60,3 +66,25 @@ def test_a_click_that_nothing_else_knows_about_is_not_accused():
 def test_no_clicks_give_no_judgement():
     found = judged(np.zeros((0, 2)), np.zeros((0, 2, 2)), np.zeros(0), np.zeros(0), 0.03, 70.0)
     assert len(found.weight) == 0
+
+
+@given(st.floats(0.1, 300.0), st.floats(1.0, 50.0), st.floats(0.001, 0.3))
+def test_the_weight_is_the_slope_of_what_a_residual_costs(size, sigma, share):
+    at = np.array([[size, 0.0]])
+    sigmas, step = np.array([sigma]), np.array([[1e-4 * size, 0.0]])
+    above, below = (mixture_cost(at + d, sigmas, share, 70.0)[0] for d in (step, -step))
+    slope = (above - below) / (2.0 * step[0, 0])
+    weight = mixture_weight(at, sigmas, share, 70.0)[0]
+    assert 0.0 < weight <= 1.0
+    np.testing.assert_allclose(slope, 2.0 * weight * size / sigma**2, rtol=1e-3, atol=1e-9)
+
+
+def test_scatter_is_seen_whatever_the_gross_mistakes():
+    rng = np.random.default_rng(0)
+    surprise = (rng.normal(0.0, 3.0, (400, 2)) ** 2).sum(axis=1)
+    surprise[::20] = 1e4
+    some = np.full(400, 0.3)
+    assert 2.7 < scatter(Judgement(some, some, surprise)) < 3.4
+    few, alone = slice(0, 4), np.full(400, 0.99)
+    assert scatter(Judgement(some[few], some[few], surprise[few])) == 1.0
+    assert scatter(Judgement(some, alone, surprise)) == 1.0
