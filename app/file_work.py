@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,6 +24,14 @@ if TYPE_CHECKING:
 _RECENT = "recent"
 _MOST_RECENT = 10
 _RUN_FILTER = "Complete run (*.npz);;Landmarks (*.csv);;OpenSim (*.trc);;C3D (*.c3d);;BVH (*.bvh)"
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What somebody wanted to see when opening, whatever was shown last."""
+
+    frame: bool = False
+    workspace: bool = False
 
 
 class FileWork(QObject):
@@ -48,6 +57,7 @@ class FileWork(QObject):
         self._run_when_open: Path | None = None
         self._project_when_open: Path | None = None
         self._workspace_when_open: str | None = None
+        self.asked = Asked()
 
     @property
     def making_demo(self) -> bool:
@@ -79,6 +89,7 @@ class FileWork(QObject):
     ) -> None:
         """Open a recording folder, the folder of a recording.toml, or a project."""
         self._run_when_open, self._workspace_when_open = run, workspace
+        self.asked = Asked(frame=frame != 0, workspace=workspace is not None)
         self._window.track.stop()
         if path.is_file() and path.name != "recording.toml":
             self._project_when_open = path.resolve()

@@ -42,6 +42,7 @@ from app.project_work import ProjectWork
 from app.theme import ThemeName, apply_theme
 from app.track_control import TrackControl
 from app.view_control import ViewControl
+from app.view_memory import ViewMemory
 from app.window_bars import WindowBars
 from app.window_panels import FIRST_POSE, PanelWindow
 from app.workspace_control import WorkspaceControl
@@ -80,6 +81,7 @@ class MainWindow(PanelWindow):
         self.follower = PanelFollower(self)
         self.annotate = AnnotateControl(self)
         self.annotation_work = AnnotationWork(self)
+        self.view_memory = ViewMemory(self)
         self._make_actions()
         self._connect()
         self.setAcceptDrops(True)

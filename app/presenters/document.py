@@ -2,33 +2,52 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeAlias
 
 from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal, Slot
 
 from app.failures import Message, message_of
+from app.presenters.recording_corrections import applied_message, refused_message
 from app.tasks.newest import NewestWins
 from app.tasks.task import Task, TaskList
-from stereotrack_core.errors import Cancelled
+from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.project.corrections import Corrections
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.findings import Finding, examine
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.frames import FrameSet
 from stereotrack_core.recording.reader import FrameReader
 
+FindCorrections: TypeAlias = Callable[[Path], Corrections | None]
+"""Gives what is corrected of the recording in a folder; called off the window's thread."""
+
 
 @dataclass(frozen=True, eq=False)
 class Opened:
-    """What opening a folder gives."""
+    """What opening a folder gives.
+
+    Attributes
+    ----------
+    recording : Recording
+        Corrected, where that was possible.
+    reader : FrameReader
+    corrections : Corrections or None
+        What was corrected.
+    refused : InputError or None
+        Why the corrections that were asked for could not be applied.
+    """
 
     recording: Recording
     reader: FrameReader
+    corrections: Corrections | None = None
+    refused: InputError | None = None
 
 
-def read_folder(folder: Path) -> Opened:
-    """Open a recording folder and decode its first frame set.
+def read_folder(folder: Path, corrections: Corrections | None = None) -> Opened:
+    """Open a recording folder, as its project corrects it, and decode its first frame set.
 
     Raises
     ------
@@ -36,9 +55,23 @@ def read_folder(folder: Path) -> Opened:
         If something about the folder makes it unusable.
     """
     recording = open_recording(folder)
+    if corrections is None:
+        return _with_first_frame(recording)
+    try:
+        opened = _with_first_frame(corrections.applied_to(recording))
+    except InputError as error:
+        return replace(_with_first_frame(recording), refused=error)
+    return replace(opened, corrections=corrections)
+
+
+def _with_first_frame(recording: Recording) -> Opened:
     reader = FrameReader(recording)
-    if reader.frame_count_so_far()[0] > 0:
-        reader.frame_set(0)
+    try:
+        if reader.frame_count_so_far()[0] > 0:
+            reader.frame_set(0)
+    except InputError:
+        reader.close()
+        raise
     return Opened(recording, reader)
 
 
@@ -82,6 +115,7 @@ class DocumentPresenter(QObject):
         self._reading: NewestWins | None = None
         self._opening: Task | None = None
         self._start_frame = 0
+        self.corrections_finder: Callable[[], FindCorrections] = lambda: lambda _folder: None
         self.findings: tuple[Finding, ...] | None = None
         self._play_timer = QTimer(self)
         self._play_timer.timeout.connect(self._on_play)
@@ -95,6 +129,16 @@ class DocumentPresenter(QObject):
     def recording(self) -> Recording | None:
         """What is open."""
         return self._opened.recording if self._opened is not None else None
+
+    @property
+    def corrections(self) -> Corrections | None:
+        """What of the recording is not as in its folder."""
+        return self._opened.corrections if self._opened is not None else None
+
+    @property
+    def refused(self) -> bool:
+        """Whether there are corrections of the recording that could not be applied."""
+        return self._opened is not None and self._opened.refused is not None
 
     @property
     def reader(self) -> FrameReader | None:
@@ -127,14 +171,27 @@ class DocumentPresenter(QObject):
         """Whether frames go on by themselves."""
         return self._play_timer.isActive()
 
-    def open(self, folder: Path, frame: int = 0) -> None:
-        """Open a recording folder in the background and show `frame`."""
+    def open(
+        self,
+        folder: Path,
+        frame: int = 0,
+        corrections_of: FindCorrections | None = None,
+    ) -> None:
+        """Open a recording folder in the background and show `frame`.
+
+        Parameters
+        ----------
+        corrections_of : callable, optional
+            Gives what is corrected of it, in the background; by default what the attribute
+            ``corrections_finder`` gives.
+        """
+        find = corrections_of if corrections_of is not None else self.corrections_finder()
         if self._opening is not None:
             self._opening.cancel()
         self._start_frame = frame
         self._opening = self._tasks.begin(
             f"opening {folder.name}",
-            lambda task: _unless_cancelled(task, read_folder(folder)),
+            lambda task: _unless_cancelled(task, read_folder(folder, find(folder))),
             self._on_opened,
         )
         self._opening.ended.connect(self._on_opening_ended)
@@ -209,6 +266,10 @@ class DocumentPresenter(QObject):
             self._count_timer.start()
         self._opening = None
         self.opened.emit()
+        if opened.refused is not None:
+            self.message.emit(refused_message(opened.refused, opened.recording.name))
+        elif opened.corrections is not None:
+            self.message.emit(applied_message(opened.corrections, opened.recording.name))
         if self._count == 0 and final:
             self.message.emit(_no_frames(opened.recording))
         elif final and self._start_frame >= self._count:

@@ -10,18 +10,25 @@ from typing import Any
 from PySide6.QtCore import QObject, QSettings, QTimer, Signal, Slot
 
 from app.failures import Message, message_of
-from app.presenters.document import DocumentPresenter
+from app.presenters.document import DocumentPresenter, FindCorrections
 from app.presenters.project_opening import (
     OpenedProject,
     Wishes,
     open_project,
     project_of_recording,
 )
+from app.presenters.recording_corrections import (
+    corrections_in,
+    corrections_of,
+    differ_message,
+    same_corrections,
+)
 from app.tasks.task import Task, TaskList
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.edit import Edit
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
+from stereotrack_core.project.schema import CHOICE, DESCRIPTION
 
 _ANNOTATOR = "annotator"
 _HOME = "projects_folder"
@@ -67,6 +74,7 @@ class ProjectPresenter(QObject):
         self._frame = 0
         self.makes = True
         self._edited.connect(self._on_edited)
+        document.corrections_finder = self._finder
         document.opened.connect(self._on_recording_opened)
         document.closed.connect(self.close)
 
@@ -147,7 +155,7 @@ class ProjectPresenter(QObject):
         if not waiting.project.read_only:
             waiting.project.use_recording(folder, even_another=even_another)
         self._waiting = OpenedProject(waiting.project, folder, (), waiting.in_use)
-        self._document.open(folder)
+        self._document.open(folder, self._frame, _corrected_by(waiting.project))
 
     def give_up_missing(self) -> None:
         """Do without the project whose recording nobody knows."""
@@ -214,6 +222,8 @@ class ProjectPresenter(QObject):
     def _on_edited(self, changed: Changed) -> None:
         self._read_history()
         self.changed.emit(changed)
+        if changed.tables & {CHOICE.name, DESCRIPTION.name}:
+            self._tell_if_corrections_differ()
 
     def _read_history(self) -> None:
         """Read once per edit what would otherwise be asked for with every refresh."""
@@ -224,6 +234,10 @@ class ProjectPresenter(QObject):
         self._redo_words = redo.words if redo is not None else ""
 
     # ---- following the document
+
+    def _finder(self) -> FindCorrections:
+        home = self.wishes().home
+        return lambda folder: corrections_of(folder, home)
 
     def _begin(
         self, title: str, work: Callable[[Task], object], done: Callable[[Any], None]
@@ -237,7 +251,7 @@ class ProjectPresenter(QObject):
         self._give_up_waiting()
         self._waiting = opened
         if opened.folder is not None:
-            self._document.open(opened.folder, self._frame)
+            self._document.open(opened.folder, self._frame, _corrected_by(opened.project))
             return
         for message in opened.messages:
             self.message.emit(message)
@@ -285,6 +299,23 @@ class ProjectPresenter(QObject):
         if opened is self._opened:
             for message in opened.messages:
                 self.message.emit(message)
+            self._tell_if_corrections_differ()
+
+    def _tell_if_corrections_differ(self) -> None:
+        """Say where the recording is not shown as the project asks for; it is not reopened."""
+        if self.project is None or self._document.refused:
+            return
+        try:
+            wanted = self.project.corrections()
+        except InputError as error:
+            self.message.emit(message_of(error))
+            return
+        if not same_corrections(wanted, self._document.corrections):
+            self.message.emit(differ_message(self.project.path.name, self._open_again))
+
+    def _open_again(self) -> None:
+        if self.path is not None:
+            self.open_file(self.path, self._document.frame)
 
     def _give_up_waiting(self) -> None:
         waiting, self._waiting = self._waiting, None
@@ -299,3 +330,7 @@ class ProjectPresenter(QObject):
     @Slot(object)
     def _on_task_failed(self, error: Exception) -> None:
         self._problem = f"The project could not be opened: {message_of(error).what}."
+
+
+def _corrected_by(project: Project) -> FindCorrections:
+    return lambda _folder: corrections_in(project)
