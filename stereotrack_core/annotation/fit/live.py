@@ -86,7 +86,7 @@ def fitted_frame(
     ways = _ways(context, data, start)
     sigma = np.maximum(data.clicks.sigma, _WIDEST)
     ways = [_further(way, sigma, roughly=len(ways) > 1) for way in ways]
-    ways = sorted(ways, key=lambda way: way.cost)[:_KEPT]
+    ways = sorted(ways, key=lambda way: way.cost + _missed(context, data, way.state.pose))[:_KEPT]
     sigma = np.maximum(data.clicks.sigma, _NARROWER[0])
     ways = [_further(way, sigma) for way in ways]
     best = min(ways, key=lambda way: way.cost + _missed(context, data, way.state.pose))
