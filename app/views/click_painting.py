@@ -49,6 +49,7 @@ def paint_marks(
     names = _Names(painter, bounds)
     if "clicks" in shown:
         _paint_clicks(painter, marks.clicks, to_widget)
+        names.keep_free([to_widget.map(QPointF(mark.x, mark.y)) for mark in marks.clicks])
         _name_clicks(names, marks.clicks, to_widget)
     if "predictions" in shown:
         _name_predictions(names, marks.predictions, to_widget)
@@ -178,6 +179,11 @@ class _Names:
     def __init__(self, painter: QPainter, bounds: QRectF) -> None:
         self._painter, self._bounds = painter, bounds
         self._taken: list[QRectF] = []
+
+    def keep_free(self, dots: Sequence[QPointF]) -> None:
+        """Write over none of these dots."""
+        reach = QPointF(DOT, DOT)
+        self._taken += [QRectF(dot - reach, dot + reach) for dot in dots]
 
     def write(self, text: str, place: QPointF, *, whole: bool) -> None:
         """Write a name; one that is not `whole` only where there is room for it."""
