@@ -88,7 +88,7 @@ def fitted_frame(
     ways = [_further(way, sigma, roughly=len(ways) > 1) for way in ways]
     ways = sorted(ways, key=lambda way: way.cost + _missed(context, data, way.state.pose))[:_KEPT]
     sigma = np.maximum(data.clicks.sigma, _NARROWER[0])
-    ways = [_further(way, sigma) for way in ways]
+    ways = [_further(way, sigma, roughly=len(ways) > 1) for way in ways]
     best = min(ways, key=lambda way: way.cost + _missed(context, data, way.state.pose))
     best, sigma = _narrowed(best, data.clicks.sigma)
     factor = float(np.max(sigma / data.clicks.sigma, initial=1.0))
