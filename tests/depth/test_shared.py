@@ -50,7 +50,7 @@ def test_every_view_sees_its_own_side_of_the_torso(shared_recording):
         in_front = (torso - axis) @ pose.rotation[:, 2]
         assert -0.2 < np.median(in_front) < 0.0, name
         across = (torso - axis) @ pose.rotation[:, 0]
-        assert abs(np.median(across)) < 0.05, name
+        assert abs(np.median(across)) < 0.07, name
 
 
 def test_the_motorcycle_has_its_true_ranges(shared_recording):
