@@ -132,9 +132,8 @@ class ActionBook(QObject):
             if command.checked is not None:
                 action.setChecked(command.checked())
             said = (why_not, self.key_words(name))
-            if (
-                self._said.get(name) != said
-            ):  # what has not changed is not said again: it takes time
+            # What has not changed is not said again: it takes time.
+            if self._said.get(name) != said:
                 self._said[name] = said
                 self._say(command, action, *said)
 

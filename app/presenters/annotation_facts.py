@@ -25,7 +25,8 @@ from stereotrack_core.project.click_sigma import measured_sigmas
 from stereotrack_core.project.history import Changed
 from stereotrack_core.recording.description import Recording
 
-_REST_MS = 40
+_SOON_MS = 30
+_REST_MS = 60
 _PAUSE_MS = 250
 
 
@@ -80,6 +81,9 @@ class AnnotationFacts(QObject):
         self._deep: NewestAnswer[ShownFit] = NewestAnswer(
             self._deep_question, self._fitters[1], "fit with depth"
         )
+        # curves and predictions come after the click or the picture is painted
+        self._soon = QTimer(self, singleShot=True, interval=_SOON_MS)
+        self._soon.timeout.connect(self._hints.ask)
         # frames that are only passed by are not fitted
         self._rest = QTimer(self, singleShot=True, interval=_REST_MS)
         self._rest.timeout.connect(self._fit.ask)
@@ -90,7 +94,7 @@ class AnnotationFacts(QObject):
             source.changed.connect(self.changed)
             source.failed.connect(self.failed)
         annotating.clicks_changed.connect(self.ask)
-        annotating.choice_changed.connect(self._hints.ask)
+        annotating.choice_changed.connect(self._soon.start)
         clouds.measured.connect(self._on_measured)
         project.changed.connect(self._on_changed)
         project.opened.connect(self._on_project)
@@ -106,7 +110,7 @@ class AnnotationFacts(QObject):
     def ask(self, _what: object = None) -> None:
         """Work everything out again."""
         self._predictions = None
-        self._hints.ask()
+        self._soon.start()
         self._rest.start()
         self._pause.start()
 
@@ -139,13 +143,14 @@ class AnnotationFacts(QObject):
     def settled(self) -> bool:
         """Whether everything that was asked for is there."""
         answered = self._hints.settled() and self._fit.settled() and self._deep.settled()
-        waits = self._rest.isActive() or self._pause.isActive() or self._waits_for_depth()
+        waiting = any(timer.isActive() for timer in (self._soon, self._rest, self._pause))
+        waits = waiting or self._waits_for_depth()
         return answered and not waits
 
     def close(self) -> None:
         """End the threads."""
-        self._rest.stop()
-        self._pause.stop()
+        for timer in (self._soon, self._rest, self._pause):
+            timer.stop()
         for fitter in self._fitters:
             fitter.close()
         for source in (self._hints, self._fit, self._deep):
