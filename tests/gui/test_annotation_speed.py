@@ -72,6 +72,19 @@ def test_a_frame_step(full, qtbot):
     assert statistics.median(times) < MOST_MS
 
 
+def test_nothing_is_worked_out_about_frames_that_are_only_passed_by(full, qtbot):
+    """Threads of this process share the interpreter with the one that paints."""
+    hints = full.annotate.facts._hints
+    asked, question = [], hints._question
+    hints._question = lambda: asked.append(full.document.frame) or question()
+    first = full.document.frame
+    for _ in range(4):
+        key(full, Qt.Key.Key_Right)
+    assert asked == []
+    qtbot.waitUntil(lambda: hints.at(first + 4) is not None, timeout=30_000)
+    assert set(asked) == {first + 4}
+
+
 def test_from_the_click_to_its_paint_and_into_the_file(full):
     camera = full.grid.tiles["N"].camera
     times = []

@@ -117,31 +117,6 @@ def tasks(qapp):
 
 
 @pytest.fixture
-def dark(qapp):
-    """The dark theme's tokens, with the theme shown; the old theme comes back."""
-    from app.theme import apply_theme, chosen_theme, current_theme
-
-    before = chosen_theme()
-    apply_theme(qapp, "dark")
-    yield current_theme()
-    apply_theme(qapp, before)
-
-
-@pytest.fixture
-def shown(qtbot, dark):
-    """Function that shows a widget of a given size and waits until it is painted."""
-
-    def show(widget, width=640, height=480):
-        qtbot.addWidget(widget)
-        widget.resize(width, height)
-        with qtbot.waitExposed(widget):
-            widget.show()
-        return widget
-
-    return show
-
-
-@pytest.fixture
 def make():
     """What tests make clicks, cameras and poses with."""
     from types import SimpleNamespace

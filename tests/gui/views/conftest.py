@@ -19,28 +19,3 @@ def pytest_collection_modifyitems(items):
             item.add_marker(pytest.mark.qt_log_level_fail("WARNING"))
             # said by the platform that paints into memory for every window
             item.add_marker(pytest.mark.qt_log_ignore("propagateSizeHints"))
-
-
-@pytest.fixture
-def dark(qapp):
-    """The dark theme's tokens, with the theme shown; the old theme comes back."""
-    from app.theme import apply_theme, chosen_theme, current_theme
-
-    before = chosen_theme()
-    apply_theme(qapp, "dark")
-    yield current_theme()
-    apply_theme(qapp, before)
-
-
-@pytest.fixture
-def shown(qtbot, dark):
-    """Function that shows a widget of a given size and waits until it is painted."""
-
-    def show(widget, width=640, height=480):
-        qtbot.addWidget(widget)
-        widget.resize(width, height)
-        with qtbot.waitExposed(widget):
-            widget.show()
-        return widget
-
-    return show
