@@ -65,10 +65,9 @@ class PartFrames:
     origins: FloatArray
 
     def apply(self, part: IntArray, points: FloatArray) -> FloatArray:
-        """World points (N, 3) of points (N, 3) in the frames of parts (N,); for one pose."""
-        result: FloatArray = (
-            np.einsum("nij,nj->ni", self.rotations[part], points) + self.origins[part]
-        )
+        """World points (..., N, 3) of points (N, 3) in the frames of parts (N,)."""
+        turned = np.einsum("...nij,nj->...ni", self.rotations[..., part, :, :], points)
+        result: FloatArray = turned + self.origins[..., part, :]
         return result
 
 

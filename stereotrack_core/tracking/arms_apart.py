@@ -65,18 +65,9 @@ class ApartResidual:
 
     def predicted(self, frames: PartFrames) -> FloatArray:
         """Distances (S, m) for stacked poses."""
-        apart = _placed(frames, self.left, self.on_left) - _placed(
-            frames, self.right, self.on_right
-        )
-        result: FloatArray = np.einsum("smi,mi->sm", apart, self.direction)
+        left, right = frames.apply(self.left, self.on_left), frames.apply(self.right, self.on_right)
+        result: FloatArray = np.einsum("smi,mi->sm", left - right, self.direction)
         return result
-
-
-def _placed(frames: PartFrames, part: IntArray, places: FloatArray) -> FloatArray:
-    result: FloatArray = (
-        np.einsum("smij,mj->smi", frames.rotations[:, part], places) + frames.origins[:, part]
-    )
-    return result
 
 
 def arms_apart(body: BodyModel, frames: PartFrames, least: float) -> list[ApartResidual]:

@@ -122,7 +122,7 @@ class ClickResidual:
         """The landmarks (S, 2 M) for stacked poses."""
         part = self.freedom.parts[self.clicks.landmark]
         own = self.local[self.clicks.landmark]
-        world = np.einsum("smij,mj->smi", frames.rotations[:, part], own) + frames.origins[:, part]
+        world = frames.apply(part, own)
         inside = _in_cameras(self.clicks, world)
         return _pixels(self.clicks, inside[..., :2] / inside[..., 2:])
 
