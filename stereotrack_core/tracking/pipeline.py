@@ -10,9 +10,9 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.blas_threads import one_blas_thread
 from stereotrack_core.body.model import BodyModel, body_model, landmarks
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import proportions_of
@@ -141,8 +141,7 @@ class Pipeline:
         self._found: Pose | None = None
         self._preset = preset
         self._owns_reader = reader is None
-        # Matrices of 24 columns gain nothing from a second thread and lose much on a busy machine.
-        self._blas = threadpool_limits(1, user_api="blas")
+        self._release_blas = one_blas_thread.hold()
         self.reader = reader or FrameReader(recording, views=self.views, colour=colour)
         self._started = False
         self._prepared = False
@@ -247,7 +246,7 @@ class Pipeline:
         """Close the reader, unless it is shared."""
         if self._shared is None:
             self.chain.close()
-        self._blas.restore_original_limits()
+        self._release_blas()
         if self._owns_reader:
             self.reader.close()
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from threadpoolctl import ThreadpoolController
-
 from stereotrack_core.annotation.fit.context import FitContext
 from stereotrack_core.annotation.fit.depth import MeasuredDepth
 from stereotrack_core.annotation.fit.live import fitted_frame
@@ -14,6 +12,7 @@ from stereotrack_core.annotation.fit.results import FrameFit, TrajectoryFit
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.fit.trajectory import Clouds, fitted_trajectory
 from stereotrack_core.annotation.landmark_set import LandmarkSet
+from stereotrack_core.blas_threads import one_blas_thread
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.body.pose import Pose
@@ -61,8 +60,6 @@ class ClickFit:
             fps,
             views or {},
         )
-        # Matrices of 60 to 110 columns lose much by a second thread on a busy machine.
-        self._blas = ThreadpoolController()
 
     def frame(
         self,
@@ -88,7 +85,7 @@ class ClickFit:
         KeyError
             For a camera that is not known.
         """
-        with self._blas.limit(limits=1, user_api="blas"):
+        with one_blas_thread():
             return fitted_frame(self._context, measurements, cloud, start)
 
     def trajectory(
@@ -122,7 +119,7 @@ class ClickFit:
         Cancelled
             When stopped.
         """
-        with self._blas.limit(limits=1, user_api="blas"):
+        with one_blas_thread():
             return fitted_trajectory(
                 self._context, measurements_by_frame, frames, clouds, gaps, on_frame, cancelled
             )

@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
+from stereotrack_core.blas_threads import one_blas_thread
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.cloud import Cloud
@@ -87,7 +87,7 @@ def cost_of_points(
         own = dense.replaced(data_points=size)
         tracker = tracker_for(body, own, positions, recording.fps, 0)
         tracker.start(t_pose_in_cloud(body, clouds[0].points))
-        with threadpool_limits(1, user_api="blas"):
+        with one_blas_thread():
             tracker.step(clouds[0])
             seconds = [_processor_seconds(tracker.step, cloud) for cloud in clouds]
         costs.append(Cost(size, 1000.0 * median(seconds)))

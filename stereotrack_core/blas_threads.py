@@ -1,0 +1,71 @@
+"""Linear algebra on one thread, for as long as anybody needs it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import scipy.linalg  # noqa: F401  loads its BLAS, which a limit only reaches once it is loaded
+from threadpoolctl import ThreadpoolController
+
+
+class OneBlasThread:
+    """Holds the process's BLAS to one thread while at least one holder is left.
+
+    Matrices of some tens of columns gain nothing from a second thread and lose much on a busy
+    machine; and the last bits of a sum depend on how many threads made it. The number of threads
+    belongs to the process, so holders that overlap have to be counted: were each to restore what
+    it found, the first to leave would give the threads back under the feet of the others.
+
+    Parameters
+    ----------
+    limit : callable, optional
+        Sets the limit and returns an object whose ``restore_original_limits`` takes it away.
+    """
+
+    def __init__(self, limit: Callable[[], Any] | None = None) -> None:
+        self._limit = limit or self._limited
+        self._lock = threading.Lock()
+        self._holders = 0
+        self._restoring: Any = None
+        self._controller: ThreadpoolController | None = None
+
+    def hold(self) -> Callable[[], None]:
+        """Begin to hold; returns what ends it, which may be called more than once."""
+        with self._lock:
+            if self._holders == 0:
+                self._restoring = self._limit()
+            self._holders += 1
+        held = True
+
+        def release() -> None:
+            nonlocal held
+            with self._lock:
+                if not held:
+                    return
+                held = False
+                self._holders -= 1
+                if self._holders == 0:
+                    self._restoring.restore_original_limits()
+
+        return release
+
+    @contextmanager
+    def __call__(self) -> Iterator[None]:
+        """Hold during a block."""
+        release = self.hold()
+        try:
+            yield
+        finally:
+            release()
+
+    def _limited(self) -> Any:
+        # Looking for the libraries takes milliseconds, a live fit only some tens of them.
+        if self._controller is None:
+            self._controller = ThreadpoolController()
+        return self._controller.limit(limits=1, user_api="blas")
+
+
+one_blas_thread = OneBlasThread()

@@ -1,0 +1,54 @@
+"""Overlapping holders of one thread do not give threads back to each other's work."""
+
+from __future__ import annotations
+
+import pytest
+import threadpoolctl
+
+from stereotrack_core.blas_threads import OneBlasThread, one_blas_thread
+
+
+class CountedLimit:
+    def __init__(self):
+        self.set = self.restored = 0
+
+    def __call__(self):
+        self.set += 1
+        return self
+
+    def restore_original_limits(self):
+        self.restored += 1
+
+
+def blas_threads():
+    return {
+        pool["num_threads"]
+        for pool in threadpoolctl.threadpool_info()
+        if pool["user_api"] == "blas"
+    }
+
+
+def test_the_first_to_leave_gives_nothing_back():
+    limit = CountedLimit()
+    threads = OneBlasThread(limit)
+    first = threads.hold()
+    second = threads.hold()
+    first()
+    assert (limit.set, limit.restored) == (1, 0)
+    first()
+    assert limit.restored == 0, "ending twice must not end another's"
+    second()
+    assert (limit.set, limit.restored) == (1, 1)
+    with pytest.raises(ValueError, match="inside"), threads():
+        raise ValueError("inside")
+    assert (limit.set, limit.restored) == (2, 2)
+
+
+def test_blas_really_runs_on_one_thread_until_the_last_has_left():
+    with threadpoolctl.threadpool_limits(2, user_api="blas"):
+        before = blas_threads()
+        first, second = one_blas_thread.hold(), one_blas_thread.hold()
+        first()
+        assert blas_threads() == {1}
+        second()
+        assert blas_threads() == before
