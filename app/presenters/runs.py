@@ -22,6 +22,7 @@ from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 
 LineStyle: TypeAlias = Literal["solid", "dash"]
+Kind: TypeAlias = Literal["run", "attempt"]
 
 
 @dataclass(eq=False)
@@ -48,6 +49,9 @@ class RunEntry:
         Where its frames come from; known when tracking has begun.
     wall_seconds : float
         Time that the tracker has worked on it, without pauses.
+    kind : "run" or "attempt"
+        An attempt is what some stretch would look like with other settings; it is gone when it is
+        dismissed, unless it is made the active run.
     """
 
     name: str
@@ -61,6 +65,7 @@ class RunEntry:
     stored: Run | None = None
     origin: Origin | None = None
     wall_seconds: float = 0.0
+    kind: Kind = "run"
 
     def at(self, frame: int) -> TrackedFrame | None:
         """What the run knows about a frame."""
