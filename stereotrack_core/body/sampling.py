@@ -98,6 +98,7 @@ def visible_points(
     cameras: FloatArray,
     count: int,
     rng: np.random.Generator | None,
+    watch: Callable[[SurfacePoints, BoolArray, BoolArray], None] | None = None,
 ) -> SurfacePoints:
     """Sample the surface, without points inside another cone and points that no camera sees.
 
@@ -114,14 +115,20 @@ def visible_points(
         Number of points that shall remain; fewer come back when hardly anything is visible.
     rng : Generator or None
         Draws at random; None takes the fixed pattern.
+    watch : callable, optional
+        Is told of each draw: the candidates, which of them are inside another cone, and which of
+        the others are seen.
     """
     placed = placed_cones(body, frames)
 
     def remaining(candidates: SurfacePoints) -> SurfacePoints:
         points = frames.apply(candidates.part, candidates.points)
         normals = np.einsum("nij,nj->ni", frames.rotations[candidates.part], candidates.normals)
-        keep = ~inside_other_cone(points, candidates.cone, placed)
+        inside = inside_other_cone(points, candidates.cone, placed)
+        keep = ~inside
         keep[keep] = visible(points[keep], normals[keep], cameras, placed)
+        if watch is not None:
+            watch(candidates, inside, keep)
         return candidates[keep]
 
     if rng is None:

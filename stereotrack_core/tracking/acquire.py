@@ -176,6 +176,7 @@ class SeekingTracker(ManifoldTracker):
         if found:
             best, *others = _distinct(sorted(found, key=_by_cost))
             self.start(best.tracker.pose)
+            self.observer.sought(self.pose)
             self._cost, self._unchanged = best.cost, 0
             self._rivals = others[:_RIVALS]
 

@@ -26,6 +26,7 @@ from stereotrack_core.tracking.estimate import (
     Prior,
     limb_sigma_deg,
 )
+from stereotrack_core.tracking.inside.observer import SILENT, Observer
 from stereotrack_core.tracking.limits import limit_residuals
 from stereotrack_core.tracking.lost.judge import lost_probability
 from stereotrack_core.tracking.lost.signs import Judged, limb_signs, unexpected
@@ -60,7 +61,14 @@ class ManifoldTracker:
     """Predict, then iterate posterior linearisation of the distances to the surface.
 
     Parameters are those of :class:`ThesisTracker`.
+
+    Attributes
+    ----------
+    observer : Observer
+        Is told what happens inside a frame.
     """
+
+    observer: Observer = SILENT
 
     def __init__(
         self,
@@ -100,6 +108,7 @@ class ManifoldTracker:
         begun = time.perf_counter()
         before = self.pose
         self.predict()
+        self.observer.predicted(self.pose, self.P)
         if len(cloud.points) < self.parameters.least_points:
             return self.lost(before, f"the cloud has only {len(cloud.points)} points")
         data = self.choose(cloud)
@@ -126,6 +135,7 @@ class ManifoldTracker:
         hurried = self.widened(predicted, P0)
         if hurried is not None:
             P0 = hurried
+            self.observer.widened(P0)
             surface, _ = self.follow(data, predicted, P0)
         carried = np.ones(len(P0), dtype=np.bool_)
         if self.parameters.search.search_arms:
@@ -190,13 +200,17 @@ class ManifoldTracker:
         least = (
             self._search.cost(evidence, predicted, self.pose) - self._search.parameters.search_gain
         )
-        here = self.pose
-        for _, proposed in self._search.best_pairs(evidence, predicted, here, rng):
+        here, watch = self.pose, self.observer
+        watch.searching(evidence, predicted, here)
+        for _, proposed in self._search.best_pairs(evidence, predicted, here, rng, watch):
+            watch.refining(proposed)
             surface = self.refine(data, proposed, P0)
             cost = self._search.cost(evidence, predicted, self.pose)
+            watch.refined(self.pose, cost)
             if cost < least:
                 least, best = cost, (self.pose, self.P, surface)
         self.pose, self.P, surface = best
+        watch.searched(self.pose)
         return surface
 
     def refine(self, data: FloatArray, proposed: Pose, P0: FloatArray) -> SurfaceResidual:
@@ -223,7 +237,9 @@ class ManifoldTracker:
         p = self.parameters
         scale = p.robust_wide if iteration < _WIDE_ITERATIONS else p.robust_narrow
         trust = Trust(p.reach, scale, p.sigma_measurement, p.effective_points)
-        return surface_residual(data, self.body, self.body.frames(self.pose), trust)
+        surface = surface_residual(data, self.body, self.body.frames(self.pose), trust)
+        self.observer.corresponded(data, surface)
+        return surface
 
     def correct(self, prior: Pose, P0: FloatArray, surface: SurfaceResidual) -> float:
         """Linearise at the present posterior, correct the frame's prior; returns the innovation."""
@@ -232,6 +248,7 @@ class ManifoldTracker:
             *(row for seen in self._observed for row in seen.residuals(self.body, self.pose)),
             *limit_residuals(self.body, self.pose, self.parameters, self.joints),
         )
+        self.observer.correcting(prior, P0, self.pose, self.P, residuals)
         if self.parameters.linearisation == "sigma_points":
             found = gathered_by_sigma_points(
                 residuals, self.body, self.pose, self.P, self._weights, self.joints
@@ -242,6 +259,7 @@ class ManifoldTracker:
         P0_inverse: FloatArray = scipy.linalg.inv(P0)
         dx, self.P = posterior(P0_inverse, from_prior, found)
         self.pose = displaced(self.pose, np.clip(dx, -_STEP_LIMIT, _STEP_LIMIT), self.joints)
+        self.observer.corrected(self.pose, self.P, dx)
         if not len(surface.distance):
             return float("nan")
         return float(np.sqrt(np.mean(surface.distance**2 / surface.variance)))

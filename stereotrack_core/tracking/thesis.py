@@ -25,6 +25,7 @@ from stereotrack_core.tracking.estimate import (
     Prior,
     limb_sigma_deg,
 )
+from stereotrack_core.tracking.inside.observer import SILENT, Observer
 from stereotrack_core.tracking.lost.judge import lost_probability
 from stereotrack_core.tracking.lost.signs import Judged, limb_signs, unexpected
 from stereotrack_core.tracking.parameters import TrackingParameters
@@ -81,7 +82,14 @@ class ThesisTracker:
         Frame sets per second; the process noise is stated for 10 Hz.
     seed : int
         Of the random sampling.
+
+    Attributes
+    ----------
+    observer : Observer
+        Is told what happens inside a frame.
     """
+
+    observer: Observer = SILENT
 
     state_names = state_names(THESIS_JOINTS)
 
@@ -117,6 +125,7 @@ class ThesisTracker:
         """Follow to the next cloud (3.2.3 and 3.2.4)."""
         begun, before = time.perf_counter(), self.x
         self.predict()
+        self.observer.predicted_state(self.x, self.P)
         carried = np.ones(len(self.x), dtype=np.bool_)
         self._prior = None if self._anew else Prior(np.zeros(len(self.x)), self.P, carried)
         if len(cloud.points) < self.parameters.least_points:
@@ -130,8 +139,11 @@ class ThesisTracker:
             pairs = self.closest(sampled, tree)
             if not len(pairs.e):
                 return self.lost("every model point lies on its measured point")
+            self.observer.paired(pairs)
             innovations.append(self.correct(pairs))
+            self.observer.corrected_state(self.x, self.P)
         self.avoid_collisions()
+        self.observer.avoided(self.x)
         self._anew = False
         self._movement = self.x - before
         self._movement[3:] = np.arctan2(np.sin(self._movement[3:]), np.cos(self._movement[3:]))
@@ -145,7 +157,8 @@ class ThesisTracker:
         """Draw the model points G(x_hat), (3.4)."""
         frames = self.body.frames(pose_of_state(self.x, THESIS_JOINTS))
         rng = self._rng if self.parameters.sampling == "random" else None
-        return visible_points(self.body, frames, self.cameras, self.parameters.model_points, rng)
+        wanted, watch = self.parameters.model_points, self.observer.sampled
+        return visible_points(self.body, frames, self.cameras, wanted, rng, watch)
 
     def closest(self, sampled: SurfacePoints, tree: cKDTree) -> Projection:
         """Pair every model point with the nearest measured one: the operator C (2.3)."""

@@ -73,4 +73,6 @@ class ColouredTracker(ListeningTracker):
         trust = Trust(p.reach, scale, p.sigma_measurement, p.effective_points)
         places = np.ascontiguousarray(data[:, :3])
         penalty = p.colours.colour_weight * self._known.penalty(places, data[:, 3:], frames)
-        return surface_residual(places, self.body, frames, trust, penalty)
+        surface = surface_residual(places, self.body, frames, trust, penalty)
+        self.observer.corresponded(data, surface)
+        return surface

@@ -12,6 +12,7 @@ from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import FOREARMS, TORSO, UPPER_ARMS
 from stereotrack_core.body.surface import nearest_on_surface
 from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.tracking.inside.observer import SILENT, Observer
 from stereotrack_core.tracking.search.arms import (
     LEFT,
     RIGHT,
@@ -113,7 +114,12 @@ class ArmSearch:
         )
 
     def best_pairs(
-        self, evidence: Evidence, predicted: Pose, pose: Pose, rng: np.random.Generator
+        self,
+        evidence: Evidence,
+        predicted: Pose,
+        pose: Pose,
+        rng: np.random.Generator,
+        observer: Observer = SILENT,
     ) -> list[tuple[float, Pose]]:
         """Cost and pose of the best pairs of arms, best first; the body stays as in `pose`."""
         frames, before = self.body.frames(pose), self.body.frames(predicted)
@@ -134,6 +140,7 @@ class ArmSearch:
             )
             other = at_present[1 - shape.side]
             kept.append(self._best_of(evidence, shape, proposed, expected[shape.side], other))
+            observer.proposed(shape.side, proposed, kept[-1][0], expected[shape.side], other)
         return self._pairs(evidence, kept, pose)
 
     def cost(self, evidence: Evidence, predicted: Pose, pose: Pose) -> float:
@@ -150,6 +157,39 @@ class ArmSearch:
             return float(total)
         drawn = [self._drawn(evidence, frames, chosen) for chosen in self._of_arm]
         return float(total + self._unlike(evidence, pose, *drawn))
+
+    def terms(self, evidence: Evidence, predicted: Pose, pose: Pose) -> dict[str, float]:
+        """What :meth:`cost` of a pose is made of, by name."""
+        frames, before = self.body.frames(pose), self.body.frames(predicted)
+        arms = [arm_of_pose(frames, side) for side in (LEFT, RIGHT)]
+        far = [self._distances(evidence, s, arms[s.side])[0] for s in self.shapes]
+        found = {"data": 0.0, "sight": 0.0, "anatomy": 0.0, "change": 0.0}
+        for shape, arm in zip(self.shapes, arms, strict=True):
+            expected = arm_of_pose(before, shape.side)
+            of_arm = self.arm_terms(evidence, shape.side, arm, expected, far[1 - shape.side])
+            found["data"] = float(of_arm.pop("data")[0])  # of both arms together, either way
+            for name, cost in of_arm.items():
+                found[name] += float(cost[0])
+        found["crossing"] = float(self._crossing(*arms)[0, 0])
+        drawn = [self._drawn(evidence, frames, chosen) for chosen in self._of_arm]
+        found["pictures"] = self._unlike(evidence, pose, *drawn)
+        return found
+
+    def arm_terms(
+        self, evidence: Evidence, side: int, arms: Arms, expected: Arms, other: FloatArray
+    ) -> dict[str, FloatArray]:
+        """Costs (K,) of places of one arm by name; the other one is so far (N,) from the data."""
+        shape = self.shapes[side]
+        explained = np.empty(len(arms))
+        others = np.minimum(evidence.body_distance, other)
+        distances = self._distances(evidence, shape, arms)
+        unexplained_sums(others, distances, _SQUARED_SCALE, explained)
+        return {
+            "data": evidence.weight * explained,
+            "sight": sight_cost(evidence.scene, shape, arms, self.parameters),
+            "anatomy": anatomy_cost(evidence.scene, shape, arms),
+            "change": change_cost(expected, arms),
+        }
 
     def _drawn(
         self, evidence: Evidence, frames: PartFrames, chosen: BoolArray
