@@ -8,17 +8,9 @@ from __future__ import annotations
 
 from types import MappingProxyType
 
-LIMB_COLOURS: MappingProxyType[str, str] = MappingProxyType(
-    {
-        "torso": "#8c8c8c",
-        "head": "#009E73",
-        "left_upper_arm": "#0072B2",
-        "left_forearm": "#56B4E9",
-        "right_upper_arm": "#D55E00",
-        "right_forearm": "#E69F00",
-    }
-)
-"""Colour of each limb as #rrggbb."""
+from stereotrack_core.evaluation.limb_colours import LIMB_COLOURS
+
+__all__ = ["EXTRA_COLOURS", "LANDMARK_LIMBS", "LIMB_COLOURS", "limb_rgb", "limb_words"]
 
 EXTRA_COLOURS: MappingProxyType[str, str] = MappingProxyType({"unexplained %": "#CC79A7"})
 """Curves that are no angle of a limb and are drawn when asked for."""

@@ -1,0 +1,246 @@
+"""A strip of pictures of some frames, as the thesis's figures 4.5 to 4.12 show them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
+from stereotrack_core.body.mesh import PartMesh, body_mesh
+from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.episodes.best_view import best_view
+from stereotrack_core.evaluation.episodes.drawing import (
+    Window,
+    draw_body,
+    draw_reference,
+    whole_window,
+)
+from stereotrack_core.evaluation.episodes.lettering import text_width, write
+from stereotrack_core.evaluation.errors import errors_against
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording.description import Recording, View
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.stored import body_of_run, pose_of_run
+
+_HEIGHT, _GAP, _BORDER = 300, 6, 10
+_TEXT, _LINE = 15.0, 22
+_PAPER = 255
+_ROOM = 0.25
+"""Metres around the person's landmarks that are shown as well."""
+
+
+def evenly(first: int, last: int, count: int) -> list[int]:
+    """At most `count` frames spread evenly from the first to the last one, both included."""
+    spread = np.round(np.linspace(first, last, max(1, count))).astype(int)
+    return [int(frame) for frame in np.unique(spread)]
+
+
+def picture_strip(
+    recording: Recording,
+    run: Run,
+    frames: Sequence[int],
+    view: str | None = None,
+    *,
+    limbs: Sequence[str] = (),
+    reference: LandmarkTrajectory | None = None,
+    reader: FrameReader | None = None,
+    height: int = _HEIGHT,
+) -> ImageArray:
+    """Pictures of a view beside each other, below them the same with the model, and numbers.
+
+    Parameters
+    ----------
+    recording : Recording
+    run : Run
+    frames : sequence of int
+        What is shown, from left to right.
+    view : str, optional
+        The view; the one that shows the limbs best where not given.
+    limbs : sequence of str
+        Limbs whose errors stand under each frame and whose outlines are broader; both arms where
+        not given, of which the worst one is written then.
+    reference : LandmarkTrajectory, optional
+        Drawn dashed, and errors are measured against it; without it what the run says itself is
+        written: the probability that the limb is lost, or its standard deviation.
+    reader : FrameReader, optional
+        Shared reader; one is opened where not given.
+    height : int, pixels
+        Of each picture.
+
+    Returns
+    -------
+    (H, W, 3) uint8, BGR
+
+    Raises
+    ------
+    InputError
+        For no frames, a view that is not there, or frames that the recording has not.
+    """
+    if not len(frames):
+        raise InputError("there is no frame to show", where="frames", remedy="Choose some.")
+    shown = _view(recording, view or best_view(recording, run, frames, limbs))
+    camera = recording.reference_camera(shown)
+    window = person_window(camera, run, frames, height)
+    own = reader or FrameReader(recording, views=[shown.name])
+    try:
+        sets = [own.frame_set(int(frame)) for frame in frames]
+    finally:
+        if reader is None:
+            own.close()
+    captions = frame_captions(run, frames, limbs, reference)
+    columns = []
+    for frame, images, lines in zip(frames, sets, captions, strict=True):
+        seen = images.views.get(shown.name)
+        blank = np.full((window.height, window.width, 3), 60, dtype=np.uint8)
+        plain = window.cut(seen.image) if seen is not None else blank
+        drawn = plain.copy()
+        draw_body(drawn, camera, window, meshes_at(run, int(frame)), thick=limbs)
+        truth = landmarks_at(reference, int(frame))
+        if truth is not None:
+            draw_reference(drawn, camera, window, truth)
+        turned = [_turned(picture, shown) for picture in (plain, drawn)]
+        columns.append(_column(turned, lines))
+    return _beside(columns, f"view {shown.name}")
+
+
+def frame_captions(
+    run: Run,
+    frames: Sequence[int],
+    limbs: Sequence[str] = (),
+    reference: LandmarkTrajectory | None = None,
+) -> list[tuple[str, ...]]:
+    """What stands under each frame: its number, then the limbs' errors or what the run says."""
+    chosen = tuple(limbs)
+    values, unit = _said(run, np.asarray(frames, dtype=np.int64), reference)
+    known = chosen or tuple(values)
+    captions = []
+    for i, frame in enumerate(frames):
+        told = [(limb, values[limb][i]) for limb in known if np.isfinite(values[limb][i])]
+        if not chosen and told:
+            told = [max(told, key=lambda each: each[1])]
+        lines = [f"{limb.replace('_', ' ')} {value:.0f}{unit}" for limb, value in told]
+        captions.append((f"frame {frame}", *(lines or ["not known"])))
+    return captions
+
+
+def _said(
+    run: Run, frames: IntArray, reference: LandmarkTrajectory | None
+) -> tuple[dict[str, FloatArray], str]:
+    """Error in degrees of each arm's limb and the torso; without a reference how likely lost."""
+    from stereotrack_core.body.limbs import LIMBS
+
+    named = [limb for limb in LIMBS if limb != "head"]
+    values: dict[str, FloatArray] = {limb: np.full(len(frames), np.nan) for limb in named}
+    if reference is not None:
+        errors = errors_against(run.trajectory(), reference)
+        for limb in named:
+            known = dict(zip(errors.frame.tolist(), errors.of_limb(limb).tolist(), strict=True))
+            degrees = [known.get(int(frame), np.nan) for frame in frames]
+            values[limb] = np.degrees(np.array(degrees, dtype=np.float64))
+        return values, "°"
+    place = {int(frame): i for i, frame in enumerate(run.frame)}
+    for limb in named:
+        for i, frame in enumerate(frames):
+            if int(frame) in place:
+                values[limb][i] = 100.0 * run.limb_lost[place[int(frame)], LIMBS.index(limb)]
+    return values, " % lost"
+
+
+def meshes_at(run: Run, frame: int) -> tuple[PartMesh, ...]:
+    """The body's surface in a frame; empty where the run has no pose of it."""
+    for i in np.flatnonzero(run.frame == frame):
+        pose = pose_of_run(run, int(i))
+        if pose is not None:
+            return body_mesh(body_of_run(run), pose)
+    return ()
+
+
+def landmarks_at(trajectory: LandmarkTrajectory | None, frame: int) -> FloatArray | None:
+    """Landmarks (9, 3) of a frame; None where there are none."""
+    if trajectory is None:
+        return None
+    for i in np.flatnonzero(trajectory.frame == frame):
+        points: FloatArray = trajectory.points[i]
+        return points if np.isfinite(points).any() else None
+    return None
+
+
+def person_window(camera: Camera, run: Run, frames: Sequence[int], height: int) -> Window:
+    """Part of the picture in which a run has the person in all these frames.
+
+    The whole picture where the run knows the person in none of them.
+    """
+    points = run.landmarks[np.isin(run.frame, np.asarray(frames))].reshape(-1, 3)
+    points = points[np.isfinite(points).all(axis=1)]
+    offsets = _ROOM * np.array([[1, 1, 1], [1, -1, 0], [-1, 1, 0], [-1, -1, 0.5]])
+    pixels = camera.project((points[:, None] + offsets).reshape(-1, 3))
+    pixels = pixels[np.isfinite(pixels).all(axis=1)]
+    if not len(pixels):
+        return whole_window(camera, height)
+    size = np.array([camera.width, camera.height], dtype=np.float64)
+    low, high = np.clip(pixels.min(axis=0), 0, size), np.clip(pixels.max(axis=0), 0, size)
+    if (high - low < 8).any():
+        return whole_window(camera, height)
+    scale = height / (high[1] - low[1])
+    width = max(1, round(float(scale * (high[0] - low[0]))))
+    return Window(float(low[0]), float(low[1]), float(scale), width, height)
+
+
+def _view(recording: Recording, name: str) -> View:
+    try:
+        return recording.view(name)
+    except KeyError:
+        known = ", ".join(view.name for view in recording.views)
+        raise InputError(
+            f"there is no view {name!r}", where=recording.name, remedy=f"Its views are {known}."
+        ) from None
+
+
+def _turned(picture: ImageArray, view: View) -> ImageArray:
+    return np.ascontiguousarray(np.rot90(picture, -(view.display_rotation // 90)))
+
+
+def _column(pictures: Sequence[ImageArray], lines: Sequence[str]) -> ImageArray:
+    """Pictures above each other, with lines of text below."""
+    widest = max(text_width(line, _TEXT, bold=i == 0) for i, line in enumerate(lines))
+    width = max(pictures[0].shape[1], int(np.ceil(widest)) + 4)
+    gap = np.full((_GAP, width, 3), _PAPER, dtype=np.uint8)
+    text = np.full((_LINE * len(lines) + _GAP, width, 3), _PAPER, dtype=np.uint8)
+    for i, line in enumerate(lines):
+        write(text, line, (width / 2, _LINE * (i + 1) - 4), _TEXT, bold=i == 0, middle=True)
+    rows = [gap]
+    for picture in pictures:
+        rows += [_padded(picture, width), gap]
+    return np.vstack([*rows[1:-1], text])
+
+
+def _padded(picture: ImageArray, width: int) -> ImageArray:
+    left = (width - picture.shape[1]) // 2
+    right = width - picture.shape[1] - left
+    padded = cv2.copyMakeBorder(
+        picture, 0, 0, left, right, cv2.BORDER_CONSTANT, value=(_PAPER, _PAPER, _PAPER)
+    )
+    return np.asarray(padded, dtype=np.uint8)
+
+
+def _beside(columns: Sequence[ImageArray], title: str) -> ImageArray:
+    height = max(column.shape[0] for column in columns)
+    gap = np.full((height, _GAP, 3), _PAPER, dtype=np.uint8)
+    row: list[ImageArray] = []
+    for column in columns:
+        below = np.full((height - len(column), column.shape[1], 3), _PAPER, dtype=np.uint8)
+        row += [np.vstack([column, below]), gap]
+    strip = np.hstack(row[:-1])
+    head = np.full((_LINE, strip.shape[1], 3), _PAPER, dtype=np.uint8)
+    write(head, title, (0.0, _LINE - 7), _TEXT - 2, (90, 90, 90))
+    return np.asarray(
+        cv2.copyMakeBorder(
+            np.vstack([head, strip]), _BORDER, _BORDER, _BORDER, _BORDER,
+            cv2.BORDER_CONSTANT, value=(_PAPER, _PAPER, _PAPER),
+        ),
+        dtype=np.uint8,
+    )  # fmt: skip
