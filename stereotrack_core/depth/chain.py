@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -28,6 +29,29 @@ if TYPE_CHECKING:
 _CALIBRATION_FRAMES = 6
 """Frames, evenly spread, from which the views' colours are calibrated."""
 
+SourceMaker: TypeAlias = Callable[[Recording, View, DepthParameters], StereoSource | DepthSource]
+"""Where a view's disparities come from; see :func:`source_of`."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredViews:
+    """What all views have measured at one instant, before it is fused.
+
+    Attributes
+    ----------
+    frame : int
+    results : mapping from view name to ViewResult
+        Views without images are absent.
+    problems : mapping from view name to str
+        See :class:`Cloud`.
+    seconds : mapping from stage name to seconds
+    """
+
+    frame: int
+    results: Mapping[str, ViewResult]
+    problems: Mapping[str, str]
+    seconds: Mapping[str, float]
+
 
 class DepthChain:
     """Rectify, match, subtract the background, fuse the views and drop outliers.
@@ -44,6 +68,8 @@ class DepthChain:
         Names of the views to use; all stereo and depth views where it is not given.
     colour : bool
         Whether points get colours, where the pictures have any (:mod:`colours`).
+    sources : callable, optional
+        Makes the views' sources, for those who keep what they give.
 
     Raises
     ------
@@ -58,11 +84,13 @@ class DepthChain:
         *,
         views: Sequence[str] | None = None,
         colour: bool = False,
+        sources: SourceMaker | None = None,
     ) -> None:
         self.parameters = parameters
         self._recording = recording
+        make = sources or source_of
         self._chains = tuple(
-            ViewChain(view.name, _source(recording, view, parameters), parameters, colour=colour)
+            ViewChain(view.name, make(recording, view, parameters), parameters, colour=colour)
             for view in _chosen_views(recording, views)
         )
         self.colours = ColourCalibration.none(self.view_names)
@@ -111,6 +139,26 @@ class DepthChain:
         if self._colour and len(self._chains) > 1:
             self._calibrate_colours(reader, frames)
 
+    def take_background(self, other: DepthChain, reader: FrameReader, frames: range) -> None:
+        """Know the empty scene as another chain of the same views has learned it.
+
+        Parameters
+        ----------
+        other : DepthChain
+            With the same parameters of matching and of learning the background.
+        reader, frames
+            As the other one has learned from them; colours are calibrated with them anew.
+        """
+        for own, learned in zip(self._chains, other._chains, strict=True):
+            own.background.take_over(learned.background)
+        if self._colour and len(self._chains) > 1:
+            self._calibrate_colours(reader, frames)
+
+    @property
+    def learns(self) -> bool:
+        """Whether clouds depend on those before them, as the background is still being learned."""
+        return any(chain.background.learns for chain in self._chains)
+
     def _learn_from_frames(
         self, chains: Sequence[ViewChain], reader: FrameReader, frames: range
     ) -> None:
@@ -123,7 +171,7 @@ class DepthChain:
 
     def _calibrate_colours(self, reader: FrameReader, frames: range) -> None:
         """Learn how each view sees colours from what several views see."""
-        if any(chain.background.learns for chain in self._chains):
+        if self.learns:
             return
         sampled = np.unique(np.linspace(0, len(frames) - 1, _CALIBRATION_FRAMES).astype(int))
         depths = [self.process(reader.frame_set(frames[i])).depths for i in sampled]
@@ -131,6 +179,10 @@ class DepthChain:
 
     def process(self, frame_set: FrameSet) -> Cloud:
         """The cloud of one frame set; views that give nothing are named in `problems`."""
+        return self.fused(self.measured(frame_set))
+
+    def measured(self, frame_set: FrameSet) -> MeasuredViews:
+        """What every view measures, not yet fused."""
         watch = Stopwatch()
         problems = {n: t for n, t in frame_set.problems.items() if n in self.view_names}
         present = [chain for chain in self._chains if chain.name in frame_set.views]
@@ -142,16 +194,12 @@ class DepthChain:
         results = {chain.name: r for chain, r in zip(present, measured, strict=True)}
         problems |= {name: result.problem for name, result in results.items() if result.problem}
         watch.lap("views")
-        return self._fused(frame_set.index, results, problems, watch)
+        seconds = summed([r.seconds for r in results.values()]) | watch.seconds
+        return MeasuredViews(frame_set.index, results, problems, seconds)
 
-    def _fused(
-        self,
-        frame: int,
-        results: Mapping[str, ViewResult],
-        problems: Mapping[str, str],
-        watch: Stopwatch,
-    ) -> Cloud:
-        p = self.parameters
+    def fused(self, seen: MeasuredViews) -> Cloud:
+        """Put the views' points together, and drop outliers (3.1)."""
+        watch, p, results = Stopwatch(), self.parameters, seen.results
         names = self.view_names
         empty = np.zeros((0, 3)), np.zeros(0, dtype=np.int64), np.zeros((0, 2), dtype=np.int64)
         parts = [
@@ -165,14 +213,14 @@ class DepthChain:
         watch.lap("outliers")
         depths = {n: r.depth for n, r in results.items() if r.depth is not None}
         return Cloud(
-            frame=frame,
+            frame=seen.frame,
             points=points[kept],
             view=view[kept],
             pixels=pixels[kept],
             view_names=names,
             depths=depths,
-            problems=problems,
-            seconds=summed([r.seconds for r in results.values()]) | watch.seconds,
+            problems=seen.problems,
+            seconds={**seen.seconds, **watch.seconds},
             colours=self.colours.of_pixels(depths, view[kept], pixels[kept]),
         )
 
@@ -206,9 +254,10 @@ def _chosen_views(recording: Recording, names: Sequence[str] | None) -> list[Vie
     return chosen
 
 
-def _source(
+def source_of(
     recording: Recording, view: View, parameters: DepthParameters
 ) -> StereoSource | DepthSource:
+    """Where a view's disparities come from: its stereo pair, or its depth images."""
     camera = recording.reference_camera(view)
     if view.kind == "depth" or view.left is None:
         return DepthSource(depth_rectification(camera))

@@ -69,6 +69,12 @@ class ViewBackground:
         p = self._p
         self._set(averaged(self.model, image, p.background_rate, p.background_validity_rate))
 
+    def take_over(self, other: ViewBackground) -> None:
+        """Know what another one of the same view has learned."""
+        self._picture, self.learns = other._picture, other.learns
+        if other.model is not None:
+            self._set(other.model)
+
     def _set(self, model: BackgroundModel) -> None:
         p = self._p
         self.model = model
