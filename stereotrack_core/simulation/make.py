@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,6 +18,7 @@ from stereotrack_core.simulation.options import SceneOptions
 from stereotrack_core.simulation.people import person_named
 from stereotrack_core.simulation.rig import view_names
 from stereotrack_core.simulation.scene import Scene, build_scene
+from stereotrack_core.simulation.schedule import Part
 from stereotrack_core.simulation.store import RecordingStore
 
 Progress = Callable[[int, int], None]
@@ -38,6 +39,7 @@ def simulate(
     views: str = "NOSW",
     seed: int = 0,
     options: SceneOptions | None = None,
+    parts: Sequence[Part] = (),
     on_progress: Progress | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> None:
@@ -57,6 +59,8 @@ def simulate(
     seed : int
         Same seed, same pictures and truth.
     options : SceneOptions, optional
+    parts : sequence of Part
+        What happens at which frames, instead of `motion`.
     on_progress : callable, optional
         Called with frames done and frames in all.
     cancelled : callable, optional
@@ -74,7 +78,7 @@ def simulate(
     _check(folder, frames, seed)
     who, names, where = person_named(person), motion_names(motion), view_names(views)
     with _appears_when_finished(folder) as workplace, ThreadPoolExecutor(_WORKERS) as workers:
-        scene = build_scene(who, names, frames, where, seed, chosen, workers)
+        scene = build_scene(who, names, frames, where, seed, chosen, workers, parts)
         with RecordingStore(workplace, chosen, scene.cameras) as store:
             if chosen.background_images:
                 for camera, renderer in scene.renderers.items():

@@ -131,7 +131,8 @@ def _tie_shoes() -> Motion:
     )  # fmt: skip
 
 
-def _cross_arms() -> Motion:
+def _crossing() -> tuple[Posture, Posture, Posture]:
+    """Both arms in front, crossed, and crossed a little lower."""
     out = (0.7, 0.1, -1.0)
     front = Posture(
         Arm((0.05, 0.66, -0.40), out, bend=4.0), Arm((0.05, 0.76, -0.36), out, bend=4.0)
@@ -145,9 +146,25 @@ def _cross_arms() -> Motion:
         twist=5.0,
         look=10.0,
     )
+    return front, crossed, lower
+
+
+def _cross_arms() -> Motion:
+    front, crossed, lower = _crossing()
     return _keyed(
         Key(0.2, _STANDING), Key(0.9, front), Key(0.8, crossed), Key(0.8, lower),
         Key(0.7, crossed), Key(0.5, lower), Key(0.8, front), Key(0.9, _STANDING),
+    )  # fmt: skip
+
+
+def _hold_arms_crossed() -> Motion:
+    """From a raised right arm to crossed arms, held for 5 of 13 s (thesis, figure 4.12)."""
+    front, crossed, lower = _crossing()
+    raised = Posture(right=Arm((0.45, 0.72, 0.48), (0.6, -0.5, -1.0)), twist=-4.0, look=-15.0)
+    ahead = Posture(right=Arm((0.22, 0.94, 0.10), (0.6, -0.5, -1.0)), twist=4.0)
+    return _keyed(
+        Key(0.5, raised), Key(1.8, ahead), Key(2.2, front), Key(2.0, crossed), Key(2.5, lower),
+        Key(2.5, crossed), Key(0.7, front), Key(0.8, _STANDING),
     )  # fmt: skip
 
 
@@ -180,6 +197,7 @@ MOTIONS: dict[str, Motion] = {
     "travolta": _travolta(),
     "tie-shoes": _tie_shoes(),
     "cross-arms": _cross_arms(),
+    "hold-arms-crossed": _hold_arms_crossed(),
     "arms-at-sides": _arms_at_sides(),
     "walk": _walk(),
     "point": _point(),

@@ -16,6 +16,7 @@ from stereotrack_core.simulation.people import Person
 from stereotrack_core.simulation.render import CameraRenderer, Posed
 from stereotrack_core.simulation.rig import stereo_rig
 from stereotrack_core.simulation.room import room
+from stereotrack_core.simulation.schedule import Part, scheduled
 from stereotrack_core.simulation.sensor import sensor
 from stereotrack_core.simulation.skeleton import landmarks, posed_bones
 from stereotrack_core.simulation.textures import noise_lattice
@@ -63,8 +64,12 @@ def build_scene(
     seed: int,
     options: SceneOptions,
     workers: Executor,
+    parts: Sequence[Part] = (),
 ) -> Scene:
-    """Dress the person, plan the motion, set up the cameras and draw the empty room."""
+    """Dress the person, plan the motion, set up the cameras and draw the empty room.
+
+    `parts` say what happens when; without any the motions follow each other.
+    """
     cameras = stereo_rig(views, options, seed)
     things, lattice = room(furnished=options.furnished), noise_lattice(seed)
 
@@ -72,10 +77,13 @@ def build_scene(
         return CameraRenderer(cameras[name], sensor(options, seed, name), things, lattice)
 
     drawn = workers.map(renderer, cameras)
-    moves = chain(
-        person, motions, frames,
-        fps=options.fps, pace=options.pace, t_pose_first=options.t_pose_first,
-    )  # fmt: skip
+    if parts:
+        moves = scheduled(person, parts, frames)
+    else:
+        moves = chain(
+            person, motions, frames,
+            fps=options.fps, pace=options.pace, t_pose_first=options.t_pose_first,
+        )  # fmt: skip
     passer = passer_by(person, options, frames) if options.second_person else None
     dressed = actor(person, options.clothes)
     return Scene(dressed, moves, passer, cameras, dict(zip(cameras, drawn, strict=True)))
