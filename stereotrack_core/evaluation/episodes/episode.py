@@ -1,0 +1,144 @@
+"""What an episode is: a stretch in which limbs fail, and why they probably do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Literal, TypeAlias
+
+from stereotrack_core.body.limbs import LIMBS
+
+Cause: TypeAlias = Literal[
+    "crossing", "torso", "fast", "hidden", "hole", "neighbour", "calibration", "initialisation",
+    "unclear",
+]  # fmt: skip
+Found: TypeAlias = Literal["truth", "signs"]
+Measure: TypeAlias = Literal["error", "chance"]
+
+CAUSE_WORDS: MappingProxyType[Cause, str] = MappingProxyType(
+    {
+        "crossing": "the arms cross",
+        "torso": "the arm is close to the torso",
+        "fast": "the arm moves too fast",
+        "hidden": "hidden from the views",
+        "hole": "a view has a hole in its cloud",
+        "neighbour": "points of something else are near",
+        "calibration": "a view does not fit the others",
+        "initialisation": "wrong from the first frames",
+        "unclear": "no clear cause",
+    }
+)
+"""Every cause, as a person reads it."""
+
+FOUND_WORDS: MappingProxyType[Found, str] = MappingProxyType(
+    {"truth": "by its error", "signs": "by the tracker's own signs"}
+)
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """One thing that speaks for a cause.
+
+    Attributes
+    ----------
+    cause : str
+        What it speaks for.
+    strength : float
+        From 0, nothing, to 1, as much as it can.
+    value : float
+        What was measured.
+    unit : str
+    words : str
+        The same as a sentence with its number.
+    """
+
+    cause: Cause
+    strength: float
+    value: float
+    unit: str
+    words: str
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The probable cause of an episode.
+
+    Attributes
+    ----------
+    cause : str
+    confidence : float
+        Strength of the evidence for it, over that of all causes together and of not knowing.
+    evidence : tuple of Evidence
+        For all causes that anything speaks for, the strongest first.
+    """
+
+    cause: Cause
+    confidence: float
+    evidence: tuple[Evidence, ...] = ()
+
+    @property
+    def words(self) -> str:
+        """The cause in words, with what speaks most for it."""
+        reason = next((e.words for e in self.evidence if e.cause == self.cause), "")
+        return f"{CAUSE_WORDS[self.cause]}: {reason}" if reason else CAUSE_WORDS[self.cause]
+
+
+UNCLEAR = Verdict("unclear", 0.0)
+
+
+@dataclass(frozen=True)
+class Episode:
+    """A stretch of frames in which limbs fail.
+
+    Attributes
+    ----------
+    first, last : int
+        Frames, both included.
+    limbs : tuple of str
+        Names in ``LIMBS``, in their order.
+    found : "truth" or "signs"
+        Whether it was found by errors against a reference or without one.
+    measure : "error" or "chance"
+        What `peak` is: degrees, or the probability from 0 to 1 that the limb is lost.
+    peak : float
+    peak_frame : int
+    peak_limb : str
+    verdict : Verdict
+    """
+
+    first: int
+    last: int
+    limbs: tuple[str, ...]
+    found: Found
+    measure: Measure
+    peak: float
+    peak_frame: int
+    peak_limb: str
+    verdict: Verdict = field(default=UNCLEAR)
+
+    @property
+    def frames(self) -> range:
+        """Frame numbers from the first to the last one."""
+        return range(self.first, self.last + 1)
+
+    @property
+    def peak_words(self) -> str:
+        """``62°`` or ``93 %``."""
+        return f"{self.peak:.0f}°" if self.measure == "error" else f"{100.0 * self.peak:.0f} %"
+
+    def overlaps(self, other: Episode) -> bool:
+        """Whether both share a frame and a limb."""
+        together = self.first <= other.last and other.first <= self.last
+        return together and not set(self.limbs).isdisjoint(other.limbs)
+
+
+def limbs_words(limbs: tuple[str, ...]) -> str:
+    """``left arm, right forearm``: both halves of an arm are an arm."""
+    words = []
+    for limb in sorted(limbs, key=LIMBS.index):
+        side, _, part = limb.partition("_")
+        if part == "upper_arm" and f"{side}_forearm" in limbs:
+            words.append(f"{side} arm")
+        elif not (part == "forearm" and f"{side}_upper_arm" in limbs):
+            words.append(limb.replace("_", " "))
+    return ", ".join(words)
