@@ -33,7 +33,8 @@ def read_detections(path: Path, recording: Recording) -> Detections:
     known = dict(recording.cameras)
     known |= {view.name: recording.reference_camera(view) for view in recording.views}
     found = (_detection(path, line, cells, known) for line, cells in read_rows(path, COLUMNS))
-    return Detections(detection for detection in found if detection is not None)
+    kept = (detection for detection in found if detection is not None)
+    return Detections(kept, source=str(Path(path).resolve()))
 
 
 def _detection(

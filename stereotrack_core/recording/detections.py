@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -50,14 +51,26 @@ class Detections:
     ----------
     detections : iterable of Detection
         In any order; those of the same time stay in theirs.
+    source : str
+        File that they come from; empty where there is none.
     """
 
-    def __init__(self, detections: Iterable[Detection] = ()) -> None:
+    def __init__(self, detections: Iterable[Detection] = (), source: str = "") -> None:
+        self.source = source
         self._all = tuple(sorted(detections, key=lambda detection: detection.time))
         self._times = np.array([detection.time for detection in self._all])
 
     def __len__(self) -> int:
         return len(self._all)
+
+    def fingerprint(self) -> str:
+        """Hash (32 hexadecimal digits) of all that they say."""
+        digest = hashlib.blake2b(digest_size=16)
+        for d in self._all:
+            camera = "" if d.camera is None else d.camera.name
+            numbers = [d.time, d.sigma, d.confidence, *d.position.tolist()]
+            digest.update(f"{d.kind} {camera} {numbers!r}\n".encode())
+        return digest.hexdigest()
 
     def until(self, frame: int) -> tuple[Detection, ...]:
         """All that came after frame `frame` - 1, up to and with frame `frame`."""

@@ -6,6 +6,8 @@ import hashlib
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
+
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import DESCRIPTION
 from stereotrack_core.recording.numbered import is_pattern, numbered_files
@@ -30,6 +32,27 @@ def fingerprint(recording: Recording) -> str:
             digest.update(f"{view.name}/{key}".encode())
             for file in _files(folder, stream.frames):
                 digest.update(_beginning(file))
+    return digest.hexdigest()
+
+
+def calibration_fingerprint(recording: Recording) -> str:
+    """Hash (32 hexadecimal digits) of all cameras, and of which stream shows which, and when.
+
+    It is made of the numbers themselves, with whatever corrects the recording's files, and tells
+    a rig that was calibrated anew from the one that a run was tracked with.
+    """
+    digest = hashlib.blake2b(digest_size=16)
+    for name, camera in sorted(recording.cameras.items()):
+        transform = camera.camera_from_world
+        digest.update(f"{name} {camera.width} {camera.height} {camera.fisheye} ".encode())
+        for numbers in (
+            *(camera.matrix, camera.distortions, transform.rotation, transform.translation),
+        ):
+            digest.update(np.ascontiguousarray(numbers, dtype="<f8").tobytes())
+    for view in recording.views:
+        for key, stream in view.streams().items():
+            shift = f"{stream.first_frame} {stream.time_offset!r}"
+            digest.update(f"{view.name}/{key} {stream.camera} {shift} ".encode())
     return digest.hexdigest()
 
 

@@ -100,6 +100,11 @@ class FrameReader:
     ) -> None:
         self.close()
 
+    @property
+    def colour(self) -> bool:
+        """Whether colour streams give pictures in colour."""
+        return self._image_kind == "colour"
+
     def close(self) -> None:
         """Stop the threads, close the files, give up the cache."""
         if self._closed:

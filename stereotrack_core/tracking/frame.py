@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -15,10 +15,19 @@ from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.detections import Detections
+from stereotrack_core.recording.fingerprint import calibration_fingerprint
 from stereotrack_core.recording.landmarks import LANDMARKS
+from stereotrack_core.tracking.chain_covariance import (
+    AXES_KEY,
+    CHAIN_AXES,
+    in_chain_axes,
+    joints_named,
+)
 from stereotrack_core.tracking.estimate import Correspondences, Estimate
 from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.settings import Settings
+from stereotrack_core.versions import versions
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,6 +139,16 @@ class Origin:
         Whether the frames went through the backward pass.
     bridged : tuple of int
         Frames that were not tracked and whose poses come from the backward pass alone.
+    first_pose : Pose or None
+        The pose that it began with, where that was given and not looked for.
+    asked : range or None
+        Frames that were asked for; a run that was stopped has fewer.
+    detections : Detections
+        Of head and hands, that the tracker has listened to.
+    colour : bool
+        Whether the pictures were read in colour, which changes their grey values a little.
+    made : str
+        When tracking began, ISO 8601, UTC.
     """
 
     recording: Recording
@@ -143,6 +162,11 @@ class Origin:
     shape: BodyParameters
     smoothed: bool = False
     bridged: tuple[int, ...] = ()
+    first_pose: Pose | None = None
+    asked: range | None = None
+    detections: Detections = field(default_factory=Detections)
+    colour: bool = False
+    made: str = ""
 
     def meta(self) -> dict[str, Any]:
         """JSON-serialisable description."""
@@ -163,21 +187,45 @@ class Origin:
             "subject": None if subject is None else asdict(subject),
             "smoothed": self.smoothed,
             "bridged": list(self.bridged),
+            "first_pose": _pose_values(self.first_pose),
+            "frames": None if self.asked is None else [self.asked.start, self.asked.stop],
+            "detections": _detection_facts(self.detections),
+            "colour": self.colour,
+            "calibration": calibration_fingerprint(self.recording),
+            "versions": versions(),
+            "made": self.made,
         }
         json.dumps(meta)
         return meta
 
 
+def _pose_values(pose: Pose | None) -> dict[str, Any] | None:
+    """Numbers of a pose, which come back from JSON bit by bit."""
+    if pose is None:
+        return None
+    return {"position": pose.position.tolist(), "rotations": pose.rotations.tolist()}
+
+
+def _detection_facts(detections: Detections) -> dict[str, Any] | None:
+    if not len(detections):
+        return None
+    return {
+        "source": detections.source,
+        "fingerprint": detections.fingerprint(),
+        "count": len(detections),
+    }
+
+
 def run_of(frames: Sequence[TrackedFrame], origin: Origin) -> Run:
     """Put tracked frames together to a run; an empty sequence gives an empty run."""
     n, names = len(origin.state_names), _stage_names(frames)
-    states = [frame.x for frame in frames]
+    states, joints = [frame.x for frame in frames], joints_named(origin.state_names)
     seconds = [[frame.seconds.get(name, 0.0) for name in names] for frame in frames]
     return Run(
         frame=np.array([frame.frame for frame in frames], dtype=np.int64),
         landmarks=_stacked([frame.landmarks for frame in frames], (len(LANDMARKS), 3)),
         x=_stacked(states, (n,)),
-        P=_stacked([frame.P for frame in frames], (n, n)),
+        P=_stacked([_covariance(frame, joints) for frame in frames], (n, n)),
         state_names=origin.state_names,
         tracked=np.array([frame.tracked for frame in frames], dtype=bool),
         coverage=np.array([frame.coverage for frame in frames]),
@@ -187,8 +235,15 @@ def run_of(frames: Sequence[TrackedFrame], origin: Origin) -> Run:
         limb_lost=_stacked([frame.limb_lost for frame in frames], (6,)),
         seconds=np.array(seconds).reshape(len(frames), len(names)),
         stage_names=names,
-        meta=origin.meta(),
+        meta={**origin.meta(), **({} if joints is None else {AXES_KEY: CHAIN_AXES})},
     )
+
+
+def _covariance(frame: TrackedFrame, joints: tuple[int, ...] | None) -> FloatArray:
+    """Covariance of a frame about axes that its state gives again."""
+    if joints is None or frame.pose is None:
+        return frame.P
+    return in_chain_axes(frame.pose, frame.x, frame.P, joints)
 
 
 def _stage_names(frames: Sequence[TrackedFrame]) -> tuple[str, ...]:

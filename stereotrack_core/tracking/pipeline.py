@@ -6,6 +6,7 @@ import dataclasses
 from collections import deque
 from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from datetime import UTC, datetime
 from types import MappingProxyType
 from typing import TypeAlias
 
@@ -100,6 +101,9 @@ class Pipeline:
         their chain and reader are then not closed by :meth:`close`.
     detections : Detections, optional
         Head and hands that a detector has seen.
+    colour : bool, optional
+        Whether a reader of its own reads pictures in colour; as the parameters need it when not
+        given.
 
     Raises
     ------
@@ -119,6 +123,7 @@ class Pipeline:
         preset: str = "",
         clouds: SharedClouds | None = None,
         detections: Detections | None = None,
+        colour: bool | None = None,
     ) -> None:
         self.recording = recording
         self.settings = settings
@@ -127,10 +132,10 @@ class Pipeline:
         self.body = body_model(proportions_of(recording.subject), settings.body)
         self._shared = clouds
         self._detections = detections or Detections()
-        colour = False
+        coloured = False
         if clouds is None:
-            colour = settings.tracking.wants_colour and has_colours(recording, self.views)
-            self.chain = DepthChain(recording, settings.depth, views=self.views, colour=colour)
+            coloured = settings.tracking.wants_colour and has_colours(recording, self.views)
+            self.chain = DepthChain(recording, settings.depth, views=self.views, colour=coloured)
         else:
             self.chain, reader = clouds.chain, clouds.reader
         cameras = [recording.reference_camera(recording.view(name)) for name in self.views]
@@ -142,7 +147,11 @@ class Pipeline:
         self._preset = preset
         self._owns_reader = reader is None
         self._release_blas = one_blas_thread.hold()
-        self.reader = reader or FrameReader(recording, views=self.views, colour=colour)
+        self.reader = reader or FrameReader(
+            recording, views=self.views, colour=coloured if colour is None else colour
+        )
+        self._asked: range | None = None
+        self._made_at = datetime.now(UTC).isoformat(timespec="milliseconds")
         self._started = False
         self._prepared = False
         self._made: dict[int, tuple[Cloud, float]] = {}
@@ -164,7 +173,7 @@ class Pipeline:
         """Learn the background and fit the body's shape; once, before the first frame."""
         if self._prepared:
             return
-        self._prepared = True
+        self._prepared, self._asked = True, frames
         if self._shared is None:
             self.chain.learn_background(self.reader, frames)
         else:
@@ -232,6 +241,11 @@ class Pipeline:
             init=self._init if isinstance(self._init, str) else "pose",
             state_names=self.tracker.state_names,
             shape=self.shape,
+            first_pose=self._init if isinstance(self._init, Pose) else None,
+            asked=self._asked,
+            detections=self._detections,
+            colour=self.reader.colour,
+            made=self._made_at,
         )
 
     def smoothed_run(self, frames: Sequence[TrackedFrame]) -> Run:
@@ -324,6 +338,7 @@ def track(
     cancelled: Callable[[], bool] | None = None,
     smooth: bool = False,
     detections: Detections | None = None,
+    colour: bool | None = None,
 ) -> Run:
     """Track a recording; a run that is cancelled keeps the frames it has.
 
@@ -339,7 +354,7 @@ def track(
         Asked after every frame whether to stop.
     smooth : bool
         Go over the frames backwards as well.
-    detections : Detections, optional
+    detections, colour
         See :class:`Pipeline`.
     """
     found: list[TrackedFrame] = []
@@ -351,6 +366,7 @@ def track(
         init=init,
         preset=preset,
         detections=detections,
+        colour=colour,
     ) as pipeline:
         wanted = range(pipeline.reader.frame_count) if frames is None else frames
         for tracked in pipeline.frames(wanted):

@@ -1,0 +1,271 @@
+"""A run again, from what it says about itself; and whether it came out the same."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from stereotrack_core.arrays import BoolArray
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.skeleton import PARTS
+from stereotrack_core.errors import InputError
+from stereotrack_core.recording.description import Recording, Subject
+from stereotrack_core.recording.fingerprint import calibration_fingerprint, fingerprint
+from stereotrack_core.tracking.pipeline import FirstPose
+from stereotrack_core.tracking.presets import PRESETS, preset
+from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.settings import Settings
+from stereotrack_core.versions import versions
+
+_NUMBERS = (
+    *("landmarks", "x", "P", "coverage", "residual", "innovation", "limb_sigma_deg"),
+    *("limb_lost", "tracked"),
+)
+_AGAIN = "Track the recording again with this version."
+
+
+@dataclass(frozen=True, eq=False)
+class Recipe:
+    """All that decides how a run comes out, besides recording and versions.
+
+    Attributes
+    ----------
+    settings : Settings
+    preset : str
+        Name of the preset that they were made from.
+    seed : int
+    views : tuple of str
+    frames : range
+        That were asked for.
+    count : int
+        How many of them were tracked; fewer where the run was stopped.
+    init : FirstPose or None
+        None where the run began with a pose that it does not state.
+    smooth : bool
+    subject : Subject or None
+        Whose body was tracked.
+    detections : mapping or None
+        Source, fingerprint and count of what a detector has said; None where nothing.
+    colour : bool or None
+        Whether pictures were read in colour; None where not known.
+    notes : tuple of str
+        Sentences about what cannot be taken over as it was.
+    """
+
+    settings: Settings
+    preset: str
+    seed: int
+    views: tuple[str, ...]
+    frames: range
+    count: int
+    init: FirstPose | None
+    smooth: bool
+    subject: Subject | None
+    detections: Mapping[str, Any] | None
+    colour: bool | None
+    notes: tuple[str, ...]
+
+    def applied_to(self, recording: Recording) -> Recording:
+        """The recording without its reference, with the subject that was tracked."""
+        return dataclasses.replace(recording, reference=None, subject=self.subject)
+
+
+def recipe_of(run: Run) -> Recipe:
+    """Read how a run was made; runs of older versions say less, which is noted.
+
+    Raises
+    ------
+    InputError
+        Where the run has no frame, or its parameters are not those of this program.
+    """
+    meta = run.meta
+    if not len(run.frame) or not isinstance(meta.get("parameters"), dict):
+        raise InputError(
+            "the run does not say how it was made", where="meta, parameters", remedy=_AGAIN
+        )
+    settings, notes = _settings(meta["parameters"])
+    asked = meta.get("frames")
+    first, end = asked or (int(run.frame[0]), int(run.frame[-1]) + 1)
+    if not asked:
+        notes.append(
+            "The run is of an older version, which did not state which frames were asked for, "
+            "how pictures were read, or which detections were listened to."
+        )
+    return Recipe(
+        settings=settings,
+        preset=str(meta.get("preset", "")),
+        seed=int(meta.get("seed", 0)),
+        views=tuple(meta.get("views", ())),
+        frames=range(int(first), int(end)),
+        count=len(run.frame),
+        init=_first_pose(meta),
+        smooth=bool(meta.get("smoothed", False)),
+        subject=_subject(meta),
+        detections=meta.get("detections"),
+        colour=meta.get("colour"),
+        notes=tuple(notes),
+    )
+
+
+def what_differs(run: Run, recording: Recording) -> tuple[str, ...]:
+    """Why repeating a run on this recording, by this program, may come out otherwise; sentences."""
+    meta, found = run.meta, []
+    for key, now, what in (
+        ("fingerprint", fingerprint(recording), "recording"),
+        ("calibration", calibration_fingerprint(recording), "calibration"),
+    ):
+        then = meta.get(key)
+        if then is None:
+            found.append(f"The run does not state the fingerprint of its {what}.")
+        elif then != now:
+            found.append(
+                f"This is not the {what} that the run was tracked with: its fingerprint is "
+                f"{now[:8]}, the run's is {then[:8]}."
+            )
+    if "subject" in meta and _subject(meta) != recording.subject:
+        found.append("The recording states another subject now; the run's is used.")
+    return (*found, *_other_versions(meta))
+
+
+def _other_versions(meta: Mapping[str, Any]) -> tuple[str, ...]:
+    then = meta.get("versions")
+    if not isinstance(then, dict):
+        before = meta.get("version", "unknown")
+        return (f"The run states no versions but that of this program, {before}.",)
+    changed = [
+        f"{name} {then.get(name, 'unknown')} then, {present} now"
+        for name, present in versions().items()
+        if then.get(name) != present
+    ]
+    return (f"Other versions compute now: {'; '.join(changed)}.",) if changed else ()
+
+
+@dataclass(frozen=True)
+class Sameness:
+    """How a run that was repeated compares with the first one.
+
+    Attributes
+    ----------
+    frames : int
+        Of the first run.
+    missing : int
+        Frames that only one of them has.
+    different : int
+        Frames in which any number differs in any bit.
+    first : int or None
+        The first of these.
+    largest : float, metres
+        Largest distance between the same landmark of both; 0 where none differs, NaN where one
+        of the runs lacks a landmark that the other has.
+    """
+
+    frames: int
+    missing: int
+    different: int
+    first: int | None
+    largest: float
+
+    @property
+    def equal(self) -> bool:
+        """Whether both are the same to the last bit."""
+        return not self.missing and not self.different
+
+    @property
+    def words(self) -> str:
+        """A sentence."""
+        if self.equal:
+            return f"The run came out equal to the last bit in all {self.frames} frames."
+        told = []
+        if self.different:
+            told.append(
+                f"{self.different} of {self.frames} frames differ, the first is {self.first}"
+            )
+            if np.isfinite(self.largest):
+                told.append(f"landmarks are at most {1000 * self.largest:.3g} mm apart")
+        if self.missing:
+            told.append(f"{self.missing} frames are in one of the runs only")
+        return f"The run came out otherwise: {'; '.join(told)}."
+
+
+def sameness(first: Run, again: Run) -> Sameness:
+    """Compare two runs number by number; how long they took is left out."""
+    shared, a, b = np.intersect1d(first.frame, again.frame, return_indices=True)
+    missing = len(first.frame) + len(again.frame) - 2 * len(shared)
+    different: BoolArray = np.zeros(len(shared), dtype=bool)
+    for name in _NUMBERS:
+        one, other = getattr(first, name)[a], getattr(again, name)[b]
+        if one.shape != other.shape:
+            different[:] = True
+            continue
+        same = (one == other) | ((one != one) & (other != other))
+        different |= ~same.reshape(len(shared), -1).all(axis=1)
+    frames = shared[different]
+    return Sameness(
+        frames=len(first.frame),
+        missing=missing,
+        different=len(frames),
+        first=int(frames[0]) if len(frames) else None,
+        largest=_largest(first, again, a[different], b[different]),
+    )
+
+
+def _largest(first: Run, again: Run, a: Any, b: Any) -> float:
+    one, other = first.landmarks[a], again.landmarks[b]
+    if not np.array_equal(np.isnan(one), np.isnan(other)):
+        return float("nan")
+    away = np.linalg.norm(one - other, axis=-1)
+    known = away[np.isfinite(away)]
+    return float(known.max()) if known.size else 0.0
+
+
+def changed_parameters(parameters: Mapping[str, Any], name: str) -> dict[str, tuple[Any, Any]]:
+    """Parameters that are not the preset's: name to (the preset's value, the value).
+
+    Empty where this version has no preset of that name.
+    """
+    if name not in PRESETS:
+        return {}
+    usual = preset(name).values()
+    return {
+        key: (usual[key], value)
+        for key, value in parameters.items()
+        if key in usual and usual[key] != value
+    }
+
+
+def _settings(stored: Mapping[str, Any]) -> tuple[Settings, list[str]]:
+    known = {row.name for row in Settings.rows()}
+    notes = []
+    gone, new = sorted(set(stored) - known), sorted(known - set(stored))
+    if gone:
+        notes.append(f"This version has no parameter {', '.join(gone)}; left out.")
+    if new:
+        notes.append(f"The run's version had no parameter {', '.join(new)}; its default is used.")
+    return Settings().replaced(**{k: v for k, v in stored.items() if k in known}), notes
+
+
+def _first_pose(meta: Mapping[str, Any]) -> FirstPose | None:
+    stored, init = meta.get("first_pose"), str(meta.get("init", "auto"))
+    if not isinstance(stored, dict):
+        return None if init == "pose" else init
+    pose = Pose(
+        np.array(stored.get("position"), dtype=np.float64),
+        np.array(stored.get("rotations"), dtype=np.float64),
+    )
+    if pose.position.shape != (3,) or pose.rotations.shape != (len(PARTS), 3, 3):
+        raise InputError(
+            "the first pose is not one of this program's body", where="first_pose", remedy=_AGAIN
+        )
+    return pose
+
+
+def _subject(meta: Mapping[str, Any]) -> Subject | None:
+    stored = meta.get("subject")
+    if not isinstance(stored, dict):
+        return None
+    fields = {field.name for field in dataclasses.fields(Subject)}
+    return Subject(**{key: value for key, value in stored.items() if key in fields})
