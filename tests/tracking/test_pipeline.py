@@ -77,8 +77,9 @@ def test_smoothing_fills_a_frame_without_points_and_says_so(recording, fast_run,
     assert errors[MISSING].mean() < 0.05
     seen = np.arange(FRAMES) != MISSING
     assert errors[seen].mean() < 0.025
-    larger = fast_run.P[seen] - smooth_run.P[seen]
-    assert np.linalg.eigvalsh(larger).min() > -1e-9
+    # both are about the axes of their own poses: eigenvalues do not depend on those
+    larger = np.linalg.eigvalsh(fast_run.P[seen]) - np.linalg.eigvalsh(smooth_run.P[seen])
+    assert larger.min() > -1e-9
     assert np.trace(smooth_run.P[0]) < np.trace(fast_run.P[0])
     np.testing.assert_array_equal(smooth_run.coverage, fast_run.coverage)
     assert np.isnan(smooth_run.coverage[MISSING])

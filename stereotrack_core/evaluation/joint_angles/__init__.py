@@ -1,0 +1,1 @@
+"""Joint angles as a laboratory reports them, with velocities, ranges and uncertainty."""
