@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import ArgumentParser, BooleanOptionalAction, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,17 +13,15 @@ from stereotrack_core.cli.arguments import (
     add_settings,
     add_views,
     check_output,
-    frames_within,
     settings_of,
-    views_of,
 )
 from stereotrack_core.cli.command import FAILED, OK, Command
 from stereotrack_core.cli.output import put_json, put_table, say
+from stereotrack_core.cli.track_plan import PRESET, Plan, plan_of
 from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
-    from stereotrack_core.recording.description import Recording
-    from stereotrack_core.recording.detections import Detections
+    from stereotrack_core.cli.tracking_job import TrackingJob
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -37,15 +35,22 @@ def add_arguments(parser: ArgumentParser) -> None:
         metavar="RUN",
         help="file to write: .npz (a complete run), .csv, .trc, .c3d or .bvh (its landmarks)",
     )
+    parser.add_argument(
+        "--like",
+        type=Path,
+        metavar="RUN.npz",
+        help="repeat a run: parameters, seed, views, frames, first pose and smoothing are the "
+        "run's; whatever else is given here wins, and is said",
+    )
     add_settings(parser)
+    parser.set_defaults(preset=None)  # what is given is told from what is not
     add_frames(parser)
     add_views(parser)
     parser.add_argument(
-        "--seed", type=int, default=0, metavar="N", help="seed of all that is random (default: 0)"
+        "--seed", type=int, metavar="N", help="seed of all that is random (default: 0)"
     )
     parser.add_argument(
         "--init",
-        default="auto",
         metavar="auto|tpose|FILE",
         help="where the first pose comes from: found without help (auto, default), the T pose "
         "facing north (tpose), or a run or landmarks file that knows the first frame",
@@ -59,7 +64,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
     parser.add_argument(
         "--smooth",
-        action="store_true",
+        action=BooleanOptionalAction,
         help="go over the run backwards as well: steadier poses, short gaps bridged",
     )
     add_json(parser)
@@ -67,61 +72,60 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Track and write the run."""
-    if args.seed < 0:
+    if args.seed is not None and args.seed < 0:
         raise InputError("a seed is not negative", where="--seed", remedy="Give 0 or more.")
     from stereotrack_core.interop.run_file import run_suffix
 
     run_suffix(args.output)
-    settings = settings_of(args.preset, args.changes)
+    if args.like is None:
+        settings_of(args.preset or PRESET, args.changes)  # a wrong word is told before long work
 
-    from stereotrack_core.cli.tracking_job import first_pose, track_recording
+    from stereotrack_core.cli.tracking_job import track_recording
     from stereotrack_core.interop.run_file import write_run
     from stereotrack_core.recording.folder import open_recording
-    from stereotrack_core.recording.reader import FrameReader
-    from stereotrack_core.tracking.pipeline import usable_views
 
     recording = open_recording(args.recording)
     check_output(args.output, recording)
-    views = usable_views(recording, views_of(recording, args.views))
-    with FrameReader(recording, views=views, read_ahead=0) as reader:
-        frames = frames_within(args.frames, reader.frame_count)
+    plan = plan_of(args, recording)
     _say_findings(args.recording)
-    detections = _detections(args.detections, recording)
     job = track_recording(
-        recording,
-        settings,
-        frames,
-        preset=args.preset,
-        views=views,
-        seed=args.seed,
-        init=first_pose(args.init, frames.start),
-        smooth=args.smooth,
-        detections=detections,
+        plan.recording,
+        plan.settings,
+        plan.frames,
+        preset=plan.preset,
+        views=plan.views,
+        seed=plan.seed,
+        init=plan.init,
+        smooth=plan.smooth,
+        detections=plan.detections,
+        colour=plan.colour,
+        count=plan.count,
     )
     if not len(job.run.frame):
         say("Stopped before the first frame; nothing was written.")
         return FAILED
     write_run(args.output, job.run)
+    return _tell(args, plan, job)
+
+
+def _tell(args: Namespace, plan: Plan, job: TrackingJob) -> int:
+    """Say what came out, and for a run that was repeated whether it is the same."""
+    from stereotrack_core.tracking.repeating import sameness
+
+    same = sameness(plan.like, job.run) if plan.like is not None and plan.exact else None
     if args.json:
-        put_json({"run": args.output, **job.facts()})
+        repeated = {} if same is None else {"equal": same.equal, "repeated": same}
+        put_json({"run": args.output, **job.facts(), **repeated})
     else:
-        put_table(job.table(f"{recording.name} in {args.output}"))
+        put_table(job.table(f"{plan.recording.name} in {args.output}"))
     if job.stopped:
         say(
             f"Stopped after {len(job.run.frame)} of {job.wanted} frames; they are in {args.output}."
         )
         return FAILED
+    if same is not None:
+        say(same.words)
     return OK
-
-
-def _detections(path: Path | None, recording: Recording) -> Detections | None:
-    """What ``--detections`` names, or the recording's own file; None where there is none."""
-    from stereotrack_core.recording.detection_csv import read_detections
-
-    own = recording.folder / "detections.csv"
-    if path is None and not own.is_file():
-        return None
-    return read_detections(own if path is None else path, recording)
 
 
 def _say_findings(folder: Path) -> None:
@@ -138,7 +142,8 @@ COMMAND = Command(
     summary="follow the person through a recording and write the run",
     description=(
         "Follow the person through a recording. Ctrl-C keeps the frames that are done. The "
-        "recording's reference is never read by this command."
+        "recording's reference is never read by this command. With --like a run is repeated "
+        "exactly, and what differs from then is said: recording, calibration, versions."
     ),
     add_arguments=add_arguments,
     run=run,

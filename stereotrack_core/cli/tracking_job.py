@@ -108,16 +108,24 @@ def track_recording(
     init: FirstPose = "auto",
     smooth: bool = False,
     detections: Detections | None = None,
+    colour: bool | None = None,
+    count: int | None = None,
 ) -> TrackingJob:
-    """Track, show progress, and keep what there is when stopped with Ctrl-C."""
+    """Track, show progress, and keep what there is when stopped with Ctrl-C.
+
+    With `count` tracking ends after so many of the frames, as when a run that was stopped is
+    repeated.
+    """
     from stereotrack_core.tracking.pipeline import track
 
     reasons: list[tuple[int, str]] = []
     problems = ViewProblems()
-    begun = time.perf_counter()
-    with progress("Tracking", len(frames)) as show, stoppable() as stopped:
+    begun, wanted, done = time.perf_counter(), count or len(frames), 0
+    with progress("Tracking", wanted) as show, stoppable() as stopped:
 
         def note(frame: TrackedFrame) -> None:
+            nonlocal done
+            done += 1
             problems.note(frame.frame, frame.cloud.problems)
             if not frame.tracked:
                 reasons.append((frame.frame, frame.reason))
@@ -132,9 +140,10 @@ def track_recording(
             init=init,
             preset=preset,
             on_frame=note,
-            cancelled=stopped,
+            cancelled=lambda: stopped() or done == wanted,
             smooth=smooth,
             detections=detections,
+            colour=colour,
         )
     bridged = set(run.meta["bridged"])
     reasons = [(frame, reason) for frame, reason in reasons if frame not in bridged]
@@ -146,10 +155,10 @@ def track_recording(
     }
     return TrackingJob(
         run=dataclasses.replace(run, meta=meta),
-        wanted=len(frames),
+        wanted=wanted,
         gaps=gaps_of(reasons),
         blind=blind,
-        stopped=len(run.frame) < len(frames),
+        stopped=len(run.frame) < wanted,
     )
 
 

@@ -1,0 +1,133 @@
+"""A run is repeated from its file alone, and what is different from then is said."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+from stereotrack_core.interop.run_file import read_run
+from stereotrack_core.recording.fingerprint import calibration_fingerprint
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.tracking.repeating import sameness
+
+pytestmark = pytest.mark.xdist_group("cli")
+
+EQUAL = "equal to the last bit"
+
+
+@pytest.fixture(scope="module")
+def first(recording, tmp_path_factory):
+    """Frames 2 to 5, begun with a pose of a landmarks file, by another seed, gone over backwards."""
+    from stereotrack_core.cli import main
+
+    path = tmp_path_factory.mktemp("like") / "first.npz"
+    chosen = ("--frames", "2:6", "--seed", "7", "--views", "NS", "--smooth")
+    settings = ("--preset", "fast", "--set", "iterations=2")
+    begin = ("--init", recording / "reference.csv")
+    command = ("track", recording, "-o", path, *settings, *chosen, *begin)
+    assert main([str(word) for word in command]) == 0
+    return path
+
+
+def test_a_run_says_all_that_repeating_needs(recording, first):
+    meta = read_run(first).meta
+    assert meta["frames"] == [2, 6]
+    assert meta["calibration"] == calibration_fingerprint(open_recording(recording))
+    assert {"stereotrack", "python", "numpy", "scipy", "opencv", "numba"} <= set(meta["versions"])
+    assert meta["init"] == "pose"
+    assert np.shape(meta["first_pose"]["rotations"])[1:] == (3, 3)
+    assert meta["detections"] is None
+    assert meta["smoothed"]
+    assert meta["made"].startswith("20")
+
+
+def test_a_run_is_repeated_to_the_last_bit(run, recording, first, tmp_path):
+    again = tmp_path / "again.npz"
+    ended = run("track", recording, "--like", first, "-o", again)
+    assert ended.status == 0
+    assert EQUAL in ended.err
+    assert "differ" not in ended.err
+    assert sameness(read_run(first), read_run(again)).equal
+    meta, new = dict(read_run(first).meta), dict(read_run(again).meta)
+    for changing in ("made", "wall_seconds", "recording_folder"):
+        meta.pop(changing)
+        new.pop(changing)
+    assert new == meta
+    facts = run("track", recording, "--like", again, "-o", tmp_path / "third.npz", "--json").json
+    assert facts["equal"] is True
+
+
+def test_what_is_given_wins_and_is_said(run, recording, first, tmp_path):
+    again = tmp_path / "again.npz"
+    ended = run("track", recording, "--like", first, "-o", again, "--seed", 8, "--no-smooth")
+    assert ended.status == 0
+    assert "not taken from the run: --seed 8, --no-smooth" in ended.err
+    assert EQUAL not in ended.err
+    meta = read_run(again).meta
+    assert (meta["seed"], meta["smoothed"], meta["frames"]) == (8, False, [2, 6])
+    assert meta["parameters"]["iterations"] == 2
+
+
+def test_another_recording_calibration_and_version_are_said(run, recording, first, tmp_path):
+    other = tmp_path / "other"
+    shutil.copytree(recording, other)
+    text = (other / "calibration.toml").read_text()
+    number = next(word for word in text.replace(",", " ").split() if word.startswith("200"))
+    (other / "calibration.toml").write_text(text.replace(number, "201.0"))
+    aged = tmp_path / "aged.npz"
+    with np.load(first) as stored:
+        arrays = dict(stored)
+    meta = json.loads(str(arrays["meta"]))
+    meta["versions"]["numpy"] = "1.0"
+    np.savez(aged, **{**arrays, "meta": np.array(json.dumps(meta))})
+    ended = run("track", other, "--like", aged, "-o", tmp_path / "x.npz", "--frames", "2:4")
+    assert ended.status == 0
+    assert "not the recording that" in ended.err
+    assert "not the calibration that" in ended.err
+    assert "numpy 1.0 then" in ended.err
+
+
+def test_a_run_that_was_stopped_is_repeated_as_far_as_it_went(run, recording, first, tmp_path):
+    with np.load(first) as stored:
+        arrays = dict(stored)
+    for name, array in arrays.items():
+        if array.ndim and len(array) == 4:
+            arrays[name] = array[:3]
+    meta = json.loads(str(arrays["meta"])) | {"smoothed": False}
+    stopped = tmp_path / "stopped.npz"
+    np.savez(stopped, **{**arrays, "meta": np.array(json.dumps(meta))})
+    ended = run("track", recording, "--like", stopped, "-o", tmp_path / "again.npz")
+    assert ended.status == 0
+    assert read_run(tmp_path / "again.npz").frame.tolist() == [2, 3, 4]
+    assert "came out otherwise" in ended.err  # the first was gone over backwards
+
+
+def test_a_run_of_an_older_version_says_what_it_lacks(run, recording, tracked, tmp_path):
+    with np.load(tracked) as stored:
+        arrays = dict(stored)
+    meta = json.loads(str(arrays["meta"]))
+    for new in ("first_pose", "frames", "detections", "colour", "calibration", "versions", "made"):
+        meta.pop(new)
+    old = tmp_path / "old.npz"
+    np.savez(old, **{**arrays, "meta": np.array(json.dumps(meta))})
+    assert read_run(old).meta["preset"] == "fast"
+    ended = run("track", recording, "--like", old, "-o", tmp_path / "x.npz")
+    assert ended.status == 0
+    assert "older version" in ended.err
+    assert EQUAL in ended.err
+    meta["init"] = "pose"
+    np.savez(old, **{**arrays, "meta": np.array(json.dumps(meta))})
+    ended = run("track", recording, "--like", old, "-o", tmp_path / "x.npz")
+    assert ended.status == 2
+    assert "--init" in ended.err
+
+
+def test_a_recording_that_is_too_short_is_refused(run, recording, tracked, tmp_path):
+    with np.load(tracked) as stored:
+        arrays = dict(stored)
+    meta = json.loads(str(arrays["meta"])) | {"frames": [0, 40]}
+    np.savez(tmp_path / "long.npz", **{**arrays, "meta": np.array(json.dumps(meta))})
+    ended = run("track", recording, "--like", tmp_path / "long.npz", "-o", tmp_path / "x.npz")
+    assert ended.status == 2
+    assert "0:10" in ended.err
