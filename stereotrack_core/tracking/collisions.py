@@ -45,8 +45,8 @@ def _arm_corrected(
     frames = body.frames(pose)
     elbow = _in_torso(frames, frames.origins[fore])
     hand = _in_torso(frames, _hand(body, frames, fore))
-    free_elbow = _pushed_out(body, elbow, clearance.distance)
-    free_hand = _pushed_out(body, hand, clearance.distance)
+    free_elbow = pushed_out(body, elbow, clearance.distance)
+    free_hand = pushed_out(body, hand, clearance.distance)
     if free_elbow is not elbow:
         pose = _aimed(pose, upper, free_elbow - body.skeleton.joints[upper])
     if free_elbow is not elbow or free_hand is not hand:
@@ -68,7 +68,7 @@ def _hand(body: BodyModel, frames: PartFrames, fore: int) -> FloatArray:
     return result
 
 
-def _pushed_out(body: BodyModel, point: FloatArray, distance: float) -> FloatArray:
+def pushed_out(body: BodyModel, point: FloatArray, distance: float) -> FloatArray:
     """Move a point (3,), torso frame, radially to the least distance; the same array if it has."""
     if not 0.0 <= point[2] <= body.skeleton.proportions.torso_length:
         return point

@@ -139,7 +139,7 @@ class ThesisTracker:
             pairs = self.closest(sampled, tree)
             if not len(pairs.e):
                 return self.lost("every model point lies on its measured point")
-            self.observer.paired(pairs)
+            self.observer.paired(sampled, pairs)
             innovations.append(self.correct(pairs))
             self.observer.corrected_state(self.x, self.P)
         self.avoid_collisions()

@@ -33,8 +33,8 @@ class Observer:
     def sampled(self, points: SurfacePoints, inside: BoolArray, seen: BoolArray) -> None:
         """Points (N,) were drawn from the cones; those that are seen and not inside one stay."""
 
-    def paired(self, pairs: Projection) -> None:
-        """Sampled model points have found their nearest measured points."""
+    def paired(self, sampled: SurfacePoints, pairs: Projection) -> None:
+        """Sampled model points have found their nearest measured points, but for those on them."""
 
     def corresponded(self, data: FloatArray, surface: SurfaceResidual) -> None:
         """Data (N, 3 or more) have found their feet on the model, as far as they are near."""

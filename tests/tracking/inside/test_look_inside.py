@@ -1,0 +1,110 @@
+"""A watched step is the tracker's own step, and the tracker itself stays as it is."""
+
+import copy
+
+import numpy as np
+import pytest
+
+from stereotrack_core.body.angles import THESIS_JOINTS
+from stereotrack_core.body.model import body_model
+from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.tracking.inside.look import look_inside
+from stereotrack_core.tracking.pipeline import tracker_for
+from stereotrack_core.tracking.presets import preset
+from tests.tracking.scenes import CAMERAS, POSES, cloud_of, disturbed, surface_points
+
+KINDS = {
+    "thesis": ("thesis", {}),
+    "regular": ("thesis", {"sampling": "regular", "model_points": 40}),
+    "accurate": ("accurate", {"search_proposals": 40, "data_points": 500}),
+    "sigma points": ("accurate", {"linearisation": "sigma_points", "search_arms": False}),
+    "short reach": ("accurate", {"reach": 0.06, "search_arms": False, "data_points": 500}),
+    "fast": ("fast", {"search_proposals": 30, "data_points": 300}),
+    "ekf": ("ekf", {"data_points": 300}),
+    "annealed": ("annealed", {"annealed_layers": 2, "annealed_particles": 40}),
+    "limb-icp": ("limb-icp", {"data_points": 300, "limb_icp_rounds": 2}),
+    "scalar": ("scalar", {"scalar_iterations": 5}),
+}
+
+
+def followed(kind, frames=1):
+    """A tracker that has followed some frames, and the cloud that comes next."""
+    name, changes = KINDS[kind]
+    settings = preset(name).replaced(**changes)
+    tracker = tracker_for(body_model(AVERAGE, settings.body), settings, CAMERAS, 10.0, 3)
+    rng = np.random.default_rng(7)
+    clouds = [
+        cloud_of(surface_points(tracker.body, POSES["reaching"], 1500, rng, 0.004), k)
+        for k in range(frames + 1)
+    ]
+    tracker.start(disturbed(POSES["reaching"], THESIS_JOINTS, rng))
+    for cloud in clouds[:-1]:
+        tracker.step(cloud)
+    return tracker, clouds[-1]
+
+
+def states(tracker):
+    """Every number that a tracker keeps from frame to frame."""
+    names = ("x", "P", "pose", "movement", "_movement", "_cost", "_doubt", "_age", "_unchanged")
+    return {name: copy.deepcopy(getattr(tracker, name)) for name in names if hasattr(tracker, name)}
+
+
+def assert_same(a, b):
+    for name, value in a.items():
+        if name == "pose":
+            np.testing.assert_array_equal(value.rotations, b[name].rotations)
+            np.testing.assert_array_equal(value.position, b[name].position)
+        else:
+            np.testing.assert_array_equal(value, b[name])
+
+
+@pytest.mark.parametrize("kind", sorted(KINDS.keys() - {"short reach"}))
+def test_a_watched_step_is_the_step_to_the_last_bit_and_leaves_the_tracker(kind):
+    tracker, cloud = followed(kind)
+    before = states(tracker)
+    trace = look_inside(tracker, cloud)
+    assert_same(before, states(tracker))
+    found = tracker.step(cloud)
+    assert found.tracked
+    assert trace.estimate.tracked
+    for name in ("x", "P", "coverage", "residual", "innovation", "limb_sigma_deg", "limb_lost"):
+        np.testing.assert_array_equal(getattr(trace.estimate, name), getattr(found, name))
+    np.testing.assert_array_equal(trace.estimate.pose.rotations, found.pose.rotations)
+    np.testing.assert_array_equal(trace.after.P, found.P)
+    second = look_inside(tracker, cloud)
+    assert second.frame == cloud.frame
+
+
+@pytest.mark.parametrize("kind", ["thesis", "accurate", "sigma points"])
+def test_iterations_lead_from_the_prediction_to_the_result(kind):
+    tracker, cloud = followed(kind)
+    trace = look_inside(tracker, cloud)
+    assert trace.method == ("thesis" if kind == "thesis" else "manifold")
+    first = trace.corrections[0]
+    assert first.before.pose is trace.predicted.pose or kind == "thesis"
+    np.testing.assert_array_equal(first.before.P, trace.predicted.P)
+    np.testing.assert_allclose(trace.predicted.P, trace.before.P + tracker.Q, rtol=1e-12)
+    for a, b in zip(trace.corrections, trace.corrections[1:], strict=False):
+        np.testing.assert_array_equal(a.after.P, b.before.P)
+    assert len(trace.corrections) >= tracker.parameters.iterations
+    assert [c.iteration for c in trace.corrections][:3] == [1, 2, 3]
+    assert all(seconds >= 0.0 for seconds in trace.seconds.values())
+    assert len(trace.state_names) == len(first.dx) == len(trace.after.P)
+
+
+def test_a_frame_with_nothing_in_it_has_a_prediction_and_no_correction():
+    tracker, _ = followed("accurate")
+    trace = look_inside(tracker, cloud_of(np.zeros((3, 3)), 5))
+    assert not trace.estimate.tracked
+    assert "3 points" in trace.estimate.reason
+    assert not trace.corrections
+    assert trace.search is None
+
+
+def test_a_person_who_has_to_be_looked_for_is_said_to_be():
+    tracker, cloud = followed("fast", frames=1)
+    tracker.seek()
+    trace = look_inside(tracker, cloud)
+    assert any("looked for" in note for note in trace.notes)
+    assert trace.estimate.tracked
+    np.testing.assert_allclose(trace.predicted.P, trace.before.P + tracker.Q, rtol=1e-9)
