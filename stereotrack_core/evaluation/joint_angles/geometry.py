@@ -171,7 +171,8 @@ def in_frame(frames: FloatArray, vectors: FloatArray) -> FloatArray:
 
 
 def _between(a: FloatArray, b: FloatArray) -> FloatArray:
-    return np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), _dot(a, b))
+    result: FloatArray = np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), _dot(a, b))
+    return result
 
 
 def _dot(a: FloatArray, b: FloatArray) -> FloatArray:

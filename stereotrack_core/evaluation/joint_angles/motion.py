@@ -119,7 +119,7 @@ def low_pass(values: FloatArray, fps: float, cut_off: float) -> FloatArray:
     """
     warped = np.tan(np.pi * cut_off / fps) / _CORRECTION
     section = signal.butter(2, 2.0 * np.arctan(warped) / np.pi, output="sos")
-    wanted = max(9, round(3.0 * fps / cut_off))
+    wanted = max(24, round(6.0 * fps / cut_off))
     result: FloatArray = signal.sosfiltfilt(
         section, values, axis=0, padtype="odd", padlen=min(wanted, len(values) - 1)
     )

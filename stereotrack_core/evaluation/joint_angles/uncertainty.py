@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from stereotrack_core.annotation.reference import Reference
-from stereotrack_core.arrays import FloatArray
+from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.angles import THESIS_JOINTS, pose_of_state
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.manifold import displaced
@@ -126,7 +126,7 @@ def _even_across(P: FloatArray) -> FloatArray:
 
 def _roots(covariances: FloatArray) -> FloatArray:
     """Matrices L (..., n, n) with L L' = P; NaN for covariances that are not known."""
-    known = np.isfinite(covariances).all(axis=(-2, -1))
+    known: BoolArray = np.asarray(np.isfinite(covariances).all(axis=(-2, -1)))
     values, vectors = np.linalg.eigh(np.where(known[..., None, None], covariances, 0.0))
     result: FloatArray = vectors * np.sqrt(np.maximum(values, 0.0))[..., None, :]
     result[~known] = np.nan

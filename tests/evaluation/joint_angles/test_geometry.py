@@ -1,0 +1,133 @@
+"""Joint angles mean what their definitions say."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stereotrack_core.evaluation.joint_angles.definitions import ANGLES, NAMES, sided
+from stereotrack_core.evaluation.joint_angles.geometry import angles_of_landmarks
+from stereotrack_core.recording.landmarks import LANDMARKS
+from tests.evaluation.joint_angles.cases import landmarks, torso_of
+
+
+def degrees(points):
+    return dict(zip(NAMES, np.degrees(angles_of_landmarks(points)), strict=True))
+
+
+def angle(low, high):
+    return st.floats(np.radians(low), np.radians(high))
+
+
+arm = st.tuples(angle(-130, 170), angle(12, 168), angle(-170, 170), angle(22, 158))
+
+
+@given(arm, arm, angle(-175, 175), angle(-170, 170), angle(-75, 75))
+def test_angles_that_a_body_was_made_with_are_found_again(left, right, turn, forward, sideways):
+    found = angles_of_landmarks(landmarks((left, right), torso_of(turn, forward, sideways)))
+    parts = dict(zip(NAMES, found, strict=True))
+    expected = {"torso_turn": turn, "torso_forward": forward, "torso_sideways": sideways}
+    for side, values in (("left", left), ("right", right)):
+        kinds = ("shoulder_plane", "shoulder_elevation", "shoulder_rotation", "elbow_flexion")
+        expected |= {f"{side}_{k}": v for k, v in zip(kinds, values, strict=True)}
+    for name, value in expected.items():
+        away = np.arctan2(np.sin(parts[name] - value), np.cos(parts[name] - value))
+        assert abs(away) < 1e-7, name
+
+
+# movements that a person would name: arm directions in the torso's frame (right, forwards, up)
+@pytest.mark.parametrize(
+    ("upper", "fore", "plane", "elevation", "rotation", "flexion"),
+    [
+        ((1, 0, 0), (1, 0, 0), 0, 90, np.nan, 0),  # T pose
+        ((0, 1, 0), (0, 1, 0), 90, 90, np.nan, 0),  # raised forwards
+        ((0, -1, -1), (0, -1, -1), -90, 45, np.nan, 0),  # pulled backwards
+        ((0, 0, -1), (0, 1, 0), np.nan, 0, np.nan, 90),  # hanging, forearm forwards
+        ((1, 0, 0), (0, 1, 0), 0, 90, 0, 90),  # scarecrow, forearm forwards
+        ((1, 0, 0), (0, 0, -1), 0, 90, 90, 90),  # scarecrow, forearm down: internal
+        ((1, 0, 0), (0, 0, 1), 0, 90, -90, 90),  # scarecrow, forearm up: external
+    ],
+)
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_movements_have_the_numbers_that_a_laboratory_gives(
+    side, upper, fore, plane, elevation, rotation, flexion
+):
+    points = landmarks()
+    at = {name: i for i, name in enumerate(LANDMARKS)}
+    mirror = np.array([-1.0 if side == "left" else 1.0, 1, 1])
+    unit = [np.asarray(v, float) / np.linalg.norm(v) * mirror for v in (upper, fore)]
+    points[at[f"{side}_elbow"]] = points[at[f"{side}_shoulder"]] + 0.27 * unit[0]
+    points[at[f"{side}_hand"]] = points[at[f"{side}_elbow"]] + 0.36 * unit[1]
+    found = degrees(points)
+    values = (plane, elevation, rotation, flexion)
+    kinds = ("shoulder_plane", "shoulder_elevation", "shoulder_rotation", "elbow_flexion")
+    for kind, value in zip(kinds, values, strict=True):
+        np.testing.assert_allclose(found[f"{side}_{kind}"], value, atol=1e-9, err_msg=kind)
+
+
+def test_the_torso_turns_left_bends_forwards_and_leans_right_positively():
+    assert degrees(landmarks(torso=np.eye(3)))["torso_turn"] == pytest.approx(0)
+    west = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])  # its y axis points west
+    assert degrees(landmarks(torso=west))["torso_turn"] == pytest.approx(90)
+    bowed = degrees(landmarks(torso=np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])))
+    assert bowed["torso_forward"] == pytest.approx(90)
+    s = np.sin(np.radians(20))
+    c = np.cos(np.radians(20))
+    leaning = degrees(landmarks(torso=np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])))
+    assert leaning["torso_sideways"] == pytest.approx(20)
+    lying = degrees(landmarks(torso=torso_of(0.2, 0.1, np.radians(85))))
+    assert np.isnan([lying["torso_turn"], lying["torso_forward"]]).all()
+    assert lying["torso_sideways"] == pytest.approx(85)
+
+
+def test_the_head_tilts_forwards_and_to_the_right_positively():
+    found = degrees(landmarks(head=(0, np.sin(0.2), np.cos(0.2))))
+    assert found["head_forward"] == pytest.approx(np.degrees(0.2))
+    assert found["head_sideways"] == pytest.approx(0, abs=1e-9)
+    assert degrees(landmarks(head=(1, 0, 1)))["head_sideways"] == pytest.approx(45)
+
+
+@given(arm, arm)
+def test_a_mirrored_person_has_the_sides_exchanged(left, right):
+    points = landmarks((left, right))
+    mirrored = points * [-1, 1, 1]
+    other = {"left": "right", "right": "left"}
+    order = [
+        LANDMARKS.index(n.replace(n.split("_")[0], other.get(n.split("_")[0], n.split("_")[0]), 1))
+        for n in LANDMARKS
+    ]
+    a, b = angles_of_landmarks(points), angles_of_landmarks(mirrored[order])
+    for i, j in sided():
+        np.testing.assert_allclose(b[[i, j]], a[[j, i]], atol=1e-9)
+
+
+def test_near_singular_places_nothing_is_said():
+    arm_at = lambda elevation, flexion: degrees(  # noqa: E731
+        landmarks(((0.3, np.radians(elevation), 0.2, np.radians(flexion)),) * 2)
+    )
+    assert np.isnan(arm_at(9.9, 60)["left_shoulder_plane"])
+    assert np.isnan(arm_at(170.1, 60)["left_shoulder_plane"])
+    assert np.isfinite(arm_at(10.1, 60)["left_shoulder_plane"])
+    assert np.isnan(arm_at(60, 19.9)["right_shoulder_rotation"])
+    assert np.isnan(arm_at(9.9, 60)["right_shoulder_rotation"])
+    assert np.isfinite(arm_at(60, 20.1)["right_shoulder_rotation"])
+    assert np.isfinite(arm_at(9.9, 10)["right_shoulder_elevation"])
+
+
+def test_what_is_not_known_blanks_only_what_needs_it():
+    points = landmarks()
+    points[LANDMARKS.index("left_hand")] = np.nan
+    points[LANDMARKS.index("head")] = np.nan
+    known = {n for n, v in degrees(points).items() if np.isfinite(v)}
+    blank = {"head_forward", "head_sideways", "left_shoulder_rotation", "left_elbow_flexion"}
+    assert known == set(NAMES) - blank
+    assert np.isnan(angles_of_landmarks(np.full((9, 3), np.nan))).all()
+    assert np.isnan(angles_of_landmarks(np.zeros((2, 9, 3)))).all()
+
+
+def test_every_angle_says_what_it_means():
+    assert len({angle.name for angle in ANGLES}) == len(ANGLES)
+    assert all("0" in a.meaning or "positive" in a.meaning for a in ANGLES)
+    assert all(ANGLES[i].kind == ANGLES[j].kind for i, j in sided())

@@ -1,0 +1,119 @@
+"""The low-pass lets through what it says, and derivatives are as uncertain as they say."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.joint_angles.definitions import NAMES
+from stereotrack_core.evaluation.joint_angles.motion import SHORTEST, low_pass, motion_of
+from stereotrack_core.evaluation.joint_angles.ranges import range_of_motion
+from stereotrack_core.recording.description import Segment
+from tests.evaluation.joint_angles.test_series import angles
+
+NAME = "left_elbow_flexion"
+K = NAMES.index(NAME)
+
+
+def sine(hertz, fps, seconds=10.0):
+    return np.sin(2 * np.pi * hertz * np.arange(round(seconds * fps)) / fps)
+
+
+@pytest.mark.parametrize("fps", [25.0, 100.0])
+def test_half_the_power_is_let_through_at_the_cut_off_and_nothing_lags(fps):
+    middle = slice(round(3 * fps), round(7 * fps))
+    for hertz, gain in ((0.5, 1.0), (6.0, 2**-0.5)):
+        through = low_pass(sine(hertz, fps), fps, 6.0)[middle]
+        given = sine(hertz, fps)[middle]
+        assert through @ given / (given @ given) == pytest.approx(gain, rel=0.02)
+        shifted = through - gain * given
+        assert np.abs(shifted).max() < 0.03
+
+
+def test_velocity_and_acceleration_are_those_of_the_movement():
+    fps, hertz = 100.0, 1.0
+    w = 2 * np.pi * hertz
+    motion = motion_of(angles(sine(hertz, fps), NAME), fps)
+    t = np.arange(1000) / fps
+    inside = slice(50, -50)
+    np.testing.assert_allclose(motion.velocity[inside, K], (w * np.cos(w * t))[inside], atol=0.03)
+    np.testing.assert_allclose(
+        motion.acceleration[inside, K], (-w * w * np.sin(w * t))[inside], atol=0.3
+    )
+    assert np.isfinite(motion.velocity[[0, -1], K]).all()
+    assert np.isnan(motion.acceleration[[0, -1], K]).all()
+    assert (motion.cut_off, "6 Hz" in motion.words) == (6.0, True)
+
+
+def test_a_straight_movement_is_not_bent_at_its_ends():
+    line = np.linspace(0.2, 1.7, 40)
+    motion = motion_of(angles(line, NAME), 10.0)
+    np.testing.assert_allclose(motion.angle[:, K], line, atol=1e-5)
+    np.testing.assert_allclose(motion.velocity[:, K], np.diff(line)[0] * 10, atol=1e-3)
+    assert motion.cut_off == 4.0
+    assert "the highest that 10 frames per second allow" in motion.words
+
+
+def test_gaps_are_not_filtered_across_and_short_stretches_not_at_all():
+    values = np.concatenate([np.zeros(20), np.full(20, 2.0), np.full(SHORTEST - 1, 1.0)])
+    frame = np.concatenate([np.arange(20), np.arange(25, 45), np.arange(50, 49 + SHORTEST)])
+    motion = motion_of(angles(values, NAME, frame), 30.0)
+    np.testing.assert_allclose(motion.angle[:20, K], 0.0, atol=1e-12)
+    np.testing.assert_allclose(motion.velocity[20:40, K], 0.0, atol=1e-9)
+    assert np.isnan(motion.angle[40:, K]).all()
+    assert np.isnan(motion.velocity[40:, K]).all()
+    values[7] = np.nan
+    motion = motion_of(angles(values, NAME, frame), 30.0)
+    assert np.isnan(motion.angle[7, K])
+    assert np.isfinite(np.delete(motion.angle[:40, K], 7)).all()
+
+
+@pytest.mark.parametrize("count", [24, 400])
+def test_uncertain_angles_give_derivatives_as_uncertain_as_is_said(count):
+    fps, rng = 30.0, np.random.default_rng(0)
+    sigma = 0.02 * (1.0 + np.linspace(0.0, 1.0, count))
+    stated = motion_of(angles(np.zeros(count), NAME, sigma=0.0), fps)
+    assert np.nanmax(stated.velocity_sigma) == 0.0
+    table = angles(np.zeros(count), NAME)
+    table.sigma[:, K] = sigma
+    stated = motion_of(table, fps)
+    noise = sigma[:, None] * rng.normal(size=(count, 3000))
+    smooth = low_pass(noise, fps, 6.0)
+    velocity = np.gradient(smooth, 1 / fps, axis=0, edge_order=2).std(axis=1)
+    np.testing.assert_allclose(stated.velocity_sigma[:, K], velocity, rtol=0.08)
+    acceleration = (np.diff(smooth, n=2, axis=0) * fps**2).std(axis=1)
+    np.testing.assert_allclose(stated.acceleration_sigma[1:-1, K], acceleration, rtol=0.08)
+
+
+@pytest.mark.parametrize(("fps", "cut_off"), [(0.0, 6.0), (10.0, 0.0), (10.0, np.nan), (-1, 6)])
+def test_what_is_no_rate_and_no_cut_off_is_refused(fps, cut_off):
+    with pytest.raises(InputError, match=r"frame rate|cut-off"):
+        motion_of(angles(np.zeros(9), NAME), fps, cut_off)
+
+
+def test_ranges_are_taken_per_segment_and_left_against_right():
+    fps = 50.0
+    left, right = 1.0 + 0.4 * sine(0.5, fps, 8), 1.0 + 0.2 * sine(0.5, fps, 8)
+    both = angles(left, NAME, sigma=0.03)
+    other = NAMES.index("right_elbow_flexion")
+    both.angle[:, other], both.sigma[:, other] = right, 0.04
+    motion = motion_of(both, fps)
+    whole, still, after = range_of_motion(
+        both, motion, [Segment("quarter", 0, 25), Segment("after", 900, 950)]
+    )
+    assert (whole.name, whole.first, whole.end) == ("all", 0, 400)
+    elbow = whole.of(NAME)
+    assert elbow.range == pytest.approx(0.8, rel=0.01)
+    assert elbow.range_sigma == pytest.approx(np.hypot(0.03, 0.03))
+    assert elbow.peak_velocity == pytest.approx(0.4 * np.pi, rel=0.02)
+    assert elbow.peak_velocity_sigma > 0
+    assert elbow.mean == pytest.approx(1.0, abs=0.01)
+    side = next(one for one in whole.sides if one.left.angle.name == NAME)
+    assert side.difference == pytest.approx(0.4, rel=0.02)
+    assert side.symmetry == pytest.approx(0.4 / 0.6, rel=0.02)
+    assert side.difference_sigma == pytest.approx(np.sqrt(2 * 0.03**2 + 2 * 0.04**2))
+    assert still.of(NAME).range == pytest.approx(0.4, rel=0.05)
+    assert (after.of(NAME).frames, np.isnan(after.of(NAME).range)) == (0, True)
+    with pytest.raises(KeyError):
+        whole.of("nothing")
