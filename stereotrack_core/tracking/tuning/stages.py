@@ -1,0 +1,106 @@
+"""Which parameters each stage depends on, from the images to the pose."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import IntEnum
+from types import MappingProxyType
+from typing import TypeAlias
+
+from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.parameters import Value
+from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.settings import Settings
+
+StageKey: TypeAlias = tuple[tuple[str, Value], ...]
+"""Parameters on which a stage and all stages before it depend, with their values."""
+
+
+class Stage(IntEnum):
+    """Stages in the order in which they work; each uses what those before it gave."""
+
+    MATCHING = 0
+    BACKGROUND = 1
+    POINTS = 2
+    FUSION = 3
+    SHAPE = 4
+    TRACKING = 5
+
+
+_OF_DEPTH: Mapping[str, Stage] = MappingProxyType(
+    dict.fromkeys(
+        (
+            "background_empty_scene",
+            "background_mode",
+            "background_rate",
+            "background_validity_rate",
+            "background_percentile",
+            "background_samples",
+        ),
+        Stage.BACKGROUND,
+    )
+    | dict.fromkeys(
+        (
+            "subpixel",
+            "speckle_size",
+            "speckle_range",
+            "background_threshold",
+            "background_valid_above",
+            "background_doubt",
+            "outlines",
+            "halo_trim",
+            "halo_contrast",
+            "pixel_step",
+        ),
+        Stage.POINTS,
+    )
+    | dict.fromkeys(
+        ("outlier_neighbours", "outlier_distance", "outlier_repeat"),
+        Stage.FUSION,
+    )
+)
+"""Parameters of depth that act after matching; all others are taken to act on it, so that a new
+parameter leads to too much work and never to a wrong cloud."""
+
+_OF_SHAPE = frozenset(
+    {row.name for row in BodyParameters.rows()} | {"fit_shape", "fit_frames", "matching"}
+)
+"""Parameters of body and tracking on which the body's shape depends."""
+
+_DEPTH = frozenset(row.name for row in DepthParameters.rows())
+_TRACKING = frozenset(row.name for row in TrackingParameters.rows())
+
+
+def stage_of(name: str) -> Stage:
+    """The first stage on which a parameter acts."""
+    if name in _DEPTH:
+        return _OF_DEPTH.get(name, Stage.MATCHING)
+    return Stage.SHAPE if name in _OF_SHAPE else Stage.TRACKING
+
+
+def changed_names(old: Settings, new: Settings) -> tuple[str, ...]:
+    """Names of the parameters whose values differ, in order of declaration."""
+    before = old.values()
+    return tuple(name for name, value in new.values().items() if value != before[name])
+
+
+def stage_key(depth: DepthParameters, stage: Stage) -> StageKey:
+    """What the result of a stage of depth depends on.
+
+    Parameters
+    ----------
+    depth : DepthParameters
+    stage : Stage
+        Up to ``Stage.FUSION``.
+    """
+    return tuple((name, value) for name, value in depth.values().items() if stage_of(name) <= stage)
+
+
+def shape_stands(old: Settings, new: Settings) -> bool:
+    """Whether a shape that was fitted with the old settings is that of the new ones.
+
+    It depends on the clouds, on the shape that the fit begins with, and on how many frames it is
+    fitted to. How these frames are followed acts on it only by a hair, and does not count.
+    """
+    return all(stage_of(name) > Stage.SHAPE for name in changed_names(old, new))

@@ -1,0 +1,58 @@
+"""Small recordings: depth views of a cone body, and one stereo view of a rendered person."""
+
+import pytest
+
+from stereotrack_core.body.model import body_model
+from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.simulation.make import simulate
+from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.tuning.clouds import CloudStore
+from tests.tracking.recordings import write_depth_recording
+from tests.tracking.scenes import pose_with_arms
+
+FRAMES = 8
+
+
+def pose(k):
+    return pose_with_arms(
+        [1, 0.12 * k, -0.05 * k],
+        [1, 0.3 * k, 0],
+        [-1, 0.1 * k, 0.06 * k],
+        [-1, 0.2 * k, 0.1 * k],
+        place=(0.02 * k, 0.0, 0.95),
+    )
+
+
+@pytest.fixture(scope="package")
+def cones(tmp_path_factory):
+    """Eight frames of four depth views."""
+    body = body_model(AVERAGE, preset("fast").body)
+    folder = tmp_path_factory.mktemp("tuning") / "cones"
+    return write_depth_recording(folder, body, [pose(k) for k in range(FRAMES)])
+
+
+@pytest.fixture(scope="package")
+def rendered(tmp_path_factory):
+    """Three frames of one stereo view."""
+    folder = tmp_path_factory.mktemp("tuning") / "rendered"
+    simulate(folder, person="P2", motion="t-pose", frames=3, views="N", seed=3)
+    return open_recording(folder)
+
+
+@pytest.fixture
+def store_of():
+    """Function from a recording to a store of its clouds."""
+    opened = []
+
+    def make(recording, **keywords):
+        reader = FrameReader(recording, colour=False)
+        store = CloudStore(recording, reader, **keywords)
+        opened.append((store, reader))
+        return store
+
+    yield make
+    for store, reader in opened:
+        store.close()
+        reader.close()

@@ -1,0 +1,129 @@
+"""Attempts: equal to the pipeline's frames, one by one, stopped at once."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from stereotrack_core.errors import Cancelled
+from stereotrack_core.tracking.pipeline import Pipeline
+from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.tuning.attempt import (
+    Attempt,
+    AttemptPipeline,
+    Start,
+    attempted,
+    work_of,
+)
+from tests.tracking.tuning.conftest import FRAMES, pose
+
+WHOLE = range(FRAMES)
+
+
+def quick(name="accurate"):
+    return preset(name).replaced(pixel_step=1, speckle_size=0, search_arms=False, data_points=400)
+
+
+def equal(a, b):
+    for one, other in zip(a, b, strict=True):
+        assert one.frame == other.frame
+        for name in ("x", "P", "landmarks", "coverage", "residual", "innovation"):
+            np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+
+@pytest.fixture(scope="module")
+def run(cones):
+    """Settings, frames and shape of a run over the whole recording."""
+    settings = quick().replaced(fit_frames=8)
+    with Pipeline(cones, settings, seed=3, init=pose(0)) as pipeline:
+        return settings, list(pipeline.frames(WHOLE)), pipeline.shape
+
+
+def start_at(run, frame):
+    _, frames, shape = run
+    before = frames[frame - 1]
+    return Start(before.pose, before.P, shape, pose(0))
+
+
+@pytest.mark.parametrize("name", ["accurate", "thesis"])
+def test_an_attempt_from_a_first_pose_is_what_the_pipeline_gives(cones, store_of, name):
+    settings = quick(name).replaced(fit_frames=8)
+    attempt = Attempt(settings, range(1, 4), seed=5, init=pose(1), preset=name)
+    with Pipeline(cones, settings, seed=5, init=pose(1), preset=name) as pipeline:
+        expected = list(pipeline.frames(range(1, 4)))
+        origin = pipeline.origin()
+    made = AttemptPipeline(attempt, store_of(cones))
+    with made:
+        equal(made.tracked(), expected)
+        assert made.origin().shape == origin.shape
+        assert (made.origin().preset, made.origin().seed) == (name, 5)
+
+
+def test_with_the_run_s_own_settings_an_attempt_gives_the_run_again(cones, store_of, run):
+    settings, frames, shape = run
+    assert shape != settings.body, "the shape was fitted, so that keeping it matters"
+    attempt = Attempt(settings, range(5, 8), start_at(run, 5), seed=3, learned_from=WHOLE)
+    again = list(attempted(attempt, store_of(cones)))
+    equal(again, frames[5:])
+    for one, other in zip(again[1:], frames[6:], strict=True):
+        np.testing.assert_array_equal(one.limb_lost, other.limb_lost)
+
+
+def test_an_attempt_with_other_settings_is_a_pipeline_with_the_same_start(cones, store_of, run):
+    settings = run[0].replaced(sigma_joint=25.0, iterations=3)
+    start = start_at(run, 2)
+    as_shape = run[2].values()
+    fixed = settings.replaced(fit_shape=False, **as_shape)
+    with Pipeline(cones, fixed, seed=3, init=start.pose) as pipeline:
+        expected = list(pipeline.frames(range(2, 5)))
+    without_P = dataclasses.replace(start, P=None)
+    attempt = Attempt(settings, range(2, 5), without_P, seed=3, learned_from=WHOLE)
+    equal(attempted(attempt, store_of(cones)), expected)
+
+
+def test_the_covariance_before_the_stretch_matters(cones, store_of, run):
+    start = start_at(run, 2)
+    store = store_of(cones)
+    first, other = (
+        next(attempted(Attempt(run[0], range(2, 3), s, 3, WHOLE), store))
+        for s in (start, dataclasses.replace(start, P=100.0 * start.P))
+    )
+    assert not np.allclose(first.P, other.P)
+
+
+def test_a_shape_that_does_not_stand_is_fitted_to_the_run_s_frames(cones, store_of, run):
+    settings, _, shape = run
+    unknown = dataclasses.replace(start_at(run, 5), shape=None)
+    made = AttemptPipeline(Attempt(settings, range(5, 8), unknown, 3, WHOLE), store_of(cones))
+    with made:
+        equal(made.tracked(), run[1][5:])
+    assert made.shape == shape
+
+
+def test_work_is_told_before_it_is_done(cones, store_of, run):
+    store = store_of(cones)
+    attempt = Attempt(run[0], range(5, 8), start_at(run, 5), 3, WHOLE)
+    assert work_of(attempt, store).words == "points of 3 frames, the background and tracking"
+    list(attempted(attempt, store))
+    assert work_of(attempt, store).words == "tracking only"
+    wider = dataclasses.replace(attempt, settings=run[0].replaced(sigma_joint=25.0))
+    assert work_of(wider, store).words == "tracking only"
+
+
+@pytest.mark.parametrize("name", ["accurate", "thesis", "annealed", "ekf"])
+def test_an_attempt_ends_in_the_middle_of_a_frame_and_the_next_one_is_whole(
+    cones, store_of, run, name
+):
+    store, asked = store_of(cones), []
+    settings = quick(name).replaced(fit_frames=8)
+    start = dataclasses.replace(start_at(run, 2), shape=None if name == "thesis" else run[2])
+    attempt = Attempt(settings, range(2, 5), start, 3, WHOLE)
+    frames = attempted(attempt, store, lambda: bool(asked.append(None)) or len(asked) > limit)
+    limit = float("inf")
+    whole = next(frames)
+    limit = len(asked) + 2
+    with pytest.raises(Cancelled):
+        next(frames)
+    again = list(attempted(attempt, store))
+    equal(again[:1], [whole])
+    assert len(again) == 3

@@ -1,0 +1,147 @@
+"""Clouds that are kept are those that would be made."""
+
+import numpy as np
+import pytest
+
+from stereotrack_core.depth.chain import DepthChain
+from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.depth.sources import StereoFrame
+from stereotrack_core.errors import Cancelled
+from stereotrack_core.tracking.tuning.clouds import CloudKey
+from tests.tracking.tuning.test_stages import other_value
+
+USUAL = DepthParameters().replaced(background_samples=3)
+STRETCH = range(3)
+QUICK = ("low_pass", "background_percentile", "halo_contrast", "outlier_neighbours")
+
+
+def made_anew(recording, reader, depth, frame):
+    chain = DepthChain(recording, depth)
+    chain.learn_background(reader, STRETCH)
+    cloud = chain.process(reader.frame_set(frame))
+    chain.close()
+    return cloud
+
+
+def same(a, b):
+    for name in ("points", "view", "pixels"):
+        np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
+    assert a.problems == b.problems
+    for name, view in a.depths.items():
+        other = b.depths[name]
+        for field in ("disparity", "range_z", "foreground", "silhouette", "outline"):
+            np.testing.assert_array_equal(getattr(view, field), getattr(other, field))
+
+
+@pytest.fixture
+def count_matches(monkeypatch):
+    """Number of regions that were matched so far."""
+    seen = []
+    match = StereoFrame.disparity
+
+    def counted(frame, region):
+        seen.append(region)
+        return match(frame, region)
+
+    monkeypatch.setattr(StereoFrame, "disparity", counted)
+    return lambda: len(seen)
+
+
+def parameters():
+    for row in DepthParameters.rows():
+        yield pytest.param(row, marks=() if row.name in QUICK else pytest.mark.slow, id=row.name)
+
+
+@pytest.mark.parametrize("row", tuple(parameters()))
+@pytest.mark.parametrize("empty_scene", [True, False])
+def test_after_any_change_kept_clouds_are_those_that_are_made_anew(
+    rendered, store_of, row, empty_scene
+):
+    store = store_of(rendered)
+    before = USUAL.replaced(background_empty_scene=empty_scene)
+    key = CloudKey(before, STRETCH)
+    store.clouds(key, STRETCH).take(1)
+    after = before.replaced(
+        **{row.name: other_value(row) if row.name != "background_samples" else 2}
+    )
+    if row.name == "background_empty_scene":
+        after = before.replaced(background_empty_scene=not empty_scene)
+    changed = CloudKey(after, STRETCH)
+    same(
+        store.clouds(changed, STRETCH).take(1)[0],
+        made_anew(rendered, store.reader, after, 1),
+    )
+    same(store.clouds(key, STRETCH).take(1)[0], made_anew(rendered, store.reader, before, 1))
+
+
+@pytest.mark.parametrize(
+    ("change", "matches"),
+    [
+        ({"background_threshold": 1.5}, False),
+        ({"background_percentile": 7.0}, False),
+        ({"outlier_distance": 50.0}, False),
+        ({"match_uniqueness": 8}, True),
+    ],
+)
+def test_only_a_parameter_of_matching_matches_again(
+    rendered, store_of, count_matches, change, matches
+):
+    store, depth = store_of(rendered), USUAL.replaced(background_empty_scene=False)
+    store.clouds(CloudKey(depth, STRETCH), STRETCH).take(1)
+    before = count_matches()
+    store.clouds(CloudKey(depth.replaced(**change), STRETCH), STRETCH).take(1)
+    assert (count_matches() > before) == matches
+
+
+def test_the_same_clouds_are_not_made_twice(cones, store_of):
+    store, key = store_of(cones), CloudKey(DepthParameters(), range(6))
+    first = store.clouds(key, range(2, 5)).take(3)[0]
+    assert store.clouds(key, range(2, 5)).take(3)[0] is first
+    work = store.work(key, range(2, 5))
+    assert (work.matched, work.measured, work.fused, work.background) == (0, 2, 2, False)
+    other = CloudKey(DepthParameters(outlier_distance=50.0), range(6))
+    assert store.work(other, range(3, 4)).words == "outliers of 1 frame and tracking"
+
+
+def test_a_background_that_is_still_learned_is_learned_in_order_and_nothing_is_kept(
+    rendered, store_of
+):
+    store = store_of(rendered)
+    depth = USUAL.replaced(background_mode="average", background_empty_scene=False)
+    key = CloudKey(depth, STRETCH)
+    chain = DepthChain(rendered, depth)
+    chain.learn_background(store.reader, STRETCH)
+    in_order = [chain.process(store.reader.frame_set(k)) for k in STRETCH]
+    chain.close()
+    for _ in range(2):
+        kept = store.clouds(key, STRETCH)
+        for k in STRETCH:
+            same(kept.take(k)[0], in_order[k])
+
+
+def test_memory_is_bounded_and_clouds_stay_right(cones, store_of):
+    store, key = store_of(cones, limit=2_000_000), CloudKey(DepthParameters(), range(6))
+    for _ in range(2):
+        kept = store.clouds(key, range(6))
+        for k in range(6):
+            cloud = kept.take(k)[0]
+            assert store.memory.bytes <= 2_000_000
+            np.testing.assert_array_equal(
+                cloud.points, made_anew(cones, store.reader, key.depth, k).points
+            )
+    assert 0 < len(store.memory) < 6
+
+
+def test_work_that_is_not_wanted_stops_between_views(rendered, store_of, count_matches):
+    store, key = store_of(rendered), CloudKey(USUAL, STRETCH)
+    with pytest.raises(Cancelled):
+        store.clouds(key, STRETCH, lambda: True)
+    assert count_matches() == 0
+    answers = iter([False, True])
+    kept = store.clouds(key, STRETCH)
+    wanted = store.clouds(key, STRETCH, lambda: next(answers, True))
+    before = count_matches()
+    with pytest.raises(Cancelled):
+        wanted.take(1)
+    assert count_matches() == before, "stopped after reading began, before anything was matched"
+    same(kept.take(1)[0], made_anew(rendered, store.reader, USUAL, 1))
