@@ -31,8 +31,9 @@ def add_settings(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--preset",
         default="accurate",
-        metavar="accurate|thesis|fast",
-        help="where all parameters come from (default: accurate)",
+        metavar="accurate|thesis|fast|FILE.toml",
+        help="where all parameters come from (default: accurate); a file holds a preset of your "
+        "own, as the workbench saves it",
     )
     parser.add_argument(
         "--set",
@@ -143,6 +144,27 @@ def views_of(recording: Recording, text: str | None) -> tuple[str, ...] | None:
             remedy=f"The recording has: {', '.join(known)}.",
         )
     return tuple(dict.fromkeys(names))
+
+
+def seeds_of(text: str) -> list[int]:
+    """Seeds that ``--seeds`` names.
+
+    Raises
+    ------
+    InputError
+        For anything but different whole numbers from 0.
+    """
+    try:
+        seeds = [int(part) for part in text.split(",")]
+    except ValueError:
+        seeds = []
+    if not seeds or min(seeds) < 0 or len(set(seeds)) < len(seeds):
+        raise InputError(
+            f"{text!r} is no list of seeds",
+            where="--seeds",
+            remedy="Give different whole numbers from 0, for example 0,1,2.",
+        )
+    return seeds
 
 
 def check_output(path: Path, recording: Recording | None = None) -> Path:

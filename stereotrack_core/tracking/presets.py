@@ -1,12 +1,17 @@
-"""Named settings: ``thesis``, ``accurate``, ``fast``, and the peers they are measured against."""
+"""Named settings: ``thesis``, ``accurate``, ``fast``, peers to measure against, a person's own."""
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.parameters import Value
+from stereotrack_core.recording.toml_table import load_toml
 from stereotrack_core.tracking.settings import Settings
 
 _CHANGES: Mapping[str, Mapping[str, Value]] = MappingProxyType(
@@ -75,18 +80,120 @@ PEERS: tuple[str, ...] = ("ekf", "annealed", "limb-icp", "scalar")
 """Presets that differ from ``accurate`` in the estimator alone."""
 
 
+SUFFIX = ".toml"
+"""A preset's name that ends so names a file that holds one."""
+
+
+@dataclass(frozen=True)
+class UserPreset:
+    """Settings that somebody has named.
+
+    Attributes
+    ----------
+    name : str
+    base : str
+        One of :data:`PRESETS`, from which all other values come.
+    values : mapping
+        What differs from it, by the parameter's name.
+    """
+
+    name: str
+    base: str
+    values: Mapping[str, Value] = field(default_factory=dict)
+
+    @property
+    def settings(self) -> Settings:
+        """All values.
+
+        Raises
+        ------
+        InputError
+            For an unknown base or parameter, or a value outside its range.
+        """
+        return preset(self.base).replaced(**self.values)
+
+    def facts(self) -> dict[str, Any]:
+        """As it is written to a file."""
+        return {"name": self.name, "base": self.base, "values": dict(self.values)}
+
+
+def named(name: str, settings: Settings, base: str = "accurate") -> UserPreset:
+    """Name settings, as they differ from a preset."""
+    before = preset(base).values()
+    changed = {key: value for key, value in settings.values().items() if value != before[key]}
+    return UserPreset(name, base, changed)
+
+
 def preset(name: str) -> Settings:
-    """Settings of a preset.
+    """Settings of a preset, or of a file that holds one.
 
     Raises
     ------
     InputError
-        Where there is no preset of that name.
+        Where there is no preset of that name, or the file does not hold one.
     """
+    if name.lower().endswith(SUFFIX):
+        return read_preset(Path(name)).settings
     if name not in _CHANGES:
         raise InputError(
             f"there is no preset {name!r}",
             where="--preset",
-            remedy=f"Known are: {', '.join(PRESETS)}.",
+            remedy=f"Known are: {', '.join(PRESETS)}. A preset of your own is given as a"
+            f" file {SUFFIX}.",
         )
     return Settings().replaced(**_CHANGES[name])
+
+
+def read_preset(path: Path) -> UserPreset:
+    """The preset that a TOML file holds; one without a name gets the file's.
+
+    Raises
+    ------
+    InputError
+        Where the file cannot be read, or names an unknown base or parameter, or gives a value
+        outside its range.
+    """
+    facts = load_toml(path)
+    for key in facts:
+        if key not in {"name", "base", "values"}:
+            raise InputError(
+                f"{key!r} belongs to no preset",
+                where=str(path),
+                remedy="It has a name, a base, and parameters below [values].",
+            )
+    name, base = facts.get("name", path.stem), facts.get("base", "accurate")
+    if not isinstance(name, str) or not name.strip():
+        raise InputError(
+            f"{name!r} is no name", where=f"{path}, name", remedy='Write name = "...".'
+        )
+    if base not in _CHANGES:
+        raise InputError(
+            f"there is no preset {base!r}",
+            where=f"{path}, base",
+            remedy=f"Known are: {', '.join(PRESETS)}.",
+        )
+    return UserPreset(name.strip(), base, _checked(facts.get("values", {}), path))
+
+
+def _checked(given: object, path: Path) -> dict[str, Value]:
+    """Values below ``[values]`` in their parameters' types."""
+    if not isinstance(given, Mapping):
+        raise InputError("this is no table", where=f"{path}, values", remedy="Write [values].")
+    rows = {row.name: row for row in Settings.rows()}
+    values: dict[str, Value] = {}
+    for key, value in given.items():
+        where = f"{path}, {key}"
+        if key not in rows:
+            raise InputError(
+                "there is no such parameter", where=where, remedy=_like(key, tuple(rows))
+            )
+        try:
+            values[key] = rows[key].checked(value)
+        except InputError as refusal:
+            raise InputError(refusal.what, where=where, remedy=refusal.remedy) from None
+    return values
+
+
+def _like(word: str, known: tuple[str, ...]) -> str:
+    near = difflib.get_close_matches(word, known, 3)
+    return f"Like it are: {', '.join(near)}." if near else "See docs/parameters.md."

@@ -1,0 +1,39 @@
+"""Presets of a person's own, given as files."""
+
+import numpy as np
+import pytest
+
+from stereotrack_core.interop.preset_file import write_preset
+from stereotrack_core.interop.run_file import read_run
+from stereotrack_core.tracking.presets import UserPreset, preset
+
+
+def test_a_file_is_a_preset_to_track_with(run, recording, tmp_path):
+    own = tmp_path / "own.toml"
+    write_preset(own, UserPreset("few points", "fast", {"data_points": 300, "fit_shape": False}))
+    for name, arguments in {
+        "file": ("--preset", own),
+        "words": ("--preset", "fast", "--set", "data_points=300", "--set", "fit_shape=no"),
+    }.items():
+        made = run(
+            "track", recording, "-o", tmp_path / f"{name}.npz", *arguments, "--frames", "0:2",
+            "--init", "tpose",
+        )  # fmt: skip
+        assert made.status == 0, made.err
+    by_file, by_words = (read_run(tmp_path / f"{name}.npz") for name in ("file", "words"))
+    np.testing.assert_array_equal(by_file.x, by_words.x)
+    changed = preset("fast").replaced(data_points=300, fit_shape=False)
+    assert by_file.meta["parameters"] == changed.values()
+
+
+@pytest.mark.parametrize("command", [("track", "-o", "run.npz"), ("cloud", "--frame", "0")])
+def test_a_wrong_file_is_refused_in_one_sentence(run, recording, tmp_path, command):
+    own = tmp_path / "own.toml"
+    own.write_text("[values]\nsigma_joint = -3\n", encoding="utf-8")
+    name, *rest = command
+    more = ("-o", tmp_path / "cloud.ply") if name == "cloud" else ()
+    ended = run(name, recording, "--preset", own, *rest, *more)
+    assert ended.status == 2
+    assert "own.toml, sigma_joint: -3 is not a valid value" in ended.err
+    assert "Traceback" not in ended.err
+    assert ended.out == ""
