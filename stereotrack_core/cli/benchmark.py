@@ -13,6 +13,7 @@ from stereotrack_core.cli.arguments import (
     add_views,
     check_output,
     frames_within,
+    seeds_of,
     views_of,
 )
 from stereotrack_core.cli.benchmark_tables import (
@@ -129,7 +130,7 @@ def run(args: Namespace) -> int:
         )
     if args.annotation:
         return _annotation(args)
-    seeds = _seeds(args.seeds or "0,1,2,3,4")
+    seeds = seeds_of(args.seeds or "0,1,2,3,4")
     if args.speed_frames < 0:
         raise InputError("this is less than 0", where="--speed-frames", remedy="Give 0 or more.")
     presets = _BASE if args.growth and args.presets is None else args.presets
@@ -166,21 +167,7 @@ def _annotation(args: Namespace) -> int:
             where="--annotation",
             remedy="Only recordings, --seeds, --frames and --json go with it.",
         )
-    return annotation_benchmark(_recordings(args.recordings), _seeds(args.seeds or "0"), args)
-
-
-def _seeds(text: str) -> list[int]:
-    try:
-        seeds = [int(part) for part in text.split(",")]
-    except ValueError:
-        seeds = []
-    if not seeds or min(seeds) < 0 or len(set(seeds)) < len(seeds):
-        raise InputError(
-            f"{text!r} is no list of seeds",
-            where="--seeds",
-            remedy="Give different whole numbers from 0, for example 0,1,2.",
-        )
-    return seeds
+    return annotation_benchmark(_recordings(args.recordings), seeds_of(args.seeds or "0"), args)
 
 
 def _contestants(presets: str | None, ablation: bool, changes: list[str]) -> list[Contestant]:

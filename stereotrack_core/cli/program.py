@@ -12,16 +12,20 @@ from typing import NoReturn
 
 from stereotrack_core import __version__
 from stereotrack_core.cli import (
+    angles,
     bench,
     benchmark,
     cloud,
     demo,
+    episodes,
     evaluate,
     export,
     fit,
     import_labels,
     info,
+    reproduce,
     simulate,
+    sweep,
     track,
     workbench,
 )
@@ -60,10 +64,14 @@ COMMANDS: tuple[Command, ...] = (
     cloud.COMMAND,
     track.COMMAND,
     evaluate.COMMAND,
+    angles.COMMAND,
+    episodes.COMMAND,
+    sweep.COMMAND,
     fit.COMMAND,
     import_labels.COMMAND,
     export.COMMAND,
     benchmark.COMMAND,
+    reproduce.COMMAND,
     bench.COMMAND,
     HELP,
 )

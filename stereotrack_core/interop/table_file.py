@@ -52,3 +52,42 @@ def markdown_text(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     rule = ["---:" if heading.startswith(">") else "---" for heading in columns]
     lines = [headings, rule, *([cell.replace("|", "\\|") for cell in row] for row in rows)]
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+def read_csv_table(path: Path) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...]]:
+    """Headings and rows of a CSV file, stripped; empty lines are left out.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be read, has no heading, a heading twice, or a row of another length.
+    """
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            lines = [[cell.strip() for cell in line] for line in csv.reader(file)]
+    except FileNotFoundError:
+        raise InputError(
+            "the file does not exist", where=str(path), remedy="Correct its path."
+        ) from None
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise InputError(
+            f"the file cannot be read ({error})",
+            where=str(path),
+            remedy="It has to be a UTF-8 text file with commas between the values.",
+        ) from None
+    filled = [(number, line) for number, line in enumerate(lines, start=1) if any(line)]
+    if not filled or not all(filled[0][1]) or len(set(filled[0][1])) < len(filled[0][1]):
+        raise InputError(
+            "the first line does not name every column once",
+            where=str(path),
+            remedy="Write the names of the columns, with commas between them.",
+        )
+    headings = filled[0][1]
+    for number, line in filled[1:]:
+        if len(line) != len(headings):
+            raise InputError(
+                f"line {number} has {len(line)} values instead of {len(headings)}",
+                where=str(path),
+                remedy="Write as many values as there are columns.",
+            )
+    return tuple(headings), tuple(tuple(line) for _, line in filled[1:])

@@ -1,0 +1,220 @@
+"""The files of a sweep: its table, the journal of its results, and how it is going."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.sweeps.jobs import Job
+from stereotrack_core.evaluation.sweeps.measures import MEASURES
+from stereotrack_core.evaluation.sweeps.points import varied_names
+from stereotrack_core.evaluation.sweeps.results import JobResult
+from stereotrack_core.interop.journal import Journal, read_journal
+from stereotrack_core.interop.table_file import csv_text, read_csv_table, write_text_table
+from stereotrack_core.project.lock import ProjectLock
+
+JOB_COLUMN = "job"
+"""Column of identities: what tells a sweep's table from others."""
+
+Ending: TypeAlias = Literal["", "done", "stopped", "failed"]
+
+
+@dataclass(frozen=True)
+class SweepPlaces:
+    """Where the files of a sweep are."""
+
+    table: Path
+
+    @property
+    def journal(self) -> Path:
+        """Every result, as it came."""
+        return self.table.with_suffix(".jobs.jsonl")
+
+    @property
+    def state(self) -> Path:
+        """How it is going."""
+        return self.table.with_name(f".{self.table.name}.state.json")
+
+    @property
+    def stop_sign(self) -> Path:
+        """Made by whoever wants the sweep to stop."""
+        return self.table.with_name(f".{self.table.name}.stop")
+
+
+@dataclass(frozen=True)
+class SweepState:
+    """How a sweep is going, or how it ended.
+
+    Attributes
+    ----------
+    jobs : int
+        In all; in a search so far.
+    reused : int
+        That were there already.
+    computed, failed : int
+        By this command.
+    share : float
+        Of the work, 0 to 1.
+    seconds_left : float or None
+    ended : str
+        Empty while it goes on.
+    error : str
+        Why it failed.
+    """
+
+    jobs: int = 0
+    reused: int = 0
+    computed: int = 0
+    failed: int = 0
+    share: float = 0.0
+    seconds_left: float | None = None
+    ended: Ending = ""
+    error: str = ""
+
+
+def read_state(places: SweepPlaces) -> SweepState | None:
+    """How the sweep is going; None where nobody has said yet."""
+    try:
+        facts = json.loads(places.state.read_text(encoding="utf-8"))
+        return SweepState(**facts)
+    except (OSError, ValueError, TypeError):
+        return None
+
+
+def is_running(places: SweepPlaces) -> bool:
+    """Whether some process is at the sweep."""
+    if not places.table.parent.is_dir():
+        return False
+    try:
+        ProjectLock(places.table).release()
+    except BlockingIOError:
+        return True
+    except InputError:
+        return False
+    return False
+
+
+def stored_results(places: SweepPlaces) -> dict[str, JobResult]:
+    """Every result of the journal by its job; the newest where there are several."""
+    results = {}
+    for entry in read_journal(places.journal):
+        try:
+            result = JobResult.of_facts(entry)
+        except ValueError:
+            continue  # what else the journal tells
+        results[result.identity] = result
+    return results
+
+
+class SweepStore:
+    """Writes the files of a sweep; one process at a time.
+
+    Parameters
+    ----------
+    places : SweepPlaces
+
+    Raises
+    ------
+    InputError
+        Where another process is at it, or the table belongs to something else.
+    """
+
+    def __init__(self, places: SweepPlaces) -> None:
+        self.places = places
+        _check_table(places.table)
+        try:
+            self._lock = ProjectLock(places.table)
+        except BlockingIOError:
+            raise InputError(
+                "another sweep is writing this table at this moment",
+                where=str(places.table),
+                remedy="Wait until it has ended, or name another table.",
+            ) from None
+        places.stop_sign.unlink(missing_ok=True)
+        self.results = stored_results(places)
+        self._journal = Journal(places.journal)
+
+    def keep(self, job: Job, result: JobResult) -> None:
+        """Write a result to the journal."""
+        told = {"recording": job.recording, "seed": job.seed, "point": job.point.by_name}
+        self._journal.append({**result.facts(), **told})
+        self.results[result.identity] = result
+
+    def search_batch(self, signature: str, wanted: int) -> int:
+        """Points that a search asks for at once: as many as when it was first begun.
+
+        Other numbers would give other points, and nothing could be taken up again.
+        """
+        for entry in read_journal(self.places.journal):
+            if entry.get("search") == signature and isinstance(entry.get("batch"), int):
+                return max(1, int(entry["batch"]))
+        self._journal.append({"search": signature, "batch": wanted})
+        return wanted
+
+    def stop_asked(self) -> bool:
+        """Whether somebody wants the sweep to stop."""
+        return self.places.stop_sign.exists()
+
+    def note_state(self, state: SweepState) -> None:
+        """Say how it is going."""
+        text = json.dumps(dataclasses.asdict(state), allow_nan=False)
+        write_text_table(self.places.state, text)
+
+    def write_table(self, jobs: Sequence[Job]) -> None:
+        """Write the table of all jobs of which something is known."""
+        columns, rows = table_of(jobs, self.results)
+        write_text_table(self.places.table, csv_text(columns, rows))
+
+    def close(self) -> None:
+        """Let others write."""
+        self._journal.close()
+        self.places.stop_sign.unlink(missing_ok=True)
+        self._lock.release()
+
+
+def table_of(
+    jobs: Sequence[Job], results: dict[str, JobResult]
+) -> tuple[list[str], list[list[str | float | int]]]:
+    """Columns and rows of the table: a row for every job of which something is known."""
+    varied = varied_names(job.point for job in jobs)
+    columns = [
+        "recording", *varied, "seed", "status", *(measure.name for measure in MEASURES),
+        "frames", "attempts", "error", JOB_COLUMN,
+    ]  # fmt: skip
+    rows: list[list[str | float | int]] = []
+    for job in jobs:
+        result = results.get(job.identity)
+        if result is None:
+            continue
+        values = job.point.by_name
+        rows.append([
+            job.recording, *(_cell(values.get(name, "")) for name in varied), job.seed,
+            result.status, *(result.measures.get(measure.name, "") for measure in MEASURES),
+            result.frames, result.attempts, result.error, job.identity,
+        ])  # fmt: skip
+    return columns, rows
+
+
+def _cell(value: str | float | int | bool) -> str | float | int:
+    return ("yes" if value else "no") if isinstance(value, bool) else value
+
+
+def _check_table(table: Path) -> None:
+    """Refuse to write over a table that is something else."""
+    if not table.exists() or not table.stat().st_size:
+        return
+    try:
+        columns, _ = read_csv_table(table)
+    except InputError:
+        columns = ()
+    if JOB_COLUMN not in columns:
+        raise InputError(
+            "there is a file already that is no table of a sweep",
+            where=str(table),
+            remedy="Name another table.",
+        )

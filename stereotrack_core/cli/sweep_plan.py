@@ -1,0 +1,149 @@
+"""What the arguments of a sweep ask for, checked before anything long begins."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import math
+from argparse import Namespace
+from collections.abc import Sequence
+from pathlib import Path
+
+from stereotrack_core.cli.arguments import frames_within, seeds_of, settings_of, views_of
+from stereotrack_core.cli.tracking_job import first_pose
+from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.sweeps.jobs import Base, Planner, Reading
+from stereotrack_core.evaluation.sweeps.measures import MEASURES, measure_named
+from stereotrack_core.evaluation.sweeps.points import Point, grid_points, listed_points, parsed_axis
+from stereotrack_core.evaluation.sweeps.search import Range, Search, parsed_range
+from stereotrack_core.interop.table_file import read_csv_table
+from stereotrack_core.parameters import parsed_settings
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.reader import FrameReader
+
+
+def check_numbers(args: Namespace) -> None:
+    """Refuse options that do not go together, and numbers that mean nothing.
+
+    Raises
+    ------
+    InputError
+    """
+    least = {"workers": 1, "together": 1, "trials": 1, "retries": 0, "search_seed": 0}
+    for name, low in least.items():
+        value = getattr(args, name)
+        if value is not None and value < low:
+            option = f"--{name.replace('_', '-')}"
+            raise InputError(
+                f"{value} is less than {low}", where=option, remedy=f"Give {low} or more."
+            )
+    if sum(map(bool, (args.grid, args.list, args.search))) > 1:
+        raise InputError(
+            "a sweep goes over a grid, a list or a search",
+            where="--grid, --list, --search",
+            remedy="Give only one kind of them.",
+        )
+    if args.scheduler and args.workers is not None:
+        raise InputError(
+            "the work is done on this machine or on a cluster",
+            where="--workers, --scheduler",
+            remedy="Give one of them.",
+        )
+    if args.output.suffix.lower() != ".csv":
+        raise InputError(
+            "the table is written as CSV", where=str(args.output), remedy="Let it end in .csv."
+        )
+
+
+def sweep_recordings(folders: Sequence[Path]) -> list[Recording]:
+    """Recordings with names of their own."""
+    recordings = [open_recording(folder) for folder in folders]
+    places = [recording.folder.resolve() for recording in recordings]
+    if len(set(places)) < len(places):
+        raise InputError(
+            "a recording is given twice", where="RECORDING", remedy="Give each one once."
+        )
+    names = [recording.name for recording in recordings]
+    return [
+        recording
+        if names.count(recording.name) == 1
+        else dataclasses.replace(recording, name=str(recording.folder))
+        for recording in recordings
+    ]
+
+
+def sweep_planner(recordings: Sequence[Recording], args: Namespace) -> Planner:
+    """What makes jobs of points."""
+    settings_of(args.preset, args.changes)  # refuses what no point could mend
+    base = Base(
+        preset=args.preset,
+        changes=parsed_settings(args.changes),
+        seeds=tuple(seeds_of(args.seeds)),
+        views=args.views,
+        frames=args.frames,
+        init=args.init,
+        smooth=args.smooth,
+    )
+    return Planner(recordings, base, Reading(views_of, frames_within, first_pose, _frame_count))
+
+
+def sweep_points(args: Namespace) -> tuple[Point, ...]:
+    """Points of a grid or a list; one that changes nothing where there is neither."""
+    if args.list is not None:
+        columns, rows = read_csv_table(args.list)
+        return listed_points(columns, rows, str(args.list))
+    return grid_points([parsed_axis(text) for text in args.grid])
+
+
+def sweep_ranges(args: Namespace) -> tuple[Range, ...]:
+    """Where a search looks; nothing where there is no search."""
+    return tuple(parsed_range(text) for text in args.search)
+
+
+def first_points(ranges: Sequence[Range], args: Namespace) -> tuple[Point, ...]:
+    """As many points as a search will try; for counting jobs."""
+    return Search(ranges, args.search_seed).ask(args.trials)
+
+
+def judged_by(asked: str | None, recordings: Sequence[Recording]) -> str:
+    """Measure that says which point is best.
+
+    Raises
+    ------
+    InputError
+        For an unknown one, or one that needs a reference that is not there.
+    """
+    without = [one for one in recordings if one.reference is None]
+    if asked is None:
+        return "coverage" if without else "forearms"
+    measure = measure_named(asked)
+    if measure is None:
+        raise InputError(
+            f"there is no measure {asked!r}",
+            where="--minimise",
+            remedy=f"Known are: {', '.join(one.name for one in MEASURES)}.",
+        )
+    if measure.from_reference and without:
+        raise InputError(
+            f"{asked} is measured against a reference, which {without[0].name} does not have",
+            where="--minimise",
+            remedy="Choose coverage, or recordings with a reference.csv.",
+        )
+    return asked
+
+
+def search_batch(runs_per_point: int, at_once: int) -> int:
+    """Points that a search asks for at once, so that nobody has to wait for work."""
+    return max(1, math.ceil(at_once / runs_per_point))
+
+
+def search_signature(ranges: Sequence[Range], by: str, seed: int) -> str:
+    """Hash by which a search is known again."""
+    text = repr((tuple(ranges), by, seed))
+    return hashlib.blake2b(text.encode(), digest_size=8).hexdigest()
+
+
+def _frame_count(recording: Recording) -> int:
+    with FrameReader(recording, read_ahead=0) as reader:
+        return reader.frame_count

@@ -1,0 +1,249 @@
+"""Doing a sweep: what is known is not computed again, what becomes known is kept at once."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from stereotrack_core.cli.progress import progress, stoppable
+from stereotrack_core.cli.sweep_files import Ending, SweepState, SweepStore
+from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.evaluation.sweeps.jobs import Job, Planner
+from stereotrack_core.evaluation.sweeps.points import Point
+from stereotrack_core.evaluation.sweeps.results import JobResult
+from stereotrack_core.evaluation.sweeps.summary import cost, summarised
+from stereotrack_core.evaluation.sweeps.watching import Executor
+
+if TYPE_CHECKING:
+    from stereotrack_core.evaluation.sweeps.search import Range
+
+_STATE_SECONDS = 0.5
+_TABLE_SECONDS = 5.0
+
+
+@dataclass(frozen=True)
+class SweepOutcome:
+    """How a sweep ended.
+
+    Attributes
+    ----------
+    jobs : tuple of Job
+        All that were wanted.
+    reused : int
+        Different jobs whose results were there already.
+    computed : int
+        Jobs computed by this command.
+    stopped : bool
+    """
+
+    jobs: tuple[Job, ...]
+    reused: int
+    computed: int
+    stopped: bool
+
+
+class SweepRun:
+    """One command's work on a sweep.
+
+    Parameters
+    ----------
+    store : SweepStore
+    executor : Executor
+    again : bool
+        Compute what is known as well.
+    """
+
+    def __init__(self, store: SweepStore, executor: Executor, *, again: bool = False) -> None:
+        self._store = store
+        self._executor = executor
+        self._again = again
+        self._jobs: list[Job] = []
+        self._fresh: set[str] = set()
+        self._reused: set[str] = set()
+        self._failed = 0
+        self._frames = _Frames()
+        self._show: Callable[[int], None] = lambda _: None
+        self._stop_asked: Callable[[], bool] = lambda: False
+        self._table_told = self._state_told = 0.0
+
+    def grid(self, jobs: Sequence[Job]) -> SweepOutcome:
+        """Do these jobs."""
+        self._frames.expect(sum(len(job.frames) for job in self._waiting(jobs)))
+        with self._working():
+            self._do(jobs)
+        return self._outcome(stopped=self._stopped)
+
+    def search(
+        self, planner: Planner, ranges: Sequence[Range], by: str, trials: int, seed: int, batch: int
+    ) -> SweepOutcome:
+        """Look for the point that is best by a measure.
+
+        Parameters
+        ----------
+        planner : Planner
+        ranges : sequence of Range
+        by : str
+        trials : int
+            Points to try.
+        seed : int
+            Of the search.
+        batch : int
+            Points that are asked for at once.
+        """
+        from stereotrack_core.evaluation.sweeps.measures import measure_named
+        from stereotrack_core.evaluation.sweeps.search import Search
+
+        measure = measure_named(by)
+        more = measure is not None and measure.more_is_better
+        search = Search(ranges, seed, more_is_better=more)
+        with self._working():
+            tried = 0
+            while tried < trials:
+                points = search.ask(min(batch, trials - tried))
+                jobs = planner.jobs(points)
+                frames = sum(len(job.frames) for job in jobs)
+                self._frames.expect_about(frames * math.ceil((trials - tried) / len(points)))
+                self._do(jobs)
+                search.tell([self._value(jobs, point, by) for point in points])
+                tried += len(points)
+        return self._outcome(stopped=self._stopped)
+
+    # ---- what the executor tells and asks
+
+    def on_frames(self, count: int) -> None:
+        """So many frames more were tracked."""
+        self._frames.add(count)
+        self._show(self._frames.percent)
+        self._note()
+
+    def on_result(self, job: Job, result: JobResult) -> None:
+        """Keep a result."""
+        self._store.keep(job, result)
+        self._fresh.add(job.identity)
+        self._failed += not result.done
+        self._note()
+
+    def stopped(self) -> bool:
+        """Whether Ctrl-C was pressed, or somebody else wants it to stop."""
+        return self._stop_asked() or self._store.stop_asked()
+
+    # ---- inside
+
+    def _do(self, jobs: Sequence[Job]) -> None:
+        waiting = self._waiting(jobs)
+        missing = {job.identity for job in waiting}
+        self._jobs += jobs
+        self._reused |= {job.identity for job in jobs} - missing - self._fresh
+        self._note(now=True)
+        if waiting:
+            self._executor.do(waiting, self)
+
+    def _waiting(self, jobs: Sequence[Job]) -> list[Job]:
+        """Jobs to be computed, each once; those that failed in earlier commands are tried again."""
+        wanted: dict[str, Job] = {}
+        for job in jobs:
+            result = self._store.results.get(job.identity)
+            known = result is not None and (result.done or job.identity in self._fresh)
+            if not known or (self._again and job.identity not in self._fresh):
+                wanted.setdefault(job.identity, job)
+        return list(wanted.values())
+
+    def _value(self, jobs: Sequence[Job], point: Point, by: str) -> float:
+        """How good a point is; NaN where any of its runs failed."""
+        own = [job for job in jobs if job.point == point]
+        found = summarised(own, self._store.results, by)
+        if len(found) != 1 or found[0].failed:
+            return math.nan
+        value = found[0].mean[by]
+        return value if math.isfinite(cost(found[0], by)) else math.nan
+
+    @contextlib.contextmanager
+    def _working(self) -> Iterator[None]:
+        """Show progress, let Ctrl-C stop the work, and leave table and state behind."""
+        self._stopped = False
+        ended: Ending = "failed"
+        error = ""
+        try:
+            with progress("Sweeping", 100) as self._show, stoppable() as self._stop_asked:
+                yield
+            ended = "done"
+        except Cancelled:
+            self._stopped = True
+            ended = "stopped"
+        except InputError as wrong:
+            error = str(wrong)
+            raise
+        finally:
+            self._store.write_table(self._jobs)
+            self._store.note_state(self._state(ended, error))
+
+    def _note(self, *, now: bool = False) -> None:
+        """Say how it is going, not all too often."""
+        moment = time.monotonic()
+        if now or moment - self._state_told > _STATE_SECONDS:
+            self._state_told = moment
+            self._store.note_state(self._state("", ""))
+        if moment - self._table_told > _TABLE_SECONDS:
+            self._table_told = moment
+            self._store.write_table(self._jobs)
+
+    def _state(self, ended: Ending, error: str) -> SweepState:
+        whole = ended == "done"
+        return SweepState(
+            jobs=len({job.identity for job in self._jobs}),
+            reused=len(self._reused),
+            computed=len(self._fresh),
+            failed=self._failed,
+            share=1.0 if whole else self._frames.share,
+            seconds_left=0.0 if ended else self._frames.seconds_left(),
+            ended=ended,
+            error=error,
+        )
+
+    def _outcome(self, *, stopped: bool) -> SweepOutcome:
+        return SweepOutcome(tuple(self._jobs), len(self._reused), len(self._fresh), stopped)
+
+
+class _Frames:
+    """Frames tracked, wanted, and the time that is left."""
+
+    def __init__(self) -> None:
+        self._done = 0
+        self._wanted = 0
+        self._first: tuple[float, int] | None = None
+
+    def expect(self, frames: int) -> None:
+        """So many are wanted in all."""
+        self._wanted = frames
+
+    def expect_about(self, more: int) -> None:
+        """So many are wanted from now on."""
+        self._wanted = self._done + more
+
+    def add(self, count: int) -> None:
+        """So many more are done; those that are done again do not count twice."""
+        self._done = min(self._done + count, max(self._wanted, self._done))
+        if self._first is None:
+            self._first = time.monotonic(), self._done
+
+    @property
+    def share(self) -> float:
+        """Of the work, 0 to 1."""
+        return self._done / self._wanted if self._wanted else 0.0
+
+    @property
+    def percent(self) -> int:
+        """The same in whole percent."""
+        return int(100 * self.share)
+
+    def seconds_left(self) -> float | None:
+        """At the pace since the first frames were done; None before there is a pace."""
+        if self._first is None:
+            return None
+        begun, before = self._first
+        seconds, done = time.monotonic() - begun, self._done - before
+        return seconds / done * (self._wanted - self._done) if done else None

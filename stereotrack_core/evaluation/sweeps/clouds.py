@@ -1,0 +1,92 @@
+"""Clouds that the runs of a batch share, any of which may leave before the end."""
+
+from __future__ import annotations
+
+import threading
+
+from stereotrack_core.depth.chain import DepthChain
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.tracking.shared_clouds import SharedClouds, read_cloud
+
+
+class BatchClouds:
+    """Clouds that are made once, and forgotten when every run that is left has taken them.
+
+    Runs that go forward together keep only the few clouds that some have taken and others not.
+
+    Parameters
+    ----------
+    chain : DepthChain
+    reader : FrameReader
+    """
+
+    def __init__(self, chain: DepthChain, reader: FrameReader) -> None:
+        self.chain = chain
+        self.reader = reader
+        self.made = 0
+        self._lock = threading.Lock()
+        self._held: dict[int, tuple[Cloud, float]] = {}
+        self._waiting: dict[int, set[CloudTaker]] = {}
+        self._takers: set[CloudTaker] = set()
+        self._learned = False
+
+    def __len__(self) -> int:
+        return len(self._held)
+
+    def taker(self) -> CloudTaker:
+        """What one run takes clouds from; to be made before any run begins."""
+        taker = CloudTaker(self)
+        self._takers.add(taker)
+        return taker
+
+    def learn(self, frames: range) -> None:
+        """Learn the background from these frames, once for all."""
+        with self._lock:
+            if not self._learned:
+                self.chain.learn_background(self.reader, frames)
+                self._learned = True
+
+    def take(self, taker: CloudTaker, frame: int) -> tuple[Cloud, float]:
+        """Cloud of a frame, and the seconds that reading its images took."""
+        with self._lock:
+            if frame not in self._held:
+                self._held[frame] = read_cloud(self.chain, self.reader, frame)
+                self._waiting[frame] = set(self._takers)
+                self.made += 1
+            found = self._held[frame]
+            self._give_up(taker, frame)
+            return found
+
+    def leave(self, taker: CloudTaker) -> None:
+        """A run takes no more clouds; those that were kept for it alone are forgotten."""
+        with self._lock:
+            self._takers.discard(taker)
+            for frame in tuple(self._held):
+                self._give_up(taker, frame)
+
+    def _give_up(self, taker: CloudTaker, frame: int) -> None:
+        waiting = self._waiting[frame]
+        waiting.discard(taker)
+        if not waiting:
+            del self._held[frame], self._waiting[frame]
+
+
+class CloudTaker(SharedClouds):
+    """One run's way to the clouds of its batch."""
+
+    def __init__(self, clouds: BatchClouds) -> None:
+        super().__init__(clouds.chain, clouds.reader, takers=1)
+        self._clouds = clouds
+
+    def learn(self, frames: range) -> None:
+        """Learn the background from these frames, unless another run has done so."""
+        self._clouds.learn(frames)
+
+    def take(self, frame: int) -> tuple[Cloud, float]:
+        """Cloud of a frame, and the seconds that reading its images took."""
+        return self._clouds.take(self, frame)
+
+    def leave(self) -> None:
+        """Take no more."""
+        self._clouds.leave(self)

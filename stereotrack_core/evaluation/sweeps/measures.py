@@ -1,0 +1,154 @@
+"""What a table of a sweep says about every run: errors where truth is known, and its own signs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
+from stereotrack_core.evaluation.doubts import doubts_against
+from stereotrack_core.evaluation.errors import errors_against
+from stereotrack_core.evaluation.summary import summarise
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.tracking.run import Run
+
+
+@dataclass(frozen=True)
+class SweepMeasure:
+    """One column of numbers in a sweep's table.
+
+    Attributes
+    ----------
+    name : str
+        Heading of the column.
+    label : str
+        For people.
+    unit : str
+    from_reference : bool
+        Whether it needs a reference.
+    more_is_better : bool
+    short : str
+        Label where there is little room.
+    """
+
+    name: str
+    label: str
+    unit: str
+    from_reference: bool = False
+    more_is_better: bool = False
+    short: str = ""
+
+    @property
+    def title(self) -> str:
+        """Label with its unit: ``forearms, mean [deg]``."""
+        return f"{self.label} [{self.unit}]" if self.unit else self.label
+
+
+_ERRORS = (
+    ("torso_position", "torso position", "mm"),
+    ("torso_long", "torso long axis", "deg"),
+    ("torso_cross", "torso cross axis", "deg"),
+    ("upper_arms", "upper arms", "deg"),
+    ("forearms", "forearms", "deg"),
+    ("left_upper_arm", "left upper arm", "deg"),
+    ("right_upper_arm", "right upper arm", "deg"),
+    ("left_forearm", "left forearm", "deg"),
+    ("right_forearm", "right forearm", "deg"),
+)
+
+
+def _errors() -> Iterator[SweepMeasure]:
+    for name, label, unit in _ERRORS:
+        yield SweepMeasure(name, f"{label}, mean", unit, from_reference=True, short=label)
+        yield SweepMeasure(f"{name}_median", f"{label}, median", unit, from_reference=True)
+        yield SweepMeasure(f"{name}_p95", f"{label}, 95 %", unit, from_reference=True)
+
+
+MEASURES: tuple[SweepMeasure, ...] = (
+    *_errors(),
+    SweepMeasure("lost", "arm segments lost", "%", from_reference=True, short="lost"),
+    SweepMeasure(
+        "not_tracked", "frames of the reference not tracked", "%",
+        from_reference=True, short="not tracked",
+    ),
+    SweepMeasure(
+        "lost_precision", "of those called lost, rightly", "%",
+        from_reference=True, more_is_better=True,
+    ),
+    SweepMeasure(
+        "lost_recall", "of those lost, called so", "%", from_reference=True, more_is_better=True
+    ),
+    SweepMeasure("gaps", "frames without a pose", "%", short="no pose"),
+    SweepMeasure("coverage", "unexplained share of the cloud", "%", short="unexplained"),
+    SweepMeasure("residual", "residual", "mm"),
+    SweepMeasure("innovation", "innovation over its expected deviation", ""),
+    SweepMeasure("limb_sigma", "uncertainty of the limbs", "deg", short="uncertain"),
+    SweepMeasure("limb_lost", "own probability of lost arm segments", "%", short="taken for lost"),
+    SweepMeasure("frames_per_second", "frames per second", "", more_is_better=True, short="fps"),
+    SweepMeasure("seconds", "seconds of computing", "s"),
+)  # fmt: skip
+"""Errors against the reference as ``evaluate`` gives them, then the tracker's own signs."""
+
+
+def measure_named(name: str) -> SweepMeasure | None:
+    """The measure of that name; None where there is none."""
+    return next((measure for measure in MEASURES if measure.name == name), None)
+
+
+def measured(run: Run, reference: LandmarkTrajectory | None) -> dict[str, float]:
+    """All measures of a run but its times; NaN where one is not known.
+
+    Parameters
+    ----------
+    run : Run
+    reference : LandmarkTrajectory or None
+        Frames beside the run's enter nothing. None, or one that knows none of the frames: the
+        run's own signs alone.
+    """
+    return {**_errors_of(run, reference), **_signs(run)}
+
+
+def _errors_of(run: Run, reference: LandmarkTrajectory | None) -> Mapping[str, float]:
+    if reference is None or not len(run.frame):
+        return {}
+    inside = np.isin(reference.frame, run.frame)
+    errors = errors_against(
+        run.trajectory(), LandmarkTrajectory(reference.frame[inside], reference.points[inside])
+    )
+    if not len(errors.frame):
+        return {}
+    summary = summarise(errors)
+    values: dict[str, float] = {}
+    for measure in summary.measures:
+        figures = measure.statistics
+        values[measure.name] = figures.mean
+        values[f"{measure.name}_median"] = figures.median
+        values[f"{measure.name}_p95"] = figures.p95
+    doubts = doubts_against(run.frame, run.limb_lost, errors)
+    return values | {
+        "lost": 100.0 * summary.lost,
+        "not_tracked": 100.0 * summary.not_tracked / summary.frames,
+        "lost_precision": 100.0 * doubts.precision,
+        "lost_recall": 100.0 * doubts.recall,
+    }
+
+
+def _signs(run: Run) -> Mapping[str, float]:
+    tracked = run.tracked
+    arms = run.limb_lost[tracked][:, [*UPPER_ARMS, *FOREARMS]]
+    return {
+        "gaps": 100.0 * float(1.0 - tracked.mean()) if len(tracked) else float("nan"),
+        "coverage": 100.0 * _mean(run.coverage[tracked]),
+        "residual": 1000.0 * _mean(run.residual[tracked]),
+        "innovation": _mean(run.innovation[tracked]),
+        "limb_sigma": _mean(run.limb_sigma_deg[tracked]),
+        "limb_lost": 100.0 * _mean(arms),
+    }
+
+
+def _mean(values: FloatArray) -> float:
+    known = values[np.isfinite(values)]
+    return float(known.mean()) if known.size else float("nan")
