@@ -1,0 +1,146 @@
+"""What happened inside a frame as files: the cross-covariance as CSV, all numbers as ``.npz``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.skeleton import PARTS
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.atomic import replacing
+from stereotrack_core.interop.table_file import csv_text, write_text_table
+from stereotrack_core.tracking.inside.trace import REASONS, Correction, FrameTrace
+
+TRACE_SUFFIXES = (".csv", ".npz")
+
+
+def write_trace(path: Path, trace: FrameTrace, correction: int) -> None:
+    """Write a trace, or the cross-covariance of one of its corrections, by the file's suffix.
+
+    Parameters
+    ----------
+    path : Path
+        ``.npz`` for all numbers, ``.csv`` for the cross-covariance.
+    trace : FrameTrace
+    correction : int
+        Which of the trace's corrections a ``.csv`` holds.
+
+    Raises
+    ------
+    InputError
+        For another suffix, for a table where there is no such correction, and where nothing can be
+        written.
+    """
+    suffix = path.suffix.lower()
+    if suffix == ".npz":
+        with replacing(path) as temporary:
+            np.savez_compressed(temporary, allow_pickle=False, **trace_arrays(trace))
+    elif suffix == ".csv":
+        if not 0 <= correction < len(trace.corrections):
+            raise InputError(
+                "this frame has no cross-covariance: nothing was corrected by points",
+                where=f"frame {trace.frame}",
+                remedy="Write an .npz file, which holds whatever there is.",
+            )
+        names = trace.state_names
+        write_text_table(path, cross_covariance_csv(names, trace.corrections[correction]))
+    else:
+        raise InputError(
+            "the inside of a frame cannot be written to this kind of file",
+            where=str(path),
+            remedy="Name a file that ends in .csv (cross-covariance) or .npz (all numbers).",
+        )
+
+
+def cross_covariance_csv(names: tuple[str, ...], correction: Correction) -> str:
+    """Cross-covariance as a table: a row for each point, a column for each state.
+
+    Columns before them name the point: its part, its place and partner, its residual, the standard
+    deviation that its measurement is taken to have, its weight, and the variance predicted for it.
+    Metres and radians, so P_xz is in m2 for positions and rad m for angles.
+    """
+    points = correction.points
+    places = [f"{end}_{axis}_m" for end in ("place", "foot") for axis in "xyz"]
+    fixed = ["point", "part", *places, "residual_m", "sigma_m", "weight", "P_zz_m2"]
+    rows = [
+        [
+            i,
+            PARTS[points.part[i]],
+            *points.place[i].tolist(),
+            *points.foot[i].tolist(),
+            float(points.residual[i]),
+            float(points.sigma[i]),
+            float(points.weight[i]),
+            float(correction.P_zz[i]),
+            *correction.P_xz[:, i].tolist(),
+        ]
+        for i in range(len(points.part))
+    ]
+    return csv_text([*fixed, *(f"P_xz_{name}" for name in names)], rows)
+
+
+def trace_arrays(trace: FrameTrace) -> dict[str, NDArray[np.generic]]:
+    """All numbers of a trace by name; those of correction 2 begin with ``correction_2_``."""
+    arrays: dict[str, NDArray[np.generic]] = {
+        "frame": np.array(trace.frame),
+        "method": np.array(trace.method),
+        "state_names": np.array(trace.state_names),
+        "part_names": np.array(PARTS),
+        "reasons": np.array(REASONS),
+        "notes": np.array(trace.notes, dtype=np.str_),
+        "tracked": np.array(trace.estimate.tracked),
+        "step_names": np.array(list(trace.seconds), dtype=np.str_),
+        "step_seconds": np.array(list(trace.seconds.values()), dtype=np.float64),
+        "corrections": np.array(len(trace.corrections)),
+    }
+    for name, belief in (
+        ("before", trace.before), ("predicted", trace.predicted), ("after", trace.after)
+    ):  # fmt: skip
+        arrays |= _pose(name, belief.pose) | {f"{name}_P": belief.P}
+    for i, correction in enumerate(trace.corrections, start=1):
+        own = _correction_arrays(correction)
+        arrays |= {f"correction_{i}_{name}": values for name, values in own.items()}
+    if trace.search is not None:
+        pairs = (trace.search.followed, *trace.search.pairs)
+        arrays["search_terms"] = np.array(list(pairs[0].terms), dtype=np.str_)
+        arrays["search_costs"] = np.array([list(pair.terms.values()) for pair in pairs])
+        arrays["search_chosen"] = np.array([pair.chosen for pair in pairs])
+    return arrays
+
+
+def _correction_arrays(correction: Correction) -> Mapping[str, NDArray[np.generic]]:
+    points, unused = correction.points, correction.unused
+    return {
+        "stage": np.array(correction.stage),
+        "iteration": np.array(correction.iteration),
+        **_pose("prior", correction.prior.pose),
+        "prior_P": correction.prior.P,
+        **_pose("before", correction.before.pose),
+        "before_P": correction.before.P,
+        **_pose("after", correction.after.pose),
+        "after_P": correction.after.P,
+        "sigma_deviations": correction.sigma_points.deviations,
+        **_pose("sigma", correction.sigma_points.poses),
+        "part": points.part,
+        "place": points.place,
+        "foot": points.foot,
+        "direction": points.direction,
+        "residual": points.residual,
+        "sigma": points.sigma,
+        "weight": points.weight,
+        "unused_place": unused.place,
+        "unused_why": unused.why,
+        "P_xz": correction.P_xz,
+        "P_zz": correction.P_zz,
+        "gain": correction.gain,
+        "dx": correction.dx,
+        "dx_from_prior": correction.from_prior,
+    } | {f"dx_{rows.kind}_{rows.unit}": rows.dx for rows in correction.rows}
+
+
+def _pose(name: str, pose: Pose) -> dict[str, NDArray[np.generic]]:
+    return {f"{name}_position": pose.position, f"{name}_rotations": pose.rotations}

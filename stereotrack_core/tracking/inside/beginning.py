@@ -1,0 +1,141 @@
+"""A tracker that is about to do a frame of a recording, where none is at work there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.body.manifold import difference
+from stereotrack_core.body.model import BodyModel, body_model
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.proportions import proportions_of
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.tracking.acquire import SeekingTracker
+from stereotrack_core.tracking.estimate import Estimate
+from stereotrack_core.tracking.manifold_tracker import ManifoldTracker
+from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.pipeline import tracker_for
+from stereotrack_core.tracking.settings import Settings
+from stereotrack_core.tracking.thesis import ThesisTracker
+
+STORED = (
+    "Begins with the pose and covariance that the run has kept of the frame before, not with the "
+    "tracker that made it: what else that one remembered, such as {besides}, is not kept."
+)
+_DRAWN = "its random numbers (other model points are drawn)"
+_LEARNED = "rival poses of its first frames and learned colours"
+FIRST = (
+    "The run has no pose for the frame before, so this begins with the pose that it found in this "
+    "frame itself, as uncertain as a first pose."
+)
+NOBODY = "No pose is known for the frame before, so the person is looked for without help."
+
+
+@dataclass(frozen=True, eq=False)
+class Beginning:
+    """A tracker about to do a frame, and a sentence that says where it begins.
+
+    Attributes
+    ----------
+    tracker : ThesisTracker or ManifoldTracker
+    words : str
+    """
+
+    tracker: ThesisTracker | ManifoldTracker
+    words: str
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """How a frame is tracked.
+
+    Attributes
+    ----------
+    recording : Recording
+    settings : Settings
+    body : BodyModel
+    views : tuple of str
+        That are used.
+    seed : int
+    """
+
+    recording: Recording
+    settings: Settings
+    body: BodyModel
+    views: tuple[str, ...]
+    seed: int
+
+    def tracker(self) -> ThesisTracker | ManifoldTracker:
+        """Make the tracker."""
+        views = [self.recording.view(name) for name in self.views]
+        cameras = [self.recording.reference_camera(view).position_world for view in views]
+        fps = self.recording.fps
+        made = tracker_for(self.body, self.settings, np.array(cameras), fps, self.seed)
+        assert isinstance(made, ThesisTracker | ManifoldTracker)  # noqa: S101 - there are no others
+        return made
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """What a run says around a frame.
+
+    Attributes
+    ----------
+    before, earlier : Estimate or None
+        Of the frame before, and of the one before that.
+    here : Estimate or None
+        Of the frame itself.
+    """
+
+    before: Estimate | None = None
+    earlier: Estimate | None = None
+    here: Estimate | None = None
+
+
+def beginning_at(way: Way, known: Known, cloud: Cloud) -> Beginning:
+    """Begin where a run was before a frame; where none was, the person is looked for.
+
+    Parameters
+    ----------
+    way : Way
+    known : Known
+    cloud : Cloud
+        Of the frame.
+    """
+    before, here = known.before, known.here
+    if before is not None and before.tracked:
+        return _as_stored(way.tracker(), before, known.earlier)
+    tracker = way.tracker()
+    if here is not None and here.tracked:
+        tracker.start(here.pose)
+        return Beginning(tracker, FIRST)
+    if isinstance(tracker, ThesisTracker):
+        tracker.start(_found_in(cloud, way, tracker))
+    elif isinstance(tracker, SeekingTracker):
+        tracker.seek()
+    return Beginning(tracker, NOBODY)
+
+
+def _as_stored(
+    tracker: ThesisTracker | ManifoldTracker, before: Estimate, earlier: Estimate | None
+) -> Beginning:
+    tracker.start(before.pose)
+    if tracker.P.shape == before.P.shape and np.isfinite(before.P).all():
+        tracker.P = before.P.copy()
+    if isinstance(tracker, ThesisTracker):
+        return Beginning(tracker, STORED.format(besides=_DRAWN))
+    if earlier is not None and earlier.tracked:
+        tracker.movement = difference(before.pose, earlier.pose, tracker.joints)
+    return Beginning(tracker, STORED.format(besides=_LEARNED))
+
+
+def _found_in(cloud: Cloud, way: Way, tracker: ThesisTracker) -> Pose:
+    """Pose of whoever is in a cloud; the thesis's own body, without legs, cannot be looked for."""
+    body = body_model(proportions_of(way.recording.subject))
+    seeker = SeekingTracker(
+        body, TrackingParameters(), tracker.cameras, way.recording.fps, way.seed
+    )
+    seeker.seek()
+    return seeker.step(cloud).pose
