@@ -12,5 +12,5 @@ edit is on the drive. What programs compute stands in tables of its own::
         project.undo()
 
 Edits are in ``click_edits``, ``accept``, ``marks``, ``entries``, ``references``, ``setups``,
-``corrections`` and ``incoming``; several become one by :class:`edit.Together`.
+``runs``, ``corrections`` and ``incoming``; several become one by :class:`edit.Together`.
 """

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -81,6 +82,10 @@ class Entries:
         if entry is None or entry.deleted:
             raise _missing(self._table, name)
         return entry
+
+    def making_sense(self) -> AbstractContextManager[None]:
+        """Take facts that nothing can be made of for what they are: damage."""
+        return self._access.making_sense()
 
     def data(self, name: str) -> bytes:
         """The large data that belong to the one of that name.

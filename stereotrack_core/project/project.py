@@ -66,7 +66,8 @@ class Project:
         Readers of what their names say; a person's clicks and a program's predictions are kept
         apart.
     references, runs, subjects, landmark_sets, parameter_sets, descriptions : Entries
-        Named things; see ``references.py``, ``setups.py`` and ``corrections.py`` for typed ones.
+        Named things; see ``references.py``, ``runs.py``, ``setups.py`` and ``corrections.py`` for
+        typed ones.
     """
 
     def __init__(self, opened: Opened, who: str = "") -> None:

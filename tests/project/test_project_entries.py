@@ -12,14 +12,11 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.project.corrections import Corrections, save_corrections
 from stereotrack_core.project.entries import Choose, DeleteEntry, SaveEntry
-from stereotrack_core.project.failures import ProjectDamaged
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.references import (
     Reference,
     load_reference,
-    load_run,
     save_reference,
-    save_run,
 )
 from stereotrack_core.project.setups import (
     ParameterSet,
@@ -31,7 +28,6 @@ from stereotrack_core.project.setups import (
 )
 from stereotrack_core.recording.description import Subject
 from stereotrack_core.recording.landmarks import LANDMARKS
-from stereotrack_core.tracking.run import Run
 
 SUBJECT = Subject("P", shoulder_width=0.4, torso_length=0.5)
 
@@ -46,26 +42,6 @@ def reference(frames: int = 4) -> Reference:
         covariance=rng.normal(size=(frames, 9, 3, 3)),
         filled=np.arange(frames) % 2 == 1,
         meta={"clicks": 17},
-    )
-
-
-def run() -> Run:
-    rng = np.random.default_rng(2)
-    return Run(
-        frame=np.arange(3),
-        landmarks=rng.normal(size=(3, 9, 3)),
-        x=rng.normal(size=(3, 4)),
-        P=rng.normal(size=(3, 4, 4)),
-        state_names=("a", "b", "c", "d"),
-        tracked=np.array([True, True, False]),
-        coverage=rng.random(3),
-        residual=rng.random(3),
-        innovation=rng.random(3),
-        limb_sigma_deg=rng.random((3, 6)),
-        limb_lost=rng.random((3, 6)),
-        seconds=rng.random((3, 2)),
-        stage_names=("depth", "tracking"),
-        meta={"preset": "accurate", "seed": 3},
     )
 
 
@@ -101,43 +77,6 @@ def test_a_reference_of_another_set_gives_the_landmarks_it_shares():
 def test_a_reference_that_contradicts_itself_is_refused(wrong):
     with pytest.raises(ValueError, match=r"shape|ascend"):
         replace(reference(), **wrong)
-
-
-def test_a_run_comes_back_and_its_deletion_can_be_undone(project):
-    project.apply(save_run("accurate", run()))
-    assert dict(project.runs.get("accurate").facts) == {
-        "frames": 3,
-        "tracked": 2,
-        "preset": "accurate",
-        "seed": 3,
-    }
-    project.apply(DeleteEntry("run", "accurate"))
-    assert project.runs.names() == ()
-    with pytest.raises(InputError, match="no run 'accurate'"):
-        project.runs.get("accurate")
-    project.undo()
-    found = load_run(project.runs, "accurate")
-    np.testing.assert_array_equal(found.P, run().P)
-    assert dict(found.meta) == dict(run().meta)
-
-
-def test_a_run_is_not_replaced_unawares(project):
-    project.apply(save_run("accurate", run()))
-    other = replace(run(), residual=np.zeros(3))
-    with pytest.raises(InputError, match="already"):
-        project.apply(save_run("accurate", other))
-    project.apply(save_run("accurate", other, replacing=True))
-    np.testing.assert_array_equal(load_run(project.runs, "accurate").residual, 0.0)
-    project.undo()
-    np.testing.assert_array_equal(load_run(project.runs, "accurate").residual, run().residual)
-
-
-def test_data_that_have_changed_are_never_given_out(project):
-    project.apply(save_run("accurate", run()))
-    with project._access.writing() as database:
-        database.execute("UPDATE content SET bytes = X'00'")
-    with pytest.raises(ProjectDamaged):
-        load_run(project.runs, "accurate")
 
 
 def test_subjects_are_saved_chosen_and_taken_away(project):

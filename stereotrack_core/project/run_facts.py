@@ -1,0 +1,199 @@
+"""What is said about a run without reading its numbers, and how two runs differ in that."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from stereotrack_core.tracking.repeating import changed_parameters
+from stereotrack_core.tracking.run import Run
+
+_META = (
+    *("program", "version", "preset", "parameters", "seed", "views", "init", "smoothed"),
+    *("recording", "fingerprint", "calibration", "versions", "wall_seconds", "made", "frames"),
+)
+_ASKED = "frames"
+
+
+@dataclass(frozen=True)
+class RunFacts:
+    """A run in a list; what is not known is empty or None.
+
+    Attributes
+    ----------
+    frames, tracked : int
+        Frames that it has, and those of them with a pose.
+    first, last : int or None
+        The first and the last frame.
+    asked : tuple of int or None
+        Frames that were asked for, half-open.
+    preset : str
+    parameters : mapping
+        All parameters.
+    changed : mapping
+        Parameters that are not the preset's, as they were when the run was kept: name to the
+        preset's value and the run's.
+    seed : int or None
+    views : tuple of str
+    init : str
+        Where the first pose came from.
+    smoothed : bool
+    subject, recording : str
+    fingerprint, calibration : str
+        Of the recording and of its cameras.
+    versions : mapping
+        Of this program and of what it computes with.
+    wall_seconds : float or None
+    made : str
+        When it was tracked, ISO 8601, UTC.
+    note : str
+        What a person has written about it.
+    """
+
+    frames: int
+    tracked: int
+    first: int | None = None
+    last: int | None = None
+    asked: tuple[int, int] | None = None
+    preset: str = ""
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    changed: Mapping[str, tuple[Any, Any]] = field(default_factory=dict)
+    seed: int | None = None
+    views: tuple[str, ...] = ()
+    init: str = ""
+    smoothed: bool = False
+    subject: str = ""
+    recording: str = ""
+    fingerprint: str = ""
+    calibration: str = ""
+    versions: Mapping[str, str] = field(default_factory=dict)
+    wall_seconds: float | None = None
+    made: str = ""
+    note: str = ""
+
+    @property
+    def changed_words(self) -> str:
+        """``iterations 2 instead of 6, data_points 400 instead of 800``; empty where none is."""
+        told = (f"{name} {_said(b)} instead of {_said(a)}" for name, (a, b) in self.changed.items())
+        return ", ".join(told)
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Something that two runs were made with differently, in words.
+
+    Attributes
+    ----------
+    what : str
+        A parameter's name, or a word such as ``seed``.
+    first, second : str
+    parameter : bool
+        Whether it is a parameter.
+    """
+
+    what: str
+    first: str
+    second: str
+    parameter: bool = False
+
+
+def facts_to_keep(run: Run, note: str = "") -> dict[str, Any]:
+    """Facts of a run, JSON-serialisable: what :func:`run_facts` reads."""
+    meta = run.meta
+    facts: dict[str, Any] = {
+        "frames": len(run.frame),
+        "tracked": int(run.tracked.sum()),
+        **{key: meta[key] for key in _META if key in meta and key != _ASKED},
+    }
+    if len(run.frame):
+        facts |= {"first": int(run.frame[0]), "last": int(run.frame[-1])}
+    if meta.get(_ASKED) is not None:
+        facts["asked"] = list(meta[_ASKED])
+    subject = meta.get("subject")
+    if isinstance(subject, dict) and subject.get("name"):
+        facts["subject"] = subject["name"]
+    if "parameters" in meta:
+        changed = changed_parameters(meta["parameters"], str(meta.get("preset", "")))
+        facts["changed"] = {name: list(values) for name, values in changed.items()}
+    if note:
+        facts["note"] = note
+    return facts
+
+
+def run_facts(stored: Mapping[str, Any]) -> RunFacts:
+    """Read facts as they were kept; runs that were kept by older versions have fewer.
+
+    Raises
+    ------
+    ValueError, TypeError
+        Where they make no sense.
+    """
+    asked = stored.get("asked")
+    versions = dict(stored.get("versions") or {})
+    if not versions and stored.get("version"):
+        versions = {"stereotrack": str(stored["version"])}
+    wall = stored.get("wall_seconds")
+    return RunFacts(
+        frames=int(stored.get("frames", 0)),
+        tracked=int(stored.get("tracked", 0)),
+        first=stored.get("first"),
+        last=stored.get("last"),
+        asked=None if asked is None else (int(asked[0]), int(asked[1])),
+        preset=str(stored.get("preset", "")),
+        parameters=dict(stored.get("parameters") or {}),
+        changed={name: (a, b) for name, (a, b) in dict(stored.get("changed") or {}).items()},
+        seed=stored.get("seed"),
+        views=tuple(stored.get("views") or ()),
+        init=str(stored.get("init", "")),
+        smoothed=bool(stored.get("smoothed", False)),
+        subject=str(stored.get("subject") or ""),
+        recording=str(stored.get("recording") or ""),
+        fingerprint=str(stored.get("fingerprint") or ""),
+        calibration=str(stored.get("calibration") or ""),
+        versions=versions,
+        wall_seconds=None if wall is None else float(wall),
+        made=str(stored.get("made") or ""),
+        note=str(stored.get("note") or ""),
+    )
+
+
+def differences(first: RunFacts, second: RunFacts) -> tuple[Difference, ...]:
+    """All that two runs were made with differently: parameters first, then everything else."""
+    names = dict.fromkeys((*first.parameters, *second.parameters))
+    rows = [
+        Difference(name, _said(a), _said(b), parameter=True)
+        for name in names
+        if (a := first.parameters.get(name)) != (b := second.parameters.get(name))
+    ]
+    for what, a, b in (
+        ("preset", first.preset, second.preset),
+        ("seed", first.seed, second.seed),
+        ("views", "+".join(first.views), "+".join(second.views)),
+        ("frames", _frames(first), _frames(second)),
+        ("first pose", first.init, second.init),
+        ("smoothed", first.smoothed, second.smoothed),
+        ("subject", first.subject, second.subject),
+        ("recording", first.recording, second.recording),
+        ("recording's fingerprint", first.fingerprint[:8], second.fingerprint[:8]),
+        ("calibration's fingerprint", first.calibration[:8], second.calibration[:8]),
+    ):
+        if a != b:
+            rows.append(Difference(what, _said(a), _said(b)))
+    for name in dict.fromkeys((*first.versions, *second.versions)):
+        a, b = first.versions.get(name), second.versions.get(name)
+        if a != b:
+            rows.append(Difference(f"version of {name}", _said(a), _said(b)))
+    return tuple(rows)
+
+
+def _frames(facts: RunFacts) -> str:
+    return "" if facts.first is None else f"{facts.first} to {facts.last}"
+
+
+def _said(value: Any) -> str:
+    if value is None or value == "":
+        return "not known"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,254 @@
+"""Runs are kept complete, listed without being read, renamed, noted, deleted; all can be undone."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.run_npz import run_bytes, run_of_bytes
+from stereotrack_core.project import content
+from stereotrack_core.project.entries import SaveEntry, facts_as_json
+from stereotrack_core.project.failures import ProjectDamaged
+from stereotrack_core.project.project import Project
+from stereotrack_core.project.run_facts import differences, run_facts
+from stereotrack_core.project.runs import (
+    NoteRun,
+    RenameRun,
+    delete_run,
+    free_name,
+    keep_run,
+    kept_runs,
+    load_run,
+)
+from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run import Run
+
+VERSIONS = {"stereotrack": "1", "numpy": "2.1"}
+
+
+def meta(**changes):
+    settings = preset("fast").replaced(**changes)
+    return {
+        "version": "1",
+        "preset": "fast",
+        "parameters": settings.values(),
+        "seed": 3,
+        "views": ["N", "S"],
+        "init": "auto",
+        "smoothed": False,
+        "frames": [0, 40],
+        "recording": "walk",
+        "subject": {"name": "P2"},
+        "fingerprint": "ab" * 16,
+        "calibration": "cd" * 16,
+        "versions": VERSIONS,
+        "wall_seconds": 1.5,
+        "made": "2026-01-02T03:04:05.000+00:00",
+    }
+
+
+def run(frames: int = 3, seed: int = 2, n: int = 4, **changes) -> Run:
+    rng = np.random.default_rng(seed)
+    landmarks = rng.normal(size=(frames, 9, 3))
+    landmarks[-1] = np.nan
+    return Run(
+        frame=np.arange(frames),
+        landmarks=landmarks,
+        x=rng.normal(size=(frames, n)),
+        P=rng.normal(size=(frames, n, n)),
+        state_names=tuple(f"state {k}" for k in range(n)),
+        tracked=np.arange(frames) < frames - 1,
+        coverage=rng.random(frames),
+        residual=rng.random(frames),
+        innovation=rng.random(frames),
+        limb_sigma_deg=rng.random((frames, 6)),
+        limb_lost=rng.random((frames, 6)),
+        seconds=rng.random((frames, 2)),
+        stage_names=("depth", "tracking"),
+        meta=meta(**changes),
+    )
+
+
+def assert_same(found: Run, kept: Run) -> None:
+    for field in fields(Run):
+        a, b = getattr(found, field.name), getattr(kept, field.name)
+        if isinstance(b, np.ndarray):
+            assert (a.dtype, a.shape, a.tobytes()) == (b.dtype, b.shape, b.tobytes()), field.name
+        else:
+            assert a == b, field.name
+
+
+def test_a_run_comes_back_bit_by_bit_after_the_project_was_closed(project, project_path):
+    project.apply(keep_run("accurate", run(), "with the coat"))
+    project.close()
+    with Project.open(project_path) as again:
+        assert_same(load_run(again.runs, "accurate"), run())
+
+
+@given(st.integers(0, 5), st.integers(0, 2**32))
+def test_the_bytes_of_a_run_are_a_run_file(frames, seed):
+    made = run(frames + 1, seed)
+    assert_same(run_of_bytes(run_bytes(made), "here"), made)
+
+
+def test_the_list_says_what_a_run_was_made_with_and_reads_no_numbers(project, monkeypatch):
+    project.apply(keep_run("one", run(iterations=2, data_points=401), "a note"))
+    monkeypatch.setattr(content, "fetch", lambda *_: pytest.fail("numbers were read"))
+    (kept,) = kept_runs(project.runs)
+    assert (kept.name, kept.who) == ("one", "A")
+    facts = kept.facts
+    assert facts.changed == {"iterations": (3, 2), "data_points": (800, 401)}
+    assert set(facts.changed_words.split(", ")) == {
+        "iterations 2 instead of 3",
+        "data_points 401 instead of 800",
+    }
+    assert (facts.frames, facts.tracked, facts.first, facts.last, facts.asked) == (
+        3,
+        2,
+        0,
+        2,
+        (0, 40),
+    )
+    assert (facts.preset, facts.seed, facts.views, facts.init) == ("fast", 3, ("N", "S"), "auto")
+    assert (facts.recording, facts.fingerprint[:2], facts.calibration[:2]) == ("walk", "ab", "cd")
+    assert (facts.versions, facts.wall_seconds, facts.made[:4]) == (VERSIONS, 1.5, "2026")
+    assert (facts.note, facts.subject, facts.smoothed) == ("a note", "P2", False)
+
+
+def test_runs_of_one_name_are_not_mixed_up(project):
+    project.apply(keep_run("accurate", run()))
+    with pytest.raises(InputError, match="already"):
+        project.apply(keep_run("accurate", run(seed=9)))
+    other = free_name(project.runs, "accurate")
+    assert other == "accurate (2)"
+    project.apply(keep_run(other, run(seed=9)))
+    assert_same(load_run(project.runs, "accurate"), run())
+    assert_same(load_run(project.runs, other), run(seed=9))
+    a, b = kept_runs(project.runs)
+    assert a.content != b.content
+    project.apply(delete_run("accurate"))
+    assert free_name(project.runs, "accurate") == "accurate (3)"
+
+
+def test_a_run_is_replaced_only_where_that_is_said_and_comes_back(project):
+    project.apply(keep_run("accurate", run()))
+    project.apply(keep_run("accurate", run(seed=9), replacing=True))
+    assert_same(load_run(project.runs, "accurate"), run(seed=9))
+    project.undo()
+    assert_same(load_run(project.runs, "accurate"), run())
+
+
+def test_deleting_is_a_fact_that_can_be_undone(project):
+    project.apply(keep_run("accurate", run()))
+    changed = project.apply(delete_run("accurate"))
+    assert changed.words == "delete run accurate"
+    assert kept_runs(project.runs) == ()
+    with pytest.raises(InputError, match="no run 'accurate'"):
+        load_run(project.runs, "accurate")
+    project.undo()
+    assert_same(load_run(project.runs, "accurate"), run())
+    project.redo()
+    assert kept_runs(project.runs) == ()
+
+
+def test_a_run_is_renamed_with_all_that_belongs_to_it(project):
+    project.apply(keep_run("first", run(), "a note"))
+    (before,) = kept_runs(project.runs)
+    assert project.apply(RenameRun("first", "better")).words == "rename run first to better"
+    (after,) = kept_runs(project.runs)
+    assert after == replace(before, name="better")
+    assert_same(load_run(project.runs, "better"), run())
+    project.undo()
+    assert kept_runs(project.runs) == (before,)
+    assert project.apply(RenameRun("first", "first")) is None
+
+
+def test_a_name_that_is_taken_empty_or_unknown_is_refused(project):
+    project.apply(keep_run("one", run()))
+    project.apply(keep_run("two", run(seed=9)))
+    for wrong, words in (
+        (("one", "two"), "already"),
+        (("one", " "), "no name"),
+        (("x", "y"), "no run"),
+    ):
+        with pytest.raises(InputError, match=words):
+            project.apply(RenameRun(*wrong))
+    with pytest.raises(InputError, match="no run"):
+        project.apply(NoteRun("x", "note"))
+    project.apply(delete_run("two"))
+    project.apply(RenameRun("one", "two"))
+    assert_same(load_run(project.runs, "two"), run())
+    project.undo()
+    project.undo()
+    assert {one.name for one in kept_runs(project.runs)} == {"one", "two"}
+    assert_same(load_run(project.runs, "two"), run(seed=9))
+
+
+def test_a_note_is_written_changed_and_taken_away(project):
+    project.apply(keep_run("one", run()))
+    project.apply(NoteRun("one", " lost at 120 "))
+    assert kept_runs(project.runs)[0].facts.note == "lost at 120"
+    project.apply(NoteRun("one", ""))
+    assert kept_runs(project.runs)[0].facts.note == ""
+    project.undo()
+    assert kept_runs(project.runs)[0].facts.note == "lost at 120"
+    assert_same(load_run(project.runs, "one"), run())
+
+
+def test_data_that_have_changed_are_never_given_out(project):
+    project.apply(keep_run("accurate", run()))
+    with project._access.writing() as database:
+        database.execute("UPDATE content SET bytes = X'00'")
+    with pytest.raises(ProjectDamaged):
+        load_run(project.runs, "accurate")
+
+
+def test_facts_of_older_versions_are_read_and_senseless_ones_are_damage(project):
+    old = {"frames": 7, "tracked": 6, "version": "0.3", "preset": "accurate", "seed": 1}
+    project.apply(SaveEntry("run", "old", facts_as_json(old), run_bytes(run())))
+    facts = kept_runs(project.runs)[0].facts
+    assert (facts.frames, facts.versions, facts.parameters) == (7, {"stereotrack": "0.3"}, {})
+    project.apply(SaveEntry("run", "odd", facts_as_json({"frames": "many"}), run_bytes(run())))
+    with pytest.raises(ProjectDamaged):
+        kept_runs(project.runs)
+
+
+def test_two_runs_differ_in_what_they_were_made_with():
+    a = run_facts(_facts(run()))
+    b = run_facts(_facts(run(iterations=2)))
+    b = replace(b, seed=4, versions={**VERSIONS, "numpy": "2.2"}, smoothed=True)
+    assert differences(a, a) == ()
+    found = {row.what: (row.first, row.second) for row in differences(a, b)}
+    assert found == {
+        "iterations": ("3", "2"),
+        "seed": ("3", "4"),
+        "smoothed": ("no", "yes"),
+        "version of numpy": ("2.1", "2.2"),
+    }
+    assert [row.what for row in differences(a, b) if row.parameter] == ["iterations"]
+
+
+def _facts(made):
+    from stereotrack_core.project.run_facts import facts_to_keep
+
+    return facts_to_keep(made)
+
+
+def test_long_runs_are_kept_and_listed_quickly(project):
+    made = [run(2000, seed=seed, n=24) for seed in range(3)]
+    begun = time.perf_counter()
+    for number, one in enumerate(made):
+        project.apply(keep_run(f"run {number}", one))
+    keeping = (time.perf_counter() - begun) / len(made)
+    begun = time.perf_counter()
+    assert len(kept_runs(project.runs)) == len(made)
+    listing = time.perf_counter() - begun
+    assert keeping < 5.0
+    assert listing < 0.5
+    assert listing < keeping
