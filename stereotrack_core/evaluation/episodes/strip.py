@@ -32,6 +32,10 @@ _PAPER = 255
 _ROOM = 0.25
 """Metres around the person's landmarks that are shown as well."""
 
+_CORNERS = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [-1.0, -1.0, 0.5]])
+_SMALLEST = 8.0
+"""Pixels that a person covers at least."""
+
 
 def evenly(first: int, last: int, count: int) -> list[int]:
     """At most `count` frames spread evenly from the first to the last one, both included."""
@@ -169,22 +173,37 @@ def landmarks_at(trajectory: LandmarkTrajectory | None, frame: int) -> FloatArra
     return None
 
 
-def person_window(camera: Camera, run: Run, frames: Sequence[int], height: int) -> Window:
+def person_window(
+    camera: Camera, run: Run, frames: Sequence[int], height: int, aspect: float | None = None
+) -> Window:
     """Part of the picture in which a run has the person in all these frames.
 
     The whole picture where the run knows the person in none of them.
+
+    Parameters
+    ----------
+    camera : Camera
+    run : Run
+    frames : sequence of int
+    height : int, pixels
+        At which the part is shown.
+    aspect : float, optional
+        Width over height, reached by showing more of the picture, and what is beyond it.
     """
     points = run.landmarks[np.isin(run.frame, np.asarray(frames))].reshape(-1, 3)
     points = points[np.isfinite(points).all(axis=1)]
-    offsets = _ROOM * np.array([[1, 1, 1], [1, -1, 0], [-1, 1, 0], [-1, -1, 0.5]])
-    pixels = camera.project((points[:, None] + offsets).reshape(-1, 3))
+    pixels = camera.project((points[:, None] + _ROOM * _CORNERS).reshape(-1, 3))
     pixels = pixels[np.isfinite(pixels).all(axis=1)]
+    size = np.array([camera.width, camera.height], dtype=np.float64)
     if not len(pixels):
         return whole_window(camera, height)
-    size = np.array([camera.width, camera.height], dtype=np.float64)
     low, high = np.clip(pixels.min(axis=0), 0, size), np.clip(pixels.max(axis=0), 0, size)
-    if (high - low < 8).any():
+    if (high - low < _SMALLEST).any():
         return whole_window(camera, height)
+    if aspect is not None:
+        middle, across = 0.5 * (low + high), high - low
+        wanted = np.maximum(across, (across[1] * aspect, across[0] / aspect))
+        low, high = middle - 0.5 * wanted, middle + 0.5 * wanted
     scale = height / (high[1] - low[1])
     width = max(1, round(float(scale * (high[0] - low[0]))))
     return Window(float(low[0]), float(low[1]), float(scale), width, height)

@@ -1,0 +1,259 @@
+"""``stereotrack episodes``: the stretches in which a run fails, and why."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stereotrack_core.cli.arguments import add_json, check_output
+from stereotrack_core.cli.command import FAILED, OK, Command
+from stereotrack_core.cli.output import Table, put_json, put_table, say
+from stereotrack_core.cli.progress import progress, stoppable
+from stereotrack_core.errors import Cancelled, InputError
+
+if TYPE_CHECKING:
+    from stereotrack_core.evaluation.episodes.episode import Episode
+    from stereotrack_core.evaluation.episodes.find import Subject
+    from stereotrack_core.evaluation.episodes.matching import Agreement
+    from stereotrack_core.recording.description import Recording
+    from stereotrack_core.recording.landmarks import LandmarkTrajectory
+    from stereotrack_core.tracking.run import Run
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("run_file", type=Path, metavar="RUN", help="a complete run (.npz)")
+    parser.add_argument(
+        "--recording", type=Path, metavar="DIR", help="the run's recording; the run names its own"
+    )
+    parser.add_argument(
+        "--no-pictures",
+        action="store_true",
+        help="judge causes by the run alone, without making clouds of the recording again",
+    )
+    parser.add_argument(
+        "--reference",
+        type=Path,
+        metavar="CSV",
+        help="landmarks taken as truth; the recording's own where it has one",
+    )
+    parser.add_argument(
+        "--found", choices=("truth", "signs"), help="only those found with truth, or without"
+    )
+    parser.add_argument("--limb", metavar="LIMB", help="only those of a limb, as left_forearm")
+    parser.add_argument("--cause", metavar="CAUSE", help="only those of a cause, as crossing")
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        dest="changes",
+        help="change what counts as an episode, as episode_error=30; may be given several times",
+    )
+    parser.add_argument("--strips", type=Path, metavar="DIR", help="a strip of pictures of each")
+    parser.add_argument("--video", type=Path, metavar="MP4", help="a video of them all")
+    parser.add_argument("--view", metavar="VIEW", help="view of the strips; else the best one")
+    add_json(parser)
+
+
+def run(args: Namespace) -> int:
+    """Find, print, and write what is asked for."""
+    from stereotrack_core.evaluation.episodes.find import find_episodes
+
+    _check(args)
+    subject = _subject(args)
+    with progress("Looking at episodes", 100) as show, stoppable() as stopped:
+        try:
+            every = find_episodes(subject, lambda share, _: show(round(100 * share)), stopped)
+        except Cancelled:
+            say("Stopped; nothing was written.")
+            return FAILED
+    chosen = _chosen(every, args)
+    agreed = _agreed(every) if subject.reference is not None else None
+    if args.json:
+        put_json(_facts(args, subject, chosen, agreed))
+    else:
+        put_table(_table(args, subject, chosen, agreed))
+    try:
+        return _export(args, subject, chosen)
+    except Cancelled:
+        say("Stopped; the video was not written.")
+        return FAILED
+
+
+def _check(args: Namespace) -> None:
+    """Refuse at once what could only fail after the work."""
+    from stereotrack_core.body.limbs import LIMBS
+    from stereotrack_core.evaluation.episodes.episode import CAUSE_WORDS
+
+    for option, value, known in (
+        ("--limb", args.limb, LIMBS),
+        ("--cause", args.cause, tuple(CAUSE_WORDS)),
+    ):
+        if value is not None and value not in known:
+            raise InputError(
+                f"there is no {value!r}", where=option, remedy=f"Give one of {', '.join(known)}."
+            )
+    if args.strips is not None and args.strips.exists() and not args.strips.is_dir():
+        raise InputError("this is a file", where=str(args.strips), remedy="Name a folder.")
+    if args.video is not None:
+        if args.video.suffix.lower() != ".mp4":
+            raise InputError("its name does not end in .mp4", where=str(args.video))
+        check_output(args.video)
+
+
+def _subject(args: Namespace) -> Subject:
+    from stereotrack_core.evaluation.episodes.find import Subject
+    from stereotrack_core.evaluation.episodes.rules import EpisodeRules
+    from stereotrack_core.interop.run_file import read_run, read_trajectory
+    from stereotrack_core.parameters import parsed_settings
+
+    rules = EpisodeRules().replaced(**parsed_settings(args.changes))
+    stored = read_run(args.run_file)
+    recording = _recording(args, stored)
+    reference: LandmarkTrajectory | None = None
+    if args.reference is not None:
+        reference = read_trajectory(args.reference)
+    elif recording is not None:
+        reference = recording.reference
+    if (args.strips is not None or args.video is not None) and recording is None:
+        raise InputError(
+            "pictures need the run's recording", where="--strips, --video",
+            remedy="Name its folder with --recording.",
+        )  # fmt: skip
+    fps = recording.fps if recording is not None else float(stored.meta.get("fps") or 10.0)
+    return Subject(stored, fps, reference, recording, rules, pictures=not args.no_pictures)
+
+
+def _recording(args: Namespace, stored: Run) -> Recording | None:
+    from stereotrack_core.recording.folder import open_recording
+
+    if args.recording is not None:
+        return open_recording(args.recording)
+    folder = stored.meta.get("recording_folder")
+    if folder and Path(str(folder)).is_dir():
+        return open_recording(Path(str(folder)))
+    say(
+        "The run's recording is not there, so causes are judged by the run alone; name its folder "
+        "with --recording."
+    )
+    return None
+
+
+def _chosen(every: Sequence[Episode], args: Namespace) -> list[Episode]:
+    return [
+        e
+        for e in every
+        if (args.limb is None or args.limb in e.limbs)
+        and (args.cause is None or e.verdict.cause == args.cause)
+        and (args.found is None or e.found == args.found)
+    ]
+
+
+def _agreed(every: Sequence[Episode]) -> Agreement:
+    from stereotrack_core.evaluation.episodes.matching import agreement
+
+    return agreement(
+        [e for e in every if e.found == "truth"], [e for e in every if e.found == "signs"]
+    )
+
+
+def _facts(
+    args: Namespace, subject: Subject, chosen: Sequence[Episode], agreed: Agreement | None
+) -> dict[str, Any]:
+    facts: dict[str, Any] = {
+        "run": args.run_file,
+        "fps": subject.fps,
+        "rules": subject.rules.values(),
+        "episodes": chosen,
+    }
+    if agreed is not None:
+        facts["without_truth"] = {
+            "precision": agreed.precision, "recall": agreed.recall, "true": agreed.true,
+            "found": agreed.found, "called": agreed.called, "right": agreed.right,
+        }  # fmt: skip
+    return facts
+
+
+def _table(
+    args: Namespace, subject: Subject, chosen: Sequence[Episode], agreed: Agreement | None
+) -> Table:
+    from stereotrack_core.evaluation.episodes.episode import limbs_words
+
+    rows = [
+        (
+            f"{e.first}-{e.last}",
+            f"{e.first / subject.fps:.1f}-{(e.last + 1) / subject.fps:.1f}",
+            limbs_words(e.limbs),
+            e.found,
+            e.peak_words,
+            e.verdict.cause,
+            f"{100.0 * e.verdict.confidence:.0f} %" if e.verdict.confidence else "-",
+            e.verdict.words,
+        )
+        for e in chosen
+    ]
+    title = f"{len(chosen)} episodes of {args.run_file}"
+    if agreed is not None:
+        title += (
+            f"; without truth {agreed.found} of {agreed.true} are found, {agreed.right} of "
+            f"{agreed.called} found are right"
+        )
+    columns = ("frames", "seconds", "limbs", "found by", ">peak", "cause", ">sure", "in words")
+    return Table(title, columns, rows)
+
+
+def _export(args: Namespace, subject: Subject, chosen: Sequence[Episode]) -> int:
+    recording = subject.recording
+    if recording is None:
+        return OK
+    if args.strips is not None:
+        _write_strips(args, subject, recording, chosen)
+    if args.video is not None:
+        _write_video(args.video, subject, recording, chosen)
+    return OK
+
+
+def _write_strips(
+    args: Namespace, subject: Subject, recording: Recording, chosen: Sequence[Episode]
+) -> None:
+    from stereotrack_core.evaluation.episodes.export import strip_name, strip_of
+    from stereotrack_core.recording.video_file import write_png
+
+    args.strips.mkdir(parents=True, exist_ok=True)
+    with progress("Drawing strips", len(chosen)) as show:
+        for i, episode in enumerate(chosen):
+            picture = strip_of(subject, recording, episode, view=args.view)
+            write_png(args.strips / strip_name(episode), picture)
+            show(i + 1)
+    say(f"{len(chosen)} strips are in {args.strips}.")
+
+
+def _write_video(
+    path: Path, subject: Subject, recording: Recording, chosen: Sequence[Episode]
+) -> None:
+    from stereotrack_core.evaluation.episodes.export import film_of
+
+    if not chosen:
+        say("There is no episode, so no video was written.")
+        return
+    with progress("Drawing the video", 100) as show, stoppable() as stopped:
+        film_of(
+            path, subject, recording, chosen, lambda share, _: show(round(100 * share)), stopped
+        )
+    say(f"The video is {path}.")
+
+
+COMMAND = Command(
+    name="episodes",
+    summary="the stretches in which a run fails, and why",
+    description=(
+        "List the stretches in which limbs fail: by their errors where there is a reference, and "
+        "by the tracker's own signs, each with its probable cause and what speaks for it. Strips "
+        "of pictures and a video can be written of them."
+    ),
+    add_arguments=add_arguments,
+    run=run,
+)

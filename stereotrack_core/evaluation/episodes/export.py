@@ -1,0 +1,76 @@
+"""Episodes as strips of pictures and as a video."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from stereotrack_core.arrays import ImageArray
+from stereotrack_core.evaluation.episodes.episode import CAUSE_WORDS, Episode, limbs_words
+from stereotrack_core.evaluation.episodes.film import write_film
+from stereotrack_core.evaluation.episodes.find import Subject
+from stereotrack_core.evaluation.episodes.strip import evenly, picture_strip
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.recording.reader import FrameReader
+
+STRIP_FRAMES = 5
+_AROUND = 0.3
+"""Seconds before and after an episode that a video shows as well."""
+
+
+def strip_name(episode: Episode) -> str:
+    """Name of the file of an episode's strip: ``0144-0183-left-forearm-crossing-truth.png``."""
+    limbs = limbs_words(episode.limbs).replace(", ", "+").replace(" ", "-")
+    cause, found = episode.verdict.cause, episode.found
+    return f"{episode.first:04d}-{episode.last:04d}-{limbs}-{cause}-{found}.png"
+
+
+def strip_of(
+    subject: Subject,
+    recording: Recording,
+    episode: Episode,
+    *,
+    view: str | None = None,
+    count: int = STRIP_FRAMES,
+    reader: FrameReader | None = None,
+) -> ImageArray:
+    """Evenly spread frames of an episode as a strip (H, W, 3) BGR; see :func:`picture_strip`."""
+    frames = evenly(episode.first, episode.last, count)
+    return picture_strip(
+        recording, subject.run, frames, view,
+        limbs=episode.limbs, reference=_shown_truth(subject, episode), reader=reader,
+    )  # fmt: skip
+
+
+def film_of(
+    path: Path,
+    subject: Subject,
+    recording: Recording,
+    episodes: Sequence[Episode],
+    report: Callable[[float, str], None] | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> None:
+    """Write a video of episodes, one after the other, with what is just before and after each."""
+    around = round(_AROUND * subject.fps)
+    known = {int(frame) for frame in subject.run.frame}
+    limbs = {limb: None for episode in episodes for limb in episode.limbs}
+    frames = sorted(
+        {
+            frame
+            for e in episodes
+            for frame in range(e.first - around, e.last + around + 1)
+            if frame in known
+        }
+    )
+    one = episodes[0] if len(episodes) == 1 else None
+    title = CAUSE_WORDS[one.verdict.cause] if one is not None else ""
+    reference = subject.reference if any(e.found == "truth" for e in episodes) else None
+    write_film(
+        path, recording, subject.run, frames,
+        limbs=tuple(limbs), reference=reference, title=title, report=report, cancelled=cancelled,
+    )  # fmt: skip
+
+
+def _shown_truth(subject: Subject, episode: Episode) -> LandmarkTrajectory | None:
+    return subject.reference if episode.found == "truth" else None

@@ -1,0 +1,180 @@
+"""All episodes of a run, with their probable causes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from stereotrack_core.evaluation.episodes.by_error import episodes_by_error
+from stereotrack_core.evaluation.episodes.by_signs import episodes_by_signs
+from stereotrack_core.evaluation.episodes.causes import verdict_of
+from stereotrack_core.evaluation.episodes.episode import Episode
+from stereotrack_core.evaluation.episodes.geometry_evidence import (
+    Whereabouts,
+    geometry_evidence,
+    whereabouts,
+)
+from stereotrack_core.evaluation.episodes.look_evidence import look_evidence
+from stereotrack_core.evaluation.episodes.looks import Look, Looker
+from stereotrack_core.evaluation.episodes.rules import EpisodeRules
+from stereotrack_core.evaluation.episodes.told_evidence import told_evidence
+from stereotrack_core.evaluation.errors import errors_against
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.tracking.run import Run
+
+_INSIDE, _USUAL = 6, 10
+"""Frames that are looked at in an episode, and outside of any."""
+
+_APART = 0.5
+"""Seconds that a frame outside of any episode is away from all."""
+
+Report = Callable[[float, str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """What episodes are looked for in.
+
+    Attributes
+    ----------
+    run : Run
+    fps : float
+        Frame sets per second.
+    reference : LandmarkTrajectory or None
+        Taken as truth; without it the run is judged by its own signs alone.
+    recording : Recording or None
+        Clouds of some of its frames tell more about causes; without it the run alone does.
+    rules : EpisodeRules
+    pictures : bool
+        Whether the recording's clouds are made again for causes; it serves for pictures else.
+    """
+
+    run: Run
+    fps: float
+    reference: LandmarkTrajectory | None = None
+    recording: Recording | None = None
+    rules: EpisodeRules = field(default_factory=EpisodeRules)
+    pictures: bool = True
+
+
+def find_episodes(
+    subject: Subject,
+    report: Report | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> tuple[Episode, ...]:
+    """Episodes by error, where there is a reference, and by the run's own signs; with causes.
+
+    Those found without truth are found and explained without it, whatever there is.
+
+    Parameters
+    ----------
+    subject : Subject
+    report : callable, optional
+        Called with the share done and with words.
+    cancelled : callable, optional
+
+    Raises
+    ------
+    Cancelled
+    InputError
+        Where the recording's images cannot be read.
+    """
+    return explained(subject, stretches_of(subject), report, cancelled)
+
+
+def stretches_of(subject: Subject) -> tuple[Episode, ...]:
+    """The episodes without their causes; a matter of milliseconds."""
+    run, fps = subject.run, subject.fps
+    if not len(run.frame):
+        return ()
+    found = list(episodes_by_signs(run, fps, subject.rules))
+    if subject.reference is not None:
+        done = np.isin(subject.reference.frame, run.frame)
+        own = LandmarkTrajectory(subject.reference.frame[done], subject.reference.points[done])
+        found += episodes_by_error(errors_against(run.trajectory(), own), fps, subject.rules)
+    return tuple(sorted(found, key=lambda e: (e.first, e.last, e.found, e.limbs)))
+
+
+def explained(
+    subject: Subject,
+    episodes: Sequence[Episode],
+    report: Report | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> tuple[Episode, ...]:
+    """Episodes with their probable causes.
+
+    Where there is a recording, clouds are made of at most six frames of each episode and of ten
+    frames outside of all; see :func:`find_episodes` for the parameters.
+    """
+    places = {
+        "truth": whereabouts(subject.run, subject.fps, subject.reference),
+        "signs": whereabouts(subject.run, subject.fps, None),
+    }
+    if subject.recording is None or not subject.pictures or not episodes:
+        return tuple(_judged(subject, e, places[e.found], (), {}, []) for e in episodes)
+    usual_frames = _outside(subject, episodes)
+    with Looker(subject.recording, subject.run) as looker:
+        done = 0
+        total = len(usual_frames) + sum(len(_inside(subject, e)) for e in episodes)
+
+        def look(frames: list[int], where: Whereabouts) -> list[Look]:
+            nonlocal done
+
+            def each(count: int) -> None:
+                if report is not None:
+                    report((done + count) / max(total, 1), "looking at its frames")
+
+            points = where.at(np.array(frames, dtype=np.int64))
+            looks = looker.looks(frames, points, each, cancelled)
+            done += len(frames)
+            return looks
+
+        usual = {"signs": look(usual_frames, places["signs"])}
+        usual["truth"] = usual["signs"]
+        return tuple(
+            _judged(
+                subject, e, places[e.found], looker.view_names, usual,
+                look(_inside(subject, e), places[e.found]),
+            )
+            for e in episodes
+        )  # fmt: skip
+
+
+def _judged(
+    subject: Subject,
+    episode: Episode,
+    where: Whereabouts,
+    views: Sequence[str],
+    usual: dict[str, list[Look]],
+    inside: Sequence[Look],
+) -> Episode:
+    evidence = geometry_evidence(episode, where)
+    if inside:
+        evidence += look_evidence(episode, views, inside, usual[episode.found])
+    else:
+        evidence += told_evidence(episode, subject.run)
+    return replace(episode, verdict=verdict_of(evidence))
+
+
+def _inside(subject: Subject, episode: Episode) -> list[int]:
+    frame = subject.run.frame
+    own = frame[(frame >= episode.first) & (frame <= episode.last)]
+    places = np.unique(np.linspace(0, len(own) - 1, min(_INSIDE, len(own))).round().astype(int))
+    return [int(k) for k in own[places]]
+
+
+def _outside(subject: Subject, episodes: Sequence[Episode]) -> list[int]:
+    """Tracked frames, evenly spread, that are not near any episode."""
+    apart = round(_APART * subject.fps)
+    frame = subject.run.frame[subject.run.tracked]
+    free = np.ones(len(frame), dtype=np.bool_)
+    for episode in episodes:
+        free &= (frame < episode.first - apart) | (frame > episode.last + apart)
+    own = frame[free]
+    if not len(own):
+        return []
+    places = np.unique(np.linspace(0, len(own) - 1, min(_USUAL, len(own))).round().astype(int))
+    return [int(k) for k in own[places]]

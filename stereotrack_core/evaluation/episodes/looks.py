@@ -1,0 +1,229 @@
+"""What the pictures and clouds of single frames say about the limbs, view by view."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from types import TracebackType
+
+import numpy as np
+
+from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.body.model import placed_cones
+from stereotrack_core.body.skeleton import HEAD, TORSO
+from stereotrack_core.body.surface import nearest_on_surface
+from stereotrack_core.depth.chain import DepthChain
+from stereotrack_core.depth.cloud import Cloud, ViewDepth
+from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.errors import Cancelled
+from stereotrack_core.evaluation.episodes.closeness import limb_axes
+from stereotrack_core.geometry.segments import segment_distance
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.shared_clouds import read_cloud
+from stereotrack_core.tracking.stored import body_of_run, pose_of_run
+
+_ALONG = np.linspace(0.15, 1.0, 7)
+_THICK = 0.05
+"""Metres from a limb's axis to its surface, about."""
+
+_AGREES = 0.13
+"""Metres by which a range may differ from a limb's."""
+
+_STRAY, _NEAR = 0.30, 0.60
+"""Metres from the person beyond which a point is not the person's, and from a limb within which
+it is near."""
+
+_FITS = 0.12
+"""Metres from torso and head within which points tell how well a view fits."""
+
+_LEAST_FITTING = 60
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """One frame as the views measured it; V views.
+
+    Attributes
+    ----------
+    frame : int
+    points : (V,) float64
+        Points of each view in the cloud.
+    agreed, before, absent, unknown : (V, 6) float64
+        Of places along each limb's axis, the shares that a view measures where they are, before
+        which it measures something, behind which it does, and where it measures nothing. NaN for
+        limbs whose place is not known.
+    stray : (6,) float64
+        Points near each limb that are not the person's, over all points of the cloud.
+    offset : (V, 3) float64, metres
+        Movement of each view's points that would lay them onto torso and head; NaN where too few
+        of them are there.
+    """
+
+    frame: int
+    points: FloatArray
+    agreed: FloatArray
+    before: FloatArray
+    absent: FloatArray
+    unknown: FloatArray
+    stray: FloatArray
+    offset: FloatArray
+
+
+class Looker:
+    """Makes the clouds of single frames of a run's recording, with the run's own settings.
+
+    Parameters
+    ----------
+    recording : Recording
+    run : Run
+        Its meta names the views and the parameters; its poses say where the torso is.
+    """
+
+    def __init__(self, recording: Recording, run: Run) -> None:
+        self._run = run
+        known = {row.name for row in DepthParameters.rows()}
+        stored = {k: v for k, v in run.meta.get("parameters", {}).items() if k in known}
+        views = [v for v in run.meta.get("views", []) if v in {w.name for w in recording.views}]
+        parameters = DepthParameters().replaced(**stored)
+        self._chain = DepthChain(recording, parameters, views=views or None)
+        self._reader = FrameReader(recording, views=self._chain.view_names, colour=False)
+        self._body = body_of_run(run)
+        self._learned = False
+
+    @property
+    def view_names(self) -> tuple[str, ...]:
+        """Views in the order of the looks' rows."""
+        return self._chain.view_names
+
+    def __enter__(self) -> Looker:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._chain.close()
+        self._reader.close()
+
+    def looks(
+        self,
+        frames: Sequence[int],
+        points: FloatArray,
+        each: Callable[[int], None] | None = None,
+        cancelled: Callable[[], bool] | None = None,
+    ) -> list[Look]:
+        """Look at some frames.
+
+        Parameters
+        ----------
+        frames : sequence of int, ascending
+        points : (F, 9, 3) float64, world
+            Where the landmarks are taken to be.
+        each : callable, optional
+            Called with the number of frames done.
+        cancelled : callable, optional
+
+        Raises
+        ------
+        Cancelled
+        """
+        if not self._learned:
+            last = int(self._run.frame[-1]) if len(self._run.frame) else 0
+            self._chain.learn_background(self._reader, range(last + 1))
+            self._learned = True
+        found = []
+        for i, frame in enumerate(frames):
+            if cancelled is not None and cancelled():
+                raise Cancelled
+            cloud, _ = read_cloud(self._chain, self._reader, int(frame))
+            found.append(self._look(cloud, points[i]))
+            if each is not None:
+                each(i + 1)
+        return found
+
+    def _look(self, cloud: Cloud, landmarks: FloatArray) -> Look:
+        names = cloud.view_names
+        start, end = (ends[0] for ends in limb_axes(landmarks[None]))
+        shares = np.full((4, len(names), len(LIMBS)), np.nan)
+        for v, name in enumerate(names):
+            depth = cloud.depths.get(name)
+            for limb in range(len(LIMBS)):
+                if np.isfinite([start[limb], end[limb]]).all():
+                    shares[:, v, limb] = _shares(depth, start[limb], end[limb])
+        return Look(
+            frame=cloud.frame,
+            points=np.bincount(cloud.view, minlength=len(names)).astype(np.float64),
+            agreed=shares[0],
+            before=shares[1],
+            absent=shares[2],
+            unknown=shares[3],
+            stray=_stray(cloud.points, start, end),
+            offset=self._offsets(cloud),
+        )
+
+    def _offsets(self, cloud: Cloud) -> FloatArray:
+        result: FloatArray = np.full((len(cloud.view_names), 3), np.nan)
+        for i in np.flatnonzero(self._run.frame == cloud.frame):
+            pose = pose_of_run(self._run, int(i))
+            if pose is None:
+                continue
+            placed = placed_cones(self._body, self._body.frames(pose))
+            feet = nearest_on_surface(cloud.points, placed, np.inf)
+            part = np.where(feet.cone >= 0, self._body.cones.part[feet.cone], -1)
+            fits = (np.abs(feet.distance) < _FITS) & np.isin(part, (TORSO, HEAD))
+            for v in range(len(result)):
+                own = fits & (cloud.view == v)
+                if own.sum() >= _LEAST_FITTING:
+                    result[v] = _movement(feet.direction[own], feet.distance[own])
+        return result
+
+
+def _movement(direction: FloatArray, distance: FloatArray) -> FloatArray:
+    """Movement (3,) that takes distances along directions away, as far as they determine it."""
+    normal = direction.T @ direction + 0.1 * len(direction) * np.eye(3)
+    return np.asarray(np.linalg.solve(normal, direction.T @ distance), dtype=np.float64)
+
+
+def _shares(depth: ViewDepth | None, start: FloatArray, end: FloatArray) -> FloatArray:
+    """Shares (4,) of places along an axis: measured there, before it, behind it, not at all."""
+    if depth is None:
+        return np.array([0.0, 0.0, 0.0, 1.0])
+    g = depth.geometry
+    places = start + _ALONG[:, None] * (end - start)
+    seen = g.world_from_depth.inverse().apply(places)
+    z = np.maximum(seen[:, 2], 1e-6)
+    u = np.round(g.focal * seen[:, 0] / z + g.c_x).astype(np.int64)
+    v = np.round(g.focal * seen[:, 1] / z + g.c_y).astype(np.int64)
+    inside = (u >= 0) & (v >= 0) & (u < g.width) & (v < g.height) & (seen[:, 2] > 0.1)
+    measured = np.full(len(places), np.nan)
+    measured[inside] = depth.range_z[v[inside], u[inside]]
+    off = measured - (z - _THICK)
+    counts = (np.abs(off) <= _AGREES, off < -_AGREES, off > _AGREES, np.isnan(off))
+    return np.array([float(np.mean(each)) for each in counts])
+
+
+def _stray(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+    """Share (6,) of the cloud that is near each limb and not the person's.
+
+    The legs are not known: what is below the hips and beside them counts as theirs.
+    """
+    result = np.zeros(len(LIMBS))
+    known: BoolArray = np.isfinite(np.stack([start, end])).all(axis=(0, 2))
+    if not len(points) or not known[TORSO]:
+        return result
+    p = points[:, None]
+    away = segment_distance(p, p, start[None], end[None])
+    away[:, ~known] = np.inf
+    hips = start[TORSO]
+    beside = np.linalg.norm(points[:, :2] - hips[:2], axis=1)
+    legs = (points[:, 2] < hips[2] + 0.1) & (beside < 0.6)
+    foreign: FloatArray = np.where(legs, 0.0, away.min(axis=1))
+    for limb in np.flatnonzero(known):
+        near = away[:, limb] < _NEAR + _STRAY
+        result[limb] = np.count_nonzero((foreign > _STRAY) & near) / len(points)
+    return result
