@@ -21,8 +21,9 @@ if TYPE_CHECKING:
 CLICK_FORMATS = ("csv", "coco", "slp", "dlc")
 TRAJECTORY_FORMATS = ("csv", "trc", "c3d", "bvh")
 REFERENCE_FORMATS = (*TRAJECTORY_FORMATS, "npz")
-FORMATS = (*REFERENCE_FORMATS, "coco", "slp", "dlc")
-_SUFFIX = {"coco": ".json", "dlc": ".csv"}
+ANGLES = "angles"
+FORMATS = (*REFERENCE_FORMATS, ANGLES, "coco", "slp", "dlc")
+_SUFFIX = {"coco": ".json", "dlc": ".csv", ANGLES: ".csv"}
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -38,7 +39,8 @@ def add_arguments(parser: ArgumentParser) -> None:
         required=True,
         choices=FORMATS,
         help="clicks of a project: csv, coco, slp, dlc (a file for each camera); trajectories: csv,"
-        " trc, c3d, bvh, and npz, which keeps the uncertainty of a project's reference",
+        " trc, c3d, bvh, angles (joint angles of every frame, .csv), and npz, which keeps the"
+        " uncertainty of a project's reference",
     )
     parser.add_argument(
         "-o", "--output", type=Path, required=True, metavar="FILE", help="file to write"
@@ -123,17 +125,21 @@ def _project_clicks(args: Namespace, project: Project) -> dict[str, Any]:
 
 
 def _project_reference(args: Namespace, project: Project) -> dict[str, Any]:
+    from stereotrack_core.cli.angle_sources import angles_of_stored_reference, write_angles
     from stereotrack_core.interop.reference_npz import write_reference
     from stereotrack_core.interop.run_file import write_trajectory
 
-    if args.format not in REFERENCE_FORMATS:
-        raise _wrong_kind(args.format, REFERENCE_FORMATS)
+    if args.format not in (*REFERENCE_FORMATS, ANGLES):
+        raise _wrong_kind(args.format, (*REFERENCE_FORMATS, ANGLES))
     reference = _reference(project, args.reference or None)
     if args.format == "npz":
         write_reference(args.output, reference)
     else:
         fps = recording_of(project).fps if args.fps is None else args.fps
-        write_trajectory(args.output, reference.trajectory(), fps)
+        if args.format == ANGLES:
+            write_angles(args.output, angles_of_stored_reference(reference), fps, None)
+        else:
+            write_trajectory(args.output, reference.trajectory(), fps)
     return {"files": {args.output: f"{len(reference.frame)} frames"}}
 
 
@@ -160,6 +166,7 @@ def _reference(project: Project, name: str | None) -> Reference:
 
 def _trajectory(args: Namespace) -> dict[str, Any]:
     """Export a run, a reference or landmarks."""
+    from stereotrack_core.cli.angle_sources import angle_source, write_angles
     from stereotrack_core.interop.reference_npz import is_reference
     from stereotrack_core.interop.run_file import (
         read_run,
@@ -169,8 +176,12 @@ def _trajectory(args: Namespace) -> dict[str, Any]:
 
     if args.reference is not None:
         raise InputError("only projects hold references", where="--reference", remedy="Leave it.")
+    if args.format == ANGLES:
+        source = angle_source(args.source, args.fps)
+        frames = write_angles(args.output, source.angles, source.fps, None)
+        return {"files": {args.output: f"joint angles of {frames} frames"}}
     if args.format not in TRAJECTORY_FORMATS:
-        raise _wrong_kind(args.format, TRAJECTORY_FORMATS)
+        raise _wrong_kind(args.format, (*TRAJECTORY_FORMATS, ANGLES))
     trajectory, stated = read_timed_trajectory(args.source)
     residual = None
     if args.source.suffix.lower() == ".npz" and not is_reference(args.source):
@@ -195,8 +206,9 @@ COMMAND = Command(
     name="export",
     summary="a run, or the clicks or the reference of a project, for another tool",
     description=(
-        "Write clicks (csv, coco, slp, dlc) or a trajectory (csv, trc, c3d, bvh). The formats keep"
-        " what they can: only a project file keeps who clicked what and when."
+        "Write clicks (csv, coco, slp, dlc), a trajectory (csv, trc, c3d, bvh) or joint angles"
+        " (angles). The formats keep what they can: only a project file keeps who clicked what and"
+        " when."
     ),
     add_arguments=add_arguments,
     run=run,

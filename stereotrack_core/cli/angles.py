@@ -1,0 +1,159 @@
+"""``stereotrack angles``: joint angles as a laboratory reports them."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stereotrack_core.cli.arguments import add_frames, add_json, check_output, frame_bounds
+from stereotrack_core.cli.command import OK, Command
+from stereotrack_core.cli.output import put_json, put_table, say
+from stereotrack_core.errors import InputError
+
+if TYPE_CHECKING:
+    from stereotrack_core.cli.angle_sources import AngleSource
+    from stereotrack_core.evaluation.joint_angles.errors import AngleError
+    from stereotrack_core.evaluation.joint_angles.series import JointAngles
+    from stereotrack_core.recording.description import Segment
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument(
+        "source",
+        type=Path,
+        metavar="RUN|REFERENCE",
+        help="run or reference (.npz), or landmarks (.csv, .trc, .c3d)",
+    )
+    add_frames(parser)
+    parser.add_argument(
+        "--segments", action="store_true", help="also for each stretch of segments.csv"
+    )
+    parser.add_argument(
+        "--cutoff",
+        type=float,
+        metavar="HZ",
+        help="cut-off of the low-pass (default: 6; never above 0.4 of the frame rate)",
+    )
+    parser.add_argument(
+        "--fps",
+        type=float,
+        metavar="N",
+        help="frames per second, for files that do not state them themselves",
+    )
+    parser.add_argument(
+        "--reference",
+        nargs="?",
+        const="",
+        metavar="FILE",
+        help="also the errors of the angles against this reference, or the recording's own "
+        "without a name",
+    )
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="FILE", help="write every frame as a table (.csv)"
+    )
+    add_json(parser)
+
+
+def run(args: Namespace) -> int:
+    """Work out and print."""
+    if args.output is not None:
+        if args.output.suffix.lower() != ".csv":
+            raise InputError(
+                "the angles of every frame are written as .csv",
+                where="-o",
+                remedy=f"Name it {args.output.with_suffix('.csv').name}.",
+            )
+        check_output(args.output)
+    from stereotrack_core.cli.angle_sources import angle_source, write_angles
+    from stereotrack_core.evaluation.joint_angles.motion import CUT_OFF_HZ, motion_of
+    from stereotrack_core.evaluation.joint_angles.ranges import range_of_motion
+
+    source = angle_source(args.source, args.fps)
+    angles = _chosen(source.angles, args.frames)
+    motion = motion_of(angles, source.fps, CUT_OFF_HZ if args.cutoff is None else args.cutoff)
+    stretches = range_of_motion(angles, motion, _segments(args, source))
+    errors = None if args.reference is None else _errors(args, source, angles)
+    if args.output is not None:
+        write_angles(args.output, angles, source.fps, args.cutoff)
+        say(f"Every frame written to {args.output}.")
+    if args.json:
+        from stereotrack_core.cli.angle_tables import error_facts, range_facts
+
+        facts: dict[str, Any] = {
+            "source": args.source,
+            "frames_per_second": source.fps,
+            "cut_off_hz": motion.cut_off,
+            "low_pass": motion.words,
+            "stretches": [range_facts(stretch) for stretch in stretches],
+        }
+        if errors is not None:
+            facts["errors"] = error_facts(errors)
+        put_json(facts)
+        return OK
+    from stereotrack_core.cli.angle_tables import angle_error_table, range_table, side_table
+
+    for stretch in stretches:
+        put_table(range_table(stretch))
+    put_table(side_table(stretches))
+    if errors is not None:
+        put_table(angle_error_table(errors, "Errors of the joint angles, degrees"))
+    say(motion.words)
+    return OK
+
+
+def _chosen(angles: JointAngles, frames: str | None) -> JointAngles:
+    if frames is not None:
+        first, end = frame_bounds(frames)
+        last = int(angles.frame[-1]) if len(angles.frame) else 0
+        angles = angles.between(first or 0, last + 1 if end is None else end)
+    if not len(angles.frame):
+        raise InputError(
+            "there is no frame to work on",
+            where="--frames" if frames is not None else "",
+            remedy="Give a file with frames, or other frames.",
+        )
+    return angles
+
+
+def _segments(args: Namespace, source: AngleSource) -> Sequence[Segment]:
+    if not args.segments:
+        return ()
+    if not source.segments:
+        raise InputError(
+            "there are no segments",
+            where=str(args.source),
+            remedy="Put a segments.csv into the recording, or leave --segments out.",
+        )
+    return source.segments
+
+
+def _errors(args: Namespace, source: AngleSource, angles: JointAngles) -> Sequence[AngleError]:
+    from stereotrack_core.cli.angle_sources import angles_of_file
+    from stereotrack_core.evaluation.joint_angles.errors import angle_errors
+
+    truth = source.truth if not args.reference else angles_of_file(Path(args.reference))
+    if truth is None:
+        raise InputError(
+            "the recording of this file has no reference, or is not there any more",
+            where=str(args.source),
+            remedy="Name the reference with --reference FILE.",
+        )
+    return angle_errors(angles, truth)
+
+
+COMMAND = Command(
+    name="angles",
+    summary="joint angles of a run or reference: ranges of motion, velocities, left and right",
+    description=(
+        "Joint angles after the recommendations of the International Society of Biomechanics, as"
+        " far as nine landmarks have them: shoulder plane of elevation, elevation and axial"
+        " rotation, elbow flexion, turn and tilt of torso and head. Every angle has a standard"
+        " deviation where the file states how uncertain it is. What is positive and when an angle"
+        " is not defined is said in docs/angles.md."
+    ),
+    add_arguments=add_arguments,
+    run=run,
+)
