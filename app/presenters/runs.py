@@ -141,12 +141,14 @@ class RunList(QObject):
         self._made += 1
         return f"{self._made}: {preset}{' changed' if changed else ''}"
 
-    def add(self, entry: RunEntry) -> None:
-        """Add a run and make it the active one."""
+    def add(self, entry: RunEntry, *, active: bool = True) -> None:
+        """Add a run and make it the active one, or draw it beside the active one."""
         self._entries.append(entry)
-        self._active = entry
+        if active:
+            self._active = entry
         self.changed.emit()
-        self.active_changed.emit()
+        if active:
+            self.active_changed.emit()
 
     def remove(self, entry: RunEntry) -> None:
         """Take a run from the list; files are not touched."""
