@@ -1,0 +1,168 @@
+"""What may explain errors: distance from the cameras, speed, and how many views see a limb."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.body.model import BodyModel, placed_cones
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.sampling import regular_points
+from stereotrack_core.body.visibility import inside_other_cone, visible
+from stereotrack_core.errors import Cancelled
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording.landmarks import LANDMARKS
+
+POINTS_PER_CONE = 24
+"""Points on each cone of the body by which it is judged what a camera sees."""
+
+FREE_SHARE = 0.5
+"""A view sees a limb free where it sees this share of the limb's side that faces it."""
+
+_ENDS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "torso": (("left_hip", "right_hip"), ("left_shoulder", "right_shoulder")),
+    "head": (("left_shoulder", "right_shoulder"), ("head",)),
+    "left_upper_arm": (("left_shoulder",), ("left_elbow",)),
+    "right_upper_arm": (("right_shoulder",), ("right_elbow",)),
+    "left_forearm": (("left_elbow",), ("left_hand",)),
+    "right_forearm": (("right_elbow",), ("right_hand",)),
+}
+"""Landmarks of a limb's near and far end; of two, the middle."""
+
+
+@dataclass(frozen=True, eq=False)
+class Circumstances:
+    """Where limbs are and how they move; F frames, limbs in the order of ``LIMBS``.
+
+    Attributes
+    ----------
+    frame : (F,) int64
+    distance : (F, 6) float64, metres
+        From the limb's middle to the nearest camera.
+    speed : (F, 6) float64, metres per second
+        Of the limb's far end: hand, elbow, head, middle of the shoulders.
+    """
+
+    frame: IntArray
+    distance: FloatArray
+    speed: FloatArray
+
+
+def circumstances_of(
+    frame: IntArray, points: FloatArray, cameras: Sequence[Camera], fps: float
+) -> Circumstances:
+    """Circumstances in every frame.
+
+    Parameters
+    ----------
+    frame : (F,) int64
+        Ascending.
+    points : (F, 9, 3) float64, world, metres
+        Landmarks: of the reference, where there is one, for those of a run are wrong where it errs.
+    cameras : sequence of Camera
+        One for each view: that of its reference image.
+    fps : float
+        Frame sets per second.
+    """
+    ends = limb_ends(points)
+    places = np.array([camera.position_world for camera in cameras]).reshape(-1, 3)
+    away = np.linalg.norm(ends.mean(axis=2)[:, :, None] - places, axis=-1)
+    distance = away.min(axis=-1) if len(places) else np.full(away.shape[:2], np.nan)
+    return Circumstances(frame, distance, _speeds(frame, ends[:, :, 1], fps))
+
+
+def views_that_see(
+    body: BodyModel,
+    poses: Sequence[Pose | None],
+    cameras: Sequence[Camera],
+    *,
+    on_progress: Callable[[int], None] = lambda _: None,
+    cancelled: Callable[[], bool] = lambda: False,
+) -> FloatArray:
+    """How many views see each limb free (F, 6), by the body model.
+
+    Hidden neither by another limb nor by the border of the image; NaN where the pose is not known.
+
+    Parameters
+    ----------
+    body : BodyModel
+    poses : sequence of Pose or None
+        Of F frames.
+    cameras : sequence of Camera
+        One for each view.
+    on_progress : callable, optional
+        Told how many frames are done.
+    cancelled : callable, optional
+        Asked after every frame whether to stop.
+
+    Raises
+    ------
+    Cancelled
+    """
+    result: FloatArray = np.full((len(poses), len(LIMBS)), np.nan)
+    for i, pose in enumerate(poses):
+        if pose is not None:
+            result[i] = np.sum(seen_shares(body, pose, cameras) >= FREE_SHARE, axis=0)
+        on_progress(i + 1)
+        if cancelled():
+            raise Cancelled
+    return result
+
+
+def limb_ends(points: FloatArray) -> FloatArray:
+    """Near and far ends (F, 6, 2, 3), world, metres, of the limbs of landmarks (F, 9, 3)."""
+    result: FloatArray = np.empty((len(points), len(LIMBS), 2, 3))
+    for i, limb in enumerate(LIMBS):
+        for end, names in enumerate(_ENDS[limb]):
+            own = [LANDMARKS.index(name) for name in names]
+            result[:, i, end] = points[:, own].mean(axis=1)
+    return result
+
+
+def seen_shares(body: BodyModel, pose: Pose, cameras: Sequence[Camera]) -> FloatArray:
+    """Share (V, 6) of every limb's side facing a camera that this camera sees.
+
+    Points of the surface that lie inside another part of the body count for neither.
+    """
+    frames = body.frames(pose)
+    sampled = regular_points(body.cones, POINTS_PER_CONE * len(body.cones))
+    sampled = sampled[sampled.part < len(LIMBS)]
+    placed = placed_cones(body, frames)
+    points = frames.apply(sampled.part, sampled.points)
+    outside = ~inside_other_cone(points, sampled.cone, placed)
+    sampled, points = sampled[outside], points[outside]
+    normals = np.einsum("nij,nj->ni", frames.rotations[sampled.part], sampled.normals)
+    result: FloatArray = np.zeros((len(cameras), len(LIMBS)))
+    for v, camera in enumerate(cameras):
+        place = camera.position_world
+        facing = np.einsum("ni,ni->n", normals, place - points) > 0
+        free = visible(points, normals, place[None], placed) & _inside(camera, points)
+        for limb in range(len(LIMBS)):
+            own = facing & (sampled.part == limb)
+            result[v, limb] = free[own].mean() if own.any() else 0.0
+    return result
+
+
+def _inside(camera: Camera, points: FloatArray) -> BoolArray:
+    pixels = camera.project(points)
+    with np.errstate(invalid="ignore"):
+        within = (pixels > -0.5) & (pixels < np.array([camera.width, camera.height]) - 0.5)
+    result: BoolArray = np.asarray(within.all(axis=-1))
+    return result
+
+
+def _speeds(frame: IntArray, ends: FloatArray, fps: float) -> FloatArray:
+    """Speeds (F, 6) of points (F, 6, 3) by the frames before and after, or by one of them."""
+    step = np.full((len(frame) + 1, len(LIMBS)), np.nan)
+    moved = np.linalg.norm(np.diff(ends, axis=0), axis=-1) * fps
+    step[1:-1] = np.where((np.diff(frame) == 1)[:, None], moved, np.nan)
+    both = np.full(ends.shape[:2], np.nan)
+    if len(frame) > 2:
+        over = np.linalg.norm(ends[2:] - ends[:-2], axis=-1) * fps / 2.0
+        both[1:-1] = np.where((frame[2:] - frame[:-2] == 2)[:, None], over, np.nan)
+    result: FloatArray = np.where(np.isfinite(both), both, np.fmax(step[:-1], step[1:]))
+    return result
