@@ -9,7 +9,7 @@ from stereotrack_core.arrays import ImageArray
 from stereotrack_core.evaluation.episodes.episode import CAUSE_WORDS, Episode, limbs_words
 from stereotrack_core.evaluation.episodes.film import write_film
 from stereotrack_core.evaluation.episodes.find import Subject
-from stereotrack_core.evaluation.episodes.strip import evenly, picture_strip
+from stereotrack_core.evaluation.episodes.strip import WHITE, Paper, evenly, picture_strip
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.reader import FrameReader
@@ -40,6 +40,32 @@ def strip_of(
     return picture_strip(
         recording, subject.run, frames, view,
         limbs=episode.limbs, reference=_shown_truth(subject, episode), reader=reader,
+    )  # fmt: skip
+
+
+def before_peak_after(subject: Subject, episode: Episode) -> list[int]:
+    """Frames just before an episode, at its peak and just after it, as far as the run has them."""
+    around = max(1, round(_AROUND * subject.fps))
+    frame = subject.run.frame
+    before = frame[frame <= episode.first - around]
+    after = frame[frame >= episode.last + around]
+    first = int(before[-1]) if len(before) else episode.first
+    last = int(after[0]) if len(after) else episode.last
+    return sorted({first, episode.peak_frame, last})
+
+
+def evidence_picture(
+    subject: Subject,
+    recording: Recording,
+    episode: Episode,
+    *,
+    reader: FrameReader | None = None,
+    paper: Paper = WHITE,
+) -> ImageArray:
+    """Before, peak and after beside each other (H, W, 3) BGR, in the view that shows it best."""
+    return picture_strip(
+        recording, subject.run, before_peak_after(subject, episode),
+        limbs=episode.limbs, reference=_shown_truth(subject, episode), reader=reader, paper=paper,
     )  # fmt: skip
 
 

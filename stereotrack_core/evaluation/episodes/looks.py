@@ -213,7 +213,7 @@ def _stray(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray
     The legs are not known: what is below the hips and beside them counts as theirs.
     """
     result = np.zeros(len(LIMBS))
-    known: BoolArray = np.isfinite(np.stack([start, end])).all(axis=(0, 2))
+    known: BoolArray = np.isfinite((start + end).sum(axis=1))
     if not len(points) or not known[TORSO]:
         return result
     p = points[:, None]

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
+from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.mesh import PartMesh, body_mesh
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.episodes.best_view import best_view
@@ -28,13 +29,29 @@ from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 
 _HEIGHT, _GAP, _BORDER = 300, 6, 10
 _TEXT, _LINE = 15.0, 22
-_PAPER = 255
 _ROOM = 0.25
 """Metres around the person's landmarks that are shown as well."""
 
 _CORNERS = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [-1.0, -1.0, 0.5]])
 _SMALLEST = 8.0
 """Pixels that a person covers at least."""
+
+
+@dataclass(frozen=True)
+class Paper:
+    """Colours (blue, green, red) around pictures: of the paper, of words, of less important ones."""
+
+    ground: tuple[int, int, int]
+    ink: tuple[int, int, int]
+    faint: tuple[int, int, int]
+
+    def sheet(self, height: int, width: int) -> ImageArray:
+        """Empty paper (height, width, 3)."""
+        empty: ImageArray = np.full((height, width, 3), self.ground, dtype=np.uint8)
+        return empty
+
+
+WHITE = Paper((255, 255, 255), (20, 20, 20), (90, 90, 90))
 
 
 def evenly(first: int, last: int, count: int) -> list[int]:
@@ -53,6 +70,7 @@ def picture_strip(
     reference: LandmarkTrajectory | None = None,
     reader: FrameReader | None = None,
     height: int = _HEIGHT,
+    paper: Paper = WHITE,
 ) -> ImageArray:
     """Pictures of a view beside each other, below them the same with the model, and numbers.
 
@@ -74,6 +92,8 @@ def picture_strip(
         Shared reader; one is opened where not given.
     height : int, pixels
         Of each picture.
+    paper : Paper
+        Colours of what is around the pictures.
 
     Returns
     -------
@@ -107,8 +127,8 @@ def picture_strip(
         if truth is not None:
             draw_reference(drawn, camera, window, truth)
         turned = [_turned(picture, shown) for picture in (plain, drawn)]
-        columns.append(_column(turned, lines))
-    return _beside(columns, f"view {shown.name}")
+        columns.append(_column(turned, lines, paper))
+    return _beside(columns, f"view {shown.name}", paper)
 
 
 def frame_captions(
@@ -135,8 +155,6 @@ def _said(
     run: Run, frames: IntArray, reference: LandmarkTrajectory | None
 ) -> tuple[dict[str, FloatArray], str]:
     """Error in degrees of each arm's limb and the torso; without a reference how likely lost."""
-    from stereotrack_core.body.limbs import LIMBS
-
     named = [limb for limb in LIMBS if limb != "head"]
     values: dict[str, FloatArray] = {limb: np.full(len(frames), np.nan) for limb in named}
     if reference is not None:
@@ -223,43 +241,34 @@ def _turned(picture: ImageArray, view: View) -> ImageArray:
     return np.ascontiguousarray(np.rot90(picture, -(view.display_rotation // 90)))
 
 
-def _column(pictures: Sequence[ImageArray], lines: Sequence[str]) -> ImageArray:
+def _column(pictures: Sequence[ImageArray], lines: Sequence[str], paper: Paper) -> ImageArray:
     """Pictures above each other, with lines of text below."""
     widest = max(text_width(line, _TEXT, bold=i == 0) for i, line in enumerate(lines))
     width = max(pictures[0].shape[1], int(np.ceil(widest)) + 4)
-    gap = np.full((_GAP, width, 3), _PAPER, dtype=np.uint8)
-    text = np.full((_LINE * len(lines) + _GAP, width, 3), _PAPER, dtype=np.uint8)
+    text = paper.sheet(_LINE * len(lines) + _GAP, width)
     for i, line in enumerate(lines):
-        write(text, line, (width / 2, _LINE * (i + 1) - 4), _TEXT, bold=i == 0, middle=True)
-    rows = [gap]
+        place = width / 2, _LINE * (i + 1) - 4
+        write(text, line, place, _TEXT, paper.ink, bold=i == 0, middle=True)
+    rows = []
     for picture in pictures:
-        rows += [_padded(picture, width), gap]
-    return np.vstack([*rows[1:-1], text])
+        rows += [_centred(picture, width, paper), paper.sheet(_GAP, width)]
+    return np.vstack([*rows[:-1], text])
 
 
-def _padded(picture: ImageArray, width: int) -> ImageArray:
+def _centred(picture: ImageArray, width: int, paper: Paper) -> ImageArray:
+    sheet = paper.sheet(picture.shape[0], width)
     left = (width - picture.shape[1]) // 2
-    right = width - picture.shape[1] - left
-    padded = cv2.copyMakeBorder(
-        picture, 0, 0, left, right, cv2.BORDER_CONSTANT, value=(_PAPER, _PAPER, _PAPER)
-    )
-    return np.asarray(padded, dtype=np.uint8)
+    sheet[:, left : left + picture.shape[1]] = picture
+    return sheet
 
 
-def _beside(columns: Sequence[ImageArray], title: str) -> ImageArray:
-    height = max(column.shape[0] for column in columns)
-    gap = np.full((height, _GAP, 3), _PAPER, dtype=np.uint8)
-    row: list[ImageArray] = []
+def _beside(columns: Sequence[ImageArray], title: str, paper: Paper) -> ImageArray:
+    height = max(len(column) for column in columns)
+    width = sum(column.shape[1] + _GAP for column in columns) - _GAP
+    sheet = paper.sheet(height + _LINE + 2 * _BORDER, width + 2 * _BORDER)
+    write(sheet, title, (_BORDER, _BORDER + _LINE - 7), _TEXT - 2, paper.faint)
+    left, top = _BORDER, _BORDER + _LINE
     for column in columns:
-        below = np.full((height - len(column), column.shape[1], 3), _PAPER, dtype=np.uint8)
-        row += [np.vstack([column, below]), gap]
-    strip = np.hstack(row[:-1])
-    head = np.full((_LINE, strip.shape[1], 3), _PAPER, dtype=np.uint8)
-    write(head, title, (0.0, _LINE - 7), _TEXT - 2, (90, 90, 90))
-    return np.asarray(
-        cv2.copyMakeBorder(
-            np.vstack([head, strip]), _BORDER, _BORDER, _BORDER, _BORDER,
-            cv2.BORDER_CONSTANT, value=(_PAPER, _PAPER, _PAPER),
-        ),
-        dtype=np.uint8,
-    )  # fmt: skip
+        sheet[top : top + len(column), left : left + column.shape[1]] = column
+        left += column.shape[1] + _GAP
+    return sheet
