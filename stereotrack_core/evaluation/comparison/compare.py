@@ -1,0 +1,232 @@
+"""Two or more runs over the frames they share: against the reference, or against each other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import reduce
+
+import numpy as np
+
+from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.comparison.measures import (
+    MeasuredSeries,
+    measures_of_errors,
+    measures_of_signs,
+)
+from stereotrack_core.evaluation.comparison.paired import Paired, paired
+from stereotrack_core.evaluation.errors import errors_against
+from stereotrack_core.evaluation.summary import Summary, summarise
+from stereotrack_core.recording.description import Segment
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.tracking.run import Run
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """What is compared: a run, or landmarks alone.
+
+    Attributes
+    ----------
+    name : str
+    trajectory : LandmarkTrajectory
+    coverage : (F,) float64 or None
+        Share of the cloud that the model does not explain, where the run says it.
+    """
+
+    name: str
+    trajectory: LandmarkTrajectory
+    coverage: FloatArray | None = None
+
+
+@dataclass(frozen=True)
+class MeasuredDifference:
+    """One measure of two runs; see :class:`measures.MeasuredSeries`."""
+
+    name: str
+    label: str
+    unit: str
+    paired: Paired
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A run beside the first one.
+
+    Attributes
+    ----------
+    first, second : str
+        Names of the runs.
+    measures : tuple of MeasuredDifference
+        Errors, where there is a reference; then what the runs say about themselves.
+    apart : Summary
+        How far the runs are from each other, over what both know.
+    """
+
+    first: str
+    second: str
+    measures: tuple[MeasuredDifference, ...]
+    apart: Summary
+
+    def measure(self, name: str) -> MeasuredDifference:
+        """The measure of that name; KeyError where there is none."""
+        for measure in self.measures:
+            if measure.name == name:
+                return measure
+        raise KeyError(name)
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Runs beside the first one.
+
+    Attributes
+    ----------
+    names : tuple of str
+    frames : (F,) int64
+        That all of them have and, where there is a reference, it knows.
+    against_reference : bool
+    pairs : tuple of Pair
+        The first run with each of the others.
+    """
+
+    names: tuple[str, ...]
+    frames: IntArray
+    against_reference: bool
+    pairs: tuple[Pair, ...]
+
+    @property
+    def block(self) -> int:
+        """Length of the blocks that frames were drawn in, where all measures have all frames."""
+        return max((m.paired.block for pair in self.pairs for m in pair.measures), default=0)
+
+
+def candidate_of_run(name: str, run: Run) -> Candidate:
+    """A complete run, to be compared."""
+    return Candidate(name, run.trajectory(), run.coverage)
+
+
+def compare(
+    candidates: Sequence[Candidate],
+    reference: LandmarkTrajectory | None,
+    frames: range | None = None,
+) -> Comparison:
+    """Compare the first run with each of the others.
+
+    Parameters
+    ----------
+    candidates : sequence of Candidate
+        Two or more.
+    reference : LandmarkTrajectory or None
+        Taken as truth; without it the runs are compared with each other alone.
+    frames : range, optional
+        Only these.
+
+    Raises
+    ------
+    InputError
+        Where there is but one run, or no frame that all of them have.
+    """
+    if len(candidates) < 2:
+        raise InputError("there is nothing to compare it with", remedy="Give two runs or more.")
+    shared = shared_frames(candidates, reference, frames)
+    if not len(shared):
+        known = " and the reference knows" if reference is not None else ""
+        raise InputError(
+            f"there is no frame that all of them have{known}",
+            remedy="Compare runs of the same recording, over frames that all of them have.",
+        )
+    chosen = [_at(candidate, shared) for candidate in candidates]
+    truth = None if reference is None else _points_at(reference, shared)
+    measured = [_measures(candidate, truth) for candidate in chosen]
+    first = chosen[0]
+    pairs = (
+        Pair(
+            first.name,
+            other.name,
+            _differences(measured[0], measures),
+            _apart(first.trajectory, other.trajectory),
+        )
+        for other, measures in zip(chosen[1:], measured[1:], strict=True)
+    )
+    names = tuple(candidate.name for candidate in candidates)
+    return Comparison(names, shared, truth is not None, tuple(pairs))
+
+
+def compare_segments(
+    candidates: Sequence[Candidate],
+    reference: LandmarkTrajectory | None,
+    segments: Sequence[Segment],
+    frames: range | None = None,
+) -> tuple[tuple[str, Comparison | None], ...]:
+    """The same for each named stretch; None where no frame of it is left."""
+    found = []
+    for segment in segments:
+        part = range(segment.first, segment.end)
+        if frames is not None:
+            part = range(max(part.start, frames.start), min(part.stop, frames.stop))
+        some = len(part) and len(shared_frames(candidates, reference, part))
+        found.append((segment.name, compare(candidates, reference, part) if some else None))
+    return tuple(found)
+
+
+def shared_frames(
+    candidates: Sequence[Candidate],
+    reference: LandmarkTrajectory | None,
+    frames: range | None = None,
+) -> IntArray:
+    """Frames that all of them have and, where there is a reference, it knows."""
+    several = [candidate.trajectory.frame for candidate in candidates]
+    if reference is not None:
+        known = np.isfinite(reference.points).all(axis=-1).any(axis=-1)
+        several.append(reference.frame[known])
+    shared: IntArray = reduce(np.intersect1d, several)
+    if frames is not None:
+        shared = shared[(shared >= frames.start) & (shared < frames.stop)]
+    return shared
+
+
+def _at(candidate: Candidate, frames: IntArray) -> Candidate:
+    rows = np.searchsorted(candidate.trajectory.frame, frames)
+    coverage = candidate.coverage
+    return replace(
+        candidate,
+        trajectory=LandmarkTrajectory(frames, candidate.trajectory.points[rows]),
+        coverage=None if coverage is None else coverage[rows],
+    )
+
+
+def _points_at(reference: LandmarkTrajectory, frames: IntArray) -> LandmarkTrajectory:
+    rows = np.searchsorted(reference.frame, frames)
+    return LandmarkTrajectory(frames, reference.points[rows])
+
+
+def _measures(candidate: Candidate, truth: LandmarkTrajectory | None) -> tuple[MeasuredSeries, ...]:
+    errors: tuple[MeasuredSeries, ...] = ()
+    if truth is not None:
+        errors = measures_of_errors(errors_against(candidate.trajectory, truth))
+    known = np.isfinite(candidate.trajectory.points).any(axis=(1, 2))
+    tracked: FloatArray = np.where(known, 1.0, 0.0)
+    return (*errors, *measures_of_signs(candidate.coverage, tracked))
+
+
+def _differences(
+    first: Sequence[MeasuredSeries], second: Sequence[MeasuredSeries]
+) -> tuple[MeasuredDifference, ...]:
+    others = {measure.name: measure for measure in second}
+    return tuple(
+        MeasuredDifference(
+            own.name, own.label, own.unit, paired(own.series, others[own.name].series)
+        )
+        for own in first
+        if own.name in others
+    )
+
+
+def _apart(first: LandmarkTrajectory, second: LandmarkTrajectory) -> Summary:
+    """How far a trajectory is from another, over the landmarks that both know."""
+    both: BoolArray = np.asarray(np.isfinite(first.points + second.points).all(axis=-1))
+    points: FloatArray = np.where(both[..., None], first.points, np.nan)
+    known = LandmarkTrajectory(first.frame, points)
+    return summarise(errors_against(second, known), "apart")

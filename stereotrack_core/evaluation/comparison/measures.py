@@ -1,0 +1,76 @@
+"""The measures that runs are compared in, frame by frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.evaluation.comparison.paired import Series
+from stereotrack_core.evaluation.errors import LimbErrors
+from stereotrack_core.evaluation.summary import LOST_ANGLE
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredSeries:
+    """A measure of one run; less is better.
+
+    Attributes
+    ----------
+    name : str
+        As :class:`evaluation.summary.Measure` has it; ``lost``, ``unexplained`` or
+        ``not_tracked`` besides.
+    label : str
+        Name for people.
+    unit : str
+        ``mm``, ``deg`` or ``%``.
+    series : Series
+        In `unit`.
+    """
+
+    name: str
+    label: str
+    unit: str
+    series: Series
+
+
+def measures_of_errors(errors: LimbErrors) -> tuple[MeasuredSeries, ...]:
+    """Everything that ``evaluate`` prints: its means are the means of these series."""
+    upper, fore = np.rad2deg(errors.upper_arm), np.rad2deg(errors.forearm)
+    segments = np.column_stack([errors.upper_arm, errors.forearm])
+    lost: FloatArray = np.where(np.isnan(segments), np.nan, 100.0 * (segments > LOST_ANGLE))
+    rows = (
+        ("torso_position", "torso position", "mm", 1000.0 * errors.torso_position),
+        ("torso_long", "torso long axis", "deg", np.rad2deg(errors.torso_long)),
+        ("torso_cross", "torso cross axis", "deg", np.rad2deg(errors.torso_cross)),
+        ("upper_arms", "upper arms", "deg", upper),
+        ("forearms", "forearms", "deg", fore),
+        ("left_upper_arm", "left upper arm", "deg", upper[:, 0]),
+        ("right_upper_arm", "right upper arm", "deg", upper[:, 1]),
+        ("left_forearm", "left forearm", "deg", fore[:, 0]),
+        ("right_forearm", "right forearm", "deg", fore[:, 1]),
+        ("lost", "arm segments lost", "%", lost),
+    )
+    return tuple(MeasuredSeries(name, label, unit, Series.of(v)) for name, label, unit, v in rows)
+
+
+def measures_of_signs(
+    coverage: FloatArray | None, tracked: FloatArray
+) -> tuple[MeasuredSeries, ...]:
+    """What a run says about itself.
+
+    Parameters
+    ----------
+    coverage : (F,) float64 or None
+        Share of the cloud that the model does not explain; NaN where not known.
+    tracked : (F,) float64
+        1 where the run has a pose, else 0.
+    """
+    missing = MeasuredSeries(
+        "not_tracked", "frames not tracked", "%", Series.of(100.0 * (1.0 - tracked))
+    )
+    if coverage is None:
+        return (missing,)
+    unexplained = Series.of(100.0 * coverage)
+    return (MeasuredSeries("unexplained", "unexplained cloud", "%", unexplained), missing)

@@ -1,0 +1,204 @@
+"""Whether two series of frames differ, when neighbouring frames are alike.
+
+The frames of a recording are no independent draws: an arm that is lost stays lost for a while.
+The interval of a mean difference is therefore taken from a block bootstrap (Kuensch 1989,
+doi:10.1214/aos/1176347265; with blocks that go on at the beginning where the series ends, Politis
+and Romano 1992), with blocks of an eighth of the frames. So few blocks make a percentile interval
+too narrow, as too few values do, and it is widened as Hesterberg (2015,
+doi:10.1080/00031305.2015.1089789) does.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from stereotrack_core.arrays import BoolArray, FloatArray
+
+BLOCKS = 8
+"""Into so many blocks the frames are cut."""
+
+RESAMPLES = 5_000
+SEED = 0
+LEVEL = 0.95
+
+LEAST_INDEPENDENT = 15.0
+"""Fewer independent frames than these show nothing that could be relied on."""
+
+_SEARCHED = 5.0
+"""Correlations are summed up to so many correlation times (Sokal 1997,
+doi:10.1007/978-1-4899-0319-8_6)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """A measure frame by frame; F frames. Its mean is the sum of `total` by that of `weight`.
+
+    Attributes
+    ----------
+    total : (F,) float64
+        Sum of what was measured in the frame: of two arms, for example.
+    weight : (F,) float64
+        How many values that are; 0 where nothing was measured.
+    """
+
+    total: FloatArray
+    weight: FloatArray
+
+    @staticmethod
+    def of(values: FloatArray) -> Series:
+        """From values (F,) or (F, k); NaN is not known."""
+        columns = values.reshape(len(values), -1)
+        known = ~np.isnan(columns)
+        return Series(
+            np.where(known, columns, 0.0).sum(axis=1), known.sum(axis=1).astype(np.float64)
+        )
+
+    def mean(self, frames: BoolArray) -> float:
+        """Mean over some frames; NaN where nothing was measured in any."""
+        weight = float(self.weight[frames].sum())
+        return float(self.total[frames].sum()) / weight if weight else math.nan
+
+
+@dataclass(frozen=True)
+class Paired:
+    """How a second series differs from a first one over the frames in which both are known.
+
+    Attributes
+    ----------
+    frames : int
+        In which both are known.
+    first, second : float
+        Means over these frames.
+    difference : float
+        `second` - `first`.
+    low, high : float
+        95 % interval of the difference; NaN where there are too few independent frames.
+    better, worse : float
+        Share (0 to 1) of these frames in which the second is less, and in which it is more.
+    p : float
+        Of Wilcoxon's signed-rank test on the means of blocks, two-sided; NaN as above.
+    block : int
+        Length of a block, frames.
+    independent : float
+        So many independent frames would be as good as these.
+    """
+
+    frames: int
+    first: float
+    second: float
+    difference: float
+    low: float
+    high: float
+    better: float
+    worse: float
+    p: float
+    block: int
+    independent: float
+
+    @property
+    def enough(self) -> bool:
+        """Whether there are frames enough to say something."""
+        return not math.isnan(self.low)
+
+    @property
+    def differs(self) -> bool:
+        """Whether the interval leaves 0 out."""
+        return self.enough and not self.low <= 0.0 <= self.high
+
+
+def paired(first: Series, second: Series) -> Paired:
+    """Compare two series frame by frame; both are of the same frames, in their order."""
+    known: BoolArray = (first.weight > 0) & (second.weight > 0)
+    frames = int(known.sum())
+    if not frames:
+        nan = math.nan
+        return Paired(0, nan, nan, nan, nan, nan, nan, nan, nan, 0, 0.0)
+    means = first.mean(known), second.mean(known)
+    each = second.total[known] / second.weight[known] - first.total[known] / first.weight[known]
+    weight = (first.weight[known] + second.weight[known]) / 2.0
+    block = math.ceil(frames / BLOCKS)
+    independent = frames / correlation_time(each)
+    low = high = p = math.nan
+    if independent >= LEAST_INDEPENDENT and frames >= 2 * BLOCKS:
+        low, high = interval(each, weight, block)
+        p = signed_rank(_block_means(each, weight))
+    return Paired(
+        frames=frames,
+        first=means[0],
+        second=means[1],
+        difference=means[1] - means[0],
+        low=low,
+        high=high,
+        better=float(np.mean(each < 0)),
+        worse=float(np.mean(each > 0)),
+        p=p,
+        block=block,
+        independent=independent,
+    )
+
+
+def correlation_time(values: FloatArray) -> float:
+    """Frames that are worth one independent frame, at least 1.
+
+    One and twice the sum of the autocorrelations, up to five times itself; but not less than for
+    a series in which each frame is a share of the one before, whose share is known to come out
+    too small from few frames (Kendall 1954, doi:10.1093/biomet/41.3-4.403).
+    """
+    n = len(values)
+    centred = values - values.mean()
+    variance = float(centred @ centred)
+    if n < 3 or variance <= 1e-30 * n:
+        return 1.0
+    spectrum = np.abs(np.fft.rfft(centred, 2 * n)) ** 2
+    correlation = np.fft.irfft(spectrum)[:n] / variance
+    times = 2.0 * np.cumsum(correlation) - 1.0
+    settled = np.flatnonzero(np.arange(n) >= _SEARCHED * times)
+    summed = float(times[settled[0]] if len(settled) else times[-1])
+    share = float(correlation[1])
+    share = min(share + (1.0 + 4.0 * share) / n, 0.999)
+    return max(1.0, summed, (1.0 + share) / (1.0 - share))
+
+
+def interval(values: FloatArray, weight: FloatArray, block: int) -> tuple[float, float]:
+    """95 % interval of the weighted mean of a series, by blocks drawn with a fixed seed."""
+    n = len(values)
+    draws = math.ceil(n / block)
+    starts = np.random.default_rng(SEED).integers(0, n, (RESAMPLES, draws))
+    sums = _block_sums(values * weight, block)[starts].sum(axis=1)
+    weights = _block_sums(weight, block)[starts].sum(axis=1)
+    means = sums / weights
+    blocks = n / block
+    quantile = stats.t.ppf(0.5 * (1.0 - LEVEL), blocks - 1.0) * math.sqrt(blocks / (blocks - 1.0))
+    tail = float(stats.norm.cdf(quantile))
+    low, high = np.quantile(means, [tail, 1.0 - tail])
+    return float(low), float(high)
+
+
+def _block_sums(values: FloatArray, block: int) -> FloatArray:
+    """Sum (n,) of the block that begins at each frame; after the last frame comes the first."""
+    summed = np.concatenate([[0.0], np.cumsum(np.concatenate([values, values[: block - 1]]))])
+    result: FloatArray = summed[block:] - summed[:-block]
+    return result
+
+
+def signed_rank(differences: FloatArray) -> float:
+    """Two-sided p of Wilcoxon's signed-rank test, over all ways to choose the signs.
+
+    Zeros are ranked with the others and have no sign (Pratt 1959, doi:10.2307/2282543).
+    """
+    ranks = stats.rankdata(np.abs(differences))[differences != 0.0]
+    if not len(ranks):
+        return 1.0
+    signs = np.array(list(itertools.product((-1.0, 1.0), repeat=len(ranks))))
+    found = abs(float(np.sign(differences[differences != 0.0]) @ ranks))
+    return float(np.mean(np.abs(signs @ ranks) >= found - 1e-9))
+
+
+def _block_means(values: FloatArray, weight: FloatArray) -> FloatArray:
+    blocks = np.array_split(np.arange(len(values)), BLOCKS)
+    return np.array([np.average(values[part], weights=weight[part]) for part in blocks])

@@ -1,0 +1,146 @@
+"""Runs are compared over the frames they share, in the measures that ``evaluate`` prints."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.comparison.compare import (
+    Candidate,
+    compare,
+    compare_segments,
+)
+from stereotrack_core.evaluation.comparison.words import how_it_is_made, magnitude, verdict
+from stereotrack_core.evaluation.errors import errors_against
+from stereotrack_core.evaluation.summary import summarise
+from stereotrack_core.recording.description import Segment
+from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+
+FRAMES = 240
+STANDING = np.array(
+    [
+        *([-0.2, 0, 1.4], [0.2, 0, 1.4], [-0.5, 0, 1.4], [0.5, 0, 1.4], [-0.8, 0, 1.4]),
+        *([0.8, 0, 1.4], [0, 0, 1.6], [-0.1, 0, 0.95], [0.1, 0, 0.95]),
+    ]
+)
+
+
+def truth() -> LandmarkTrajectory:
+    return LandmarkTrajectory(np.arange(FRAMES), np.tile(STANDING, (FRAMES, 1, 1)))
+
+
+def noisy(name: str, sigma: float, seed: int, first: int = 0, end: int = FRAMES) -> Candidate:
+    rng = np.random.default_rng(seed)
+    points = np.tile(STANDING, (end - first, 1, 1))
+    points = points + sigma * rng.normal(size=points.shape)
+    return Candidate(
+        name, LandmarkTrajectory(np.arange(first, end), points), rng.random(end - first)
+    )
+
+
+def test_means_and_differences_are_those_of_evaluate():
+    a, b = noisy("a", 0.02, 1, 10), noisy("b", 0.01, 2, 0, 200)
+    found = compare((a, b), truth())
+    assert found.frames.tolist() == list(range(10, 200))
+    (pair,) = found.pairs
+    summaries = [
+        summarise(errors_against(one.trajectory, truth()).between(10, 200)) for one in (a, b)
+    ]
+    for measure in summaries[0].measures:
+        mine = pair.measure(measure.name)
+        other = summaries[1].measure(measure.name)
+        assert (mine.label, mine.unit) == (measure.label, measure.unit)
+        assert mine.paired.first == pytest.approx(measure.statistics.mean)
+        assert mine.paired.second == pytest.approx(other.statistics.mean)
+        assert mine.paired.differs
+        assert mine.paired.difference < 0
+    lost = pair.measure("lost").paired
+    assert (lost.first, lost.second) == tuple(100 * one.lost for one in summaries)
+
+
+def test_frames_that_are_not_tracked_count_as_evaluate_counts_them():
+    a, b = noisy("a", 0.01, 1), noisy("b", 0.01, 2)
+    b.trajectory.points[::2] = np.nan
+    pair = compare((a, b), truth()).pairs[0]
+    assert pair.measure("not_tracked").paired.second == pytest.approx(50.0)
+    assert pair.measure("forearms").paired.second > 44.0
+    assert pair.measure("lost").paired.difference == pytest.approx(50.0)
+    assert pair.apart.frames == FRAMES // 2
+    assert pair.apart.measure("forearms").statistics.mean < 20.0
+
+
+def test_without_a_reference_runs_are_compared_with_each_other():
+    a, b = noisy("a", 0.0, 1), noisy("b", 0.0, 2)
+    b.trajectory.points[:, LANDMARKS.index("left_hand")] += (0.0, 0.3, 0.0)
+    found = compare((a, b), None)
+    assert not found.against_reference
+    assert {m.name for m in found.pairs[0].measures} == {"unexplained", "not_tracked"}
+    apart = found.pairs[0].apart
+    assert apart.measure("left_forearm").statistics.median == pytest.approx(45.0)
+    assert apart.measure("right_forearm").statistics.mean == pytest.approx(0.0)
+    bare = [replace(one, coverage=None) for one in (a, b)]
+    assert {m.name for m in compare(bare, None).pairs[0].measures} == {"not_tracked"}
+
+
+def test_what_the_reference_does_not_know_is_not_scored():
+    known = truth()
+    known.points[:100] = np.nan
+    known.points[100:150, LANDMARKS.index("left_hand")] = np.nan
+    found = compare((noisy("a", 0.01, 1), noisy("b", 0.01, 2)), known)
+    assert found.frames[0] == 100
+    assert found.pairs[0].measure("left_forearm").paired.frames == 90
+    assert found.pairs[0].measure("right_forearm").paired.frames == 140
+
+
+def test_several_runs_are_each_compared_with_the_first():
+    runs = [noisy("a", 0.02, 1), noisy("b", 0.01, 2), noisy("c", 0.02, 3)]
+    found = compare(runs, truth(), range(20, 220))
+    assert len(found.frames) == 200
+    assert [(pair.first, pair.second) for pair in found.pairs] == [("a", "b"), ("a", "c")]
+    words = [verdict(pair.measure("forearms"), pair.first, pair.second) for pair in found.pairs]
+    assert words[0].startswith("b is better by ")
+    assert " deg (" in words[0]
+    assert words[1] == "no difference that these frames can show"
+    assert "200 frames" in how_it_is_made(found)
+    assert found.block == 25
+
+
+def test_a_run_compared_with_itself_is_the_same():
+    a = noisy("a", 0.02, 1)
+    pair = compare((a, replace(a, name="b")), truth()).pairs[0]
+    assert {verdict(m, "a", "b") for m in pair.measures} == {"the same in every frame"}
+
+
+def test_few_frames_are_said_to_be_too_few():
+    found = compare((noisy("a", 0.02, 1), noisy("b", 0.01, 2)), truth(), range(5))
+    words = verdict(found.pairs[0].measure("forearms"), "a", "b")
+    assert words == "too few independent frames to tell"
+
+
+def test_segments_are_compared_one_by_one():
+    segments = (Segment("arms", 0, 100), Segment("later", 230, 400), Segment("never", 300, 310))
+    found = dict(compare_segments((noisy("a", 0.02, 1), noisy("b", 0.01, 2)), truth(), segments))
+    assert len(found["arms"].frames) == 100
+    assert len(found["later"].frames) == 10
+    assert found["never"] is None
+
+
+def test_nothing_to_compare_is_refused():
+    a = noisy("a", 0.02, 1)
+    with pytest.raises(InputError, match="nothing to compare"):
+        compare((a,), truth())
+    with pytest.raises(InputError, match="no frame"):
+        compare((noisy("a", 0.1, 1, 0, 5), noisy("b", 0.1, 1, 5, 9)), None)
+    with pytest.raises(InputError, match="reference knows"):
+        compare((a, a), truth(), range(500, 600))
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [(1.26, "1.3"), (0.0, "0.0"), (0.04, "0.04"), (0.004, "0.004"), (12, "12.0")],
+)
+def test_small_magnitudes_are_not_told_as_nothing(value, words):
+    assert magnitude(value) == words

@@ -1,0 +1,150 @@
+"""Means, intervals and tests of paired series; equals are told apart in about one of twenty."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import signal, stats
+
+from stereotrack_core.evaluation.comparison.paired import (
+    Paired,
+    Series,
+    correlation_time,
+    interval,
+    paired,
+    signed_rank,
+)
+
+
+def series(values) -> Series:
+    return Series.of(np.asarray(values, dtype=np.float64))
+
+
+def alike(share: float, n: int, rng) -> np.ndarray:
+    """Errors whose neighbours are alike: absolute values of a first-order process."""
+    noise = rng.normal(size=n + 200)
+    return np.abs(signal.lfilter([np.sqrt(1 - share**2)], [1, -share], noise)[200:])
+
+
+def test_means_are_those_of_all_known_values():
+    values = np.array([[1.0, 3.0], [np.nan, 8.0], [np.nan, np.nan], [0.0, 0.0]])
+    made = series(values)
+    assert made.mean(np.ones(4, dtype=bool)) == pytest.approx(np.nanmean(values))
+    assert math.isnan(made.mean(np.array([False, False, True, False])))
+
+
+def test_a_difference_is_that_of_the_means_over_what_both_know():
+    rng = np.random.default_rng(0)
+    a, b = rng.random((200, 2)), rng.random((200, 2)) - 0.3
+    a[5:9], b[20:30] = np.nan, np.nan
+    found = paired(series(a), series(b))
+    both = np.isfinite(a + b).all(axis=1)
+    assert found.frames == both.sum() == 186
+    assert found.first == pytest.approx(a[both].mean())
+    assert found.difference == pytest.approx(b[both].mean() - a[both].mean())
+    assert found.low < found.difference < found.high < 0.0
+    assert found.differs
+    assert found.p < 0.02
+    assert found.better > 0.8
+    assert found.block == 24
+
+
+def test_the_other_way_round_is_the_same_with_another_sign():
+    rng = np.random.default_rng(1)
+    a, b = rng.random(300), rng.random(300) + 0.1
+    there, back = paired(series(a), series(b)), paired(series(b), series(a))
+    assert back.difference == pytest.approx(-there.difference)
+    assert (back.low, back.high) == pytest.approx((-there.high, -there.low), abs=0.01)
+    assert (back.better, back.worse) == (there.worse, there.better)
+    assert back.p == there.p
+
+
+@given(st.lists(st.floats(-50, 50), min_size=1, max_size=60), st.floats(0, 5))
+def test_no_input_makes_nonsense(values, shift):
+    a = np.array(values)
+    found = paired(series(a), series(a + shift))
+    assert found.frames == len(values)
+    assert found.difference == pytest.approx(shift, abs=1e-9)
+    assert found.independent <= found.frames
+    assert math.isnan(found.low) == math.isnan(found.high) == math.isnan(found.p)
+    if found.enough:
+        assert found.low - 1e-9 <= shift <= found.high + 1e-9
+        assert 0.0 <= found.p <= 1.0
+
+
+def test_equals_are_equal_and_nothing_is_nothing():
+    ones = series(np.ones(100))
+    found = paired(ones, ones)
+    assert (found.difference, found.low, found.high, found.p) == (0.0, 0.0, 0.0, 1.0)
+    assert not found.differs
+    nothing = paired(series(np.full(5, np.nan)), series(np.ones(5)))
+    assert nothing.frames == 0
+    assert math.isnan(nothing.first)
+    assert not nothing.enough
+
+
+def test_few_frames_and_long_excursions_say_that_they_are_too_few():
+    rng = np.random.default_rng(2)
+    assert not paired(series(rng.random(10)), series(rng.random(10) + 5)).enough
+    lost = np.r_[np.zeros(60), np.ones(60)]
+    found = paired(series(lost), series(np.zeros(120)))
+    assert not found.enough
+    assert found.independent < 15
+    assert not found.differs
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 0.9])
+def test_correlation_time_is_found(share):
+    rng = np.random.default_rng(3)
+    noise = rng.normal(size=20_000)
+    made = signal.lfilter([1.0], [1.0, -share], noise)
+    assert correlation_time(made) == pytest.approx((1 + share) / (1 - share), rel=0.15)
+
+
+def test_an_interval_of_independent_values_is_about_that_of_students_t():
+    values = np.random.default_rng(4).normal(size=800)
+    low, high = interval(values, np.ones(800), 100)
+    wide = 2.0 * stats.t.ppf(0.975, 7) * values.std(ddof=1) / math.sqrt(800)
+    assert high - low == pytest.approx(wide, rel=0.5)
+    assert low < values.mean() < high
+
+
+def test_weights_are_counts_of_values():
+    values, weight = np.array([1.0, 5.0] * 40), np.array([1.0, 3.0] * 40)
+    low, high = interval(values, weight, 10)
+    assert low == pytest.approx(4.0)
+    assert high == pytest.approx(4.0)
+
+
+@given(st.lists(st.integers(-9, 9), min_size=2, max_size=8, unique_by=abs))
+def test_the_signed_rank_test_is_wilcoxons(values):
+    differences = np.array(values, dtype=np.float64)
+    if (differences == 0).any():
+        assert 0.0 < signed_rank(differences) <= 1.0
+    else:
+        expected = stats.wilcoxon(differences, method="exact").pvalue
+        assert signed_rank(differences) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.8])
+def test_equals_with_neighbours_alike_are_told_apart_in_about_one_of_twenty(share):
+    rng, runs = np.random.default_rng(5), 300
+    told: list[Paired] = [
+        paired(series(alike(share, 490, rng)), series(alike(share, 490, rng))) for _ in range(runs)
+    ]
+    wrong = sum(found.differs for found in told) / runs
+    assert 0.01 < wrong < 0.09
+    assert sum(found.enough for found in told) > 0.95 * runs
+
+
+def test_a_real_difference_is_found():
+    rng = np.random.default_rng(6)
+    found = [
+        paired(series(alike(0.8, 490, rng)), series(0.6 * alike(0.8, 490, rng))).differs
+        for _ in range(40)
+    ]
+    assert sum(found) > 36
