@@ -15,9 +15,10 @@ class BodyParameters(ParameterGroup):
 
     proportions: str = parameter(
         "individual",
-        "Lengths from the recording's subject file, or the average ones for everybody.",
+        "Lengths from the recording's subject file, or the average ones for everybody, or estimated"
+        " from the sequence, which tracks its first part twice.",
         group=_GROUP,
-        choices=("individual", "average"),
+        choices=("individual", "average", "sequence"),
         thesis="individual",
     )
     legs: bool = parameter(

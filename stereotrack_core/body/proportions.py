@@ -57,8 +57,11 @@ class Proportions:
         return own / (average.torso_length + average.upper_arm_length + average.forearm_length)
 
 
+AVERAGE_HEIGHT = 1.75
+"""Metres."""
+
 AVERAGE = Proportions()
-"""Average person of 1.75 m: the lengths' ratios to height of common anthropometric tables."""
+"""Average person of that height: the lengths' ratios to height of common anthropometric tables."""
 
 
 def proportions_of(subject: Subject | None) -> Proportions:

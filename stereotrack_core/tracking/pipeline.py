@@ -28,10 +28,17 @@ from stereotrack_core.recording.fingerprint import fingerprint
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.acquire import SeekingTracker, first_pose_in
+from stereotrack_core.tracking.chain_covariance import joints_named
 from stereotrack_core.tracking.colours.tracker import ColouredTracker
 from stereotrack_core.tracking.estimate import Estimate, Tracker
 from stereotrack_core.tracking.frame import Origin, TrackedFrame, run_of
 from stereotrack_core.tracking.initialise import t_pose_in_cloud
+from stereotrack_core.tracking.lengths_fit import (
+    EstimatedLengths,
+    WellSeenFrames,
+    estimated_lengths,
+    lengths_by_height,
+)
 from stereotrack_core.tracking.outlines.edges import edge_maps
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.peers.annealed import AnnealedParticleTracker
@@ -50,6 +57,9 @@ FirstPose: TypeAlias = str | Pose
 
 _LOOK_AHEAD = 5
 """Frames in which somebody is looked for to fit the shape, for each frame that it needs."""
+
+_LENGTH_FRAMES = 600
+"""Frames, the first ones, from which lengths are estimated."""
 
 _LEAST_SETTLED = 3
 """Frames without which a fit would be worse than the default shape."""
@@ -178,11 +188,37 @@ class Pipeline:
             self.chain.learn_background(self.reader, frames)
         else:
             self._shared.learn(frames)
+        if self.settings.body.proportions == "sequence":
+            self._take_lengths(frames)
         if self._init == "auto":
             clouds = self._first_clouds(frames)
             self._found = first_pose_in(self._seeker(), clouds) if clouds else None
         if self.settings.tracking.fit_shape and self.settings.tracking.matching == "data_to_model":
             self._fit_shape(frames)
+
+    def _take_lengths(self, frames: range) -> None:
+        """Track the first part once with lengths after the height, and estimate them from it."""
+        expected = lengths_by_height(self._first_clouds(frames))
+        known, seen = EstimatedLengths(expected, {}, 0), WellSeenFrames()
+        p = self.settings.tracking
+        follows = p if p.matching == "data_to_model" else TrackingParameters()
+        settings = dataclasses.replace(self.settings, tracking=follows)
+        with Pipeline(
+            dataclasses.replace(self.recording, subject=known.subject()),
+            settings.replaced(proportions="individual"),
+            views=self.views,
+            seed=self.seed,
+            init=self._init,
+            reader=self.reader,
+        ) as first:
+            for tracked in first.frames(frames[:_LENGTH_FRAMES]):
+                seen.add(tracked)
+            picked, joints = seen.picked(), joints_named(first.tracker.state_names)
+        if picked and joints is not None:
+            known = estimated_lengths(expected, settings.body, picked, follows, joints)
+        self.recording = dataclasses.replace(self.recording, subject=known.subject())
+        self.body = body_model(known.proportions, self.settings.body)
+        self.tracker = self._tracker()
 
     def _fit_shape(self, frames: range) -> None:
         """Follow the first frames in which somebody is there, and fit the shape to them."""

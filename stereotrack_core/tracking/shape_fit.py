@@ -1,8 +1,8 @@
 """Fit the body's shape to a few well seen frames (method.md 4J).
 
-Poses of all frames and one common shape are adjusted together by Gauss and Newton's method;
-each frame's pose is eliminated before the shape is solved for. The radii of the arms stay as
-they are: block matching widens thin parts, and fitting them made forearms worse.
+Poses of all frames and the common numbers of the body are adjusted together by Gauss and
+Newton's method; each frame's pose is eliminated before the body is solved for. The radii of the
+arms stay as they are: block matching widens thin parts, and fitting them made forearms worse.
 """
 
 from __future__ import annotations
@@ -21,30 +21,12 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.body.surface import nearest_on_surface
 from stereotrack_core.tracking.data_to_model import SurfaceResidual, Trust, surface_residual
+from stereotrack_core.tracking.free_body import FreeBody
 from stereotrack_core.tracking.limits import limit_residuals
 from stereotrack_core.tracking.outlines.edges import EdgeMap
 from stereotrack_core.tracking.outlines.fit import fitted_outline
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.upright import UprightResidual, upright
-
-SHAPE_SIGMAS: dict[str, float] = {
-    "torso_radius_low": 0.02,
-    "torso_radius_high": 0.02,
-    "torso_flatness": 0.10,
-    "torso_forward_low": 0.015,
-    "torso_forward_high": 0.015,
-    "shoulder_rise": 0.015,
-    "shoulder_radius_factor": 0.15,
-    "head_rise": 0.03,
-    "head_forward": 0.01,
-    "head_radius_factor": 0.12,
-    "leg_forward": 0.008,
-    "leg_radius_factor": 0.15,
-}
-"""What is fitted, and how much people differ from the default, in the parameters' units.
-
-Shifts to the front are held firmly: all of them together cannot be told from a body that leans.
-"""
 
 _STEP = 1e-3
 """Metres, radians and parts by which derivatives are taken."""
@@ -91,36 +73,68 @@ def fitted_surface(
     seen: Sequence[SeenPose],
     parameters: TrackingParameters,
     joints: tuple[int, ...],
-    *,
-    iterations: int = 6,
 ) -> tuple[BodyParameters, list[Pose]]:
     """Shape that explains the data of all frames best, and the poses that go with it.
-
-    The shape is held to the default by its spread among people.
 
     Parameters
     ----------
     proportions : Proportions
     shape : BodyParameters
-        The default, which is also the start.
+        The default, which is also the start; the fit is held to it by its spread among people.
+    seen : sequence of SeenPose
+    parameters : TrackingParameters
+    joints : tuple of int
+        Joints of the state.
+    """
+    free = FreeBody(proportions, shape)
+    found = adjusted(free, seen, parameters, joints)
+    return free.parts(found.theta)[1], list(found.poses)
+
+
+@dataclass(frozen=True, eq=False)
+class Adjusted:
+    """Numbers of the body and poses that explain the data of all frames best.
+
+    Attributes
+    ----------
+    theta : (k,) float64
+        Of a :class:`FreeBody`.
+    sigma : (k,) float64
+        Standard deviations.
+    poses : tuple of Pose
+    """
+
+    theta: FloatArray
+    sigma: FloatArray
+    poses: tuple[Pose, ...]
+
+
+def adjusted(
+    free: FreeBody,
+    seen: Sequence[SeenPose],
+    parameters: TrackingParameters,
+    joints: tuple[int, ...],
+    *,
+    iterations: int = 6,
+) -> Adjusted:
+    """Adjust the poses of all frames and the free numbers of the body together.
+
+    Parameters
+    ----------
+    free : FreeBody
     seen : sequence of SeenPose
     parameters : TrackingParameters
     joints : tuple of int
         Joints of the state.
     iterations : int
     """
-    names = tuple(SHAPE_SIGMAS)
-    prior = np.diag([SHAPE_SIGMAS[name] ** -2.0 for name in names])
-    start = np.array([float(shape.values()[name]) for name in names])
+    prior, start = free.information, free.start
     theta, poses = start.copy(), [frame.pose for frame in seen]
     for _ in range(iterations):
-        here = _with(shape, names, theta)
         A, b, frames = prior.copy(), prior @ (start - theta), []
         for frame, pose in zip(seen, poses, strict=True):
             standing = upright(pose, len(seen))
-            normal = _normal_equations(
-                frame.data, pose, proportions, here, parameters, joints, standing
-            )
+            normal = _normal_equations(frame.data, pose, free, theta, parameters, joints, standing)
             frames.append(normal)
             A += normal.C - normal.B.T @ np.linalg.solve(normal.A, normal.B)
             b += normal.c - normal.B.T @ np.linalg.solve(normal.A, normal.a)
@@ -129,12 +143,12 @@ def fitted_surface(
         for i, normal in enumerate(frames):
             delta: FloatArray = scipy.linalg.solve(normal.A, normal.a - normal.B @ step)
             poses[i] = displaced(poses[i], delta, joints)
-    return _with(shape, names, theta), poses
+    return Adjusted(theta, np.sqrt(np.diagonal(np.linalg.inv(A))), tuple(poses))
 
 
 @dataclass(frozen=True, eq=False)
 class _Normal:
-    """Normal equations of one frame: pose block A, a; shape block C, c; B between them."""
+    """Normal equations of one frame: pose block A, a; body block C, c; B between them."""
 
     A: FloatArray
     B: FloatArray
@@ -146,13 +160,13 @@ class _Normal:
 def _normal_equations(
     data: FloatArray,
     pose: Pose,
-    proportions: Proportions,
-    shape: BodyParameters,
+    free: FreeBody,
+    theta: FloatArray,
     parameters: TrackingParameters,
     joints: tuple[int, ...],
     standing: tuple[UprightResidual, ...],
 ) -> _Normal:
-    body = body_model(proportions, shape)
+    body = free.body(theta)
     p = parameters
     trust = Trust(p.reach, p.robust_narrow, p.sigma_measurement, p.effective_points)
     surface = surface_residual(data, body, body.frames(pose), trust)
@@ -166,7 +180,7 @@ def _normal_equations(
         A += (J / residual.variance) @ J.T
         a += (J / residual.variance) @ (residual.measured - here)
     J = _differences(surface.predicted(frames))
-    S = -np.stack([_change(surface, pose, proportions, shape, name) for name in SHAPE_SIGMAS])
+    S = -np.stack([_change(surface, pose, free, theta, i) for i in range(len(theta))])
     weighted = J / surface.variance
     return _Normal(
         A=A + weighted @ J.T,
@@ -183,27 +197,15 @@ def _differences(predicted: FloatArray) -> FloatArray:
 
 
 def _change(
-    surface: SurfaceResidual,
-    pose: Pose,
-    proportions: Proportions,
-    shape: BodyParameters,
-    name: str,
+    surface: SurfaceResidual, pose: Pose, free: FreeBody, theta: FloatArray, i: int
 ) -> FloatArray:
-    """Derivative (m,) of the signed distances by one number of the shape."""
+    """Derivative (m,) of the signed distances by the i-th number of the body."""
     sides = []
-    for sign in (1.0, -1.0):
-        value = float(shape.values()[name]) + sign * _STEP
-        body = body_model(proportions, shape.replaced(**{name: value}))
+    for step in (_STEP, -_STEP):
+        moved = theta.copy()
+        moved[i] += step
+        body = free.body(moved)
         feet = nearest_on_surface(surface.data, placed_cones(body, body.frames(pose)), np.inf)
         sides.append(feet.distance)
     change = (sides[0] - sides[1]) / (2.0 * _STEP)
     return np.where(np.abs(change) < 3.0, change, 0.0)
-
-
-def _with(shape: BodyParameters, names: tuple[str, ...], theta: FloatArray) -> BodyParameters:
-    rows = {row.name: row for row in BodyParameters.rows()}
-    values = {}
-    for name, value in zip(names, theta, strict=True):
-        low, high = rows[name].minimum, rows[name].maximum
-        values[name] = float(np.clip(value, low, high))
-    return shape.replaced(**values)

@@ -1,0 +1,185 @@
+"""Lengths of the body, estimated from frames of the sequence itself (method.md 4J).
+
+Somebody who holds both arms straight shows how long they are altogether, but not where the elbows
+are; so frames with bent elbows are sought, all over the sequence.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.body.proportions import AVERAGE, AVERAGE_HEIGHT, Proportions
+from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.recording.description import Subject
+from stereotrack_core.tracking.frame import TrackedFrame
+from stereotrack_core.tracking.free_body import LENGTH_SIGMAS, FreeBody
+from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.shape_fit import SeenPose, adjusted
+
+ESTIMATED = "estimated from the sequence"
+"""Name of a subject whose lengths the program has worked out."""
+
+_MOST = 400
+"""Frames of which the data are kept; when there are more, every second one is forgotten."""
+
+_BENT, _STRAIGHT = 16, 4
+"""Frames with the elbows most bent, and others, that lengths are fitted to."""
+
+_LEAST = 6
+"""Fewer good frames than this tell nothing."""
+
+_BENT_ELBOW = np.radians(50.0)
+_SURE = 0.2
+"""Largest probability that an arm is lost in frames that are used."""
+
+_SEEN_OF_HEIGHT = 0.98
+"""Part of somebody's height at which their highest points are seen."""
+
+_AROUND = 0.3
+"""Metres around the middle of somebody who stands in which the head is."""
+
+_HEIGHTS = (1.2, 2.3)
+"""Metres: where somebody seems smaller or taller, the world's z = 0 is not the floor."""
+
+_EXPLAINED = 0.7
+"""Part of the frames, the best explained ones, that is looked at."""
+
+
+@dataclass(frozen=True)
+class EstimatedLengths:
+    """Lengths that explain a sequence best.
+
+    Attributes
+    ----------
+    proportions : Proportions
+    sigma : mapping from a length's name to its standard deviation, metres
+    frames : int
+        That they were fitted to.
+    """
+
+    proportions: Proportions
+    sigma: Mapping[str, float]
+    frames: int
+
+    def subject(self) -> Subject:
+        """Who has these lengths."""
+        return Subject(name=ESTIMATED, **dataclasses.asdict(self.proportions))
+
+
+@dataclass(frozen=True, eq=False)
+class _Candidate:
+    seen: SeenPose
+    coverage: float
+    lost: float
+
+    @property
+    def bent(self) -> float:
+        """Angle of the elbow that is bent more, radians."""
+        z = self.seen.pose.rotations[:, :, 2]
+        cosines = [z[upper] @ z[fore] for upper, fore in zip(UPPER_ARMS, FOREARMS, strict=True)]
+        return float(np.arccos(np.clip(min(cosines), -1.0, 1.0)))
+
+
+def lengths_by_height(clouds: Sequence[Cloud]) -> Proportions:
+    """Average proportions, for somebody as tall as who stands in these clouds.
+
+    Parameters
+    ----------
+    clouds : sequence of Cloud
+        Of the first frames, in a world whose floor is z = 0; where it is not, the average of all
+        people is given.
+    """
+    seen = [_crown(cloud.points) for cloud in clouds if len(cloud.points)]
+    height = float(np.median(seen)) / _SEEN_OF_HEIGHT if seen else float("nan")
+    if not _HEIGHTS[0] <= height <= _HEIGHTS[1]:
+        return AVERAGE
+    ratio = height / AVERAGE_HEIGHT
+    return Proportions(**{name: ratio * v for name, v in dataclasses.asdict(AVERAGE).items()})
+
+
+def _crown(points: FloatArray) -> float:
+    """Height of the highest points near the middle, metres."""
+    away = np.linalg.norm(points[:, :2] - np.median(points[:, :2], axis=0), axis=1)
+    return float(np.percentile(points[away < _AROUND, 2], 99.5))
+
+
+class WellSeenFrames:
+    """Collects frames while a sequence is tracked, and picks those that tell lengths."""
+
+    def __init__(self) -> None:
+        self._kept: list[_Candidate] = []
+        self._every = 1
+        self._given = 0
+
+    def add(self, tracked: TrackedFrame) -> None:
+        """Take a frame in that has been tracked by pairs of data and model."""
+        pairs = tracked.correspondences
+        if tracked.pose is None or pairs is None:
+            return
+        if self._given % self._every == 0:
+            seen = SeenPose(pairs.data, tracked.pose)
+            lost = float(np.max(tracked.limb_lost[[*UPPER_ARMS, *FOREARMS]]))
+            self._kept.append(_Candidate(seen, tracked.coverage, lost))
+        self._given += 1
+        if len(self._kept) > _MOST:
+            self._kept = self._kept[::2]
+            self._every *= 2
+
+    def picked(self) -> tuple[SeenPose, ...]:
+        """The frames to fit to; none where too few are good."""
+        if not self._kept:
+            return ()
+        limit = np.quantile([frame.coverage for frame in self._kept], _EXPLAINED)
+        good = [f for f in self._kept if f.lost < _SURE and f.coverage <= limit]
+        if len(good) < _LEAST:
+            return ()
+        by_bend = sorted(good, key=lambda frame: -frame.bent)
+        bent = [frame for frame in good if frame.bent > _BENT_ELBOW]
+        chosen = _spread(bent if len(bent) >= _BENT // 2 else by_bend[:_BENT], _BENT)
+        chosen += _spread([frame for frame in good if frame not in chosen], _STRAIGHT)
+        return tuple(frame.seen for frame in chosen)
+
+
+def _spread(frames: Sequence[_Candidate], count: int) -> list[_Candidate]:
+    """At most so many, evenly over the sequence."""
+    if len(frames) <= count:
+        return list(frames)
+    return [frames[i] for i in np.linspace(0, len(frames) - 1, count).round().astype(int)]
+
+
+def estimated_lengths(
+    expected: Proportions,
+    shape: BodyParameters,
+    seen: Sequence[SeenPose],
+    parameters: TrackingParameters,
+    joints: tuple[int, ...],
+) -> EstimatedLengths:
+    """Lengths that explain the data of all frames best, together with the surface.
+
+    Parameters
+    ----------
+    expected : Proportions
+        The start; the fit is held to it by how much people differ, in height and apart from it.
+    shape : BodyParameters
+        The surface to start from.
+    seen : sequence of SeenPose
+    parameters : TrackingParameters
+    joints : tuple of int
+        Joints of the state.
+    """
+    free = FreeBody(expected, shape, lengths=tuple(LENGTH_SIGMAS))
+    found = adjusted(free, seen, parameters, joints)
+    lengths, _ = free.parts(found.theta)
+    values = dataclasses.asdict(lengths)
+    sigma = {
+        name: float(values[name] * s)
+        for name, s in zip(free.lengths, found.sigma[: len(free.lengths)], strict=True)
+    }
+    return EstimatedLengths(lengths, sigma, len(seen))

@@ -1,0 +1,100 @@
+"""Lengths of the body out of the frames of a sequence."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from stereotrack_core.body.angles import ALL_JOINTS
+from stereotrack_core.body.model import body_model
+from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.body.proportions import AVERAGE, Proportions
+from stereotrack_core.tracking.lengths_fit import (
+    WellSeenFrames,
+    estimated_lengths,
+    lengths_by_height,
+)
+from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.pipeline import track
+from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.shape_fit import SeenPose
+from tests.tracking.recordings import write_depth_recording
+from tests.tracking.scenes import cloud_of, disturbed, pose_with_arms, surface_points
+
+TALL = Proportions(0.41, 0.24, 0.51, 0.315, 0.275, 0.205, 0.225)
+ARMS = ("shoulder_width", "upper_arm_length", "forearm_length")
+
+
+def poses(count):
+    """Arms that bend more and more, so that elbows show themselves."""
+    return [
+        pose_with_arms(
+            [1, 0.2 * k, 0.1 * k],
+            [1 - 0.3 * k, 0.4 * k, 0.5],
+            [-1, 0.2 * k, -0.1 * k],
+            [-1 + 0.3 * k, 0.5 * k, 0.3],
+            place=(0.0, 0.0, 1.0),
+        )
+        for k in range(count)
+    ]
+
+
+def off(found, true):
+    return {name: getattr(found, name) - getattr(true, name) for name in ARMS}
+
+
+def test_lengths_of_a_tall_person_come_out_of_their_surface(rng):
+    body = body_model(TALL, BodyParameters())
+    seen = [
+        SeenPose(
+            surface_points(body, pose, 700, rng, noise=0.005),
+            disturbed(pose, ALL_JOINTS, rng, 0.02, 2.0, 4.0),
+        )
+        for pose in poses(8)
+    ]
+    found = estimated_lengths(AVERAGE, BodyParameters(), seen, TrackingParameters(), ALL_JOINTS)
+    before, after = off(AVERAGE, TALL), off(found.proportions, TALL)
+    for name in ARMS:
+        assert abs(after[name]) < 0.4 * abs(before[name]), (name, before[name], after[name])
+        assert 0.0 < found.sigma[name] < 0.02
+    assert found.frames == 8
+    assert found.subject().name == "estimated from the sequence"
+
+
+@pytest.mark.parametrize(("crown", "ratio"), [(1.715, 1.0), (1.9, 1.9 / 1.715)])
+def test_the_height_moves_all_lengths_alike(crown, ratio):
+    column = np.column_stack([np.zeros((500, 2)), np.linspace(0.0, crown, 500)])
+    lengths = dataclasses.asdict(lengths_by_height([cloud_of(column)]))
+    for name, length in dataclasses.asdict(AVERAGE).items():
+        assert lengths[name] == pytest.approx(ratio * length, rel=0.01)
+
+
+def test_a_world_whose_floor_is_elsewhere_gives_average_lengths():
+    column = np.column_stack([np.zeros((500, 2)), np.linspace(4.0, 5.7, 500)])
+    assert lengths_by_height([cloud_of(column)]) == AVERAGE
+    assert lengths_by_height([]) == AVERAGE
+
+
+def test_too_few_frames_tell_nothing():
+    assert WellSeenFrames().picked() == ()
+
+
+def test_a_recording_without_a_subject_is_tracked_with_its_own_lengths(tmp_path):
+    settings = preset("fast").replaced(
+        pixel_step=1, speckle_size=0, search_arms=False, data_points=400
+    )
+    body = body_model(TALL, settings.body)
+    recording = write_depth_recording(tmp_path / "tall", body, poses(10))
+    unknown = dataclasses.replace(recording, subject=None)
+    start = poses(1)[0]
+    errors = {}
+    for choice in ("average", "sequence"):
+        run = track(unknown, settings.replaced(proportions=choice), init=start, seed=1)
+        distances = np.linalg.norm(run.landmarks - recording.reference.points, axis=-1)
+        errors[choice] = float(np.nanmean(distances))
+    assert errors["sequence"] < 0.7 * errors["average"], errors
+    assert run.meta["subject"]["name"] == "estimated from the sequence"
+    again = track(unknown, settings.replaced(proportions="sequence"), init=start, seed=1)
+    np.testing.assert_array_equal(run.landmarks, again.landmarks)
