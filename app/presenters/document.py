@@ -121,6 +121,7 @@ class DocumentPresenter(QObject):
         self._play_timer.timeout.connect(self._on_play)
         self._clock = QElapsedTimer()
         self._played_from = 0
+        self._loop: range | None = None
         self._count_timer = QTimer(self, interval=200)
         self._count_timer.timeout.connect(self._on_count)
         self._count = 0
@@ -205,6 +206,7 @@ class DocumentPresenter(QObject):
             self._reading = None
         opened, self._opened = self._opened, None
         self._frame_set, self._frame, self._count, self.findings = None, 0, 0, None
+        self._loop = None
         if opened is not None:
             opened.reader.close()
             self.closed.emit()
@@ -227,10 +229,20 @@ class DocumentPresenter(QObject):
         """Go on by the recording's own clock; from the last frame it begins again."""
         if self._opened is None or self._count < 2:
             return
-        self._restart_clock(0 if self._frame >= self._count - 1 else self._frame)
+        at_end = self._frame >= self._count - 1 and self._loop is None
+        self._restart_clock(0 if at_end else self._frame)
         interval = max(10, round(1000.0 / self._opened.recording.fps))
         self._play_timer.start(interval)
         self.playing_changed.emit(True)
+
+    @property
+    def loop(self) -> range | None:
+        """Frames that are played again and again; None where playing goes on to the end."""
+        return self._loop
+
+    def set_loop(self, frames: range | None) -> None:
+        """Play these frames again and again, or go on to the end."""
+        self._loop = frames if frames else None
 
     def pause(self) -> None:
         """Stay at this frame."""
@@ -320,10 +332,14 @@ class DocumentPresenter(QObject):
         if self.frame_set is None and self._reading is not None and not self._reading.idle():
             return  # the picture before is not there yet; time goes on all the same
         due = self._played_from + int(self._clock.elapsed() * self._opened.recording.fps / 1000.0)
+        if self._loop is not None and (due >= self._loop.stop or due < self._loop.start):
+            self._show(min(self._loop.start, self._count - 1))
+            self._restart_clock(self._frame)
+            return
         last = self._count - 1
         if due > self._frame:
             self._show(min(due, last))
-        if self._frame >= last:
+        if self._frame >= last and self._loop is None:
             self.pause()
 
     @Slot()

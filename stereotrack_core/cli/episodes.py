@@ -79,7 +79,7 @@ def run(args: Namespace) -> int:
     try:
         return _export(args, subject, chosen)
     except Cancelled:
-        say("Stopped; the video was not written.")
+        say("Stopped; not everything was written.")
         return FAILED
 
 
@@ -219,16 +219,14 @@ def _export(args: Namespace, subject: Subject, chosen: Sequence[Episode]) -> int
 def _write_strips(
     args: Namespace, subject: Subject, recording: Recording, chosen: Sequence[Episode]
 ) -> None:
-    from stereotrack_core.evaluation.episodes.export import strip_name, strip_of
-    from stereotrack_core.recording.video_file import write_png
+    from stereotrack_core.evaluation.episodes.export import write_strips
 
-    args.strips.mkdir(parents=True, exist_ok=True)
-    with progress("Drawing strips", len(chosen)) as show:
-        for i, episode in enumerate(chosen):
-            picture = strip_of(subject, recording, episode, view=args.view)
-            write_png(args.strips / strip_name(episode), picture)
-            show(i + 1)
-    say(f"{len(chosen)} strips are in {args.strips}.")
+    with progress("Drawing strips", 100) as show, stoppable() as stopped:
+        count = write_strips(
+            args.strips, subject, recording, chosen, view=args.view,
+            report=lambda share, _: show(round(100 * share)), cancelled=stopped,
+        )  # fmt: skip
+    say(f"{count} strips are in {args.strips}.")
 
 
 def _write_video(

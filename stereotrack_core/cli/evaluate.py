@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,27 +16,15 @@ from stereotrack_core.cli.error_tables import (
     segment_table,
 )
 from stereotrack_core.cli.output import put, put_json, put_table, say
+from stereotrack_core.cli.truth import read_measured, segments_of, truth_of, warn_about_size
 from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
-    from stereotrack_core.annotation.reference import Reference
     from stereotrack_core.evaluation.doubts import Doubts
     from stereotrack_core.evaluation.errors import LimbErrors
     from stereotrack_core.evaluation.summary import Summary
-    from stereotrack_core.recording.description import Recording, Segment
     from stereotrack_core.recording.landmarks import LandmarkTrajectory
     from stereotrack_core.tracking.run import Run
-
-
-@dataclass(frozen=True, eq=False)
-class _Truth:
-    """What a run is measured against."""
-
-    reference: LandmarkTrajectory
-    source: Path
-    segments: Sequence[Segment]
-    states: Reference | None = None
-    """The reference with its uncertainty, where it states one."""
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -68,14 +55,14 @@ def run(args: Namespace) -> int:
     from stereotrack_core.evaluation.reference_quality import reference_quality
     from stereotrack_core.evaluation.summary import summarise, summarise_segments
 
-    trajectory, stored = _read(args.run_file)
+    trajectory, stored = read_measured(args.run_file)
     meta = {} if stored is None else dict(stored.meta)
-    truth = _truth(args.reference, meta)
+    truth = truth_of(args.reference, meta)
     errors = _chosen(errors_against(trajectory, truth.reference), args.frames)
     _warn_about_frames(trajectory, errors, args.frames)
-    _warn_about_size(truth)
+    warn_about_size(truth)
     summary = summarise(errors)
-    parts = summarise_segments(errors, _segments(truth)) if args.segments else ()
+    parts = summarise_segments(errors, segments_of(truth)) if args.segments else ()
     speed = _frames_per_second(trajectory, meta)
     doubts = _doubts(stored, errors)
     quality = {} if truth.states is None else reference_quality(truth.states, errors.frame)
@@ -109,16 +96,6 @@ def _in_words(summary: Summary, quality: Mapping[str, float]) -> str:
     return f"In the mean: {'; '.join(said)}.\n"
 
 
-def _read(path: Path) -> tuple[LandmarkTrajectory, Run | None]:
-    from stereotrack_core.interop.reference_npz import is_reference
-    from stereotrack_core.interop.run_file import read_run, read_trajectory
-
-    if path.suffix.lower() == ".npz" and not is_reference(path):
-        stored = read_run(path)
-        return stored.trajectory(), stored
-    return read_trajectory(path), None
-
-
 def _doubts(stored: Run | None, errors: LimbErrors) -> Doubts | None:
     """How right the run is about its lost limbs; None where it does not say."""
     from stereotrack_core.evaluation.doubts import doubts_against
@@ -127,60 +104,6 @@ def _doubts(stored: Run | None, errors: LimbErrors) -> Doubts | None:
         return None
     doubts = doubts_against(stored.frame, stored.limb_lost, errors)
     return doubts if doubts.judged else None
-
-
-def _truth(given: Path | None, meta: dict[str, Any]) -> _Truth:
-    """The reference that was named, else that of the run's recording."""
-    from stereotrack_core.interop.reference_npz import is_reference, read_reference
-    from stereotrack_core.interop.run_file import read_trajectory
-    from stereotrack_core.recording.folder import describe
-
-    folder = meta.get("recording_folder")
-    recording: Recording | None = None
-    if folder and Path(folder).is_dir():
-        recording = describe(Path(folder), [])
-    segments = recording.segments if recording is not None else ()
-    if given is not None:
-        beside = segments or _segments_beside(given)
-        if given.suffix.lower() == ".npz" and is_reference(given):
-            states = read_reference(given)
-            return _Truth(states.trajectory(), given, beside, states)
-        return _Truth(read_trajectory(given), given, beside)
-    if not folder:
-        raise InputError(
-            "the file does not say which recording it belongs to",
-            remedy="Name the truth with --reference.",
-        )
-    if recording is None:
-        raise InputError(
-            "the run's recording is not there any more",
-            where=str(folder),
-            remedy="Move it back beside the run, or name the truth with --reference.",
-        )
-    if recording.reference is None:
-        raise InputError(
-            "the recording has no reference that can be read",
-            where=str(folder),
-            remedy="See `stereotrack info`, or name the truth with --reference.",
-        )
-    return _Truth(recording.reference, Path(folder), segments)
-
-
-def _segments_beside(reference: Path) -> Sequence[Segment]:
-    from stereotrack_core.recording.segments_file import read_segments
-
-    beside = reference.with_name("segments.csv")
-    return read_segments(beside) if beside.is_file() else ()
-
-
-def _segments(truth: _Truth) -> Sequence[Segment]:
-    if not truth.segments:
-        raise InputError(
-            "there are no segments",
-            where=str(truth.source),
-            remedy="Put a segments.csv beside the reference, or leave --segments out.",
-        )
-    return truth.segments
 
 
 def _chosen(errors: LimbErrors, frames: str | None) -> LimbErrors:
@@ -209,13 +132,6 @@ def _warn_about_frames(
             "they count 90 deg and 500 mm."
             + ("" if frames else " Choose a stretch with --frames A:B.")
         )
-
-
-def _warn_about_size(truth: _Truth) -> None:
-    from stereotrack_core.recording.content_checks import check_size
-
-    for finding in check_size(truth.reference):
-        say(f"{truth.source}: {finding.what}. {finding.remedy}")
 
 
 def _frames_per_second(trajectory: LandmarkTrajectory, meta: dict[str, Any]) -> float | None:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from stereotrack_core.arrays import ImageArray
+from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.evaluation.episodes.episode import CAUSE_WORDS, Episode, limbs_words
 from stereotrack_core.evaluation.episodes.film import write_film
 from stereotrack_core.evaluation.episodes.find import Subject
@@ -13,6 +14,7 @@ from stereotrack_core.evaluation.episodes.strip import WHITE, Paper, evenly, pic
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.video_file import write_png
 
 STRIP_FRAMES = 5
 _AROUND = 0.3
@@ -41,6 +43,45 @@ def strip_of(
         recording, subject.run, frames, view,
         limbs=episode.limbs, reference=_shown_truth(subject, episode), reader=reader,
     )  # fmt: skip
+
+
+def write_strips(
+    folder: Path,
+    subject: Subject,
+    recording: Recording,
+    episodes: Sequence[Episode],
+    *,
+    view: str | None = None,
+    count: int = STRIP_FRAMES,
+    report: Callable[[float, str], None] | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> int:
+    """Write a strip of each episode as PNG into a folder, which is made; returns their number.
+
+    Raises
+    ------
+    InputError
+        Where nothing can be written there.
+    Cancelled
+        What was written before stays.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"the folder cannot be made ({error.strerror})",
+            where=str(folder),
+            remedy="Choose a place in which you may write.",
+        ) from None
+    with FrameReader(recording, read_ahead=0) as reader:
+        for i, episode in enumerate(episodes):
+            if cancelled is not None and cancelled():
+                raise Cancelled
+            strip = strip_of(subject, recording, episode, view=view, count=count, reader=reader)
+            write_png(folder / strip_name(episode), strip)
+            if report is not None:
+                report((i + 1) / len(episodes), f"{i + 1} of {len(episodes)}")
+    return len(episodes)
 
 
 def before_peak_after(subject: Subject, episode: Episode) -> list[int]:

@@ -39,7 +39,7 @@ _SMALLEST = 8.0
 
 @dataclass(frozen=True)
 class Paper:
-    """Colours (blue, green, red) around pictures: of the paper, of words, of less important ones."""
+    """Colours (blue, green, red) around pictures: of paper, words, and less important words."""
 
     ground: tuple[int, int, int]
     ink: tuple[int, int, int]

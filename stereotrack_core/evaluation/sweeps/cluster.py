@@ -17,7 +17,7 @@ from stereotrack_core.evaluation.sweeps.results import JobResult, failure
 from stereotrack_core.evaluation.sweeps.watching import Watcher
 from stereotrack_core.evaluation.sweeps.work import do_batch, recording_of
 
-_PATIENCE = "10s"
+_PATIENCE_SECONDS = 10.0
 _LOOK_SECONDS = 0.2
 _OUR_FAULT = "Give --workers to compute on this machine."
 
@@ -55,6 +55,8 @@ class ClusterWorkers:
         ``tcp://host:port``, or the path of a scheduler file (.json).
     retries : int
         How often a job is tried again whose failure may have been chance.
+    patience : float
+        Seconds to wait for the scheduler's answer.
 
     Raises
     ------
@@ -62,7 +64,9 @@ class ClusterWorkers:
         Where Dask is missing, nobody answers, or there is no worker.
     """
 
-    def __init__(self, address: str, *, retries: int = RETRIES) -> None:
+    def __init__(
+        self, address: str, *, retries: int = RETRIES, patience: float = _PATIENCE_SECONDS
+    ) -> None:
         distributed = dask_distributed()
         self._retries = retries
         where: dict[str, str] = (
@@ -73,7 +77,7 @@ class ClusterWorkers:
                 "there is no such scheduler file", where=f"--scheduler {address}", remedy=_OUR_FAULT
             )
         try:
-            self._client: Any = distributed.Client(**where, timeout=_PATIENCE, set_as_default=False)
+            self._client: Any = distributed.Client(**where, timeout=patience, set_as_default=False)
         except (OSError, TimeoutError, ValueError) as error:
             raise InputError(
                 f"no scheduler answers there ({error})",

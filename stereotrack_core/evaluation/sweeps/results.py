@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias
@@ -46,12 +45,11 @@ class JobResult:
         return self.status == "done"
 
     def facts(self) -> dict[str, Any]:
-        """The same as JSON takes it; what is not known is left out."""
-        known = {name: value for name, value in self.measures.items() if math.isfinite(value)}
+        """The same as JSON takes it."""
         return {
             "job": self.identity,
             "status": self.status,
-            "measures": known,
+            "measures": dict(self.measures),
             "frames": self.frames,
             "error": self.error,
             "attempts": self.attempts,

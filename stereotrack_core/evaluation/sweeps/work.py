@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import time
 from collections.abc import Callable, Generator, Sequence
 from contextlib import ExitStack
@@ -202,4 +203,5 @@ class _OneRun:
         alone = float(run.seconds.sum())
         speed = len(run.frame) / alone if alone > 0 else float("nan")
         values = measured(run, reference) | {"frames_per_second": speed, "seconds": seconds}
-        return JobResult(self._job.identity, "done", values, frames=len(run.frame))
+        known = {name: value for name, value in values.items() if math.isfinite(value)}
+        return JobResult(self._job.identity, "done", known, frames=len(run.frame))

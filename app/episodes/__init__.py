@@ -1,0 +1,1 @@
+"""The episodes of the active run in the window: found, listed, shown, exported."""

@@ -1,0 +1,174 @@
+"""What of the episodes is written where."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from PySide6.QtCore import Qt, Signal, Slot
+from PySide6.QtWidgets import (
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QFileDialog,
+    QFormLayout,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QSpinBox,
+    QVBoxLayout,
+    QWidget,
+)
+
+_FRAMES = 5
+
+
+@dataclass(frozen=True)
+class ExportWish:
+    """What a person wants written.
+
+    Attributes
+    ----------
+    video : bool
+        A video; else strips of pictures.
+    only_chosen : bool
+        The chosen episode alone; else all that are listed.
+    view : str or None
+        Of the strips; None takes the one that shows each episode best.
+    count : int
+        Frames of each strip.
+    path : Path
+        The video, or the folder of the strips.
+    """
+
+    video: bool
+    only_chosen: bool
+    view: str | None
+    count: int
+    path: Path
+
+
+class ExportDialog(QDialog):
+    """Which episodes, as what, to where; says what becomes of files that are there.
+
+    Signals
+    -------
+    wished : ExportWish
+    """
+
+    wished = Signal(object)
+
+    def __init__(
+        self,
+        *,
+        video: bool,
+        views: Sequence[str],
+        listed: int,
+        chosen: bool,
+        proposed: Path,
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self._video = video
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowTitle("Video of episodes" if video else "Picture strips of episodes")
+        self.setMinimumWidth(460)
+        self.which = QComboBox()
+        if chosen:
+            self.which.addItem("the chosen episode", True)
+        self.which.addItem(
+            f"all {listed} that are listed" if listed > 1 else "the listed one", False
+        )
+        self.view = QComboBox()
+        self.view.addItem("the one that shows it best", "")
+        for name in views:
+            self.view.addItem(name, name)
+        self.count = QSpinBox(minimum=2, maximum=12, value=_FRAMES)
+        path = proposed.with_suffix(".mp4") if video else proposed
+        self.path = QLineEdit(str(path))
+        self.said = QLabel()
+        self.said.setWordWrap(True)
+        self.said.setProperty("role", "muted")
+        self.buttons = QDialogButtonBox(
+            QDialogButtonBox.StandardButton.Save | QDialogButtonBox.StandardButton.Cancel
+        )
+        self.buttons.accepted.connect(self._on_accepted)
+        self.buttons.rejected.connect(self.reject)
+        self.path.textChanged.connect(self._check)
+        self._lay_out()
+        self._check()
+
+    def _lay_out(self) -> None:
+        form = QFormLayout()
+        form.addRow("Episodes", self.which)
+        if not self._video:
+            form.addRow("View", self.view)
+            form.addRow("Frames in each strip", self.count)
+        row = QHBoxLayout()
+        row.addWidget(self.path, 1)
+        browse = QPushButton("Choose …")
+        browse.setAutoDefault(False)
+        browse.clicked.connect(self._browse)
+        row.addWidget(browse)
+        form.addRow("File" if self._video else "Folder", row)
+        column = QVBoxLayout(self)
+        column.addLayout(form)
+        column.addWidget(self.said)
+        column.addWidget(self.buttons)
+
+    def wish(self) -> ExportWish:
+        """What is wanted as it stands."""
+        view = str(self.view.currentData())
+        return ExportWish(
+            video=self._video,
+            only_chosen=bool(self.which.currentData()),
+            view=view or None,
+            count=self.count.value(),
+            path=Path(self.path.text().strip()).expanduser(),
+        )
+
+    @Slot()
+    def _browse(self) -> None:
+        if self._video:
+            chosen, _ = QFileDialog.getSaveFileName(
+                self, "Video of episodes", self.path.text(), "Video (*.mp4)"
+            )
+        else:
+            chosen = QFileDialog.getExistingDirectory(
+                self, "Folder of strips", str(Path(self.path.text()).parent)
+            )
+        if chosen:
+            self.path.setText(chosen)
+
+    @Slot()
+    def _check(self) -> None:
+        wrong, note = _about(self.path.text().strip(), self._video)
+        self.said.setText(wrong or note)
+        self.buttons.button(QDialogButtonBox.StandardButton.Save).setEnabled(not wrong)
+
+    @Slot()
+    def _on_accepted(self) -> None:
+        self.wished.emit(self.wish())
+        self.accept()
+
+
+def _about(text: str, video: bool) -> tuple[str, str]:
+    """What is wrong about a place, and what will become of it."""
+    path = Path(text).expanduser()
+    if not text:
+        return "Say where it shall be written.", ""
+    if video:
+        if path.suffix.lower() != ".mp4":
+            return "The name of a video ends in .mp4.", ""
+        if path.is_dir() or not path.parent.is_dir():
+            return "There is no such folder.", ""
+        note = "The video that is there is replaced." if path.exists() else ""
+        return "", note or "The views beside each other, with the model's outline and the errors."
+    if path.is_file():
+        return "This is a file; name a folder.", ""
+    if not path.parent.is_dir():
+        return f"There is no folder {path.parent}.", ""
+    note = "" if path.is_dir() else "The folder is made. "
+    return "", f"{note}A PNG for each episode; strips of the same name are replaced."

@@ -1,0 +1,86 @@
+"""Which episodes are listed, and as what."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from app.views.episodes_panel import EpisodeRow
+from app.views.timeline_lanes import Lane, Span
+from stereotrack_core.evaluation.episodes.episode import (
+    CAUSE_WORDS,
+    FOUND_WORDS,
+    Episode,
+    limbs_words,
+)
+
+LANE_NAMES = {"truth": "episodes", "signs": "episodes by signs"}
+LANE_COLOURS = {"truth": "#CC79A7", "signs": "#b8860b"}
+
+
+@dataclass(frozen=True)
+class Filter:
+    """What is listed; an empty word lists all.
+
+    Attributes
+    ----------
+    limb : str
+        Name in ``LIMBS``.
+    cause : str
+        Key of ``CAUSE_WORDS``.
+    found : str
+        Key of ``FOUND_WORDS``.
+    """
+
+    limb: str = ""
+    cause: str = ""
+    found: str = ""
+
+    def takes(self, episode: Episode) -> bool:
+        """Whether an episode is listed."""
+        return (
+            (not self.limb or self.limb in episode.limbs)
+            and (not self.cause or self.cause == episode.verdict.cause)
+            and (not self.found or self.found == episode.found)
+        )
+
+
+def row_of(episode: Episode, fps: float) -> EpisodeRow:
+    """An episode as the list shows it."""
+    seconds = len(episode.frames) / fps
+    verdict = episode.verdict
+    return EpisodeRow(
+        first=episode.first,
+        last=episode.last,
+        limb=episode.peak_limb,
+        limbs=limbs_words(episode.limbs),
+        peak=episode.peak_words,
+        peak_value=episode.peak,
+        cause=CAUSE_WORDS[verdict.cause],
+        confidence=verdict.confidence,
+        found=FOUND_WORDS[episode.found],
+        heading=(
+            f"Frames {episode.first} to {episode.last}, {seconds:.1f} s from "
+            f"{episode.first / fps:.1f} s: {limbs_words(episode.limbs)}, found "
+            f"{FOUND_WORDS[episode.found]}, worst in frame {episode.peak_frame} "
+            f"({episode.peak_words}{'' if episode.measure == 'error' else ' likely lost'})."
+        ),
+        evidence=tuple(
+            (CAUSE_WORDS[e.cause], e.strength, e.words, e.cause == verdict.cause)
+            for e in verdict.evidence
+        ),
+    )
+
+
+def lanes_of_episodes(episodes: Sequence[Episode]) -> tuple[Lane, ...]:
+    """A lane of bars for those found with truth and for those found without."""
+    lanes = []
+    for found, name in LANE_NAMES.items():
+        spans = [
+            Span(e.first, e.last, f"{limbs_words(e.limbs)}: {CAUSE_WORDS[e.verdict.cause]}")
+            for e in episodes
+            if e.found == found
+        ]
+        if spans:
+            lanes.append(Lane(name, LANE_COLOURS[found], "bars", spans))
+    return tuple(lanes)

@@ -1,0 +1,137 @@
+"""What runs are measured against: a reference that is named, or that of their recording."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stereotrack_core.cli.output import say
+from stereotrack_core.errors import InputError
+
+if TYPE_CHECKING:
+    from stereotrack_core.annotation.reference import Reference
+    from stereotrack_core.recording.description import Recording, Segment
+    from stereotrack_core.recording.landmarks import LandmarkTrajectory
+    from stereotrack_core.tracking.run import Run
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """What a run is measured against."""
+
+    reference: LandmarkTrajectory
+    source: Path
+    segments: Sequence[Segment]
+    states: Reference | None = None
+    """The reference with its uncertainty, where it states one."""
+
+
+def read_measured(path: Path) -> tuple[LandmarkTrajectory, Run | None]:
+    """Landmarks of a file, and the run where it holds a complete one."""
+    from stereotrack_core.interop.reference_npz import is_reference
+    from stereotrack_core.interop.run_file import read_run, read_trajectory
+
+    if path.suffix.lower() == ".npz" and not is_reference(path):
+        stored = read_run(path)
+        return stored.trajectory(), stored
+    return read_trajectory(path), None
+
+
+def truth_of(given: Path | None, meta: Mapping[str, Any]) -> Truth:
+    """The reference that was named, else that of the run's recording.
+
+    Raises
+    ------
+    InputError
+        Where there is none.
+    """
+    from stereotrack_core.interop.reference_npz import is_reference, read_reference
+    from stereotrack_core.interop.run_file import read_trajectory
+    from stereotrack_core.recording.folder import describe
+
+    folder = meta.get("recording_folder")
+    recording: Recording | None = None
+    if folder and Path(folder).is_dir():
+        recording = describe(Path(folder), [])
+    segments = recording.segments if recording is not None else ()
+    if given is not None:
+        beside = segments or _segments_beside(given)
+        if given.suffix.lower() == ".npz" and is_reference(given):
+            states = read_reference(given)
+            return Truth(states.trajectory(), given, beside, states)
+        return Truth(read_trajectory(given), given, beside)
+    if not folder:
+        raise InputError(
+            "the file does not say which recording it belongs to",
+            remedy="Name the truth with --reference.",
+        )
+    if recording is None:
+        raise InputError(
+            "the run's recording is not there any more",
+            where=str(folder),
+            remedy="Move it back beside the run, or name the truth with --reference.",
+        )
+    if recording.reference is None:
+        raise InputError(
+            "the recording has no reference that can be read",
+            where=str(folder),
+            remedy="See `stereotrack info`, or name the truth with --reference.",
+        )
+    return Truth(recording.reference, Path(folder), segments)
+
+
+def _segments_beside(reference: Path) -> Sequence[Segment]:
+    from stereotrack_core.recording.segments_file import read_segments
+
+    beside = reference.with_name("segments.csv")
+    return read_segments(beside) if beside.is_file() else ()
+
+
+def segments_of(truth: Truth) -> Sequence[Segment]:
+    """Named stretches of the recording.
+
+    Raises
+    ------
+    InputError
+        Where there are none.
+    """
+    if not truth.segments:
+        raise InputError(
+            "there are no segments",
+            where=str(truth.source),
+            remedy="Put a segments.csv beside the reference, or leave --segments out.",
+        )
+    return truth.segments
+
+
+def segments_beside_runs(truth: Truth | None, meta: Mapping[str, Any]) -> Sequence[Segment]:
+    """Named stretches that come with the reference, or else with the run's recording.
+
+    Raises
+    ------
+    InputError
+        Where there are none.
+    """
+    if truth is not None:
+        return segments_of(truth)
+    from stereotrack_core.recording.folder import describe
+
+    folder = Path(str(meta.get("recording_folder", "")))
+    recording = describe(folder, []) if meta.get("recording_folder") else None
+    if recording is None or not recording.segments:
+        raise InputError(
+            "there are no segments",
+            where=str(folder),
+            remedy="Put a segments.csv into the recording, or leave --segments out.",
+        )
+    return recording.segments
+
+
+def warn_about_size(truth: Truth) -> None:
+    """Say where the reference is not as large as a person."""
+    from stereotrack_core.recording.content_checks import check_size
+
+    for finding in check_size(truth.reference):
+        say(f"{truth.source}: {finding.what}. {finding.remedy}")

@@ -1,0 +1,234 @@
+"""Sweeps as a command: what is known is not computed again."""
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from stereotrack_core.cli import main, sweep
+from stereotrack_core.cli.sweep_files import SweepPlaces, is_running, read_state, stored_results
+from stereotrack_core.cli.sweep_words import in_words
+from stereotrack_core.evaluation.sweeps.work import do_batch
+
+pytestmark = pytest.mark.xdist_group("cli")
+QUICK = (
+    *("--preset", "fast", "--frames", "0:3", "--init", "tpose", "--set", "search_arms=no"),
+    *("--set", "data_points=200", "--set", "fit_shape=no"),
+)
+GRID = ("--grid", "iterations=2,3", "--grid", "views=N,NS", "--seeds", "0,1", "--together", 4)
+
+
+class HereWorkers:
+    """Does jobs in this process, which needs no time to start."""
+
+    count = 1
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        return None
+
+    def do(self, jobs, watcher):
+        for job in jobs:
+            (result,) = do_batch([job], on_frames=watcher.on_frames)
+            watcher.on_result(job, result)
+
+
+@pytest.fixture
+def here(monkeypatch):
+    """Lets sweeps compute in this process."""
+    monkeypatch.setattr(sweep, "_executor", lambda args: HereWorkers())
+
+
+def rows_of(table):
+    return list(csv.DictReader(Path(table).read_text().splitlines()))
+
+
+@pytest.fixture(scope="module")
+def swept(recording, tmp_path_factory):
+    """A finished sweep of eight jobs."""
+    table = tmp_path_factory.mktemp("sweep") / "sweep.csv"
+    patch = pytest.MonkeyPatch()
+    patch.setattr(sweep, "_executor", lambda args: HereWorkers())
+    words = ("sweep", recording, *QUICK, *GRID, "-o", table, "--workers", 1)
+    assert main([str(word) for word in words]) == 0
+    patch.undo()
+    return table
+
+
+def test_the_table_has_a_row_for_every_job(swept, recording):
+    rows = rows_of(swept)
+    assert len(rows) == len({row["job"] for row in rows}) == 8
+    assert list(rows[0])[:5] == ["recording", "iterations", "views", "seed", "status"]
+    assert {row["status"] for row in rows} == {"done"}
+    assert {(row["iterations"], row["views"], row["seed"]) for row in rows} == {
+        (i, v, s) for i in "23" for v in ("N", "NS") for s in "01"
+    }
+    for row in rows:
+        assert float(row["forearms"]) >= 0
+        assert float(row["frames_per_second"]) > 0
+        assert row["frames"] == "3"
+    state = read_state(SweepPlaces(swept))
+    assert (state.jobs, state.computed, state.failed, state.ended) == (8, 8, 0, "done")
+    assert not is_running(SweepPlaces(swept))
+
+
+def test_the_same_command_computes_nothing_and_more_computes_the_rest(run, recording, swept):
+    command = ("sweep", recording, *QUICK, *GRID, "-o", swept, "--workers", 1, "--json")
+    before = swept.read_text()
+    ended = run(*command)
+    assert ended.status == 0, ended.err
+    told = ended.json
+    assert (told["jobs"], told["computed"], told["reused"]) == (8, 0, 8)
+    assert swept.read_text() == before
+    assert len(told["points"]) == 4
+    best = [point["mean"]["forearms"] for point in told["points"]]
+    assert best == sorted(best)
+    assert all(point["runs"] == 2 for point in told["points"])
+    more = run(*command, "--grid", "init=tpose,auto", "--dry-run").json
+    assert (more["jobs"], more["in_table"], more["to_compute"]) == (16, 8, 8)
+    assert more["seconds"] > 0
+    table = run(*(word for word in command if word != "--json"), "--minimise", "frames_per_second")
+    assert "0 computed, 8 reused" in table.out
+    assert "best fps first" in table.out
+
+
+def test_an_estimate_is_made_where_nothing_is_known(run, recording, tmp_path):
+    table = tmp_path / "new.csv"
+    ended = run("sweep", recording, *QUICK, *GRID, "-o", table, "--dry-run", "--workers", 2)
+    assert ended.status == 0, ended.err
+    assert "roughly" in ended.out
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_list_names_its_points_and_failures_their_words(run, recording, tmp_path, here):
+    points = tmp_path / "points.csv"
+    points.write_text("iterations,views\n2,N\n,S\n")
+    table = tmp_path / "list.csv"
+    command = ("sweep", recording, *QUICK, "--list", points, "-o", table, "--workers", 1)
+    assert run(*command).status == 0
+    assert [(row["iterations"], row["views"]) for row in rows_of(table)] == [("2", "N"), ("", "S")]
+    # a result that failed in an earlier command is tried again
+    journal = SweepPlaces(table).journal
+    lines = journal.read_text().splitlines()
+    spoilt = {**json.loads(lines[0]), "status": "failed", "error": "no room", "measures": {}}
+    journal.write_text("\n".join([*lines[1:], json.dumps(spoilt)]) + "\n")
+    told = run(*command, "--json").json
+    assert (told["computed"], told["reused"], told["failed"]) == (1, 1, 0)
+    told = run(*command, "--again", "--json").json
+    assert (told["computed"], told["reused"]) == (2, 0)
+
+
+def test_a_search_goes_on_where_it_was(run, recording, tmp_path, here):
+    table = tmp_path / "search.csv"
+    command = (
+        *("sweep", recording, *QUICK, "--search", "iterations=1:4", "-o", table, "--json"),
+        *("--search", "reach=0.1:0.5", "--views", "N", "--workers", 1),
+    )
+    first = run(*command, "--trials", 2).json
+    assert (first["computed"], first["reused"]) == (2, 0)
+    again = run(*command, "--trials", 3).json
+    assert (again["computed"], again["reused"], again["jobs"]) == (1, 2, 3)
+    whole = run(*command, "--trials", 3).json
+    assert (whole["computed"], whole["reused"]) == (0, 3)
+    assert whole["points"] == again["points"]
+
+
+def started(recording, table, *more):
+    words = ["sweep", recording, *QUICK, *GRID, "-o", table, "--workers", 1, *more]
+    code = "import sys; from stereotrack_core.cli import main; sys.exit(main(sys.argv[1:]))"
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parents[2])}
+    return subprocess.Popen(
+        [sys.executable, "-c", code, *map(str, words)], env=environment,
+        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+
+
+def wait_for_results(process, places, seconds=120):
+    until = time.monotonic() + seconds
+    while not stored_results(places):
+        assert process.poll() is None, process.stderr.read()
+        assert time.monotonic() < until
+        time.sleep(0.02)
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="there is no such signal")
+def test_a_sweep_that_is_killed_or_stopped_goes_on_where_it_was(run, recording, tmp_path):
+    table = tmp_path / "sweep.csv"
+    places = SweepPlaces(table)
+    process = started(recording, table, "--together", 1)
+    wait_for_results(process, places)
+    assert is_running(places)
+    other = run("sweep", recording, *QUICK, *GRID, "-o", table)
+    assert other.status == 2
+    assert "another sweep" in other.err
+    process.kill()
+    process.communicate()
+    assert not is_running(places)
+    kept = stored_results(places)
+    # stopped by whoever makes the sign, as the window does
+    process = started(recording, table, "--together", 1)
+    while len(stored_results(places)) == len(kept) and process.poll() is None:
+        time.sleep(0.02)
+    places.stop_sign.touch()
+    _, err = process.communicate(timeout=120)
+    more = stored_results(places)
+    assert len(more) > len(kept)
+    if len(more) < 8:
+        assert process.returncode == 1
+        assert "goes on where it was" in err
+        assert read_state(places).ended == "stopped"
+    told = run("sweep", recording, *QUICK, *GRID, "-o", table, "--workers", 1, "--json").json
+    assert (told["computed"], told["reused"]) == (8 - len(more), len(more))
+    identities = [json.loads(line)["job"] for line in places.journal.read_text().splitlines()]
+    assert len(identities) == len(set(identities)) == 8, "nothing was computed twice"
+    assert not places.stop_sign.exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--grid", "points=3"), "no parameter 'points'"),
+        (("--grid", "iterations=2", "--search", "reach=0.1:0.2"), "only one kind"),
+        (("--workers", "0"), "less than 1"),
+        (("--workers", "2", "--scheduler", "tcp://a:1"), "one of them"),
+        (("--minimise", "beauty"), "no measure"),
+        (("--grid", "views=NX"), "no view"),
+        (("--seeds", "0,0"), "list of seeds"),
+        (("--set", "iterations=many"), "whole number"),
+        (("--list", "none.csv"), "does not exist"),
+        (("-o", "sweep.txt"), "end in .csv"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(run, recording, tmp_path, arguments, words):
+    ended = run("sweep", recording, *QUICK, "-o", tmp_path / "sweep.csv", *arguments)
+    assert ended.status == 2
+    assert words in ended.err
+    assert "Traceback" not in ended.err
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_file_that_is_something_else_is_not_written_over(run, recording, tmp_path):
+    table = tmp_path / "mine.csv"
+    table.write_text("a,b\n1,2\n")
+    ended = run("sweep", recording, *QUICK, "-o", table)
+    assert ended.status == 2
+    assert "no table of a sweep" in ended.err
+    assert table.read_text() == "a,b\n1,2\n"
+    assert run("sweep", recording, recording, *QUICK, "-o", tmp_path / "a.csv").status == 2
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [(0.2, "under a second"), (40, "40 s"), (700, "12 min"), (12600, "3.5 h"), (2e5, "2.3 days")],
+)
+def test_times_are_said_in_words(seconds, words):
+    assert in_words(seconds) == words
+    assert sweep.COMMAND.name == "sweep"

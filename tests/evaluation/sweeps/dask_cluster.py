@@ -1,0 +1,63 @@
+"""A real Dask cluster on this machine: a scheduler and workers, each a process of its own."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+class DaskCluster:
+    """A scheduler and some workers with one thread each."""
+
+    def __init__(self, folder: Path, workers: int) -> None:
+        self.file = folder / "scheduler.json"
+        self._log = (folder / "cluster.log").open("ab")
+        common = ("--scheduler-file", str(self.file))
+        local = ("--host", "127.0.0.1", "--no-dashboard")
+        self._scheduler = self._started("scheduler", *common, "--port", "0", *local)
+        while not self.file.is_file():
+            time.sleep(0.05)
+        self.workers = [
+            self._started(
+                "worker", *common, "--nthreads", "1", "--no-nanny", *local,
+                "--local-directory", str(folder), "--death-timeout", "60",
+            )
+            for _ in range(workers)
+        ]  # fmt: skip
+
+    def kill_worker(self) -> int:
+        """Kill one of the workers in the middle of whatever it does; its process number."""
+        process = self.workers.pop()
+        process.kill()
+        process.wait()
+        return process.pid
+
+    def close(self) -> None:
+        for process in (*self.workers, self._scheduler):
+            process.terminate()
+        for process in (*self.workers, self._scheduler):
+            try:
+                process.wait(10)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+        self._log.close()
+
+    def _started(self, kind: str, *arguments: str) -> subprocess.Popen:
+        command = [sys.executable, "-m", f"distributed.cli.dask_{kind}", *arguments]
+        environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": str(ROOT)}
+        return subprocess.Popen(command, env=environment, stdout=self._log, stderr=self._log)
+
+
+def times_finished(dask_scheduler=None) -> dict[str, int]:
+    """How often each key was computed to its end; runs on the scheduler."""
+    counts: dict[str, int] = {}
+    for key, _, finish, *_ in dask_scheduler.transition_log:
+        if finish == "memory":
+            counts[str(key)] = counts.get(str(key), 0) + 1
+    return counts
