@@ -33,6 +33,7 @@ from app.icons import set_icon
 from app.panel_follower import PanelFollower
 from app.presenters.clouds import CloudPresenter
 from app.presenters.document import DocumentPresenter
+from app.presenters.inside import InsidePresenter
 from app.presenters.instant import InstantPresenter
 from app.presenters.judging import JudgementPresenter
 from app.presenters.project_file import ProjectPresenter
@@ -107,13 +108,17 @@ class MainWindow(PanelWindow):
         self.project = ProjectPresenter(self.document, self.tasks, self.settings, self)
         self.clouds = CloudPresenter(self)
         self.track = TrackPresenter(self.runs, self)
-        self.tracker = TrackControl(self.document, self.clouds, self.runs, self.track, FIRST_POSE)
+        self.inside = InsidePresenter(self.document, self.clouds, self.runs, self.track)
+        self.tracker = TrackControl(
+            self.document, self.clouds, self.runs, self.track, self.inside, FIRST_POSE
+        )
         self.judging = JudgementPresenter(self.document, self.runs)
         self.instant = InstantPresenter(
             self.document,
             self.clouds,
             self.runs,
             self.track,
+            self.inside,
             wanted=lambda: self.grid.wanted(),
             points_wanted=self._points_wanted,
         )
@@ -180,6 +185,7 @@ class MainWindow(PanelWindow):
             and not self.tasks.tasks
             and not self.track.running
             and self.judging.settled()
+            and self.inside.settled()
             and self.instant.settled()
             and self.follower.settled()
             and self.annotate.settled()
@@ -309,6 +315,7 @@ class MainWindow(PanelWindow):
         self.settings.setValue("geometry", self.saveGeometry())
         self.document.pause()
         self.track.stop()
+        self.inside.close()
         self.tasks.shutdown()
         self.document.close()
         self.annotate.close()

@@ -23,7 +23,6 @@ from app.views.runs_panel import RunRow
 from app.views.scene_content import Ellipsoid
 from app.window_panels import TITLES
 from stereotrack_core.body.mesh import PartMesh
-from stereotrack_core.tracking.presets import preset
 
 if TYPE_CHECKING:
     from app.main_window import MainWindow
@@ -75,8 +74,7 @@ class PanelFollower(QObject):
         w.transport.frame_requested.connect(self._go_to)
         w.display_panel.changed.connect(self._on_light)
         w.grid.active_changed.connect(self._show_light)
-        w.parameters.settings_changed.connect(self._on_settings)
-        w.parameters.preset_requested.connect(self._on_preset)
+        w.parameters.settings_changed.connect(self.use_settings)
         w.runs_panel.activated.connect(lambda i: w.runs.activate(w.runs.entries[i]))
         w.runs_panel.shown.connect(lambda i, shown: w.runs.show(w.runs.entries[i], visible=shown))
         w.runs_panel.renamed.connect(lambda i, name: w.runs.rename(w.runs.entries[i], name))
@@ -161,9 +159,9 @@ class PanelFollower(QObject):
         elif entry is not None:
             w.progress.setRange(0, len(entry.wanted))
             w.progress.setValue(len(entry.frames))
-        iteration = w.instant.iteration
-        if iteration is not None and iteration.frame == w.document.frame:
-            w.state_label.setText(f"frame {iteration.frame}: {iteration.words}")
+        drawing = w.inside.drawing
+        if drawing is not None and drawing.frame == w.document.frame:
+            w.state_label.setText(f"inside frame {drawing.frame}: {drawing.words}")
 
     @Slot()
     def show_judgements(self) -> None:
@@ -341,23 +339,18 @@ class PanelFollower(QObject):
         self._w.instant.tell_soon()
 
     @Slot(object)
-    def _on_settings(self, settings: Any) -> None:
+    def use_settings(self, settings: Any) -> None:
+        """Use these settings for the next run or step."""
         w = self._w
         w.track.settings = settings
         w.clouds.set_parameters(settings.depth)
         w.instant.tell_soon()
         w.refresh_soon()
 
-    @Slot(str)
-    def _on_preset(self, name: str) -> None:
-        self._w.track.preset = name
-        self._on_settings(preset(name))
-        self.show_settings()
-
     def show_settings(self) -> None:
         """Show the settings of the next run or step."""
         track = self._w.track
-        self._w.parameters.set_settings(track.settings, preset(track.preset))
+        self._w.parameters.set_settings(track.settings, track.base)
         self._w.parameters.set_preset(track.preset)
         self._w.clouds.set_parameters(track.settings.depth)
 

@@ -6,10 +6,10 @@ from PySide6.QtCore import QObject, Slot
 
 from app.presenters.clouds import CloudPresenter
 from app.presenters.document import DocumentPresenter
+from app.presenters.inside import InsidePresenter
 from app.presenters.runs import RunEntry, RunList
 from app.presenters.tracking import TrackPresenter
 from stereotrack_core.body.pose import Pose
-from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.pipeline import FirstPose
 
@@ -36,16 +36,16 @@ class TrackControl(QObject):
         clouds: CloudPresenter,
         runs: RunList,
         track: TrackPresenter,
+        inside: InsidePresenter,
         first_pose: FirstPose,
     ) -> None:
         super().__init__()
         self._document, self._clouds, self._runs, self._track = document, clouds, runs, track
+        self._inside = inside
         self.first_pose = first_pose
         self._selection: range | None = None
-        self._iterate_at: int | None = None
         self.follow = True
         track.advanced.connect(self._on_advanced)
-        clouds.measured.connect(self._on_measured)
 
     def set_selection(self, selection: range | None) -> None:
         """Tell which frames are selected."""
@@ -60,20 +60,22 @@ class TrackControl(QObject):
         self._go_on_or_begin(1)
 
     def iterate(self) -> None:
-        """Show one iteration more of the frame that comes next."""
+        """Show the next step inside the frame that comes next; after the last one, track it."""
         if self._track.entry is None or self._track.stale:
             self._go_on_or_begin(0)
         frame = self._track.next_frame()
         if frame is None:
             return
-        self._document.pause()
-        self._document.go_to(frame)
-        cloud = self._clouds.cloud(frame)
-        if cloud is not None:
-            self._track.iterate(cloud)
+        inside = self._inside
+        here = inside.looking and inside.live and self._document.frame == frame
+        if not here:
+            self._document.pause()
+            self._document.go_to(frame)
+            inside.look()
+        elif inside.at_end:
+            self._track.go_on(1)
         else:
-            self._iterate_at = frame
-            self._clouds.ask(frame)
+            inside.move(1)
 
     def run_from_here(self) -> None:
         """Begin a new run at this frame."""
@@ -156,9 +158,3 @@ class TrackControl(QObject):
     def _on_advanced(self, tracked: TrackedFrame) -> None:
         if self.follow:
             self._document.go_to(tracked.frame)
-
-    @Slot(object)
-    def _on_measured(self, cloud: Cloud | None) -> None:
-        if cloud is not None and cloud.frame == self._iterate_at:
-            self._iterate_at = None
-            self._track.iterate(cloud)

@@ -82,13 +82,13 @@ class CloudPresenter(QObject):
         """Whether the recording has views that give depth."""
         return self._worker is not None
 
-    def cloud(self, frame: int) -> Cloud | None:
-        """The cloud of a frame, if it is there already."""
-        return self._clouds.get((self._parameters, frame))
+    def cloud(self, frame: int, parameters: DepthParameters | None = None) -> Cloud | None:
+        """The cloud of a frame, if it is there already; with other parameters on request."""
+        return self._clouds.get((parameters or self._parameters, frame))
 
-    def ask(self, frame: int) -> None:
+    def ask(self, frame: int, parameters: DepthParameters | None = None) -> None:
         """Have the cloud of a frame made; :attr:`measured` tells when it is there."""
-        key = (self._parameters, frame)
+        key = (parameters or self._parameters, frame)
         if self._worker is not None and key not in self._clouds and key not in self._failed:
             self._worker.ask(key)
 

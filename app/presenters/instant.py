@@ -8,14 +8,14 @@ from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
 from app.presenters.clouds import CloudPresenter
 from app.presenters.document import DocumentPresenter
-from app.presenters.iterations import Iteration
+from app.presenters.inside import InsidePresenter
+from app.presenters.inside_drawing import StepDrawing
 from app.presenters.judgement import reference_at
 from app.presenters.pictures import Instant
 from app.presenters.runs import RunList
 from app.presenters.tracking import TrackPresenter
 from app.views.picture import PictureKind
 from stereotrack_core.body.mesh import PartMesh, body_mesh
-from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.estimate import Correspondences
 from stereotrack_core.tracking.frame import TrackedFrame
@@ -29,7 +29,7 @@ class InstantPresenter(QObject):
 
     Parameters
     ----------
-    document, clouds, runs, track
+    document, clouds, runs, track, inside
         Where the facts come from.
     wanted : callable
         Which picture each visible view shall show.
@@ -55,25 +55,25 @@ class InstantPresenter(QObject):
         clouds: CloudPresenter,
         runs: RunList,
         track: TrackPresenter,
+        inside: InsidePresenter,
         wanted: Callable[[], Mapping[str, PictureKind]],
         points_wanted: Callable[[], bool],
     ) -> None:
         super().__init__()
         self._document, self._clouds, self._runs, self._track = document, clouds, runs, track
         self._wanted, self._points_wanted = wanted, points_wanted
+        self._inside = inside
         self._newest: TrackedFrame | None = None
-        self.iteration: Iteration | None = None
         self.reference: LandmarkTrajectory | None = None
         self._told: Instant | None = None
         self._soon = QTimer(self, singleShot=True, interval=0)
         self._soon.timeout.connect(self.tell)
         document.frame_read.connect(self.tell)
-        document.frame_changed.connect(self._on_frame_changed)
         clouds.measured.connect(self.tell_soon)
         runs.active_changed.connect(self.tell_soon)
         runs.changed.connect(self.tell_soon)
         track.advanced.connect(self._on_advanced)
-        track.iterated.connect(self._on_iterated)
+        inside.changed.connect(self.tell_soon)
 
     @property
     def told(self) -> Instant | None:
@@ -82,7 +82,7 @@ class InstantPresenter(QObject):
 
     def clear(self) -> None:
         """Forget everything about a recording that was closed."""
-        self._newest = self.iteration = self._told = self.reference = None
+        self._newest = self._told = self.reference = None
 
     def settled(self) -> bool:
         """Whether everything that is wanted for this frame has been told."""
@@ -112,12 +112,12 @@ class InstantPresenter(QObject):
             self._clouds.ask(frame)
             if self._pictures_need_it() and not self._clouds.given_up(frame):
                 return
-        iteration = self._iteration_at(frame)
+        drawing = self._drawing_at(frame)
         active = self._runs.active
         self._told = Instant(
             recording=recording,
             frame_set=frame_set,
-            cloud=cloud if cloud is not None else self._cloud_of(iteration),
+            cloud=cloud if drawing is None else drawing.cloud,
             meshes=self.meshes(frame),
             reference=reference_at(self.reference or recording.reference, frame),
             others=tuple(
@@ -125,36 +125,32 @@ class InstantPresenter(QObject):
                 for entry in self._runs.entries
                 if entry is not active and entry.visible and (tracked := entry.at(frame))
             ),
-            correspondences=self._correspondences(frame, iteration),
+            correspondences=self._correspondences(frame) if drawing is None else None,
+            inside=None if drawing is None else drawing.scene,
         )
         self.ready.emit(self._told)
 
     def meshes(self, frame: int) -> tuple[PartMesh, ...]:
-        """The model of the active run, or of the iteration that is looked at."""
-        iteration = self._iteration_at(frame)
-        if iteration is not None:
-            return body_mesh(iteration.body, iteration.pose, around=_AROUND)
+        """The model of the active run, or of the step inside the frame that is looked at."""
+        drawing = self._drawing_at(frame)
+        if drawing is not None:
+            return body_mesh(drawing.body, drawing.pose, around=_AROUND)
         active = self._runs.active
         tracked = active.at(frame) if active is not None and active.visible else None
         if active is None or tracked is None or tracked.pose is None:
             return ()
         return body_mesh(active.body, tracked.pose, around=_AROUND)
 
-    def _cloud_of(self, iteration: Iteration | None) -> Cloud | None:
-        return iteration.cloud if iteration is not None else None
-
-    def _correspondences(self, frame: int, iteration: Iteration | None) -> Correspondences | None:
-        if iteration is not None:
-            return iteration.correspondences
+    def _correspondences(self, frame: int) -> Correspondences | None:
         newest = self._newest
         return newest.correspondences if newest is not None and newest.frame == frame else None
 
-    def _iteration_at(self, frame: int) -> Iteration | None:
-        there = self.iteration is not None and self.iteration.frame == frame
-        return self.iteration if there else None
+    def _drawing_at(self, frame: int) -> StepDrawing | None:
+        drawing = self._inside.drawing
+        return drawing if drawing is not None and drawing.frame == frame else None
 
     def _cloud_wanted(self) -> bool:
-        if not self._clouds.available:
+        if not self._clouds.available or self._drawing_at(self._document.frame) is not None:
             return False
         if self._pictures_need_it():
             return True
@@ -167,20 +163,10 @@ class InstantPresenter(QObject):
             kind in _DEPTH_KINDS for kind in self._wanted().values()
         )
 
-    @Slot(int)
-    def _on_frame_changed(self, frame: int) -> None:
-        if self.iteration is not None and self.iteration.frame != frame:
-            self.iteration = None
-
     @Slot(object)
     def _on_advanced(self, tracked: TrackedFrame) -> None:
-        self._newest, self.iteration = tracked, None
+        self._newest = tracked
         entry = self._track.entry or self._runs.active
         if entry is not None and entry.settings is not None:
             self._clouds.keep(tracked.cloud, entry.settings.depth)
-        self.tell_soon()
-
-    @Slot(object)
-    def _on_iterated(self, iteration: Iteration) -> None:
-        self.iteration = iteration
         self.tell_soon()

@@ -9,6 +9,7 @@ from functools import partial
 import cv2
 import numpy as np
 
+from app.views.inside_overlay import InsideScene, inside_overlay
 from app.views.overlays import Overlay, Projection, limb_paths, part_shapes
 from app.views.picture import Picture, PictureKind
 from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray
@@ -37,6 +38,8 @@ class Instant:
     others : tuple of (9, 3) float64
         Landmarks of the other runs that are shown.
     correspondences : Correspondences or None
+    inside : InsideScene or None
+        What a step inside the frame draws.
     """
 
     recording: Recording
@@ -46,6 +49,7 @@ class Instant:
     reference: FloatArray | None = None
     others: tuple[FloatArray, ...] = ()
     correspondences: Correspondences | None = None
+    inside: InsideScene | None = None
 
 
 def pictures_of(
@@ -165,6 +169,7 @@ def _overlay(
         points=points,
         correspondences=pairs,
         limbs=limbs,
+        inside=None if instant.inside is None else inside_overlay(instant.inside, project),
     )
 
 

@@ -61,6 +61,7 @@ def scene_of(
         camera_images=_small_images(instant),
         highlighted=highlighted,
         ellipsoids=tuple(ellipsoids),
+        inside=instant.inside,
     )
 
 

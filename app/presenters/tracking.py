@@ -11,12 +11,10 @@ from dataclasses import dataclass
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
 from app.failures import message_of
-from app.presenters.iterations import Iterations
 from app.presenters.runs import RunEntry, RunList
 from stereotrack_core.body.model import BodyModel, body_model
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import proportions_of
-from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.frame import Origin, TrackedFrame
@@ -146,8 +144,6 @@ class TrackPresenter(QObject):
         Running, paused, finished or idle.
     finished : RunEntry
         A run has come to its end.
-    iterated : Iteration
-        One iteration of the frame was made.
     message : Message
         Why tracking has ended early.
     """
@@ -155,7 +151,6 @@ class TrackPresenter(QObject):
     advanced = Signal(object)
     state_changed = Signal()
     finished = Signal(object)
-    iterated = Signal(object)
     message = Signal(object)
 
     def __init__(self, runs: RunList, parent: QObject | None = None) -> None:
@@ -163,10 +158,8 @@ class TrackPresenter(QObject):
         self._runs = runs
         self._worker: TrackWorker | None = None
         self._entry: RunEntry | None = None
-        self._iterations: Iterations | None = None
-        self._cloud_to_iterate: Cloud | None = None
-        self.settings = preset("accurate")
         self.preset = "accurate"
+        self.settings = self.base = preset(self.preset)
         self._timer = QTimer(self, interval=1000 // UPDATES_PER_SECOND)
         self._timer.timeout.connect(self._collect)
 
@@ -188,7 +181,12 @@ class TrackPresenter(QObject):
     @property
     def settings_changed(self) -> bool:
         """Whether the settings are no longer those of the preset."""
-        return self.settings != preset(self.preset)
+        return self.settings != self.base
+
+    def choose(self, name: str, settings: Settings) -> None:
+        """Take all values from a preset, for the next run or step."""
+        self.preset = name
+        self.settings = self.base = settings
 
     @property
     def stale(self) -> bool:
@@ -229,7 +227,6 @@ class TrackPresenter(QObject):
     def go_on(self, allowed: float = float("inf")) -> None:
         """Go on with the run in progress."""
         if self._worker is not None:
-            self._forget_iterations()
             self._worker.allow(allowed)
             self._timer.start()
             self.state_changed.emit()
@@ -248,7 +245,6 @@ class TrackPresenter(QObject):
         worker.stop()
         self._collect()
         self._timer.stop()
-        self._forget_iterations()
         self._worker = self._entry = None
         if entry is not None and not entry.frames:
             self._runs.remove(entry)
@@ -260,34 +256,22 @@ class TrackPresenter(QObject):
             return None
         return self._entry.frames[max(self._entry.frames)].pose
 
-    def iterate(self, cloud: Cloud) -> None:
-        """Show the next iteration of the frame that the run does next, without going there.
+    @property
+    def started(self) -> bool:
+        """Whether the run in progress has a frame already."""
+        return self._entry is not None and bool(self._entry.frames)
 
-        Parameters
-        ----------
-        cloud : Cloud
-            Measured points of that frame.
-        """
-        self._cloud_to_iterate = cloud
-        self._timer.start()
-        self._iterate_when_ready()
+    @property
+    def preparing(self) -> bool:
+        """Whether a run has been begun that cannot do its first frame yet."""
+        return self._worker is not None and self._worker.pipeline is None
 
-    def _iterate_when_ready(self) -> None:
-        worker, cloud = self._worker, self._cloud_to_iterate
-        if worker is None or cloud is None or worker.pipeline is None or worker.running:
-            return
-        self._cloud_to_iterate = None
-        if self._iterations is None or self._iterations.frame != cloud.frame:
-            started = self._entry is not None and bool(self._entry.frames)
-            self._iterations = Iterations(worker.pipeline, cloud, started=started)
-        iteration = self._iterations.next()
-        if iteration is not None:
-            self.iterated.emit(iteration)
-        else:
-            self.go_on(1)
-
-    def _forget_iterations(self) -> None:
-        self._iterations = self._cloud_to_iterate = None
+    def held_before(self, frame: int) -> Pipeline | None:
+        """The run's pipeline, if it is held and does this frame next."""
+        worker = self._worker
+        if worker is None or worker.running or worker.done or self.next_frame() != frame:
+            return None
+        return worker.pipeline
 
     @Slot()
     def _collect(self) -> None:
@@ -304,7 +288,6 @@ class TrackPresenter(QObject):
         if results:
             self._runs.grew.emit()
             self.advanced.emit(results[-1])
-        self._iterate_when_ready()
         if ended:
             self._finish(worker, entry)
         elif not worker.running:
@@ -313,7 +296,6 @@ class TrackPresenter(QObject):
     def _finish(self, worker: TrackWorker, entry: RunEntry) -> None:
         self._timer.stop()
         self._worker = self._entry = None
-        self._forget_iterations()
         if worker.error is not None:
             self.message.emit(message_of(worker.error))
         if not entry.frames:

@@ -13,6 +13,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QLinearGradient, QPainter, QPainterPath, QPen, QPolygonF
 
 from app.limb_colours import LANDMARK_LIMBS, LIMB_COLOURS
+from app.views.inside_overlay import InsideOverlay, paint_inside
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.mesh import PartMesh
@@ -76,6 +77,8 @@ class Overlay:
         From the measured point to the model's.
     limbs : (m,) int64
         Index into ``LIMBS`` of each correspondence.
+    inside : InsideOverlay or None
+        What a step inside the frame draws.
     """
 
     shapes: tuple[PartShape, ...] = ()
@@ -85,6 +88,7 @@ class Overlay:
     points: FloatArray | None = None
     correspondences: FloatArray | None = None
     limbs: IntArray | None = None
+    inside: InsideOverlay | None = None
 
     def person_box(self) -> QRectF | None:
         """Box around model, reference or points, whichever is there first; in pixels."""
@@ -190,6 +194,8 @@ def paint_overlay(
         and overlay.limbs is not None
     ):
         _paint_correspondences(painter, overlay.correspondences, overlay.limbs, scale)
+    if overlay.inside is not None:
+        paint_inside(painter, overlay.inside, scale)
     for landmarks in overlay.others:
         _paint_skeleton(painter, landmarks, Qt.PenStyle.DotLine, scale)
     if "reference" in shown and overlay.reference is not None:

@@ -8,6 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
+from app.views.inside_overlay import InsideScene
 from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
 from stereotrack_core.geometry.camera import Camera
 
@@ -78,6 +79,8 @@ class SceneContent:
     ellipsoids : tuple of Ellipsoid
     floor_z : float, metres
         Height of the floor in the world.
+    inside : InsideScene or None
+        What a step inside the frame draws.
     """
 
     cloud_points: FloatArray = field(default_factory=_no_points)
@@ -89,6 +92,7 @@ class SceneContent:
     highlighted: str = ""
     ellipsoids: tuple[Ellipsoid, ...] = ()
     floor_z: float = 0.0
+    inside: InsideScene | None = None
 
     def parts_known(self) -> int:
         """How many kinds of things are there that a view of the scene has to hold."""

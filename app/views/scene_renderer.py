@@ -11,6 +11,7 @@ from PySide6.QtGui import QColor, QImage, QPainter
 from app.theme import Theme
 from app.views.scene_body import CloudLayer, EllipsoidLayer, ModelLayer
 from app.views.scene_content import SceneContent
+from app.views.scene_inside import InsideLayer
 from app.views.scene_orbit import FIELD_OF_VIEW, Orbit
 from app.views.scene_surroundings import CameraLayer, FloorLayer, ReferenceLayer
 from app.views.scene_window import SceneWindow
@@ -34,6 +35,7 @@ class SceneRenderer:
         self._model = ModelLayer(scene)
         self._ellipsoids = EllipsoidLayer(self._window.above)
         self._reference = ReferenceLayer(self._window.above)
+        self._inside = InsideLayer(self._window.above)
         self._scale = 1.0
 
     def set_content(
@@ -57,6 +59,7 @@ class SceneRenderer:
         self._model.show(content, layers["model"], theme)
         self._ellipsoids.show(content, layers["ellipsoids"], theme)
         self._reference.show(content, layers["reference"], theme, scale)
+        self._inside.show(content.inside, theme, scale)
 
     def picture(self, width: int, height: int, orbit: Orbit, *, fine: bool = False) -> QImage:
         """Render the content at `width` by `height` pixels."""

@@ -94,17 +94,25 @@ def test_pause_holds_and_run_goes_on_with_the_same_run(opened, qtbot):
 
 
 def test_iterations_show_the_prediction_and_then_the_corrected_model(opened, qtbot):
-    shown = []
-    opened.track.iterated.connect(shown.append)
-    for count in (1, 2, 3):
+    inside, shown = opened.inside, []
+    for count in range(7):
         opened.refresh()
         trigger(opened, "iterate")
-        qtbot.waitUntil(lambda count=count: len(shown) == count, timeout=60_000)
-    assert shown[0].words == "predicted model"
-    assert shown[1].words.startswith("iteration 1 of")
-    assert shown[0].correspondences is not None
-    assert not np.allclose(shown[0].pose.position, shown[2].pose.position)
+        qtbot.waitUntil(lambda: inside.drawing is not None and opened.settled(), timeout=60_000)
+        assert inside.index == count
+        shown.append(inside.drawing)
+    assert inside.live
+    assert shown[0].words == "Predict"
+    assert shown[5].words == "Iteration 1: Correct"
+    assert shown[2].scene.lines, "pairs are drawn"
+    assert not np.allclose(shown[0].pose.position, shown[5].pose.position)
     assert tracked(opened) == 0, "the tracker itself stays where it is"
+    inside.go(len(inside.known.steps) - 1)
+    trigger(opened, "iterate")
+    qtbot.waitUntil(lambda: tracked(opened) == 1, timeout=60_000)
+    found = opened.runs.active.frames[0].pose
+    np.testing.assert_array_equal(shown[0].body.cones.r1, opened.runs.active.body.cones.r1)
+    np.testing.assert_array_equal(found.rotations, inside.known.trace.after.pose.rotations)
 
 
 def test_changed_settings_apply_to_the_next_step_as_a_new_run(opened, qtbot):

@@ -1,5 +1,7 @@
 """Motions that begin at given frames and take given numbers of them."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -59,7 +61,7 @@ def test_gaps_are_filled_without_touching_what_is_fixed():
     fixed = (Part("t-pose", "t-pose", 0, 12), Part("whip", "whip", 300, 40))
     parts = filled(fixed, (("walk", 90), ("point", 60)), 500, 10)
     assert [part for part in parts if part in fixed] == list(fixed)
-    for before, after in zip(parts, parts[1:], strict=False):
+    for before, after in itertools.pairwise(parts):
         assert 10 <= after.first - before.end <= 12
     assert {part.name for part in parts} == {"t-pose", "whip", "walk", "point"}
     assert 480 <= parts[-1].end <= 500

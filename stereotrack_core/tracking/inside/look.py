@@ -17,7 +17,7 @@ from stereotrack_core.tracking.inside.watched import Watched
 from stereotrack_core.tracking.manifold_tracker import ManifoldTracker
 from stereotrack_core.tracking.thesis import ThesisTracker
 
-AnyTracker = TypeVar("AnyTracker", ThesisTracker, ManifoldTracker)
+AnyTracker = TypeVar("AnyTracker", bound=ThesisTracker | ManifoldTracker)
 
 
 def look_inside(tracker: ThesisTracker | ManifoldTracker, cloud: Cloud) -> FrameTrace:
@@ -32,8 +32,6 @@ def look_inside(tracker: ThesisTracker | ManifoldTracker, cloud: Cloud) -> Frame
         Peers, which share the interface, are watched as far as they do.
     cloud : Cloud
     """
-    if isinstance(tracker, ThesisTracker):
-        return watched_step(copy_of(tracker), cloud)
     return watched_step(copy_of(tracker), cloud)
 
 

@@ -1,0 +1,1 @@
+"""Making, tracking and writing what `stereotrack reproduce` shows."""

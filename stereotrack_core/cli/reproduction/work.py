@@ -1,0 +1,243 @@
+"""Rendering the recordings and tracking all runs, in this process or in several."""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from multiprocessing.managers import SyncManager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stereotrack_core.cli.output import say
+from stereotrack_core.cli.progress import progress, stoppable
+from stereotrack_core.cli.reproduction.places import Places, kept_run
+from stereotrack_core.errors import Cancelled, InputError
+
+if TYPE_CHECKING:
+    from threading import Event
+
+    from stereotrack_core.body.pose import Pose
+    from stereotrack_core.evaluation.reproduction.plan import Group
+    from stereotrack_core.recording.description import Recording, Subject
+
+_POLL = 0.5
+_SEED = 0
+
+
+def make_recordings(places: Places, *, short: bool) -> tuple[Recording, ...]:
+    """Render what is missing of the four recordings, and open them.
+
+    Raises
+    ------
+    Cancelled
+        When stopped; recordings that are finished stay.
+    InputError
+        Where a recording is there that is another one.
+    """
+    from stereotrack_core.recording.folder import open_recording
+    from stereotrack_core.simulation.make import simulate
+    from stereotrack_core.simulation.thesis_recordings import thesis_recordings
+
+    wanted = thesis_recordings(short=short)
+    missing = [r for r in wanted if not (places.recording(r.name) / "recording.toml").is_file()]
+    before = 0
+    with (
+        progress("Rendering", sum(r.frames for r in missing) or None) as show,
+        stoppable() as stopped,
+    ):
+        for one in missing:
+            say(f"Rendering {one.name}, {one.frames} frames.")
+            places.recordings.mkdir(parents=True, exist_ok=True)
+            simulate(
+                places.recording(one.name),
+                person=one.name,
+                frames=one.frames,
+                seed=_SEED,
+                options=one.options,
+                parts=one.parts,
+                on_progress=partial(_show_more, show, before),
+                cancelled=stopped,
+            )
+            before += one.frames
+    opened = []
+    for one in wanted:
+        recording = open_recording(places.recording(one.name))
+        frames = 0 if recording.reference is None else len(recording.reference.frame)
+        if frames != one.frames:
+            raise InputError(
+                f"the recording has {frames} frames where {one.frames} are wanted",
+                where=str(recording.folder),
+                remedy="Name another folder, or delete this one.",
+            )
+        opened.append(recording)
+    return tuple(opened)
+
+
+def track_all(
+    places: Places,
+    recordings: Sequence[Recording],
+    groups: Sequence[Group],
+    workers: int,
+    on_group: Callable[[], None],
+) -> None:
+    """Track every run that is not there yet; `on_group` is called whenever some are finished.
+
+    Raises
+    ------
+    Cancelled
+        When stopped with Ctrl-C; finished groups of runs stay.
+    """
+    left = missing_runs(places, recordings, groups)
+    by_name = {recording.name: recording for recording in recordings}
+    cost = {group: len(group.entries) * _frames(by_name[group.recording]) for group in left}
+    total = sum(cost.values())
+    if not left:
+        return
+    say(f"Tracking {sum(len(g.entries) for g in left)} runs, {total} frames in all.")
+    begun, finished = time.monotonic(), 0
+    folders = [recording.folder for recording in recordings]
+
+    def note(group: Group) -> None:
+        nonlocal finished
+        finished += cost[group]
+        elapsed = time.monotonic() - begun
+        rest = elapsed * (total - finished) / finished
+        say(
+            f"{group.recording}: {len(group.entries)} runs like {group.entries[0].name} done; "
+            f"{_time(elapsed)} so far, about {_time(rest)} left."
+        )
+        on_group()
+
+    with progress("Tracking", total) as show, stoppable() as stopped:
+        if workers == 1:
+            for group in left:
+                _track_group(places, folders, group, partial(_show_more, show, finished), stopped)
+                note(group)
+        else:
+            _in_processes(places, folders, left, workers, note, lambda: show(finished), stopped)
+
+
+def _show_more(show: Callable[[int], None], before: int, done: int, *_: int) -> None:
+    show(before + done)
+
+
+def missing_runs(
+    places: Places, recordings: Sequence[Recording], groups: Sequence[Group]
+) -> tuple[Group, ...]:
+    """The groups without the runs that are there already."""
+    from stereotrack_core.evaluation.reproduction.plan import Group
+    from stereotrack_core.recording.fingerprint import fingerprint
+
+    by_name = {recording.name: (recording, fingerprint(recording)) for recording in recordings}
+    left = []
+    for group in groups:
+        recording, print_ = by_name[group.recording]
+        entries = tuple(e for e in group.entries if kept_run(places, recording, print_, e) is None)
+        if entries:
+            left.append(Group(group.recording, entries))
+    return tuple(left)
+
+
+def _track_group(
+    places: Places,
+    folders: Sequence[Path],
+    group: Group,
+    on_frame: Callable[[int], None],
+    cancelled: Callable[[], bool],
+) -> None:
+    """Track a group and write its runs."""
+    from stereotrack_core.evaluation.reproduction.plan import averaged_subject
+    from stereotrack_core.evaluation.reproduction.tracking import track_group
+    from stereotrack_core.interop.run_npz import write_npz
+    from stereotrack_core.recording.folder import open_recording
+
+    recordings = [open_recording(folder) for folder in folders]
+    recording = next(one for one in recordings if one.name == group.recording)
+    average: Subject = averaged_subject([one.subject for one in recordings])
+    made = track_group(
+        recording,
+        group,
+        average,
+        range(_frames(recording)),
+        reference_poses(recording),
+        on_frame=on_frame,
+        cancelled=cancelled,
+    )
+    for entry, run in made:
+        path = places.run(group.recording, entry)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_npz(path, run)
+
+
+def reference_poses(recording: Recording) -> dict[int, Pose]:
+    """The reference's pose at frame 0 and at the first frame of every segment.
+
+    For the runs that are begun anew alone: they are told the truth there, to be judged by how
+    they go on.
+    """
+    from stereotrack_core.interop.landmark_pose import pose_of_landmarks
+
+    reference = recording.reference
+    if reference is None:
+        return {}
+    at = {
+        int(frame): points for frame, points in zip(reference.frame, reference.points, strict=True)
+    }
+    wanted = sorted({0, *(segment.first for segment in recording.segments)})
+    return {frame: pose_of_landmarks(at[frame]) for frame in wanted if frame in at}
+
+
+def _in_processes(
+    places: Places,
+    folders: Sequence[Path],
+    groups: Sequence[Group],
+    workers: int,
+    note: Callable[[Group], None],
+    show: Callable[[], None],
+    stopped: Callable[[], bool],
+) -> None:
+    context = multiprocessing.get_context("spawn")
+    manager = SyncManager(ctx=context)
+    manager.start(_ignore_interrupts)
+    with manager:
+        stop = manager.Event()
+        with ProcessPoolExecutor(workers, context, _ignore_interrupts) as pool:
+            waiting = {pool.submit(_work, places, folders, g, stop): g for g in groups}
+            try:
+                while waiting:
+                    done = [future for future in waiting if future.done()]
+                    for future in done:
+                        group = waiting.pop(future)
+                        future.result()
+                        note(group)
+                        show()
+                    if stopped():
+                        raise Cancelled
+                    if not done:
+                        time.sleep(_POLL)
+            except BaseException:
+                stop.set()
+                pool.shutdown(cancel_futures=True)
+                raise
+
+
+def _ignore_interrupts() -> None:
+    """Ctrl-C reaches every process of a terminal; only the first one decides."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _work(places: Places, folders: Sequence[Path], group: Group, stop: Event) -> None:
+    _track_group(places, folders, group, lambda _: None, stop.is_set)
+
+
+def _frames(recording: Recording) -> int:
+    return 0 if recording.reference is None else len(recording.reference.frame)
+
+
+def _time(seconds: float) -> str:
+    minutes = round(seconds / 60)
+    return f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{max(1, minutes)} min"

@@ -1,0 +1,190 @@
+"""Everything that `stereotrack reproduce` writes, from the runs that are finished."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import platform
+import shlex
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from stereotrack_core.cli.output import Table, plain, put_json, put_table, say
+from stereotrack_core.cli.reproduction.places import Places, kept_run
+from stereotrack_core.cli.reproduction.strips import motion_pictures
+
+if TYPE_CHECKING:
+    from stereotrack_core.evaluation.reproduction.outcomes import Outcome
+    from stereotrack_core.evaluation.reproduction.page import (
+        Circumstances,
+        RecordingFacts,
+        Results,
+    )
+    from stereotrack_core.evaluation.reproduction.plan import Group
+    from stereotrack_core.evaluation.reproduction.timing import Timing
+    from stereotrack_core.recording.description import Recording
+
+
+def write_results(
+    places: Places,
+    recordings: Sequence[Recording],
+    groups: Sequence[Group],
+    presets: Sequence[str],
+    *,
+    short: bool,
+    last: bool = False,
+) -> Results:
+    """Write page, tables and numbers of what is finished; times and strips only at the end."""
+    from stereotrack_core.evaluation.reproduction.curves import timing_curve
+    from stereotrack_core.evaluation.reproduction.page import Results, page
+    from stereotrack_core.evaluation.reproduction.tables import compared_tables
+    from stereotrack_core.interop.table_file import write_text_table
+
+    outcomes = read_outcomes(places, recordings, groups)
+    tables = compared_tables(outcomes, [r.name for r in recordings], presets)
+    timings = _timings(places, recordings[0], presets) if last else ()
+    results = Results(
+        recordings=_facts(short=short),
+        tables=tables,
+        timings=timings,
+        timing_picture=timing_curve(timings) if timings else None,
+        motions=motion_pictures(places, recordings, outcomes),
+        circumstances=_circumstances(places, outcomes, groups, presets, short=short),
+    )
+    _write_tables(places, results)
+    write_text_table(places.page, page(results))
+    return results
+
+
+def print_results(results: Results, places: Places, *, as_json: bool) -> None:
+    """The tables to standard output."""
+    from stereotrack_core.evaluation.reproduction.words import columns_of, facts, rows_of
+
+    if as_json:
+        made = results.circumstances
+        put_json({"page": places.page, "tables": facts(results.tables), "made": made,
+                  "timings": results.timings})  # fmt: skip
+    else:
+        for compared in results.tables:
+            put_table(Table(compared.title, columns_of(compared), rows_of(compared)))
+    say(f"The page is {places.page}; the tables are beside it as .csv and .md.")
+
+
+def read_outcomes(
+    places: Places, recordings: Sequence[Recording], groups: Sequence[Group]
+) -> list[Outcome]:
+    """Measure every run that is there."""
+    from stereotrack_core.evaluation.reproduction.outcomes import outcome_of
+    from stereotrack_core.recording.fingerprint import fingerprint
+
+    by_name = {recording.name: (recording, fingerprint(recording)) for recording in recordings}
+    outcomes = []
+    for group in groups:
+        recording, print_ = by_name[group.recording]
+        for entry in group.entries:
+            run = kept_run(places, recording, print_, entry)
+            if run is not None:
+                outcomes.append(outcome_of(recording, entry, run))
+    return outcomes
+
+
+def _facts(*, short: bool) -> tuple[RecordingFacts, ...]:
+    from stereotrack_core.evaluation.reproduction.page import RecordingFacts
+    from stereotrack_core.simulation.people import person_named
+    from stereotrack_core.simulation.thesis_recordings import FAST, thesis_recordings
+
+    made = []
+    for one in thesis_recordings(short=short):
+        names = dict.fromkeys(part.name for part in one.parts if not part.name.endswith(FAST))
+        fast = [part.name.removesuffix(FAST) for part in one.parts if part.name.endswith(FAST)]
+        motions = f"{', '.join(names)}; fast: {', '.join(fast)}"
+        stature = person_named(one.name).stature
+        clothes = {"strong": "strong contrast", "plain": "low contrast"}.get(
+            one.options.clothes, one.options.clothes
+        )
+        made.append(
+            RecordingFacts(one.name, stature, one.frames, one.options.fps, clothes, motions)
+        )
+    return tuple(made)
+
+
+def _timings(places: Places, recording: Recording, presets: Sequence[str]) -> tuple[Timing, ...]:
+    """Times of the presets, measured once and kept."""
+    from stereotrack_core.evaluation.reproduction.timing import StepCost, Timing, timing
+    from stereotrack_core.interop.table_file import write_text_table
+
+    path = places.folder / "timing.json"
+    kept: dict[str, Any] = json.loads(path.read_text("utf-8")) if path.is_file() else {}
+    for name in presets:
+        if name not in kept:
+            say(f"Timing {name}; nothing else should run meanwhile.")
+            kept[name] = plain(timing(recording, name))
+            write_text_table(path, json.dumps(kept, indent=2))
+    return tuple(
+        Timing(**{**kept[name], "costs": tuple(StepCost(**cost) for cost in kept[name]["costs"])})
+        for name in presets
+    )
+
+
+def _circumstances(
+    places: Places,
+    outcomes: Sequence[Outcome],
+    groups: Sequence[Group],
+    presets: Sequence[str],
+    *,
+    short: bool,
+) -> Circumstances:
+    from stereotrack_core.evaluation.reproduction.page import Circumstances
+    from stereotrack_core.versions import versions
+
+    seeds = 1 + max(entry.seed for group in groups for entry in group.entries)
+    command = ["stereotrack", "reproduce", places.folder.name, *(["--short"] if short else [])]
+    command += ["--presets", ",".join(presets), "--seeds", str(seeds)]
+    used = versions()
+    return Circumstances(
+        command=shlex.join(command),
+        versions={name: text for name, text in used.items() if name != "machine"},
+        tracked_by=tuple(sorted({outcome.version for outcome in outcomes})),
+        machine=f"{_processor()}, {os.cpu_count()} cores, {platform.system()}",
+        seeds=seeds,
+        presets=tuple(presets),
+        runs=len(outcomes),
+        wanted=sum(len(group.entries) for group in groups),
+        short=short,
+    )
+
+
+def _processor() -> str:
+    """Name of the processor, as far as the system tells."""
+    from pathlib import Path
+
+    facts: Mapping[str, str] = {}
+    listed = Path("/proc/cpuinfo")
+    if listed.is_file():
+        lines = (line.partition(":") for line in listed.read_text("utf-8").splitlines())
+        facts = {key.strip(): value.strip() for key, _, value in lines}
+    return facts.get("model name") or platform.processor() or platform.machine()
+
+
+def _write_tables(places: Places, results: Results) -> None:
+    from stereotrack_core.evaluation.reproduction.words import columns_of, in_full, rows_of
+    from stereotrack_core.interop.table_file import csv_text, markdown_text, write_text_table
+
+    whole = []
+    for compared in results.tables:
+        columns, rows = in_full(compared)
+        write_text_table(places.folder / f"table-{compared.key}.csv", csv_text(columns, rows))
+        text = markdown_text(columns_of(compared), rows_of(compared))
+        whole.append(f"## {compared.title}\n\n{text}\n{compared.remark}\n")
+    write_text_table(places.folder / "tables.md", "\n".join(whole))
+    if results.timings:
+        columns = ["preset", "points", "milliseconds"]
+        costs: list[list[str | float | int]] = [
+            [timed.preset, cost.points, cost.milliseconds]
+            for timed in results.timings
+            for cost in timed.costs
+        ]
+        write_text_table(places.folder / "figure-4.4.csv", csv_text(columns, costs))
+    facts = dataclasses.asdict(results.circumstances)
+    write_text_table(places.folder / "made.json", json.dumps(plain(facts), indent=2))

@@ -1,0 +1,1 @@
+"""The thesis's evaluation, repeated: its tables and curves beside ours."""
