@@ -22,6 +22,7 @@ from app.commands import (
     edit_menu,
     file_menu,
     playback_menu,
+    sweep_menu,
     track_menu,
     tune_menu,
     view_menu,
@@ -41,6 +42,7 @@ from app.presenters.project_file import ProjectPresenter
 from app.presenters.runs import RunList
 from app.presenters.tracking import TrackPresenter
 from app.project_work import ProjectWork
+from app.sweep_work import SweepWork
 from app.theme import ThemeName, apply_theme
 from app.track_control import TrackControl
 from app.tuning_work import TuningWork
@@ -84,6 +86,7 @@ class MainWindow(PanelWindow):
         self.follower = PanelFollower(self)
         self.annotate = AnnotateControl(self)
         self.annotation_work = AnnotationWork(self)
+        self.sweeps = SweepWork(self)
         self.tuning = TuningWork(self)
         self.view_memory = ViewMemory(self)
         self._make_actions()
@@ -145,7 +148,7 @@ class MainWindow(PanelWindow):
         for menu in (edit_menu, view_menu, playback_menu, annotate_menu):
             self.actions_book.add(menu.commands(self))
         add_commands(self.annotation, self.actions_book)
-        for menu in (track_menu, tune_menu, window_menu):
+        for menu in (track_menu, sweep_menu, tune_menu, window_menu):
             self.actions_book.add(menu.commands(self))
         self.actions_book.add(file_menu.last_commands(self))
         self.actions_book.fill(self.menuBar())
@@ -322,6 +325,7 @@ class MainWindow(PanelWindow):
         self.settings.setValue("geometry", self.saveGeometry())
         self.document.pause()
         self.track.stop()
+        self.sweeps.shutdown()
         self.tuning.stop()
         self.inside.close()
         self.tasks.shutdown()
