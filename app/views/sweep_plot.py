@@ -9,7 +9,7 @@ import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QEvent, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFont
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
 
 from app.theme import current_theme
 from stereotrack_core.evaluation.sweeps.picture import words_of
@@ -41,16 +41,25 @@ class SweepPlot(QWidget):
         super().__init__(parent)
         self._shown: tuple[Any, ...] = ()
         self._heat: Heat | None = None
-        self._plot = pg.PlotWidget(self)
-        self._plot.setMenuEnabled(False)
-        self._plot.hideButtons()
-        self._bar: pg.ColorBarItem | None = None
-        self._legend = self._plot.addLegend(offset=(-10, 10))
-        self._plot.scene().sigMouseClicked.connect(self._on_clicked)
+        self._curve_plot, self._heat_plot = pg.PlotWidget(), pg.PlotWidget()
+        self._legend = self._curve_plot.addLegend(offset=(-10, 10))
+        self._image = pg.ImageItem(axisOrder="row-major")
+        self._numbers: list[pg.TextItem] = []
+        self._heat_plot.addItem(self._image)
+        self._bar = pg.ColorBarItem(
+            colorMap=pg.colormap.get("viridis"), label=" ", interactive=False, width=16
+        )
+        self._bar.setImageItem(self._image, insert_in=self._heat_plot.plotItem)
         self._marks: list[pg.ScatterPlotItem] = []
+        self._stack = QStackedWidget()
+        for plot in (self._curve_plot, self._heat_plot):
+            plot.setMenuEnabled(False)
+            plot.hideButtons()
+            plot.scene().sigMouseClicked.connect(self._on_clicked)
+            self._stack.addWidget(plot)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(self._plot)
+        layout.addWidget(self._stack)
         self.setAccessibleName("Plot of a sweep")
         self.setMinimumSize(360, 240)
 
@@ -77,31 +86,32 @@ class SweepPlot(QWidget):
         if event.type() == QEvent.Type.PaletteChange and self._shown:
             self._draw()
 
+    @property
+    def _plot(self) -> pg.PlotWidget:
+        """The plot that is shown."""
+        return self._stack.currentWidget()
+
     # ---- drawing
 
     def _draw(self) -> None:
         theme = current_theme()
-        self._plot.clear()
-        self._legend.clear()
-        self._marks.clear()
-        self._heat = None
-        if self._bar is not None:
-            self._plot.plotItem.layout.removeItem(self._bar)
-            self._bar.scene().removeItem(self._bar)
-            self._bar = None
+        kind, *rest = self._shown
+        self._stack.setCurrentWidget(self._curve_plot if kind == "curves" else self._heat_plot)
         self._plot.setBackground(theme.plot_background)
         for side in ("left", "bottom"):
             pen = self._plot.getAxis(side)
             pen.setPen(theme.plot_grid)
             pen.setTextPen(theme.muted)
-        kind, *rest = self._shown
         if kind == "curves":
             self._draw_curves(*rest)
         else:
             self._draw_heat(*rest)
 
     def _draw_curves(self, axis: Axis, measure: str, curves: tuple[Curve, ...]) -> None:
-        self._plot.setLogMode(x=False, y=False)
+        self._plot.clear()
+        self._legend.clear()
+        self._marks.clear()
+        self._heat = None
         self._label(axis.name, measure)
         self._plot.showGrid(y=True, alpha=0.25)
         aside = _asides(axis, len(curves))
@@ -140,42 +150,27 @@ class SweepPlot(QWidget):
             x=[_place(axis, place) + shift for place in curve.x], y=curve.y,
             data=curve.row.tolist(), size=7, pen=None, brush=faint, hoverable=True, tip=None,
         )  # fmt: skip
-        line = pg.PlotDataItem(
-            at, curve.mean, pen=pg.mkPen(colour, width=2), symbol="o", symbolSize=9,
-            symbolBrush=colour, symbolPen=current_theme().plot_background,
+        line = pg.PlotDataItem(at, curve.mean, pen=pg.mkPen(colour, width=2))
+        means = pg.ScatterPlotItem(
+            x=at, y=curve.mean, data=[curve.row[curve.x == place].tolist() for place in curve.at],
+            size=10, brush=colour, pen=current_theme().plot_background,
         )  # fmt: skip
-        for item in (bars, points, line):
+        for item in (bars, points, line, means):
             self._plot.addItem(item)
         if curve.label:
             self._legend.addItem(line, curve.label)
-        groups = [curve.row[curve.x == place].tolist() for place in curve.at]
-        line.scatter.setData(
-            x=at, y=curve.mean, data=groups, size=9, symbol="o", brush=colour,
-            pen=current_theme().plot_background,
-        )  # fmt: skip
-        self._marks += [line.scatter, points]
+        self._marks += [means, points]
 
     def _draw_heat(self, names: tuple[str, str], measure: str, heat: Heat) -> None:
         theme = current_theme()
         self._heat = heat
-        self._legend.setVisible(False)
-        self._plot.setTitle(None)
-        self._plot.setLabel("bottom", words_of(names[0]), color=theme.muted)
-        self._plot.setLabel("left", words_of(names[1]), color=theme.muted)
-        self._plot.showGrid(x=False, y=False)
-        image = pg.ImageItem(heat.mean, axisOrder="row-major")
-        image.setRect(-0.5, -0.5, len(heat.x), len(heat.y))
+        self._label(*names)
+        self._image.setImage(heat.mean, autoLevels=False)
+        self._image.setRect(-0.5, -0.5, len(heat.x), len(heat.y))
         low, high = _limits(heat)
-        colours = pg.colormap.get("viridis")
-        self._plot.addItem(image)
-        self._bar = pg.ColorBarItem(
-            values=(low, high),
-            colorMap=colours,
-            label=words_of(measure),
-            interactive=False,
-            width=16,
-        )
-        self._bar.setImageItem(image, insert_in=self._plot.plotItem)
+        self._bar.setLevels((low, high))
+        self._bar.axis.setLabel(words_of(measure), color=theme.muted)
+        self._bar.axis.setTextPen(theme.muted)
         self._write_numbers(heat, measure, (low + high) / 2.0)
         for side, values in (("bottom", heat.x), ("left", heat.y)):
             ticks = [(float(i), value or "–") for i, value in enumerate(values)]
@@ -185,6 +180,9 @@ class SweepPlot(QWidget):
         )
 
     def _write_numbers(self, heat: Heat, measure: str, middle: float) -> None:
+        for text in self._numbers:
+            self._plot.removeItem(text)
+        self._numbers.clear()
         if heat.mean.size > _MOST_NUMBERS:
             return
         best = best_cell(heat, measure)
@@ -198,6 +196,7 @@ class SweepPlot(QWidget):
                 text.setFont(font)
                 text.setPos(column, line)
                 self._plot.addItem(text)
+                self._numbers.append(text)
 
     def _label(self, across: str, up: str) -> None:
         muted = current_theme().muted
