@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QFileDialog
 
 from app.failures import Message
 from app.presenters.runs import RunEntry, entry_of_run
+from app.report_work import ReportWork
 from app.tasks.task import Task
 from stereotrack_core.cli.demo import DemoPlaces, demo_places
 from stereotrack_core.errors import InputError
@@ -58,6 +59,7 @@ class FileWork(QObject):
         self._project_when_open: Path | None = None
         self._workspace_when_open: str | None = None
         self.asked = Asked()
+        self.reports = ReportWork(window)
 
     @property
     def making_demo(self) -> bool:

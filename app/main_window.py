@@ -22,7 +22,9 @@ from app.commands import (
     edit_menu,
     file_menu,
     playback_menu,
+    sweep_menu,
     track_menu,
+    tune_menu,
     view_menu,
     window_menu,
 )
@@ -40,8 +42,10 @@ from app.presenters.project_file import ProjectPresenter
 from app.presenters.runs import RunList
 from app.presenters.tracking import TrackPresenter
 from app.project_work import ProjectWork
+from app.sweep_work import SweepWork
 from app.theme import ThemeName, apply_theme
 from app.track_control import TrackControl
+from app.tuning_work import TuningWork
 from app.view_control import ViewControl
 from app.view_memory import ViewMemory
 from app.window_bars import WindowBars
@@ -82,6 +86,8 @@ class MainWindow(PanelWindow):
         self.follower = PanelFollower(self)
         self.annotate = AnnotateControl(self)
         self.annotation_work = AnnotationWork(self)
+        self.sweeps = SweepWork(self)
+        self.tuning = TuningWork(self)
         self.view_memory = ViewMemory(self)
         self._make_actions()
         self._connect()
@@ -142,10 +148,11 @@ class MainWindow(PanelWindow):
         for menu in (edit_menu, view_menu, playback_menu, annotate_menu):
             self.actions_book.add(menu.commands(self))
         add_commands(self.annotation, self.actions_book)
-        for menu in (track_menu, window_menu):
+        for menu in (track_menu, sweep_menu, tune_menu, window_menu):
             self.actions_book.add(menu.commands(self))
         self.actions_book.add(file_menu.last_commands(self))
         self.actions_book.fill(self.menuBar())
+        self.tuning.offer(self.actions_book)
         self.bars = WindowBars(self)
 
     def _connect(self) -> None:
@@ -190,6 +197,7 @@ class MainWindow(PanelWindow):
             and self.follower.settled()
             and self.annotate.settled()
             and self.annotation.settled()
+            and self.tuning.settled()
             and not self._refresh_timer.isActive()
         )
 
@@ -261,6 +269,7 @@ class MainWindow(PanelWindow):
     def _on_opened(self) -> None:
         recording = self.document.recording
         self.messages.clear()
+        self.tuning.stop()
         self.runs.clear()
         self.instant.clear()
         try:
@@ -276,6 +285,7 @@ class MainWindow(PanelWindow):
     @Slot()
     def _on_closed(self) -> None:
         self.spaces.leave()
+        self.tuning.stop()
         self.runs.clear()
         self.instant.clear()
         self.clouds.set_recording(None)
@@ -315,6 +325,8 @@ class MainWindow(PanelWindow):
         self.settings.setValue("geometry", self.saveGeometry())
         self.document.pause()
         self.track.stop()
+        self.sweeps.shutdown()
+        self.tuning.stop()
         self.inside.close()
         self.tasks.shutdown()
         self.document.close()

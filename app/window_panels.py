@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
 from app.annotating.panels import AnnotationPanels
 from app.icons import set_icon
 from app.tasks.task import TaskList
+from app.views.attempts_panel import AttemptsPanel
 from app.views.body_panel import BodyPanel
 from app.views.camera_grid import CameraGrid
 from app.views.comparison_panel import ComparisonPanel
@@ -30,6 +31,7 @@ from app.views.parameter_panel import ParameterPanel
 from app.views.rig_panel import RigPanel
 from app.views.runs_panel import RunsPanel
 from app.views.scene_view import SceneView
+from app.views.series_panel import SeriesPanel
 from app.views.timeline_view import TimelineView
 from app.views.transport import Transport
 from app.views.welcome import WelcomePage
@@ -42,6 +44,8 @@ TITLES = {
     "parameters": "Parameters",
     "runs": "Runs",
     "comparison": "Comparison",
+    "attempts": "Attempts",
+    "series": "One parameter",
     "numbers": "Numbers of the frame",
     "findings": "Findings",
     "rig": "Rig",
@@ -71,6 +75,8 @@ class PanelWindow(QMainWindow):
         self.runs_panel = RunsPanel()
         self.numbers = NumbersPanel()
         self.comparison = ComparisonPanel()
+        self.attempts_panel = AttemptsPanel()
+        self.series_panel = SeriesPanel()
         self.findings = FindingsPanel()
         self.rig = RigPanel()
         self.display_panel = DisplayPanel()
@@ -89,6 +95,7 @@ class PanelWindow(QMainWindow):
             "scene": self.scene, "plot": self.plot_stack, "timeline": self._timeline_with_bar(),
             "parameters": self.parameters, "runs": self.runs_panel, "numbers": self.numbers,
             "comparison": self.comparison,
+            "attempts": self.attempts_panel, "series": self.series_panel,
             "findings": self.findings, "rig": self.rig, "display": self.display_panel,
             "landmarks": self.landmarks_panel, "body": self.body_panel,
             "next": self.annotation.next_panel, "history": self.annotation.history_panel,

@@ -34,9 +34,16 @@ from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import Run
 
 WRITTEN = Path(__file__).parents[1] / "stereotrack_core/evaluation/episodes/coefficients.py"
-LOST_SIGNS = tuple(i for i, sign in enumerate(EPISODE_SIGNS) if sign.startswith("lost"))
+SAID = (
+    "lost", "lost around", "lost most around", "lost of the neighbour", "sigma", "sigma around",
+    "jerk most around",
+)  # fmt: skip
+"""Signs used where the run says how likely limbs are lost: that knows already what is near."""
 
-SHRINKAGE = 3.0
+UNSAID = tuple(sign for sign in EPISODE_SIGNS if not sign.startswith("lost"))
+"""Signs used where it does not."""
+
+SHRINKAGE = 30.0
 """Examples that speak for slopes of 0 in units of the signs' own spread."""
 
 FRAMES_OF_ONE = 3.0
@@ -122,10 +129,9 @@ def fitted_by_limb(runs: list[tuple[Run, Path]]) -> dict[str, FloatArray]:
         error = degrees[:, list(limbs)].ravel()
         known = np.isfinite(error) & np.isfinite(rows).all(axis=1)
         lost = error[known] > EpisodeRules().episode_error
-        result[name] = fitted(rows[known], lost)
-        without = rows[known].copy()
-        without[:, list(LOST_SIGNS)] = 0.0
-        result[f"{name}_WITHOUT_LOST"] = fitted(without, lost)
+        for used, ending in ((SAID, ""), (UNSAID, "_WITHOUT_LOST")):
+            taken = np.where([sign in used for sign in EPISODE_SIGNS], rows[known], 0.0)
+            result[f"{name}{ending}"] = fitted(taken, lost)
     return result
 
 

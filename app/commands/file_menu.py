@@ -72,6 +72,19 @@ def commands(w: MainWindow) -> list[Command]:
             "save",
             why_not=lambda: no_run(w),
         ),
+        Command(
+            "report",
+            "&File",
+            "Report …",
+            "Write a page or a PDF about the active run: errors, curves, episodes with pictures, "
+            "calibration, parameters, and how to do it again.",
+            w.files.reports.ask_where,
+            "Ctrl+Shift+R",
+            "export",
+            why_not=lambda: (
+                no_run(w) or ("A report is being made." if w.files.reports.working else "")
+            ),
+        ),
     ]
 
 

@@ -14,6 +14,7 @@ from stereotrack_core.evaluation.episodes.episode import (
     limbs_words,
 )
 
+FOUND_SHORT = {"truth": "error", "signs": "signs"}
 LANE_NAMES = {"truth": "episodes", "signs": "episodes by signs"}
 LANE_COLOURS = {"truth": "#CC79A7", "signs": "#b8860b"}
 
@@ -58,7 +59,7 @@ def row_of(episode: Episode, fps: float) -> EpisodeRow:
         peak_value=episode.peak,
         cause=CAUSE_WORDS[verdict.cause],
         confidence=verdict.confidence,
-        found=FOUND_WORDS[episode.found],
+        found=FOUND_SHORT[episode.found],
         heading=(
             f"Frames {episode.first} to {episode.last}, {seconds:.1f} s from "
             f"{episode.first / fps:.1f} s: {limbs_words(episode.limbs)}, found "

@@ -195,11 +195,11 @@ class EpisodeWork(QObject):
                 [e for e in every if e.found == "truth"], [e for e in every if e.found == "signs"]
             )
             words += (
-                f". By its own signs the run finds {agreed.found} of {agreed.true}; "
-                f"{agreed.right} of the {agreed.called} it finds are right"
+                f"; without truth {agreed.found} of {agreed.true} are found, {agreed.right} of "
+                f"{agreed.called} found are right"
             )
         if self.presenter.looking:
-            words += ". Causes are still judged without pictures"
+            words += "; pictures are being looked at for causes"
         return f"{words}."
 
     def _fps(self) -> float:

@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 from app.limb_colours import LIMB_COLOURS, limb_words
 from app.views.evidence_view import EvidenceView
 
-_COLUMNS = ("Frames", "Limbs", "Peak", "Probable cause", "Sure", "Found")
+_COLUMNS = ("Frames", "Limbs", "Peak", "Probable cause", "Sure", "By")
 _VALUE = Qt.ItemDataRole.UserRole
 _PLACE = Qt.ItemDataRole.UserRole + 1
 
@@ -37,7 +37,7 @@ class EpisodeRow:
     limb : str
         The worst one, whose colour stands before the row.
     limbs, peak, cause, found : str
-        In words.
+        In words; `found` in one.
     peak_value, confidence : float
         What is sorted by.
     heading : str

@@ -31,6 +31,8 @@ class ParameterLine(QWidget):
         self.row = row
         self._value: Value = row.default
         self._base: Value = row.default
+        self._base_word = "preset"
+        self._written = False
         self.editor = editor_for(row, self)
         self.editor.setFixedWidth(_EDITOR_WIDTH)
         self.editor.value_given.connect(self._on_given)
@@ -68,10 +70,13 @@ class ParameterLine(QWidget):
         text = f"{self._name.text()} {self.row.name} {self.row.group} {self.row.help}".lower()
         return all(word in text for word in words.lower().split())
 
-    def show_values(self, value: Value, base: Value) -> None:
-        """Show the value, and what revert goes back to."""
-        self._value, self._base = value, base
-        self._show()
+    def show_values(self, value: Value, base: Value, base_word: str = "preset") -> None:
+        """Show the value, and what revert goes back to; `base_word` says whose value that is."""
+        shown = value, base, base_word
+        # Most lines stay as they are when one value is given, and writing them anew takes time.
+        if shown != (self._value, self._base, self._base_word) or self.refusal or not self._written:
+            self._value, self._base, self._base_word = shown
+            self._show()
 
     def revert(self) -> None:
         """Go back to the base's value."""
@@ -113,6 +118,7 @@ class ParameterLine(QWidget):
         self._mark(refused=True)
 
     def _show(self) -> None:
+        self._written = True
         self.editor.show_value(self._value)
         self._refusal.clear()
         self._refusal.hide()
@@ -125,7 +131,7 @@ class ParameterLine(QWidget):
         self.revert_button.setToolTip(
             f"Back to {value_text(self._base)}"
             if self.is_changed
-            else "Nothing to revert: the value is the preset's"
+            else f"Nothing to revert: the value is the {self._base_word}'s"
         )
         self._facts.setText(self._facts_text())
 
@@ -144,6 +150,6 @@ class ParameterLine(QWidget):
             thesis = value_text(row.thesis)
             same = row.thesis == self._value
             parts.append(f"thesis {thesis}" if same else f'<a href="thesis">thesis {thesis}</a>')
-        if self._base != row.default:
-            parts.append(f"preset {value_text(self._base)}")
+        if self._base != row.default and self._base_word != "thesis":
+            parts.append(f"{self._base_word} {value_text(self._base)}")
         return " · ".join(parts).replace("_", " ")

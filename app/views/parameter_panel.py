@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
     QComboBox,
     QFrame,
     QHBoxLayout,
     QLabel,
     QLineEdit,
+    QMenu,
     QPushButton,
     QScrollArea,
     QToolButton,
@@ -23,6 +25,13 @@ from app.views.parameter_line import ParameterLine
 from stereotrack_core.parameters import ParameterGroup, ParameterRow, Value
 from stereotrack_core.tracking.presets import PRESETS
 
+AGAINST: dict[str, str] = {
+    "preset": "the preset",
+    "run": "the active run",
+    "thesis": "the thesis",
+}
+"""What settings may be compared with, as a word and as a person reads it."""
+
 
 class ParameterPanel(QWidget):
     """Every parameter by group, with search, presets and a way back for each.
@@ -33,15 +42,20 @@ class ParameterPanel(QWidget):
         New settings after the person gave a value; the panel shows them already.
     preset_requested : str
         The person chose a preset; the caller answers with :meth:`set_settings`.
+    against_requested : str
+        The person wants differences from something else, a key of :data:`AGAINST`; the caller
+        answers with :meth:`set_settings`.
     """
 
     settings_changed = Signal(object)
     preset_requested = Signal(str)
+    against_requested = Signal(str)
 
     def __init__(self, parent: QWidget | None = None, *, presets: Sequence[str] = PRESETS) -> None:
         super().__init__(parent)
         self._settings: ParameterGroup | None = None
         self._base: ParameterGroup | None = None
+        self._against = "preset"
         self._rows: tuple[ParameterRow, ...] = ()
         self._lines: dict[str, ParameterLine] = {}
         self._groups: dict[str, QWidget] = {}
@@ -60,6 +74,7 @@ class ParameterPanel(QWidget):
         layout.setContentsMargins(6, 6, 0, 0)
         layout.setSpacing(4)
         layout.addLayout(self._head)
+        layout.addLayout(self._diff)
         layout.addLayout(self._tools)
         layout.addWidget(self._scroll, 1)
         self.setMinimumWidth(260)
@@ -76,16 +91,48 @@ class ParameterPanel(QWidget):
         """Return the line of a parameter."""
         return self._lines[name]
 
-    def set_settings(self, settings: ParameterGroup, base: ParameterGroup) -> None:
-        """Show `settings`; what differs from `base` is marked and can be reverted."""
-        self._settings, self._base = settings, base
+    def set_settings(
+        self, settings: ParameterGroup, base: ParameterGroup, against: str = "preset"
+    ) -> None:
+        """Show `settings`; what differs from `base` is marked and can be reverted.
+
+        Parameters
+        ----------
+        settings, base : ParameterGroup
+        against : str
+            What `base` is, a key of :data:`AGAINST`.
+        """
+        self._settings, self._base, self._against = settings, base, against
+        self.against_box.setCurrentIndex(self.against_box.findData(against))
+        self.revert_all.setToolTip(f"Back to the values of {AGAINST[against]} everywhere")
+        self.only_changed.setToolTip(f"Show only what differs from {AGAINST[against]}")
         if settings.rows() != self._rows:
             self._rows = settings.rows()
             self._fill()
         values, bases = settings.values(), base.values()
         for name, line in self._lines.items():
-            line.show_values(values[name], bases[name])
+            line.show_values(values[name], bases[name], self._against)
         self._sift()
+
+    def set_presets(self, names: Sequence[str]) -> None:
+        """Offer these presets; which one is shown stays."""
+        shown = self.preset_box.currentText()
+        self.preset_box.clear()
+        self.preset_box.addItems(list(names))
+        self.set_preset(shown)
+
+    def set_menu(self, actions: Sequence[QAction]) -> None:
+        """Offer commands about presets beside the list of them."""
+        menu = QMenu(self.menu_button)
+        menu.setToolTipsVisible(True)
+        menu.addActions(list(actions))
+        self.menu_button.setMenu(menu)
+        self.menu_button.show()
+
+    def focus_search(self) -> None:
+        """Let the person type what is looked for."""
+        self.search.setFocus(Qt.FocusReason.ShortcutFocusReason)
+        self.search.selectAll()
 
     def set_preset(self, name: str) -> None:
         """Show which preset the base is; an empty name stands for none."""
@@ -102,7 +149,6 @@ class ParameterPanel(QWidget):
         self.preset_box.setToolTip("Take all values from a preset")
         self.preset_box.textActivated.connect(self.preset_requested)
         self.revert_all = QPushButton("Revert all", self)
-        self.revert_all.setToolTip("Back to the preset's values everywhere")
         self.revert_all.clicked.connect(self._on_revert_all)
         self.search = QLineEdit(self)
         self.search.setPlaceholderText("Search names and explanations")
@@ -111,19 +157,34 @@ class ParameterPanel(QWidget):
         self.search.textChanged.connect(self._sift)
         self.only_changed = QToolButton(self)
         self.only_changed.setText("Changed")
-        self.only_changed.setToolTip("Show only what differs from the preset")
         self.only_changed.setCheckable(True)
         self.only_changed.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         set_icon(self.only_changed, "filter")
         self.only_changed.toggled.connect(self._sift)
-        self._head = QHBoxLayout()
+        self.menu_button = QToolButton(self)
+        self.menu_button.setToolTip("Save, load and delete presets of your own")
+        self.menu_button.setAccessibleName("Presets of your own")
+        self.menu_button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        set_icon(self.menu_button, "save")
+        self.menu_button.hide()
+        self.against_box = QComboBox(self)
+        for word, title in AGAINST.items():
+            self.against_box.addItem(title, word)
+        self.against_box.setAccessibleName("Differences from")
+        self.against_box.setToolTip("What values are compared with, and reverted to")
+        self.against_box.activated.connect(
+            lambda: self.against_requested.emit(self.against_box.currentData())
+        )
+        self._head, self._diff, self._tools = QHBoxLayout(), QHBoxLayout(), QHBoxLayout()
         self._head.addWidget(QLabel("Preset", self))
         self._head.addWidget(self.preset_box, 1)
-        self._head.addWidget(self.revert_all)
-        self._tools = QHBoxLayout()
+        self._head.addWidget(self.menu_button)
+        self._diff.addWidget(QLabel("Differences from", self))
+        self._diff.addWidget(self.against_box, 1)
+        self._diff.addWidget(self.revert_all)
         self._tools.addWidget(self.search, 1)
         self._tools.addWidget(self.only_changed)
-        for row in (self._head, self._tools):
+        for row in (self._head, self._diff, self._tools):
             row.setContentsMargins(0, 0, 6, 0)
 
     def _fill(self) -> None:
@@ -163,7 +224,7 @@ class ParameterPanel(QWidget):
         self.revert_all.setEnabled(count > 0)
         self._nothing.setVisible(not seen)
         self._nothing.setText(
-            "Nothing differs from the preset."
+            f"Nothing differs from {AGAINST[self._against]}."
             if only_changed and not words
             else f"No parameter is called or explained by “{words}”."
             if self._lines
@@ -180,5 +241,5 @@ class ParameterPanel(QWidget):
 
     def _take(self, settings: ParameterGroup) -> None:
         if self._base is not None:
-            self.set_settings(settings, self._base)
+            self.set_settings(settings, self._base, self._against)
             self.settings_changed.emit(settings)

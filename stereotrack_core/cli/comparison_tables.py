@@ -20,7 +20,7 @@ def comparison_table(comparison: Comparison, pair: Pair, title: str = "") -> Tab
     first, second = pair.first, pair.second
     frames = len(comparison.frames)
     where = f"{title}: " if title else ""
-    heading = f"{where}{second} beside {first}, means over {frames} frames, blocks of "
+    heading = f"{where}{second} beside {first}, means over {frames} frames"
     rows = [
         (
             f"{measure.label} [{measure.unit}]",
@@ -30,15 +30,16 @@ def comparison_table(comparison: Comparison, pair: Pair, title: str = "") -> Tab
             _interval(measure.paired),
             _percent(measure.paired.better),
             number(measure.paired.p, 3),
+            str(measure.paired.block),
             verdict(measure, first, second),
         )
         for measure in pair.measures
     ]
     columns = (
         *("measure", f">{first}", f">{second}", f">{second} - {first}", ">95 % interval"),
-        *(f">{second} better in", ">p", "what these frames show"),
+        *(f">{second} better in", ">p", ">block", "what these frames show"),
     )
-    return Table(f"{heading}{comparison.block}", columns, rows)
+    return Table(heading, columns, rows)
 
 
 def apart_table(pair: Pair, title: str = "") -> Table:
@@ -68,7 +69,6 @@ def comparison_facts(comparison: Comparison) -> dict[str, Any]:
         "first_frame": comparison.frames[0],
         "last_frame": comparison.frames[-1],
         "against_reference": comparison.against_reference,
-        "block_frames": comparison.block,
         "pairs": [_pair_facts(pair) for pair in comparison.pairs],
     }
 
@@ -91,6 +91,7 @@ def _pair_facts(pair: Pair) -> dict[str, Any]:
                 "worse_percent": 100.0 * measure.paired.worse,
                 "p": measure.paired.p,
                 "frames": measure.paired.frames,
+                "block_frames": measure.paired.block,
                 "independent_frames": measure.paired.independent,
                 "differs": measure.paired.differs,
                 "verdict": verdict(measure, pair.first, pair.second),

@@ -188,28 +188,26 @@ def _executor(args: Namespace) -> ClusterWorkers | LocalWorkers:
 
 def _tell_plan(jobs: Sequence[Job], known: Mapping[str, JobResult], args: Namespace) -> int:
     """Say what would be computed, and how long it would take."""
+    from stereotrack_core.cli.sweep_plan import count_of
     from stereotrack_core.evaluation.sweeps.estimate import expected_seconds
     from stereotrack_core.evaluation.sweeps.pool import usable_cores
 
-    different = {job.identity: job for job in jobs}
-    there = [one for one in different if one in known and known[one].done]
-    waiting = [job for job in different.values() if job.identity not in there]
     if args.scheduler:
         with _executor(args) as executor:
             workers = executor.count
     else:
         workers = args.workers or usable_cores()
-    seconds = expected_seconds(waiting, jobs, known, workers) if waiting else 0.0
-    source = "from what was computed before"
+    count, waiting = count_of(jobs, known, workers)
+    seconds, source = count.seconds, "from what was computed before"
     if seconds is None:
         seconds = expected_seconds(waiting, *_probe(waiting[0]), workers)
         source = f"roughly, from the first {_LONGEST_PROBE} frames of one job"
     facts = {
-        "jobs": len(different),
-        "in_table": len(there),
+        "jobs": count.jobs,
+        "in_table": count.there,
         "to_compute": len(waiting),
-        "frames": sum(len(job.frames) for job in waiting),
-        "points": len({job.point for job in jobs}),
+        "frames": count.frames,
+        "points": count.points,
         "workers": workers,
         "seconds": seconds,
         "estimated": source,

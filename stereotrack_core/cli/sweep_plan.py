@@ -6,21 +6,69 @@ import dataclasses
 import hashlib
 import math
 from argparse import Namespace
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from stereotrack_core.cli.arguments import frames_within, seeds_of, settings_of, views_of
 from stereotrack_core.cli.tracking_job import first_pose
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.sweeps.jobs import Base, Planner, Reading
+from stereotrack_core.evaluation.sweeps.estimate import expected_seconds
+from stereotrack_core.evaluation.sweeps.jobs import Base, Job, Planner, Reading
 from stereotrack_core.evaluation.sweeps.measures import MEASURES, measure_named
 from stereotrack_core.evaluation.sweeps.points import Point, grid_points, listed_points, parsed_axis
+from stereotrack_core.evaluation.sweeps.results import JobResult
 from stereotrack_core.evaluation.sweeps.search import Range, Search, parsed_range
 from stereotrack_core.interop.table_file import read_csv_table
 from stereotrack_core.parameters import parsed_settings
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader
+
+
+@dataclass(frozen=True)
+class SweepCount:
+    """What a sweep would compute.
+
+    Attributes
+    ----------
+    jobs : int
+        Different runs in all.
+    points : int
+    there : int
+        Jobs that are in the table already.
+    frames : int
+        Frames of the others.
+    workers : int
+        Jobs that are done at once.
+    seconds : float or None
+        What the others will take, from what was computed before; None where nothing was.
+    """
+
+    jobs: int
+    points: int
+    there: int
+    frames: int
+    workers: int
+    seconds: float | None
+
+
+def count_of(
+    jobs: Sequence[Job], known: Mapping[str, JobResult], workers: int
+) -> tuple[SweepCount, list[Job]]:
+    """What a sweep would compute, and the jobs of it."""
+    different = {job.identity: job for job in jobs}
+    waiting = [job for one, job in different.items() if one not in known or not known[one].done]
+    seconds = expected_seconds(waiting, jobs, known, workers) if waiting else 0.0
+    count = SweepCount(
+        jobs=len(different),
+        points=len({job.point for job in jobs}),
+        there=len(different) - len(waiting),
+        frames=sum(len(job.frames) for job in waiting),
+        workers=workers,
+        seconds=seconds,
+    )
+    return count, waiting
 
 
 def check_numbers(args: Namespace) -> None:

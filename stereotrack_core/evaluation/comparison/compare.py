@@ -97,9 +97,10 @@ class Comparison:
     pairs: tuple[Pair, ...]
 
     @property
-    def block(self) -> int:
-        """Length of the blocks that frames were drawn in, where all measures have all frames."""
-        return max((m.paired.block for pair in self.pairs for m in pair.measures), default=0)
+    def blocks(self) -> tuple[int, int]:
+        """Length of the shortest and of the longest blocks that an interval was made from."""
+        lengths = [m.paired.block for pair in self.pairs for m in pair.measures if m.paired.enough]
+        return (min(lengths), max(lengths)) if lengths else (0, 0)
 
 
 def candidate_of_run(name: str, run: Run) -> Candidate:

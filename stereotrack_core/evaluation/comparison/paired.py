@@ -1,11 +1,13 @@
 """Whether two series of frames differ, when neighbouring frames are alike.
 
 The frames of a recording are no independent draws: an arm that is lost stays lost for a while.
-The interval of a mean difference is therefore taken from a block bootstrap (Kuensch 1989,
+The standard error of a mean difference is therefore that of a block bootstrap (Kuensch 1989,
 doi:10.1214/aos/1176347265; with blocks that go on at the beginning where the series ends, Politis
-and Romano 1992), with blocks of an eighth of the frames. So few blocks make a percentile interval
-too narrow, as too few values do, and it is widened as Hesterberg (2015,
-doi:10.1080/00031305.2015.1089789) does.
+and Romano 1992), which for a mean needs no drawing: it is known what infinitely many draws give.
+The frames are cut into eight blocks, or into fewer and longer ones where the difference changes
+so slowly that a block would be no longer than two of its correlation times. So few blocks
+give a standard error that is itself uncertain, so the interval is Student's with one degree of
+freedom less than there are blocks, as for a mean of so many independent values.
 """
 
 from __future__ import annotations
@@ -19,15 +21,22 @@ from scipy import stats
 
 from stereotrack_core.arrays import BoolArray, FloatArray
 
-BLOCKS = 8
-"""Into so many blocks the frames are cut."""
+MOST_BLOCKS = 8.0
+"""Into no more blocks than these the frames are cut."""
 
-RESAMPLES = 5_000
-SEED = 0
+LEAST_BLOCKS = 5.0
+
+TIMES = 2.0
+"""A block is as long as so many frames that are worth an independent one, if that is possible."""
+
+LEAST_INDEPENDENT = 6.0
+"""Fewer independent frames than these show nothing that could be relied on."""
+
 LEVEL = 0.95
 
-LEAST_INDEPENDENT = 15.0
-"""Fewer independent frames than these show nothing that could be relied on."""
+_LEAST_FRAMES = 16
+_LEAST_TESTED = 6
+"""With fewer blocks the signed-rank test can find nothing."""
 
 _SEARCHED = 5.0
 """Correlations are summed up to so many correlation times (Sokal 1997,
@@ -81,7 +90,8 @@ class Paired:
     better, worse : float
         Share (0 to 1) of these frames in which the second is less, and in which it is more.
     p : float
-        Of Wilcoxon's signed-rank test on the means of blocks, two-sided; NaN as above.
+        Of Wilcoxon's signed-rank test on the means of blocks, two-sided; NaN where there are
+        fewer than six.
     block : int
         Length of a block, frames.
     independent : float
@@ -121,12 +131,12 @@ def paired(first: Series, second: Series) -> Paired:
     means = first.mean(known), second.mean(known)
     each = second.total[known] / second.weight[known] - first.total[known] / first.weight[known]
     weight = (first.weight[known] + second.weight[known]) / 2.0
-    block = math.ceil(frames / BLOCKS)
     independent = frames / correlation_time(each)
+    block = math.ceil(frames / float(np.clip(independent / TIMES, LEAST_BLOCKS, MOST_BLOCKS)))
     low = high = p = math.nan
-    if independent >= LEAST_INDEPENDENT and frames >= 2 * BLOCKS:
+    if independent >= LEAST_INDEPENDENT and frames >= _LEAST_FRAMES:
         low, high = interval(each, weight, block)
-        p = signed_rank(_block_means(each, weight))
+        p = _tested(each, weight, block)
     return Paired(
         frames=frames,
         first=means[0],
@@ -165,18 +175,15 @@ def correlation_time(values: FloatArray) -> float:
 
 
 def interval(values: FloatArray, weight: FloatArray, block: int) -> tuple[float, float]:
-    """95 % interval of the weighted mean of a series, by blocks drawn with a fixed seed."""
+    """95 % interval of the weighted mean of a series, from blocks of so many frames."""
     n = len(values)
-    draws = math.ceil(n / block)
-    starts = np.random.default_rng(SEED).integers(0, n, (RESAMPLES, draws))
-    sums = _block_sums(values * weight, block)[starts].sum(axis=1)
-    weights = _block_sums(weight, block)[starts].sum(axis=1)
-    means = sums / weights
+    mean = float(np.average(values, weights=weight))
+    away = (values - mean) * weight / weight.mean()
+    variance = float(np.mean(_block_sums(away, block) ** 2)) / (block * n)
     blocks = n / block
-    quantile = stats.t.ppf(0.5 * (1.0 - LEVEL), blocks - 1.0) * math.sqrt(blocks / (blocks - 1.0))
-    tail = float(stats.norm.cdf(quantile))
-    low, high = np.quantile(means, [tail, 1.0 - tail])
-    return float(low), float(high)
+    student = float(stats.t.ppf(0.5 * (1.0 + LEVEL), blocks - 1.0))
+    half = student * math.sqrt(variance * blocks / (blocks - 1.0))
+    return mean - half, mean + half
 
 
 def _block_sums(values: FloatArray, block: int) -> FloatArray:
@@ -199,6 +206,10 @@ def signed_rank(differences: FloatArray) -> float:
     return float(np.mean(np.abs(signs @ ranks) >= found - 1e-9))
 
 
-def _block_means(values: FloatArray, weight: FloatArray) -> FloatArray:
-    blocks = np.array_split(np.arange(len(values)), BLOCKS)
-    return np.array([np.average(values[part], weights=weight[part]) for part in blocks])
+def _tested(values: FloatArray, weight: FloatArray, block: int) -> float:
+    """The test on the means of blocks; NaN where there are too few of them."""
+    count = len(values) // block
+    if count < _LEAST_TESTED:
+        return math.nan
+    parts = np.array_split(np.arange(len(values)), count)
+    return signed_rank(np.array([np.average(values[k], weights=weight[k]) for k in parts]))

@@ -15,14 +15,14 @@ def verdict(measure: MeasuredDifference, first: str, second: str) -> str:
         return "not known of both"
     if found.better == 0.0 and found.worse == 0.0:
         return "the same in every frame"
-    if not found.enough:
-        return "too few independent frames to tell"
-    if not found.differs:
-        return "no difference that these frames can show"
     unit = _UNITS.get(measure.unit, measure.unit)
     winner = second if found.difference < 0 else first
-    near, far = sorted((abs(found.low), abs(found.high)))
     by = magnitude(abs(found.difference))
+    if not found.enough:
+        return f"{winner} is lower by {by} {unit}; too few independent frames to tell"
+    if not found.differs:
+        return "no difference that these frames can show"
+    near, far = sorted((abs(found.low), abs(found.high)))
     return f"{winner} is better by {by} {unit} ({magnitude(near)} to {magnitude(far)})"
 
 
@@ -36,11 +36,14 @@ def magnitude(value: float) -> str:
 
 def how_it_is_made(comparison: Comparison) -> str:
     """What intervals and verdicts rest on."""
-    count, block = len(comparison.frames), comparison.block
+    count, (shortest, longest) = len(comparison.frames), comparison.blocks
     frames = f"{count} frame{'' if count == 1 else 's'}"
+    if not longest:
+        return f"Differences are paired over {frames}, too few to tell more."
+    blocks = f"{shortest}" if shortest == longest else f"{shortest} to {longest}"
     return (
-        f"Differences are paired over {frames} that all runs have; intervals hold the true "
-        f"difference in 95 of 100 cases, by drawing blocks of {block} successive frames, because "
-        "neighbouring frames are alike. Of twenty comparisons of equals one shows a difference "
-        "by chance."
+        f"Differences are paired over {frames} that all runs have. Intervals hold the true "
+        f"difference in about 95 of 100 cases: they are made from blocks of {blocks} successive "
+        "frames, because neighbouring frames are alike. Of twenty comparisons of equals one "
+        "shows a difference by chance."
     )

@@ -18,7 +18,8 @@ def lost_chances(run: Run, fps: float) -> FloatArray:
 
     A logistic regression over :func:`episode_signs`, one for the upper arms and one for the
     forearms, fitted on simulated recordings alone by ``tools/fit_episodes.py``. It differs from
-    ``Run.limb_lost``, which knows single frames only, by looking at what is before and after. In
+    ``Run.limb_lost``, which knows single frames only, by looking at what is before and after. A
+    run that does not say how likely limbs are lost is judged by the other signs alone. In
     frames that are not tracked all limbs are lost; NaN for torso and head elsewhere, which were
     lost too rarely to learn from.
     """

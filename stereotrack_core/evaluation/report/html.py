@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from html import escape
 from typing import TypeAlias
 
-from stereotrack_core.evaluation.report.style import STYLE
+from stereotrack_core.evaluation.report.style import PRINT_STYLE, STYLE
 
 _VOID = frozenset({"br", "hr", "img", "meta", "col"})
 _OWN_LINE = frozenset(
@@ -47,22 +47,22 @@ def joined(content: Iterable[Content]) -> Html:
     return Html("".join(_written(part) for part in content))
 
 
-def document(title: str, *body: Content) -> str:
-    """A whole page that needs no other file."""
+def document(title: str, *body: Content, for_print: bool = False) -> str:
+    """A whole page that needs no other file; for print in a style for simple renderers."""
     head = element(
         "head",
         element("meta", charset="utf-8"),
         element("meta", name="viewport", content="width=device-width, initial-scale=1"),
         element("title", title),
-        element("style", Html(STYLE)),
+        element("style", Html(PRINT_STYLE if for_print else STYLE)),
     )
     page = element("html", head, element("body", element("main", *body)), lang="en")
     return f"<!DOCTYPE html>\n{page}"
 
 
-def heading(level: int, text: Content, key: str | None = None) -> Html:
-    """A heading that can be linked to."""
-    return element(f"h{level}", text, id=key)
+def heading(level: int, text: Content, key: str | None = None, kind: str | None = None) -> Html:
+    """A heading that can be linked to; of kind ``new-page`` it begins a page where printed."""
+    return element(f"h{level}", text, id=key, class_=kind)
 
 
 def paragraph(*content: Content, kind: str | None = None) -> Html:

@@ -50,3 +50,21 @@ pre { background: var(--band); padding: 0.75rem; overflow-x: auto; white-space: 
   details::details-content { content-visibility: visible; display: block; }
 }
 """
+
+PRINT_STYLE = """
+body { font-family: "Liberation Sans", "DejaVu Sans", Arial, sans-serif; font-size: 9pt;
+  color: #000000; }
+h1 { font-size: 17pt; }
+h2 { font-size: 13pt; margin-top: 16px; }
+h3 { font-size: 10.5pt; }
+p { margin-top: 4px; margin-bottom: 4px; }
+p.lead { font-size: 10pt; }
+p.soft, p.caption { color: #444444; font-size: 8pt; }
+th, td { padding: 2px 6px; font-size: 8pt; border-bottom-width: 1px;
+  border-bottom-style: solid; border-bottom-color: #d0d7de; }
+h2.new-page { page-break-before: always; }
+td.right, th.right { text-align: right; }
+th { font-weight: bold; text-align: left; }
+tr.given td, tr.given th { color: #6b4600; }
+pre { font-family: "DejaVu Sans Mono", monospace; font-size: 8pt; }
+"""

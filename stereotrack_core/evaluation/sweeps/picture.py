@@ -50,7 +50,7 @@ def draw_curves(path: Path, axis: Axis, measure: str, curves: tuple[Curve, ...])
     axes.set_ylabel(words_of(measure))
     axes.grid(alpha=0.3)
     if len(curves) > 1:
-        axes.legend(frameon=False)
+        figure.legend(frameon=False, loc="outside right upper")
     figure.savefig(path, dpi=_DPI)
 
 

@@ -70,10 +70,10 @@ def test_no_input_makes_nonsense(values, shift):
     assert found.frames == len(values)
     assert found.difference == pytest.approx(shift, abs=1e-9)
     assert found.independent <= found.frames
-    assert math.isnan(found.low) == math.isnan(found.high) == math.isnan(found.p)
+    assert math.isnan(found.low) == math.isnan(found.high)
+    assert math.isnan(found.p) or (found.enough and 0.0 < found.p <= 1.0)
     if found.enough:
         assert found.low - 1e-9 <= shift <= found.high + 1e-9
-        assert 0.0 <= found.p <= 1.0
 
 
 def test_equals_are_equal_and_nothing_is_nothing():
@@ -93,7 +93,7 @@ def test_few_frames_and_long_excursions_say_that_they_are_too_few():
     lost = np.r_[np.zeros(60), np.ones(60)]
     found = paired(series(lost), series(np.zeros(120)))
     assert not found.enough
-    assert found.independent < 15
+    assert found.independent < 6
     assert not found.differs
 
 
@@ -109,7 +109,7 @@ def test_an_interval_of_independent_values_is_about_that_of_students_t():
     values = np.random.default_rng(4).normal(size=800)
     low, high = interval(values, np.ones(800), 100)
     wide = 2.0 * stats.t.ppf(0.975, 7) * values.std(ddof=1) / math.sqrt(800)
-    assert high - low == pytest.approx(wide, rel=0.5)
+    assert high - low == pytest.approx(wide, rel=0.4)
     assert low < values.mean() < high
 
 
@@ -130,9 +130,9 @@ def test_the_signed_rank_test_is_wilcoxons(values):
         assert signed_rank(differences) == pytest.approx(expected)
 
 
-@pytest.mark.parametrize("share", [0.0, 0.8])
+@pytest.mark.parametrize("share", [0.0, 0.8, 0.95])
 def test_equals_with_neighbours_alike_are_told_apart_in_about_one_of_twenty(share):
-    rng, runs = np.random.default_rng(5), 300
+    rng, runs = np.random.default_rng(5), 600
     told: list[Paired] = [
         paired(series(alike(share, 490, rng)), series(alike(share, 490, rng))) for _ in range(runs)
     ]

@@ -1,0 +1,115 @@
+"""A page of HTML as a PDF, by Qt: ``python -m app.pdf PAGE.html FILE.pdf``."""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from PySide6.QtCore import QMarginsF, QRectF, QSizeF, Qt
+from PySide6.QtGui import (
+    QFont,
+    QGuiApplication,
+    QPageLayout,
+    QPageSize,
+    QPainter,
+    QPdfWriter,
+    QTextDocument,
+)
+
+_DPI = 96
+_MARGIN_MM = 16.0
+_FOOT = 22.0
+"""Height of the line at the foot of every page, in the document's units."""
+
+
+def write_pdf(html: str, path: Path, title: str = "") -> int:
+    """Write a page as PDF, A4, with numbered pages; returns how many there are.
+
+    The file appears when it is complete. A QGuiApplication has to be there.
+
+    Raises
+    ------
+    OSError
+        Where it cannot be written.
+    """
+    handle, temporary = tempfile.mkstemp(suffix=".pdf", dir=path.resolve().parent)
+    os.close(handle)
+    try:
+        count = _written(html, temporary, title or path.stem)
+        Path(temporary).chmod(0o644)
+        Path(temporary).replace(path)
+    finally:
+        Path(temporary).unlink(missing_ok=True)
+    return count
+
+
+def _written(html: str, file: str, title: str) -> int:
+    writer = QPdfWriter(file)
+    writer.setTitle(title)
+    writer.setCreator("stereotrack")
+    writer.setResolution(_DPI)
+    writer.setPageSize(QPageSize(QPageSize.PageSizeId.A4))
+    margins = QMarginsF(_MARGIN_MM, _MARGIN_MM, _MARGIN_MM, _MARGIN_MM)
+    writer.setPageMargins(margins, QPageLayout.Unit.Millimeter)
+    sheet = QRectF(0.0, 0.0, writer.width(), writer.height())
+    document = QTextDocument()
+    document.documentLayout().setPaintDevice(writer)
+    document.setDocumentMargin(0.0)
+    document.setHtml(_fitted(html, int(sheet.width())))
+    document.setPageSize(QSizeF(sheet.width(), sheet.height() - _FOOT))
+    painter = QPainter()
+    if not painter.begin(writer):
+        raise OSError(f"nothing can be written to {file}")
+    count = document.pageCount()
+    for page in range(count):
+        if page:
+            writer.newPage()
+        _paint(painter, document, page, sheet, f"{title}   {page + 1} / {count}")
+    painter.end()
+    return count
+
+
+def _paint(painter: QPainter, document: QTextDocument, page: int, sheet: QRectF, foot: str) -> None:
+    height = sheet.height() - _FOOT
+    painter.save()
+    painter.translate(0.0, -page * height)
+    document.drawContents(painter, QRectF(0.0, page * height, sheet.width(), height))
+    painter.restore()
+    painter.setFont(QFont(document.defaultFont().family(), 7))
+    line = QRectF(0.0, height, sheet.width(), _FOOT)
+    painter.drawText(line, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignBottom, foot)
+
+
+def _fitted(html: str, width: int) -> str:
+    """Pictures as wide as the sheet; tables with hair lines, as Qt's own HTML wants them."""
+    shown = html.replace(' width="960"', f' width="{width}"').replace(
+        ' width="640"', f' width="{min(640, width)}"'
+    )
+    return shown.replace(
+        "<table>", '<table border="0" cellspacing="0" cellpadding="0" style="border-collapse: '
+        'collapse; border-style: solid; border-color: #d0d7de; border-width: 0px;">'
+    )  # fmt: skip
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Convert the page that is named."""
+    if len(arguments) != 2:
+        sys.stderr.write("Give the page and the PDF.\n")
+        return 2
+    page, pdf = (Path(word) for word in arguments)
+    application = QGuiApplication.instance() or QGuiApplication(["stereotrack"])
+    try:
+        write_pdf(page.read_text("utf-8"), pdf)
+    except OSError as error:
+        sys.stderr.write(f"{error}\n")
+        return 1
+    finally:
+        del application
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,128 @@
+"""What a person asks a sweep for, as a command, and what that comes to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from app.presenters.counting import counted
+from stereotrack_core.cli.program import parser
+from stereotrack_core.cli.sweep_files import SweepPlaces, stored_results
+from stereotrack_core.cli.sweep_plan import (
+    SweepCount,
+    check_numbers,
+    count_of,
+    sweep_planner,
+    sweep_points,
+    sweep_recordings,
+)
+from stereotrack_core.cli.sweep_words import in_words
+from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.sweeps.points import SPECIAL, parameter_rows
+
+
+@dataclass(frozen=True)
+class SweepWish:
+    """What the dialog says.
+
+    Attributes
+    ----------
+    recordings : tuple of str
+        Folders.
+    varied : tuple of (str, str)
+        Names with their values, joined by commas.
+    seeds, frames, table, scheduler : str
+        As on the command line; no scheduler: this machine.
+    preset : str
+    changes : tuple of str
+        ``NAME=VALUE`` for what differs from the preset.
+    workers : int
+    """
+
+    recordings: tuple[str, ...]
+    varied: tuple[tuple[str, str], ...]
+    seeds: str
+    frames: str
+    table: str
+    scheduler: str
+    preset: str
+    changes: tuple[str, ...]
+    workers: int
+
+    def arguments(self) -> list[str]:
+        """The command of the command line that does it.
+
+        Raises
+        ------
+        InputError
+            Where something is missing.
+        """
+        if not self.recordings:
+            raise InputError("no recording is chosen", remedy="Add one.")
+        if not self.table.strip():
+            raise InputError("the table has no name", remedy="Choose a file.")
+        words = ["sweep", *self.recordings, "-o", self.table.strip(), "--preset", self.preset]
+        words += ["--seeds", self.seeds.strip() or "0"]
+        for name, values in self.varied:
+            words += ["--grid", f"{name}={values}"]
+        for change in self.changes:
+            words += ["--set", change]
+        if self.frames.strip():
+            words += ["--frames", self.frames.strip()]
+        if self.scheduler:
+            return [*words, "--scheduler", self.scheduler]
+        return [*words, "--workers", str(self.workers)]
+
+
+def count_of_wish(wish: SweepWish) -> SweepCount:
+    """What a sweep would compute; takes as long as looking at the recordings does.
+
+    Raises
+    ------
+    InputError
+        Where something cannot be meant.
+    """
+    args = parser().parse_args(wish.arguments())
+    check_numbers(args)
+    jobs = sweep_planner(sweep_recordings(args.recordings), args).jobs(sweep_points(args))
+    count, _ = count_of(jobs, stored_results(SweepPlaces(args.output)), max(1, wish.workers))
+    return count
+
+
+def count_words(count: SweepCount, *, cluster: bool) -> str:
+    """What a sweep comes to: ``24 runs (4 points), 8 of them are in the table already …``."""
+    said = f"{counted(count.jobs, 'run')} ({counted(count.points, 'point')})"
+    waiting = count.jobs - count.there
+    if not waiting:
+        return f"{said}; all of them are in the table already."
+    if count.there:
+        said += f"; {count.there} of them are in the table already"
+    said += f". To track: {counted(count.frames, 'frame')}"
+    if cluster:
+        return f"{said}, on the cluster."
+    if count.seconds is None:
+        return f"{said}; the time will be known when the first runs are done."
+    processes = f"{count.workers} process{'' if count.workers == 1 else 'es'}"
+    return f"{said}, in about {in_words(count.seconds)} with {processes}."
+
+
+def names_to_vary() -> tuple[tuple[str, str], ...]:
+    """Everything that can be varied, with a sentence about it; seeds have a field of their own."""
+    rows = parameter_rows().values()
+    special = [(name, words) for name, words in SPECIAL.items() if name not in ("seed", "frames")]
+    return (*special, *((row.name, row.help) for row in rows))
+
+
+def hint_for(name: str) -> str:
+    """Which values a name takes, and what it is otherwise."""
+    if name in SPECIAL:
+        examples = {"views": "for example NS,NOSW", "preset": "for example accurate,fast",
+                    "init": "auto,tpose", "smooth": "yes,no"}  # fmt: skip
+        return examples.get(name, "")
+    row = parameter_rows()[name]
+    default = ("yes" if row.default else "no") if row.type is bool else row.default
+    if row.choices:
+        return f"{', '.join(row.choices)}; default {default}"
+    if row.type is bool:
+        return f"yes,no; default {default}"
+    shown = f"{default:g}" if isinstance(default, float) else str(default)
+    return f"{row.range_text()}; default {shown}"

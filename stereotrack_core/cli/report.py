@@ -1,0 +1,273 @@
+"""``stereotrack report``: a run as one page that stands alone, and as a PDF."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import shlex
+import subprocess
+import sys
+import tempfile
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stereotrack_core.cli.arguments import add_frames, add_json, check_output, frame_bounds
+from stereotrack_core.cli.command import FAILED, OK, Command
+from stereotrack_core.cli.output import Table, put_json, put_table, say
+from stereotrack_core.cli.progress import progress, stoppable
+from stereotrack_core.errors import Cancelled, InputError
+
+if TYPE_CHECKING:
+    from stereotrack_core.evaluation.report.reported import Reported, Source
+    from stereotrack_core.recording.description import Recording
+    from stereotrack_core.tracking.run import Run
+
+_PDF_SECONDS = 300.0
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument(
+        "source",
+        type=Path,
+        metavar="RUN|PROJECT",
+        help="a complete run (.npz), or a project (.stereotrack) that keeps runs",
+    )
+    parser.add_argument(
+        "-o", "--output", type=Path, required=True, metavar="HTML", help="the page to write"
+    )
+    parser.add_argument(
+        "--run", metavar="NAME", dest="run_name", help="which run of a project; else the only one"
+    )
+    parser.add_argument(
+        "--recording", type=Path, metavar="DIR", help="the run's recording; the run names its own"
+    )
+    parser.add_argument(
+        "--reference",
+        type=Path,
+        metavar="FILE",
+        help="landmarks taken as truth (.csv, .trc, .c3d), or with their uncertainty (.npz); else "
+        "the project's or the recording's own",
+    )
+    add_frames(parser)
+    parser.add_argument("--pdf", type=Path, metavar="PDF", help="write it as a PDF as well")
+    add_json(parser)
+
+
+def run(args: Namespace) -> int:
+    """Gather, write the page, and the PDF where it is asked for."""
+    from stereotrack_core.evaluation.report.reported import gathered
+
+    _check(args)
+    source = _source(args)
+    with progress("Reporting", 100) as show, stoppable() as stopped:
+        try:
+            reported = gathered(
+                source,
+                on_progress=lambda share, _: show(round(100 * share)),
+                cancelled=stopped,
+            )
+        except Cancelled:
+            say("Stopped; nothing was written.")
+            return FAILED
+    write_page(args.output, reported)
+    if args.pdf is not None:
+        write_pdf(args.pdf, reported)
+    _tell(args, reported)
+    return OK
+
+
+def write_page(path: Path, reported: Reported) -> None:
+    """Write a report as HTML."""
+    from stereotrack_core.evaluation.report.run_page import run_page
+    from stereotrack_core.interop.table_file import write_text_table
+
+    write_text_table(path, run_page(reported))
+
+
+def write_pdf(path: Path, reported: Reported) -> None:
+    """Write a report as PDF; the window's package does it, in a process of its own.
+
+    Raises
+    ------
+    InputError
+        Where that package is missing or fails.
+    """
+    from stereotrack_core.evaluation.report.run_page import run_page
+
+    if importlib.util.find_spec("app") is None or importlib.util.find_spec("app.pdf") is None:
+        raise InputError(
+            "a PDF is made by the workbench, which is not installed",
+            where="--pdf",
+            remedy="Print the page from a browser instead.",
+        )
+    environment = {**os.environ}
+    environment.setdefault("QT_QPA_PLATFORM", "offscreen")
+    with tempfile.TemporaryDirectory() as folder:
+        page = Path(folder) / "page.html"
+        page.write_text(run_page(reported, "png", for_print=True), encoding="utf-8")
+        command = [sys.executable, "-m", "app.pdf", str(page), str(path.resolve())]
+        done = subprocess.run(  # noqa: S603 - our own program
+            command, capture_output=True, text=True, env=environment, timeout=_PDF_SECONDS,
+            check=False,
+        )  # fmt: skip
+    if done.returncode:
+        last = done.stderr.strip().splitlines()[-1:] or ["no reason was given"]
+        raise InputError(
+            f"the PDF could not be made ({last[0]})",
+            where=str(path),
+            remedy="Print the page from a browser instead.",
+        )
+
+
+def repeat_command(recording: str, run_name: str) -> str:
+    """Command that tracks again exactly as a run was tracked."""
+    words = ["stereotrack", "track", recording, "--like", run_name, "-o", "again.npz"]
+    return shlex.join(words)
+
+
+def _check(args: Namespace) -> None:
+    """Refuse at once what could only fail after the work."""
+    for path, suffixes in ((args.output, (".html", ".htm")), (args.pdf, (".pdf",))):
+        if path is None:
+            continue
+        if path.suffix.lower() not in suffixes:
+            raise InputError(
+                f"its name does not end in {suffixes[0]}",
+                where=str(path),
+                remedy=f"Name it {path.with_suffix(suffixes[0]).name}.",
+            )
+        check_output(path)
+
+
+def _source(args: Namespace) -> Source:
+    from stereotrack_core.project.whereabouts import SUFFIX
+
+    if args.source.suffix.lower() == SUFFIX:
+        return _of_project(args)
+    from stereotrack_core.interop.run_file import read_run
+
+    if args.run_name is not None:
+        raise InputError("only projects hold several runs", where="--run", remedy="Leave it out.")
+    stored = read_run(args.source)
+    return _with_truth(args, stored, args.source.name, _recording(args, stored), str(args.source))
+
+
+def _of_project(args: Namespace) -> Source:
+    from dataclasses import replace
+
+    from stereotrack_core.cli.import_labels import recording_of
+    from stereotrack_core.project.project import Project
+    from stereotrack_core.project.references import load_reference
+    from stereotrack_core.project.runs import kept_runs, load_run
+
+    with Project.open(args.source, read_only=True) as project:
+        kept = {one.name: one for one in kept_runs(project.runs)}
+        name = (
+            args.run_name
+            or project.chosen(project.runs)
+            or (next(iter(kept)) if len(kept) == 1 else "")
+        )
+        if name not in kept:
+            raise InputError(
+                f"the project has no run {name!r}" if name else "the project has several runs"
+                if kept else "the project keeps no run",
+                where=str(args.source),
+                remedy=f"Name one with --run: {', '.join(kept)}." if kept else "Track and keep one "
+                "in the workbench, or give a run file.",
+            )  # fmt: skip
+        stored = load_run(project.runs, name)
+        from stereotrack_core.recording.folder import open_recording
+
+        recording = open_recording(args.recording) if args.recording else recording_of(project)
+        source = _with_truth(args, stored, name, recording, name)
+        chosen = project.chosen(project.references)
+        if args.reference is None and chosen is not None:
+            states = load_reference(project.references, chosen)
+            source = replace(
+                source,
+                reference=states.trajectory(),
+                states=states,
+                reference_name=f"the project's reference {chosen}",
+            )
+        return replace(source, note=kept[name].facts.note, repeat="")
+
+
+def _with_truth(
+    args: Namespace, stored: Run, name: str, recording: Recording | None, like: str
+) -> Source:
+    """What is reported, with the reference that was named or the recording's own."""
+    from stereotrack_core.cli.truth import truth_of
+    from stereotrack_core.evaluation.report.reported import Source
+
+    reference, states, said = None, None, ""
+    if args.reference is not None:
+        truth = truth_of(args.reference, stored.meta)
+        reference, states = truth.reference, truth.states
+        said = f"the reference {args.reference.name}"
+    elif recording is not None and recording.reference is not None:
+        reference, said = recording.reference, "the recording's own reference"
+    folder = str(recording.folder.name) if recording is not None else "RECORDING"
+    return Source(
+        name=name,
+        run=stored,
+        recording=recording,
+        reference=reference,
+        reference_name=said,
+        states=states,
+        frames=(None, None) if args.frames is None else frame_bounds(args.frames),
+        command=_own_command(args),
+        repeat=repeat_command(folder, like),
+    )
+
+
+def _own_command(args: Namespace) -> str:
+    words = ["stereotrack", "report", str(args.source), "-o", str(args.output)]
+    for option in ("run", "recording", "reference", "frames", "pdf"):
+        value = getattr(args, "run_name" if option == "run" else option)
+        if value is not None:
+            words += [f"--{option}", str(value)]
+    return shlex.join(words)
+
+
+def _recording(args: Namespace, stored: Run) -> Recording | None:
+    from stereotrack_core.recording.folder import open_recording
+
+    if args.recording is not None:
+        return open_recording(args.recording)
+    folder = stored.meta.get("recording_folder")
+    if folder and Path(str(folder)).is_dir():
+        return open_recording(Path(str(folder)))
+    say("The run's recording is not there, so pictures are left out; name it with --recording.")
+    return None
+
+
+def _tell(args: Namespace, reported: Reported) -> None:
+    accuracy = reported.accuracy
+    facts = {
+        "report": args.output,
+        "pdf": args.pdf,
+        "frames": len(reported.source.run.frame),
+        "episodes": len(reported.episodes),
+        "lost_percent": None if accuracy is None else 100.0 * accuracy.summary.lost,
+    }
+    if args.json:
+        put_json(facts)
+    else:
+        rows = [(key.replace("_", " "), str(value)) for key, value in facts.items()
+                if value is not None]  # fmt: skip
+        put_table(Table(f"Report on {reported.source.name}", ("what", "value"), rows))
+
+
+COMMAND = Command(
+    name="report",
+    summary="a run as one page that stands alone, with errors, curves, episodes and pictures",
+    description=(
+        "Write a page (HTML with everything embedded, and a PDF where asked for) about a run: "
+        "subject, recording, calibration, errors, curves, episodes with pictures, range of "
+        "motion, uncertainty, parameters, versions, and how to do it again."
+    ),
+    add_arguments=add_arguments,
+    run=run,
+)

@@ -1,0 +1,257 @@
+"""What a report is about, and everything that it tells, gathered in one place."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from stereotrack_core.annotation.reference import Reference
+from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.evaluation.doubts import Doubts, doubts_against
+from stereotrack_core.evaluation.episodes.episode import Episode
+from stereotrack_core.evaluation.episodes.export import strip_of
+from stereotrack_core.evaluation.episodes.find import Subject as Searched
+from stereotrack_core.evaluation.episodes.find import find_episodes
+from stereotrack_core.evaluation.errors import LimbErrors, errors_against
+from stereotrack_core.evaluation.joint_angles.motion import motion_of
+from stereotrack_core.evaluation.joint_angles.ranges import StretchMotion, range_of_motion
+from stereotrack_core.evaluation.joint_angles.series import angles_of_run
+from stereotrack_core.evaluation.reference_quality import reference_quality
+from stereotrack_core.evaluation.summary import Summary, summarise, summarise_segments
+from stereotrack_core.recording.description import Recording, Segment
+from stereotrack_core.recording.finding import Finding
+from stereotrack_core.recording.findings import examine
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.tracking.repeating import what_differs
+from stereotrack_core.tracking.run import Run
+
+MOST_STRIPS = 8
+"""Episodes that are shown in pictures: the longest ones."""
+
+_QUALITY = 80
+
+Progress = Callable[[float, str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """What a report is made of.
+
+    Attributes
+    ----------
+    name : str
+        Of the run, as people know it.
+    run : Run
+    recording : Recording or None
+        None where it is not there any more; pictures and calibration are left out then.
+    reference : LandmarkTrajectory or None
+    reference_name : str
+    states : Reference or None
+        The reference with its uncertainty, where it states one.
+    frames : tuple of (int or None, int or None)
+        Half-open stretch that is reported; None for where the run begins or ends.
+    command : str
+        That makes this report again.
+    repeat : str
+        That tracks again.
+    note : str
+        What a person has written about the run.
+    """
+
+    name: str
+    run: Run
+    recording: Recording | None = None
+    reference: LandmarkTrajectory | None = None
+    reference_name: str = ""
+    states: Reference | None = None
+    frames: tuple[int | None, int | None] = (None, None)
+    command: str = ""
+    repeat: str = ""
+    note: str = ""
+
+    @property
+    def fps(self) -> float:
+        """Frame sets per second."""
+        if self.recording is not None:
+            return self.recording.fps
+        return float(self.run.meta.get("fps") or 10.0)
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """Errors against a reference.
+
+    Attributes
+    ----------
+    errors : LimbErrors
+    summary : Summary
+    segments : tuple of Summary
+    quality : mapping from measure to float
+        How good the reference is, as far as it says.
+    doubts : Doubts or None
+        Whether limbs that the run takes for lost are lost; None where it says nothing.
+    """
+
+    errors: LimbErrors
+    summary: Summary
+    segments: tuple[Summary, ...]
+    quality: dict[str, float]
+    doubts: Doubts | None
+
+
+@dataclass(frozen=True)
+class ShownEpisode:
+    """An episode with its strip of pictures as a JPEG, where it has one."""
+
+    episode: Episode
+    strip: bytes | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Reported:
+    """Everything that a report tells.
+
+    Attributes
+    ----------
+    source : Source
+        Its run is cut to the stretch that is reported.
+    segments : tuple of Segment
+        Within the stretch.
+    findings : tuple of Finding
+        About the recording.
+    accuracy : Accuracy or None
+        None without a reference.
+    episodes : tuple of ShownEpisode
+    motions : tuple of StretchMotion
+        Ranges of motion: all frames first, then every segment.
+    smoothing : str
+        How angles were made smooth, in a sentence.
+    differs : tuple of str
+        Why tracking again may come out otherwise.
+    """
+
+    source: Source
+    segments: tuple[Segment, ...]
+    findings: tuple[Finding, ...]
+    accuracy: Accuracy | None
+    episodes: tuple[ShownEpisode, ...]
+    motions: tuple[StretchMotion, ...]
+    smoothing: str
+    differs: tuple[str, ...]
+
+
+def gathered(
+    source: Source,
+    *,
+    on_progress: Progress = lambda _share, _words: None,
+    cancelled: Callable[[], bool] = lambda: False,
+) -> Reported:
+    """Measure, look for episodes and draw their strips.
+
+    Raises
+    ------
+    InputError
+        Where the run has none of the frames.
+    Cancelled
+    """
+    source = dataclasses.replace(source, run=_cut(source.run, source.frames))
+    run, recording = source.run, source.recording
+    first, end = int(run.frame[0]), int(run.frame[-1]) + 1
+    segments = () if recording is None else _within(recording.segments, first, end)
+    on_progress(0.02, "looking at the recording")
+    findings = () if recording is None else examine(recording.folder, deep=False)
+    accuracy = _accuracy(source, segments)
+    angles = angles_of_run(run)
+    motion = motion_of(angles, source.fps)
+    return Reported(
+        source=source,
+        segments=segments,
+        findings=findings,
+        accuracy=accuracy,
+        episodes=_episodes(source, on_progress, cancelled),
+        motions=range_of_motion(angles, motion, segments),
+        smoothing=motion.words,
+        differs=() if recording is None else what_differs(run, recording),
+    )
+
+
+def _cut(run: Run, frames: tuple[int | None, int | None]) -> Run:
+    first, end = frames
+    inside = np.ones(len(run.frame), dtype=bool)
+    if first is not None:
+        inside &= run.frame >= first
+    if end is not None:
+        inside &= run.frame < end
+    if not inside.any():
+        raise InputError(
+            "the run has none of these frames" if len(run.frame) else "the run has no frames",
+            where="--frames",
+            remedy="Choose a stretch that it has." if len(run.frame) else "Track first.",
+        )
+    names = (
+        *("frame", "landmarks", "x", "P", "tracked", "coverage", "residual", "innovation"),
+        *("limb_sigma_deg", "limb_lost", "seconds"),
+    )
+    return dataclasses.replace(run, **{name: getattr(run, name)[inside] for name in names})
+
+
+def _within(segments: Sequence[Segment], first: int, end: int) -> tuple[Segment, ...]:
+    return tuple(
+        Segment(s.name, max(s.first, first), min(s.end, end))
+        for s in segments
+        if s.first < end and s.end > first
+    )
+
+
+def _accuracy(source: Source, segments: Sequence[Segment]) -> Accuracy | None:
+    if source.reference is None:
+        return None
+    run = source.run
+    errors = errors_against(run.trajectory(), source.reference)
+    errors = errors.between(int(run.frame[0]), int(run.frame[-1]) + 1)
+    if not len(errors.frame):
+        return None
+    doubts = doubts_against(run.frame, run.limb_lost, errors)
+    return Accuracy(
+        errors=errors,
+        summary=summarise(errors),
+        segments=summarise_segments(errors, segments),
+        quality={} if source.states is None else reference_quality(source.states, errors.frame),
+        doubts=doubts if doubts.judged else None,
+    )
+
+
+def _episodes(
+    source: Source, on_progress: Progress, cancelled: Callable[[], bool]
+) -> tuple[ShownEpisode, ...]:
+    searched = Searched(source.run, source.fps, source.reference, source.recording)
+    found = find_episodes(
+        searched, lambda share, words: on_progress(0.05 + 0.55 * share, words), cancelled
+    )
+    if source.reference is not None:
+        found = tuple(episode for episode in found if episode.found == "truth")
+    recording = source.recording
+    if recording is None:
+        return tuple(ShownEpisode(episode) for episode in found)
+    longest = sorted(found, key=lambda e: e.first - e.last)[:MOST_STRIPS]
+    shown = []
+    with FrameReader(recording, read_ahead=0) as reader:
+        for i, episode in enumerate(found):
+            if cancelled():
+                raise Cancelled
+            on_progress(0.6 + 0.4 * i / len(found), "drawing episodes")
+            strip = None
+            if episode in longest:
+                strip = _jpeg(strip_of(searched, recording, episode, reader=reader))
+            shown.append(ShownEpisode(episode, strip))
+    return tuple(shown)
+
+
+def _jpeg(picture: np.ndarray[tuple[int, ...], np.dtype[np.uint8]]) -> bytes | None:
+    done, data = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
+    return data.tobytes() if done else None

@@ -1,0 +1,130 @@
+"""``stereotrack report``: one page that stands alone, and a PDF."""
+
+import re
+import shutil
+
+import numpy as np
+import pytest
+
+from stereotrack_core.annotation.reference import Reference
+from stereotrack_core.interop.reference_npz import write_reference
+from stereotrack_core.interop.run_npz import read_npz
+from stereotrack_core.project.project import Project
+from stereotrack_core.project.runs import keep_run
+from stereotrack_core.recording.folder import open_recording
+
+SECTIONS = (
+    *("recording", "subject", "calibration", "errors", "curves", "episodes", "honesty", "motion"),
+    *("reference", "parameters", "again"),
+)
+
+
+@pytest.fixture(scope="session")
+def pages(recording, tracked, tmp_path_factory):
+    """The page and the PDF of the tiny run."""
+    from stereotrack_core.cli import main
+
+    folder = tmp_path_factory.mktemp("report")
+    page, pdf = folder / "report.html", folder / "report.pdf"
+    assert main(["report", str(tracked), "-o", str(page), "--pdf", str(pdf), "--json"]) == 0
+    return page.read_text("utf-8"), pdf
+
+
+def test_the_page_has_all_its_sections(pages):
+    page, _ = pages
+    assert re.findall(r'<h2 id="([a-z]+)"', page) == list(SECTIONS)
+    for words in (
+        "Usable: nothing contradicts", "states no uncertainty", "arm segments lost",
+        "--like", "stereotrack report", "called lost",
+    ):  # fmt: skip
+        assert words in page
+
+
+def test_the_page_stands_alone(pages):
+    page, _ = pages
+    assert "<script" not in page
+    assert "<link" not in page
+    sources = re.findall(r'(?:src|href)="([^"]{0,30})', page)
+    assert sources
+    assert all(source.startswith(("data:image/", "#")) for source in sources)
+    assert "url(" not in page
+
+
+def test_the_pdf_has_pages(pages):
+    _, pdf = pages
+    data = pdf.read_bytes()
+    assert data.startswith(b"%PDF")
+    assert len(re.findall(rb"/Type\s*/Page\b", data)) >= 3
+    assert b"%%EOF" in data[-64:]
+
+
+def test_a_reference_that_states_its_uncertainty_is_told(run, recording, tracked, tmp_path):
+    truth = open_recording(recording).reference
+    frames = len(truth.frame)
+    states = Reference(
+        truth.frame, truth.points, np.tile(1e-4 * np.eye(3), (frames, 9, 1, 1)),
+        np.full((frames, 6), 2.3), np.arange(frames) > 7,
+    )  # fmt: skip
+    write_reference(tmp_path / "good.npz", states)
+    page = tmp_path / "r.html"
+    ended = run(
+        "report", tracked, "-o", page, "--reference", tmp_path / "good.npz", "--frames", "2:9"
+    )
+    assert ended.status == 0, ended.err
+    text = page.read_text("utf-8")
+    assert "reference good to 2.3" in text
+    assert "7 frames, of which 1 were not annotated" in text
+    assert "frames 2 to 8" in text
+
+
+def test_without_the_recording_there_is_still_a_report(run, recording, tracked, tmp_path):
+    moved = tmp_path / "elsewhere" / "run.npz"
+    moved.parent.mkdir()
+    from dataclasses import replace
+
+    from stereotrack_core.interop.run_npz import write_npz
+
+    stored = read_npz(tracked)
+    write_npz(moved, replace(stored, meta={**stored.meta, "recording_folder": "/gone/from/here"}))
+    ended = run("report", moved, "-o", tmp_path / "r.html", "--json")
+    assert ended.status == 0, ended.err
+    assert ended.json["lost_percent"] is None
+    text = (tmp_path / "r.html").read_text("utf-8")
+    assert "The recording is not there any more" in text
+    assert "errors are not known" in text
+    assert "Calibration" not in text
+
+
+def test_a_run_of_a_project_with_its_note(run, recording, tracked, tmp_path):
+    copied = tmp_path / "tiny"
+    shutil.copytree(recording, copied)
+    path = tmp_path / "own.stereotrack"
+    with Project.create(path, copied) as project:
+        project.apply(keep_run("first <try>", read_npz(tracked), "with & care"))
+    ended = run("report", path, "-o", tmp_path / "r.html")
+    assert ended.status == 0, ended.err
+    text = (tmp_path / "r.html").read_text("utf-8")
+    assert "Report on first &lt;try&gt;" in text
+    assert "with &amp; care" in text
+    wrong = run("report", path, "-o", tmp_path / "r.html", "--run", "second")
+    assert wrong.status == 2
+    assert "first <try>" in wrong.err
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("-o", "r.txt"),
+        ("-o", "r.html", "--pdf", "r.doc"),
+        ("-o", "r.html", "--frames", "50:60"),
+        ("-o", "r.html", "--run", "x"),
+        ("-o", "no/folder/r.html"),
+    ],
+)
+def test_what_cannot_be_is_said_in_one_sentence(run, tracked, tmp_path, monkeypatch, words):
+    monkeypatch.chdir(tmp_path)
+    ended = run("report", tracked, *words)
+    assert ended.status == 2
+    assert ended.err.startswith("stereotrack: ")
+    assert "Traceback" not in ended.err
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,222 @@
+"""Sweeps in the window: asked for, computed by a process of their own, plotted, taken over."""
+
+import csv
+
+import pytest
+from PySide6.QtCore import QPoint, QSettings, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from app.presenters import sweeps as sweeps_module
+from app.presenters.sweep_plan import SweepWish, count_of_wish, count_words, hint_for
+from app.presenters.sweeps import SweepPresenter
+from app.sweeping.dialog import SweepDialog
+from app.sweeping.results import SweepResults
+from app.tasks.task import TaskList
+from app.views.sweep_values import SweepValues
+from stereotrack_core.cli.sweep_files import SweepPlaces, SweepState, SweepStore
+from stereotrack_core.errors import InputError
+
+pytestmark = pytest.mark.window
+
+COLUMNS = ("recording", "data_points", "preset", "seed", "status", "forearms", "lost", "job")
+
+
+@pytest.fixture
+def table(tmp_path):
+    """A table of twelve runs whose forearms are 10 deg at 300 points and 5 deg at 900."""
+    path = tmp_path / "sweep.csv"
+    rows = [
+        ("r", points, preset, seed, "done", error + seed + (preset == "fast"), 1.0, "x")
+        for points, error in ((300, 10.0), (600, 7.0), (900, 5.0))
+        for preset in ("accurate", "fast")
+        for seed in (0, 1)
+    ]
+    with path.open("w", newline="") as file:
+        csv.writer(file).writerows([COLUMNS, *rows])
+    return path
+
+
+def click_in(plot, x, y):
+    """Press and let go where a value is drawn."""
+    view = plot._plot.viewport()
+    where = view.mapFrom(plot, plot.place_of(x, y))
+    QTest.mouseClick(view, Qt.MouseButton.LeftButton, pos=QPoint(where.x(), where.y()))
+    return where
+
+
+def test_values_are_added_by_keys_and_taken_away(shown, qtbot):
+    names = (("views", "Views."), ("iterations", "Corrections per frame set."))
+    values = shown(SweepValues(names, hint_for))
+    line = values.chooser.lineEdit()
+    qtbot.keyClicks(line, "iterations")
+    qtbot.keyClick(line, Qt.Key.Key_Return)
+    field = values.field("iterations")
+    with qtbot.waitSignal(values.changed):
+        qtbot.keyClicks(field, "2,3")
+    assert values.varied() == (("iterations", "2,3"),)
+    assert "1 to 50" in hint_for("iterations")
+    values.add("views", "N")
+    values.remove("iterations")
+    assert values.varied() == (("views", "N"),)
+
+
+def test_a_wish_is_a_command(tmp_path, small_recording):
+    wish = SweepWish(
+        recordings=(str(small_recording),), varied=(("iterations", "2,3"),), seeds="0,1",
+        frames="0:3", table=str(tmp_path / "a.csv"), scheduler="", preset="fast",
+        changes=("reach=0.2",), workers=2,
+    )  # fmt: skip
+    count = count_of_wish(wish)
+    assert (count.jobs, count.points, count.there, count.frames) == (4, 2, 0, 12)
+    words = count_words(count, cluster=False)
+    assert words.startswith("4 runs (2 points). To track: 12 frames")
+    assert "time will be known" in words
+    with pytest.raises(InputError, match="no recording"):
+        SweepWish((), (), "0", "", "a.csv", "", "fast", (), 1).arguments()
+
+
+def test_points_and_fields_tell_their_runs(shown, qtbot, table, tmp_path):
+    results = shown(SweepResults(), 900, 640)
+    results.open_table(table)
+    assert results.across.currentData() == "data_points"
+    assert results.second.currentData() == "preset"
+    assert "mean and standard deviation over seed" in results.averaged_label.text()
+    results.second.setCurrentIndex(0)
+    results.draw()
+    QApplication.processEvents()
+    with qtbot.waitSignal(results.plot.rows_chosen) as chosen:
+        click_in(results.plot, 900, 6.0)
+    assert len(chosen.args[0]) == 4, "the mean's mark stands for all its runs"
+    assert "data points 900" in results.chosen_label.text()
+    assert "forearms 6.0" in results.chosen_label.text()
+    with qtbot.waitSignal(results.taken_over) as taken:
+        qtbot.mouseClick(results.take_button, Qt.MouseButton.LeftButton)
+    assert taken.args[0] == {"data_points": "900"}
+    results.kind.setCurrentIndex(1)
+    results.second.setCurrentIndex(results.second.findData("preset"))
+    results.draw()
+    QApplication.processEvents()
+    with qtbot.waitSignal(results.plot.rows_chosen) as chosen:
+        click_in(results.plot, 0, 1)
+    assert chosen.args[0] == (2, 3)
+    for name in ("heat.svg", "heat.png"):
+        results.save_picture(tmp_path / name)
+        assert (tmp_path / name).stat().st_size > 2000
+
+
+def test_a_table_that_grows_is_read_again(shown, qtbot, table):
+    results = shown(SweepResults(), 700, 500)
+    results.open_table(table)
+    results.measure.setCurrentIndex(results.measure.findData("lost"))
+    with table.open("a", newline="") as file:
+        csv.writer(file).writerow(("r", 1200, "fast", 0, "done", 4.0, 1.0, "y"))
+    qtbot.waitUntil(lambda: "13 runs" in results.file_label.text(), timeout=5000)
+    assert results.measure.currentData() == "lost"
+    table.write_text("a,b\n")
+    with pytest.raises(InputError, match="not the table of a sweep"):
+        results.open_table(table)
+
+
+def test_a_sweep_is_asked_for_and_computed_and_its_values_taken_over(opened, qtbot, tmp_path):
+    w = opened
+    w.actions_book.action("sweep").trigger()
+    dialog = w.sweeps.dialog
+    qtbot.waitUntil(lambda: dialog.settled, timeout=20_000)
+    form = dialog.form
+    assert len(form.recordings()) == 1
+    form.show_base("fast", ["search_arms=no", "data_points=200", "fit_shape=no"])
+    form.values.add("iterations", "2")
+    form.frames.setText("0:2")
+    form.seeds.setText("0")
+    form.table.setText(str(tmp_path / "window.csv"))
+    form.processes.setValue(1)
+    form.changed.emit()
+    qtbot.waitUntil(lambda: dialog.settled and "1 run" in dialog.count_label.text(), timeout=20_000)
+    form.values.field("iterations").setText("many")
+    form.changed.emit()
+    qtbot.waitUntil(lambda: "not a valid value" in dialog.error_label.text(), timeout=20_000)
+    assert not dialog.begin_button.isEnabled()
+    form.values.field("iterations").setText("2")
+    form.changed.emit()
+    qtbot.waitUntil(lambda: dialog.settled and dialog.begin_button.isEnabled(), timeout=20_000)
+    qtbot.mouseClick(dialog.begin_button, Qt.MouseButton.LeftButton)
+    assert w.sweeps.presenter.now.going
+    assert not dialog.begin_button.isEnabled()
+    qtbot.waitUntil(lambda: not w.sweeps.presenter.now.going, timeout=120_000)
+    assert w.sweeps.presenter.now.phase == "done", w.sweeps.presenter.now.words
+    assert "1 run computed" in dialog.state_label.text()
+    qtbot.waitUntil(
+        lambda: "all of them are in the table already" in dialog.count_label.text(), timeout=20_000
+    )
+    qtbot.mouseClick(dialog.results_button, Qt.MouseButton.LeftButton)
+    assert "1 run" in w.sweeps.results.file_label.text()
+    w.sweeps.take_over({"preset": "fast", "iterations": "7", "views": "N"})
+    assert w.track.settings.tracking.iterations == 7
+    assert w.track.preset == "fast"
+    w.sweeps.take_over({"iterations": "many"})
+    assert "not a valid value" in w.messages.message.sentence()
+    w.messages.clear()
+
+
+class Going:
+    """What stands in for a sweep that another window has begun."""
+
+    def __init__(self, path):
+        self.store = SweepStore(SweepPlaces(path))
+        self.tell(0.25)
+
+    def tell(self, share, ended=""):
+        self.store.note_state(
+            SweepState(jobs=8, reused=1, computed=int(7 * share), share=share,
+                       seconds_left=30.0, ended=ended)
+        )  # fmt: skip
+
+
+def test_a_sweep_that_goes_on_is_followed_by_the_next_window(shown, qtbot, tmp_path, monkeypatch):
+    monkeypatch.setattr(sweeps_module, "_LOCK_LOOK_MS", 100)
+    path = tmp_path / "sweep.csv"
+    settings = QSettings(str(tmp_path / "s.ini"), QSettings.Format.IniFormat)
+    settings.setValue("sweep/table", str(path))
+    going = Going(path)
+    presenter = SweepPresenter(settings)
+    dialog = shown(SweepDialog(presenter, TaskList()), 980, 620)
+    qtbot.waitUntil(lambda: "2 of 8 runs done, about 30 s left" in dialog.state_label.text())
+    assert dialog.stop_button.isEnabled()
+    qtbot.mouseClick(dialog.stop_button, Qt.MouseButton.LeftButton)
+    assert going.store.stop_asked()
+    assert "Stopping" in dialog.state_label.text()
+    going.tell(0.5, "stopped")
+    going.store.close()
+    qtbot.waitUntil(lambda: presenter.now.phase == "stopped", timeout=5000)
+    assert "Begin goes on where it was" in dialog.state_label.text()
+    assert not dialog.progress.isVisible()
+    qtbot.waitUntil(lambda: dialog.settled, timeout=20_000)
+    presenter.leave()
+
+
+def test_a_window_that_is_closed_stops_a_sweep_only_when_asked(qtbot, tmp_path):
+    path = tmp_path / "sweep.csv"
+    settings = QSettings(str(tmp_path / "s.ini"), QSettings.Format.IniFormat)
+    settings.setValue("sweep/table", str(path))
+    going = Going(path)
+    presenter = SweepPresenter(settings)
+    assert presenter.now.going
+    presenter.leave()
+    assert not going.store.stop_asked()
+    presenter = SweepPresenter(settings)
+    presenter.goes_on = False
+    presenter.leave()
+    assert going.store.stop_asked()
+    going.store.close()
+    assert not SweepPresenter(settings).now.going
+
+
+def test_a_sweep_that_cannot_begin_says_why(qtbot, tmp_path):
+    settings = QSettings(str(tmp_path / "s.ini"), QSettings.Format.IniFormat)
+    presenter = SweepPresenter(settings)
+    presenter.begin(["sweep", str(tmp_path / "none"), "-o", "a.csv"], tmp_path / "a.csv")
+    qtbot.waitUntil(lambda: not presenter.now.going, timeout=60_000)
+    assert presenter.now.phase == "failed"
+    assert "none" in presenter.now.words
+    assert "Traceback" not in presenter.now.words
