@@ -16,7 +16,6 @@ from stereotrack_core.depth.points import Volume
 from stereotrack_core.geometry.rotation import angle_between, vector_from_rotation
 from stereotrack_core.tracking.confidence import coverage, surface_distances
 from stereotrack_core.tracking.estimate import Estimate
-from stereotrack_core.tracking.initialise import t_pose_in_cloud
 from stereotrack_core.tracking.manifold_tracker import ManifoldTracker
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.search.arms import arm_of_pose
@@ -62,10 +61,6 @@ _HOPELESS, _BETTER = 40.0, 6.0
 
 _NATURAL_ARMS = 3.0
 """Factor on what speaks against the anatomy of arms, as in the search for them."""
-
-_UNUSUAL = 20.0
-"""Cost by which a first pose that faces away from the usual one must be better: front and back look
-much alike."""
 
 _TURN_GAIN = 3.0
 """Cost by which a pose must be more natural the other way round to be turned."""
@@ -129,6 +124,12 @@ class SeekingTracker(ManifoldTracker):
         self._age, self._unchanged = 0, _SETTLED
         self._cost = self._doubt = 0.0
         self._rivals: list[_Candidate] = []
+
+    def with_body(self, body: BodyModel) -> SeekingTracker:
+        """The same tracker for another body, before its first cloud."""
+        other = SeekingTracker(body, *self._made_from[1:])
+        other.volume = self.volume
+        return other
 
     def seek(self) -> None:
         """Know nothing: the next cloud that shows somebody is searched."""
@@ -217,7 +218,7 @@ class SeekingTracker(ManifoldTracker):
         The evidence is added up as in Page's test (doi:10.1093/biomet/41.1-2.100), but what has
         spoken for the pose before is remembered up to a limit.
         """
-        gain = self._gain_of_turning(self.pose, cloud)
+        gain = self.gain_of_turning(self.pose, cloud)
         self._doubt = max(-_MOST_TRUST, self._doubt + gain - _TURN_GAIN)
         if self._doubt > _ENOUGH_DOUBT:
             self.start(turned_round(self.pose))
@@ -226,7 +227,7 @@ class SeekingTracker(ManifoldTracker):
 
     def _exchanged(self, rival: _Candidate) -> _Candidate:
         """Let a rival lead; the pose that led becomes the rival."""
-        twin, cost, leader = self._twin(self.pose), self._cost, rival.tracker
+        twin, cost, leader = self.twin(self.pose), self._cost, rival.tracker
         twin.P, twin.movement = self.P, self.movement
         self.pose, self.P, self.movement = leader.pose, leader.P, leader.movement
         self._cost = rival.cost
@@ -257,13 +258,13 @@ class SeekingTracker(ManifoldTracker):
         return _ALL_DATA * unexplained + trunk_sight_cost(cloud, self.body, poses) + facing
 
     def _followed(self, pose: Pose, data: FloatArray) -> Pose:
-        twin = self._twin(pose)
+        twin = self.twin(pose)
         twin.follow(data, twin.pose, twin.P)
         return twin.pose
 
     def _with_arms(self, pose: Pose, cloud: Cloud, data: FloatArray) -> _Candidate:
         """Look for the arms of a body whose trunk is where a pose has it."""
-        twin = self._twin(pose)
+        twin = self.twin(pose)
         rng = np.random.default_rng((self._seed, cloud.frame, 1))
         evidence = self._arms.evidence(cloud, pose, rng)
         best, least = pose, self._cost_at(pose, cloud, evidence)
@@ -280,10 +281,11 @@ class SeekingTracker(ManifoldTracker):
 
     def _turn_if_natural(self, tracker: ManifoldTracker, cloud: Cloud) -> None:
         """Let a tracker go on from the other side's pose where that is clearly more natural."""
-        if self._gain_of_turning(tracker.pose, cloud) > _TURN_GAIN:
+        if self.gain_of_turning(tracker.pose, cloud) > _TURN_GAIN:
             tracker.start(turned_round(tracker.pose))
 
-    def _gain_of_turning(self, pose: Pose, cloud: Cloud) -> float:
+    def gain_of_turning(self, pose: Pose, cloud: Cloud) -> float:
+        """How much more natural a pose is the other way round; negative where it is less."""
         return self._unnatural(pose, cloud) - self._unnatural(turned_round(pose), cloud)
 
     def _unnatural(self, pose: Pose, cloud: Cloud) -> float:
@@ -294,7 +296,8 @@ class SeekingTracker(ManifoldTracker):
             self.body, pose, cloud.points, self.cameras
         )
 
-    def _twin(self, pose: Pose) -> ManifoldTracker:
+    def twin(self, pose: Pose) -> ManifoldTracker:
+        """A tracker of the same body that only follows."""
         twin = ManifoldTracker(*self._made_from)
         twin.start(pose)
         return twin
@@ -355,45 +358,3 @@ def _arms_differ(a: Pose, b: Pose) -> bool:
 def _differ(a: Pose, b: Pose) -> bool:
     """Whether two poses differ by more than following would make up for."""
     return _trunks_differ(a, b) or _arms_differ(a, b)
-
-
-def first_pose_in(seeker: SeekingTracker, clouds: Sequence[Cloud]) -> Pose | None:
-    """Pose in the first of successive clouds in which somebody is tracked; None without anybody.
-
-    The clouds are followed forwards, until it has shown which of the poses that explain the first
-    one is right, and then back to it. Where the pose in which recordings usually begin, the T
-    pose facing north, explains the clouds about as well, it is taken.
-    """
-    seeker.seek()
-    estimates = [seeker.step(cloud) for cloud in clouds]
-    tracked = [k for k, estimate in enumerate(estimates) if estimate.tracked]
-    if not tracked:
-        return None
-    first, last = tracked[0], tracked[-1]
-    usual = t_pose_in_cloud(seeker.body, clouds[first].points)
-    if _explains_as_well(seeker, usual, clouds[first:], estimates[first:]):
-        return usual
-    seeker.start(estimates[last].pose)
-    for cloud in reversed(clouds[first:last]):
-        estimate = seeker.step(cloud)
-        if not estimate.tracked:
-            return estimates[first].pose
-    return seeker.pose
-
-
-def _explains_as_well(
-    seeker: SeekingTracker, usual: Pose, clouds: Sequence[Cloud], found: Sequence[Estimate]
-) -> bool:
-    """Whether following from the usual pose costs no more than what was found, or little more."""
-    seeker.start(usual)
-    more = []
-    for cloud, other in zip(clouds, found, strict=True):
-        estimate = seeker.step(cloud)
-        if not estimate.tracked:
-            return False
-        if other.tracked:
-            here, there = seeker.cost(estimate.pose, cloud), seeker.cost(other.pose, cloud)
-            more.append(here - there)
-    forward = [other.pose.torso[:, 1] @ usual.torso[:, 1] for other in found if other.tracked]
-    turned_away = min(forward) < 0.0
-    return float(np.mean(more)) < (_UNUSUAL if turned_away else _BETTER)

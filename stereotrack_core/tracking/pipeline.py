@@ -15,6 +15,7 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.blas_threads import one_blas_thread
 from stereotrack_core.body.model import BodyModel, body_model, landmarks
+from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.chain import DepthChain
@@ -27,10 +28,11 @@ from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.fingerprint import fingerprint
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.tracking.acquire import SeekingTracker, first_pose_in
+from stereotrack_core.tracking.acquire import SeekingTracker
 from stereotrack_core.tracking.chain_covariance import joints_named
 from stereotrack_core.tracking.colours.tracker import ColouredTracker
 from stereotrack_core.tracking.estimate import Estimate, Tracker
+from stereotrack_core.tracking.first_pose import first_pose_in
 from stereotrack_core.tracking.frame import Origin, TrackedFrame, run_of
 from stereotrack_core.tracking.initialise import t_pose_in_cloud
 from stereotrack_core.tracking.lengths_fit import (
@@ -192,8 +194,8 @@ class Pipeline:
             self._take_lengths(frames)
         if self._init == "auto":
             clouds = self._first_clouds(frames)
-            self._found = first_pose_in(self._seeker(), clouds) if clouds else None
-        if self.settings.tracking.fit_shape and self.settings.tracking.matching == "data_to_model":
+            self._found = self._look_for_pose(clouds) if clouds else None
+        if self.settings.tracking.fit_shape and self._follows_data:
             self._fit_shape(frames)
 
     def _take_lengths(self, frames: range) -> None:
@@ -201,7 +203,7 @@ class Pipeline:
         expected = lengths_by_height(self._first_clouds(frames))
         known, seen = EstimatedLengths(expected, {}, 0), WellSeenFrames()
         p = self.settings.tracking
-        follows = p if p.matching == "data_to_model" else TrackingParameters()
+        follows = p if self._follows_data else TrackingParameters()
         settings = dataclasses.replace(self.settings, tracking=follows)
         with Pipeline(
             dataclasses.replace(self.recording, subject=known.subject()),
@@ -252,10 +254,19 @@ class Pipeline:
                 break
         return found
 
+    def _look_for_pose(self, clouds: Sequence[Cloud]) -> Pose | None:
+        shape = self.settings.body if self._follows_data else BodyParameters()
+        return first_pose_in(self._seeker(), clouds, shape)
+
+    @property
+    def _follows_data(self) -> bool:
+        """Whether the tracker is one that can look for poses."""
+        return self.settings.tracking.matching == "data_to_model"
+
     def _seeker(self) -> SeekingTracker:
         """A tracker that only looks for first poses."""
         p, body = self.settings.tracking, self.body
-        if p.matching == "model_to_data":
+        if not self._follows_data:
             # The thesis begins from a known pose; its body, without legs, is not made for search.
             p, body = TrackingParameters(), body_model(proportions_of(self.recording.subject))
         seeker = SeekingTracker(body, p, self._cameras, self.recording.fps, self.seed)
@@ -334,7 +345,7 @@ class Pipeline:
         if isinstance(self._init, Pose):
             return self._init
         if self._init == "auto":
-            found = self._found or first_pose_in(self._seeker(), [cloud])
+            found = self._found or self._look_for_pose([cloud])
             if found is not None:
                 return found
         return t_pose_in_cloud(self.body, cloud.points)

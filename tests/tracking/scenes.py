@@ -7,8 +7,9 @@ import numpy as np
 from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import placed_cones
 from stereotrack_core.body.pose import Pose, hanging_pose, rotation_towards
+from stereotrack_core.body.skeleton import TORSO
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.geometry.rotation import angle_between
+from stereotrack_core.geometry.rotation import angle_between, rotation_from_vector
 from tests.oracle.occlusion import solids_of
 
 CAMERAS = np.array([[0.0, 3.0, 2.1], [3.0, 0.0, 2.1], [0.0, -3.0, 2.1], [-3.0, 0.0, 2.1]])
@@ -90,3 +91,16 @@ def angle_errors(body, found, true):
     """Angles (6,) in degrees between the limbs' directions of two poses."""
     a, b = (body.frames(pose).rotations[:6, :, 2] for pose in (found, true))
     return np.degrees(angle_between(a, b))
+
+
+def turned(pose: Pose, degrees: float, place=(0.0, 0.0, 0.0)) -> Pose:
+    R = rotation_from_vector(np.array([0.0, 0.0, np.radians(degrees)]))
+    rotations = pose.rotations.copy()
+    rotations[TORSO] = R @ pose.torso
+    return Pose(R @ pose.position + place, rotations)
+
+
+def axis_off(found: Pose, true: Pose) -> float:
+    """Degrees between the lines through the shoulders, whichever of them is left."""
+    off = float(np.degrees(angle_between(found.torso[:, 0], true.torso[:, 0])))
+    return min(off, 180.0 - off)

@@ -3,16 +3,19 @@
 import numpy as np
 import pytest
 
-from stereotrack_core.body.manifold import difference
-from stereotrack_core.body.pose import Pose
-from stereotrack_core.body.skeleton import TORSO
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
-from stereotrack_core.geometry.rotation import angle_between, rotation_from_vector
-from stereotrack_core.tracking.acquire import SeekingTracker, first_pose_in
-from stereotrack_core.tracking.initialise import t_pose_in_cloud
+from stereotrack_core.tracking.acquire import SeekingTracker
 from stereotrack_core.tracking.presets import preset
-from tests.tracking.scenes import CAMERAS, POSES, angle_errors, cloud_of, surface_points
+from tests.tracking.scenes import (
+    CAMERAS,
+    POSES,
+    angle_errors,
+    axis_off,
+    cloud_of,
+    surface_points,
+    turned,
+)
 
 
 @pytest.fixture
@@ -24,33 +27,20 @@ def seeker(make_tracker):
     return tracker
 
 
-def _turned(pose: Pose, degrees: float, place=(0.0, 0.0, 0.0)) -> Pose:
-    R = rotation_from_vector(np.array([0.0, 0.0, np.radians(degrees)]))
-    rotations = pose.rotations.copy()
-    rotations[TORSO] = R @ pose.torso
-    return Pose(R @ pose.position + place, rotations)
-
-
-def _axis_off(found: Pose, true: Pose) -> float:
-    """Degrees between the lines through the shoulders, whichever of them is left."""
-    off = float(np.degrees(angle_between(found.torso[:, 0], true.torso[:, 0])))
-    return min(off, 180.0 - off)
-
-
 @pytest.mark.parametrize("heading", [0.0, 75.0, 200.0])
 @pytest.mark.parametrize("name", ["t", "reaching"])
 def test_a_body_is_found_in_any_heading_anywhere(seeker, rng, name, heading):
-    true = _turned(POSES[name], heading, (0.4, -0.5, 0.0))
+    true = turned(POSES[name], heading, (0.4, -0.5, 0.0))
     for frame in range(3):
         points = surface_points(seeker.body, true, 2500, rng, 0.005)
         found = seeker.step(cloud_of(points, frame))
     assert found.tracked
     assert np.linalg.norm(found.pose.position - true.position) < 0.06
-    assert _axis_off(found.pose, true) < 12.0
+    assert axis_off(found.pose, true) < 12.0
 
 
 def test_arms_that_reach_to_the_front_tell_where_the_front_is(seeker, rng):
-    true = _turned(POSES["reaching"], 140.0)
+    true = turned(POSES["reaching"], 140.0)
     for frame in range(3):
         points = surface_points(seeker.body, true, 2500, rng, 0.005)
         found = seeker.step(cloud_of(points, frame))
@@ -60,7 +50,7 @@ def test_arms_that_reach_to_the_front_tell_where_the_front_is(seeker, rng):
 def test_somebody_else_in_the_volume_does_not_draw_the_body(seeker, rng):
     true = POSES["reaching"]
     alone = surface_points(seeker.body, true, 2000, rng, 0.005)
-    other = surface_points(seeker.body, _turned(POSES["t"], 90.0, (1.5, 0.3, 0.0)), 2500, rng)
+    other = surface_points(seeker.body, turned(POSES["t"], 90.0, (1.5, 0.3, 0.0)), 2500, rng)
     seeker.start(true)
     for frame in range(3):
         found = seeker.step(cloud_of(np.concatenate([alone, other]), frame))
@@ -70,7 +60,7 @@ def test_somebody_else_in_the_volume_does_not_draw_the_body(seeker, rng):
 
 
 def test_a_body_that_a_side_of_the_volume_cuts_is_not_tracked(seeker, rng):
-    true = _turned(POSES["reaching"], 0.0, (1.78, 0.0, 0.0))
+    true = turned(POSES["reaching"], 0.0, (1.78, 0.0, 0.0))
     points = surface_points(seeker.body, true, 4000, rng, 0.005)
     inside = cloud_of(points[points[:, 0] < 1.8])
     found = seeker.step(inside)
@@ -82,56 +72,13 @@ def test_who_comes_back_elsewhere_is_found_again(seeker, rng):
     seeker.start(POSES["t"])
     assert seeker.step(cloud_of(surface_points(seeker.body, POSES["t"], 2500, rng, 0.005))).tracked
     assert not seeker.step(cloud_of(np.empty((0, 3)), 1)).tracked
-    true = _turned(POSES["reaching"], 100.0, (-0.8, 0.6, 0.0))
+    true = turned(POSES["reaching"], 100.0, (-0.8, 0.6, 0.0))
     for frame in range(2, 5):
         points = surface_points(seeker.body, true, 2500, rng, 0.005)
         found = seeker.step(cloud_of(points, frame))
     assert found.tracked
     assert np.linalg.norm(found.pose.position - true.position) < 0.06
-    assert _axis_off(found.pose, true) < 12.0
-
-
-def test_the_first_pose_is_that_of_the_first_cloud(seeker, rng):
-    poses = [_turned(POSES["reaching"], 30.0, (0.0, 0.03 * k, 0.0)) for k in range(4)]
-    clouds = [
-        cloud_of(surface_points(seeker.body, pose, 2000, rng, 0.005), k)
-        for k, pose in enumerate(poses)
-    ]
-    found = first_pose_in(seeker, clouds)
-    assert found is not None
-    assert np.abs(difference(found, poses[0], seeker.joints)[:3]).max() < 0.03
-    assert first_pose_in(seeker, [cloud_of(np.empty((0, 3)))]) is None
-
-
-def _clouds(seeker, pose, rng, count=4):
-    return [cloud_of(surface_points(seeker.body, pose, 2000, rng, 0.005), k) for k in range(count)]
-
-
-def test_the_usual_first_pose_is_taken_where_it_explains_the_clouds(seeker, rng):
-    clouds = _clouds(seeker, POSES["t"], rng)
-    found, usual = first_pose_in(seeker, clouds), t_pose_in_cloud(seeker.body, clouds[0].points)
-    assert found is not None
-    np.testing.assert_array_equal(found.rotations, usual.rotations)
-    np.testing.assert_array_equal(found.position, usual.position)
-
-
-@pytest.mark.parametrize(
-    ("name", "heading"), [("reaching", 90.0), ("reaching", 180.0), ("t", 90.0)]
-)
-def test_another_first_pose_is_not_taken_for_the_usual(seeker, rng, name, heading):
-    true = _turned(POSES[name], heading)
-    found = first_pose_in(seeker, _clouds(seeker, true, rng))
-    assert found is not None
-    assert _axis_off(found, true) < 12.0
-    if name == "reaching":
-        assert angle_between(found.torso[:, 0], true.torso[:, 0]) < np.radians(30.0)
-
-
-def test_the_usual_first_pose_is_that_of_the_first_cloud_with_somebody(seeker, rng):
-    clouds = [cloud_of(np.empty((0, 3))), *_clouds(seeker, POSES["t"], rng)]
-    found, usual = first_pose_in(seeker, clouds), t_pose_in_cloud(seeker.body, clouds[1].points)
-    assert found is not None
-    np.testing.assert_array_equal(found.position, usual.position)
+    assert axis_off(found.pose, true) < 12.0
 
 
 def test_the_same_seed_finds_the_same(make_tracker, rng):

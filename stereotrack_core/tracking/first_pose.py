@@ -1,0 +1,136 @@
+"""The pose with which a track begins, found without help in its first clouds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from stereotrack_core.body.model import body_model
+from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.tracking.acquire import SeekingTracker
+from stereotrack_core.tracking.estimate import Estimate
+from stereotrack_core.tracking.initialise import t_pose_in_cloud
+from stereotrack_core.tracking.seeking.facing import turned_round
+from stereotrack_core.tracking.shape_fit import SeenPose, fitted_surface
+
+_BETTER = 6.0
+"""Cost by which a pose that is not the usual one must be better to be taken."""
+
+_UNUSUAL = 20.0
+"""Cost by which a first pose that faces away from the usual one must be better: front and back look
+much alike."""
+
+_TURN_GAIN = 3.0
+"""Cost by which a body fitted the other way round must be more natural to be taken."""
+
+_FITTED = 8
+"""Clouds that both ways of facing are followed over; every second one is fitted to."""
+
+
+def first_pose_in(
+    seeker: SeekingTracker, clouds: Sequence[Cloud], shape: BodyParameters
+) -> Pose | None:
+    """Pose in the first of successive clouds in which somebody is tracked; None without anybody.
+
+    The clouds are followed forwards, until it has shown which of the poses that explain the first
+    one is right, and then back to it. Where the pose in which recordings usually begin, the T
+    pose facing north, explains the clouds about as well, it is taken. At last it is looked at
+    from both sides with bodies of their own shape.
+
+    Parameters
+    ----------
+    seeker : SeekingTracker
+        Of which nothing is left as it was.
+    clouds : sequence of Cloud
+    shape : BodyParameters
+        Of the seeker's body.
+    """
+    seeker.seek()
+    estimates = [seeker.step(cloud) for cloud in clouds]
+    tracked = [k for k, estimate in enumerate(estimates) if estimate.tracked]
+    if not tracked:
+        return None
+    first, last = tracked[0], tracked[-1]
+    usual = t_pose_in_cloud(seeker.body, clouds[first].points)
+    if _explains_as_well(seeker, usual, clouds[first:], estimates[first:]):
+        return usual
+    found = _followed_back(seeker, clouds, estimates, first, last)
+    return facing_right(seeker, found, clouds[first : last + 1], shape)
+
+
+def _followed_back(
+    seeker: SeekingTracker,
+    clouds: Sequence[Cloud],
+    estimates: Sequence[Estimate],
+    first: int,
+    last: int,
+) -> Pose:
+    seeker.start(estimates[last].pose)
+    for cloud in reversed(clouds[first:last]):
+        estimate = seeker.step(cloud)
+        if not estimate.tracked:
+            return estimates[first].pose
+    return seeker.pose
+
+
+def facing_right(
+    seeker: SeekingTracker, found: Pose, clouds: Sequence[Cloud], shape: BodyParameters
+) -> Pose:
+    """The pose, or the one that looks most alike from the other side if that is more natural.
+
+    Parameters
+    ----------
+    seeker : SeekingTracker
+    found : Pose
+        In the first of the clouds.
+    clouds : sequence of Cloud
+        At least one.
+    shape : BodyParameters
+        Of the seeker's body.
+
+    Notes
+    -----
+    A body of average shape that faces the wrong way may explain the data better than one that
+    faces the right way. With shapes of their own both explain them about as well, but the one
+    that faces the wrong way then bends its knees and elbows as nobody can.
+    """
+    away = turned_round(found)
+    here = _gain_of_turning(seeker, found, clouds[:_FITTED], shape)
+    there = _gain_of_turning(seeker, away, clouds[:_FITTED], shape)
+    return away if here - there > 2.0 * _TURN_GAIN else found
+
+
+def _gain_of_turning(
+    seeker: SeekingTracker, pose: Pose, clouds: Sequence[Cloud], shape: BodyParameters
+) -> float:
+    """How much more natural the other way round is, for a body fitted to this way of facing."""
+    twin = seeker.twin(pose)
+    poses = [twin.step(cloud).pose for cloud in clouds]
+    pairs = list(zip(clouds, poses, strict=True))[len(clouds) > 1 :: 2]
+    lengths, joints = seeker.body.skeleton.proportions, seeker.joints
+    seen = [SeenPose(seeker.choose(cloud), pose) for cloud, pose in pairs]
+    surface, fitted = fitted_surface(lengths, shape, seen, seeker.parameters, joints)
+    judge = seeker.with_body(body_model(lengths, surface))
+    gains = [judge.gain_of_turning(p, c) for p, (c, _) in zip(fitted, pairs, strict=True)]
+    return float(np.mean(gains))
+
+
+def _explains_as_well(
+    seeker: SeekingTracker, usual: Pose, clouds: Sequence[Cloud], found: Sequence[Estimate]
+) -> bool:
+    """Whether following from the usual pose costs no more than what was found, or little more."""
+    seeker.start(usual)
+    more = []
+    for cloud, other in zip(clouds, found, strict=True):
+        estimate = seeker.step(cloud)
+        if not estimate.tracked:
+            return False
+        if other.tracked:
+            here, there = seeker.cost(estimate.pose, cloud), seeker.cost(other.pose, cloud)
+            more.append(here - there)
+    forward = [other.pose.torso[:, 1] @ usual.torso[:, 1] for other in found if other.tracked]
+    turned_away = min(forward) < 0.0
+    return float(np.mean(more)) < (_UNUSUAL if turned_away else _BETTER)
