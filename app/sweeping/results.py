@@ -142,7 +142,9 @@ class SweepResults(QDialog):
         self._chosen = {
             name: value for name, value in table.chosen(rows).items() if name != "recording"
         }
-        named = ", ".join(f"{words_of(name)} {value}" for name, value in self._chosen.items())
+        named = ", ".join(
+            f"{name.replace('_', ' ')} {value}" for name, value in self._chosen.items()
+        )
         told = [_figures(table, rows, name) for name in _TOLD if name in table.measures]
         self.chosen_label.setText(
             f"<b>{named or 'All together'}</b>, {counted(len(rows), 'run')}: {', '.join(told)}"
@@ -277,7 +279,7 @@ def _averaged(
     table: SweepTable, shown: tuple[str, str], begin: str, *, spread: bool = False
 ) -> str:
     """What is averaged over: ``Each field is the mean over recording, seed and views.``"""
-    over = [words_of(name) for name in table.parameters if name not in shown]
+    over = [name.replace("_", " ") for name in table.parameters if name not in shown]
     if not over:
         return "Each point is one run."
     named = over[0] if len(over) == 1 else f"{', '.join(over[:-1])} and {over[-1]}"

@@ -15,7 +15,7 @@ from stereotrack_core import __version__
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.evaluation.sweeps.points import Point
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.fingerprint import fingerprint
+from stereotrack_core.recording.fingerprint import calibration_fingerprint, fingerprint
 from stereotrack_core.tracking.pipeline import FirstPose, usable_views
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.settings import Settings
@@ -205,19 +205,11 @@ class _Source:
 
 def _facts_of(recording: Recording, own_fingerprint: str) -> dict[str, Any]:
     """What the tracker is told of a recording, without its folder."""
-    cameras = {
-        name: [
-            camera.width, camera.height, camera.fisheye, camera.matrix.tolist(),
-            camera.distortions.tolist(), camera.camera_from_world.rotation.tolist(),
-            camera.camera_from_world.translation.tolist(),
-        ]
-        for name, camera in sorted(recording.cameras.items())
-    }  # fmt: skip
     detections = recording.folder / DETECTIONS
     subject = recording.subject
     return {
         "fingerprint": own_fingerprint,
-        "calibration": cameras,
+        "calibration": calibration_fingerprint(recording),
         "fps": recording.fps,
         "subject": None if subject is None else vars(subject),
         "detections": _file_digest(detections) if detections.is_file() else None,

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from stereotrack_core.evaluation.sweeps.measures import measure_named
+from stereotrack_core.evaluation.sweeps.points import parameter_rows
 from stereotrack_core.evaluation.sweeps.table import Axis, Curve, Heat, best_cell
 
 _SIZE_INCHES = (6.4, 4.0)
@@ -18,8 +19,11 @@ _MOST_NUMBERS = 80
 
 def words_of(name: str) -> str:
     """How a column is called on an axis."""
-    measure = measure_named(name)
-    return measure.title if measure is not None else name.replace("_", " ")
+    measure, row = measure_named(name), parameter_rows().get(name)
+    if measure is not None:
+        return measure.title
+    unit = f" [{row.unit}]" if row is not None and row.unit else ""
+    return f"{name.replace('_', ' ')}{unit}"
 
 
 def draw_curves(path: Path, axis: Axis, measure: str, curves: tuple[Curve, ...]) -> None:

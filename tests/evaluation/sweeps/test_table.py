@@ -89,3 +89,4 @@ def test_pictures_are_written(table, tmp_path, suffix):
     assert path.stat().st_size > 5000
     assert words_of("forearms") == "forearms, mean [deg]"
     assert words_of("model_points") == "model points"
+    assert words_of("sigma_joint") == "sigma joint [deg]"
