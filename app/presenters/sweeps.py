@@ -112,6 +112,8 @@ class SweepPresenter(QObject):
         """Ask the sweep to stop; what is done is kept."""
         if self._places is not None and self.now.going:
             self._places.stop_sign.touch()
+            if self._process is not None:
+                self._process.terminate()  # it listens; before it does, there is nothing to lose
             words = "Stopping; what is done is kept."
             self._tell(SweepNow("stopping", self.now.share, words, self._places.table))
 
@@ -161,6 +163,8 @@ class SweepPresenter(QObject):
         code = self._process.returncode if self._process is not None else None
         self._process = None
         table = places.table
+        if state is None and self.now.phase == "stopping":
+            return SweepNow("stopped", 0.0, "Stopped before anything was computed.", table)
         if code == 2 or state is None:
             return SweepNow("failed", 0.0, said or "The sweep could not begin.", table)
         if state.ended == "done":

@@ -220,3 +220,15 @@ def test_a_sweep_that_cannot_begin_says_why(qtbot, tmp_path):
     assert presenter.now.phase == "failed"
     assert "none" in presenter.now.words
     assert "Traceback" not in presenter.now.words
+
+
+def test_a_sweep_can_be_stopped_at_once(qtbot, tmp_path, small_recording):
+    settings = QSettings(str(tmp_path / "s.ini"), QSettings.Format.IniFormat)
+    presenter = SweepPresenter(settings)
+    table = tmp_path / "a.csv"
+    presenter.begin(["sweep", str(small_recording), "-o", str(table)], table)
+    presenter.stop()
+    assert presenter.now.phase == "stopping"
+    qtbot.waitUntil(lambda: not presenter.now.going, timeout=60_000)
+    assert presenter.now.phase == "stopped"
+    assert not SweepPlaces(table).journal.exists() or not table.exists()

@@ -9,6 +9,8 @@ from pathlib import Path
 from types import ModuleType, TracebackType
 from typing import Any
 
+import cv2
+
 from stereotrack_core import __version__
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.evaluation.sweeps.jobs import Job
@@ -191,6 +193,7 @@ def do_job(job: Job) -> JobResult:
     ChanceError
         Where it failed in a way that may not come again, so that Dask tries it again.
     """
+    cv2.setNumThreads(1)  # the machine's other cores have workers of their own
     (result,) = do_batch((job,))
     if not result.done and not result.final:
         raise ChanceError(result.error)

@@ -87,6 +87,7 @@ def test_what_a_worker_lacks_is_said(plan, copied):
 
 def test_a_failure_by_chance_is_left_to_dask_to_repeat(plan, monkeypatch):
     (job,) = plan(Point())
+    monkeypatch.setattr(cluster_module.cv2, "setNumThreads", lambda count: None)
     for error, final in ((ValueError("oops"), False), (InputError("wrong"), True)):
         told = failure(job.identity, error, final=final)
         monkeypatch.setattr(cluster_module, "do_batch", lambda jobs, told=told: iter([told]))

@@ -89,6 +89,15 @@ def test_a_recording_that_is_another_by_now_fails_in_words(plan, copied):
     assert "none" in gone.error
 
 
+def test_what_nobody_expected_is_told_as_well(plan, monkeypatch):
+    def broken(*_, **__):
+        raise ZeroDivisionError("a library's")
+
+    monkeypatch.setattr(work, "DepthChain", broken)
+    for result in do_batch(plan(Point(), seeds=(0, 1))):
+        assert (result.error, result.final) == ("ZeroDivisionError: a library's", False)
+
+
 def test_no_tracker_sees_the_reference(plan, monkeypatch):
     seen = []
     whole = work.Pipeline
