@@ -22,6 +22,7 @@ from app.commands import (
     edit_menu,
     file_menu,
     playback_menu,
+    review_menu,
     sweep_menu,
     track_menu,
     tune_menu,
@@ -42,6 +43,7 @@ from app.presenters.project_file import ProjectPresenter
 from app.presenters.runs import RunList
 from app.presenters.tracking import TrackPresenter
 from app.project_work import ProjectWork
+from app.review_work import ReviewWork
 from app.sweep_work import SweepWork
 from app.theme import ThemeName, apply_theme
 from app.track_control import TrackControl
@@ -86,6 +88,7 @@ class MainWindow(PanelWindow):
         self.follower = PanelFollower(self)
         self.annotate = AnnotateControl(self)
         self.annotation_work = AnnotationWork(self)
+        self.review = ReviewWork(self)
         self.sweeps = SweepWork(self)
         self.tuning = TuningWork(self)
         self.view_memory = ViewMemory(self)
@@ -148,12 +151,13 @@ class MainWindow(PanelWindow):
         for menu in (edit_menu, view_menu, playback_menu, annotate_menu):
             self.actions_book.add(menu.commands(self))
         add_commands(self.annotation, self.actions_book)
-        for menu in (track_menu, sweep_menu, tune_menu, window_menu):
+        for menu in (track_menu, sweep_menu, tune_menu, review_menu, window_menu):
             self.actions_book.add(menu.commands(self))
         self.actions_book.add(file_menu.last_commands(self))
         self.actions_book.fill(self.menuBar())
         self.tuning.offer(self.actions_book)
         self.bars = WindowBars(self)
+        self.review.add_buttons()
 
     def _connect(self) -> None:
         document, track = self.document, self.track
@@ -196,6 +200,7 @@ class MainWindow(PanelWindow):
             and self.instant.settled()
             and self.follower.settled()
             and self.annotate.settled()
+            and self.review.settled()
             and self.annotation.settled()
             and self.tuning.settled()
             and not self._refresh_timer.isActive()

@@ -6,7 +6,7 @@ import dataclasses
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Slot
+from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal, Slot
 
 from app.presenters.certainty import ellipsoids_of
 from app.presenters.comparison import compared
@@ -32,7 +32,15 @@ _SCENE_PATIENCE_MS = 150
 
 
 class PanelFollower(QObject):
-    """Fills the panels when a fact they show has changed; tells what a person does there."""
+    """Fills the panels when a fact they show has changed; tells what a person does there.
+
+    Signals
+    -------
+    threshold_moved : ()
+        The plot's threshold was dragged, or the plot was made anew.
+    """
+
+    threshold_moved = Signal()
 
     def __init__(self, window: MainWindow) -> None:
         super().__init__(window)
@@ -98,13 +106,17 @@ class PanelFollower(QObject):
         self._plot_title = title
         w = self._w
         old = w.plot_stack.widget(0) if w.plot_stack.count() > 1 else None
+        threshold = w.plot.threshold if old is not None else None
         if old is not None:
             w.timeline.visible_range_changed.disconnect(w.plot.set_visible_range)
             w.timeline.margins_changed.disconnect(w.plot.set_margins)
             w.plot_stack.removeWidget(old)
             old.deleteLater()
         w.plot = ErrorPlot(title=title, unit="deg")
+        if threshold is not None:
+            w.plot.set_threshold(threshold)
         w.plot.frame_requested.connect(self._go_to)
+        w.plot.threshold_changed.connect(self.threshold_moved)
         w.plot.visible_range_changed.connect(w.timeline.set_visible_range)
         w.timeline.visible_range_changed.connect(w.plot.set_visible_range)
         w.timeline.margins_changed.connect(w.plot.set_margins)

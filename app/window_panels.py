@@ -16,6 +16,8 @@ from PySide6.QtWidgets import (
 
 from app.annotating.panels import AnnotationPanels
 from app.icons import set_icon
+from app.review_panels import TITLES as REVIEW_TITLES
+from app.review_panels import ReviewPanels
 from app.tasks.task import TaskList
 from app.views.attempts_panel import AttemptsPanel
 from app.views.body_panel import BodyPanel
@@ -46,6 +48,7 @@ TITLES = {
     "comparison": "Comparison",
     "attempts": "Attempts",
     "series": "One parameter",
+    **REVIEW_TITLES,
     "numbers": "Numbers of the frame",
     "findings": "Findings",
     "rig": "Rig",
@@ -77,6 +80,7 @@ class PanelWindow(QMainWindow):
         self.comparison = ComparisonPanel()
         self.attempts_panel = AttemptsPanel()
         self.series_panel = SeriesPanel()
+        self.review_panels = ReviewPanels()
         self.findings = FindingsPanel()
         self.rig = RigPanel()
         self.display_panel = DisplayPanel()
@@ -96,6 +100,7 @@ class PanelWindow(QMainWindow):
             "parameters": self.parameters, "runs": self.runs_panel, "numbers": self.numbers,
             "comparison": self.comparison,
             "attempts": self.attempts_panel, "series": self.series_panel,
+            **self.review_panels.widgets(),
             "findings": self.findings, "rig": self.rig, "display": self.display_panel,
             "landmarks": self.landmarks_panel, "body": self.body_panel,
             "next": self.annotation.next_panel, "history": self.annotation.history_panel,
@@ -111,7 +116,9 @@ class PanelWindow(QMainWindow):
 
     def _hide_titles(self) -> None:
         # the plot says by itself what it shows, and its height is wanted for curves
-        self.docks["plot"].setTitleBarWidget(QWidget())
+        # so are explanations and joint angles, which share its place
+        for name in ("plot", "explanations", "angles"):
+            self.docks[name].setTitleBarWidget(QWidget())
         # the timeline is the scrubber: it stays where it is and needs no title
         self.docks["timeline"].setTitleBarWidget(QWidget())
         self.docks["timeline"].setFeatures(QDockWidget.DockWidgetFeature.NoDockWidgetFeatures)

@@ -24,8 +24,9 @@ class Workspace:
     icon : str
     side : tuple of tuple of str
         Panels at the right, from top to bottom; those in one tuple share a place as tabs.
-    bottom : tuple of str
-        Panels over the whole width below the views, from top to bottom.
+    bottom : tuple of str or tuple of str
+        Panels over the whole width below the views, from top to bottom; those in one tuple share
+        a place as tabs.
     side_share : float
         Width of the panels at the right, as a share of the window.
     bottom_heights : tuple of int
@@ -39,7 +40,7 @@ class Workspace:
     tip: str
     icon: str
     side: tuple[tuple[str, ...], ...]
-    bottom: tuple[str, ...]
+    bottom: tuple[str | tuple[str, ...], ...]
     side_share: float
     bottom_heights: tuple[int, ...]
     side_heights: tuple[int, ...]
@@ -73,10 +74,10 @@ WORKSPACES: tuple[Workspace, ...] = (
         "Review",
         "Find and understand the stretches where tracking fails.",
         "threshold",
-        side=(("scene",), ("numbers", "comparison", "runs")),
-        bottom=("plot", "timeline"),
-        side_share=0.33,
-        bottom_heights=(230, 170),
+        side=(("scene",), ("statistics", "numbers", "comparison", "runs")),
+        bottom=(("plot", "explanations", "angles"), "timeline"),
+        side_share=0.36,
+        bottom_heights=(290, 150),
         side_heights=(1, 1),
     ),
     Workspace(
@@ -116,14 +117,19 @@ def arrange(window: QMainWindow, docks: dict[str, QDockWidget], space: Workspace
         window.removeDockWidget(dock)
     _arrange_side(window, docks, space)
     previous = None
-    for name in space.bottom:
-        dock = docks[name]
+    for names in space.bottom:
+        dock = docks[_together(names)[0]]
         if previous is None:
             window.addDockWidget(Qt.DockWidgetArea.BottomDockWidgetArea, dock)
         else:
             window.splitDockWidget(previous, dock, Qt.Orientation.Vertical)
         dock.show()
         previous = dock
+    for first, *behind in map(_together, space.bottom):  # nothing can be put below tabs
+        for name in behind:
+            window.tabifyDockWidget(docks[first], docks[name])
+            docks[name].show()
+        docks[first].raise_()
     _resize(window, docks, space)
 
 
@@ -150,11 +156,15 @@ def _resize(window: QMainWindow, docks: dict[str, QDockWidget], space: Workspace
         window.resizeDocks(side, [width] * len(side), Qt.Orientation.Horizontal)
         heights = [100 * height for height in space.side_heights]
         window.resizeDocks(side, heights, Qt.Orientation.Vertical)
-    bottom = [docks[name] for name in space.bottom]
+    bottom = [docks[_together(names)[0]] for names in space.bottom]
     if bottom:
         share = window.height() / _USUAL_HEIGHT
         heights = [round(share * height) for height in space.bottom_heights]
         window.resizeDocks(bottom, heights, Qt.Orientation.Vertical)
+
+
+def _together(names: str | tuple[str, ...]) -> tuple[str, ...]:
+    return (names,) if isinstance(names, str) else names
 
 
 def save_layout(window: QMainWindow, settings: QSettings, space: Workspace) -> None:

@@ -170,7 +170,8 @@ def test_every_workspace_fits_the_smallest_screen(opened, qtbot, space):
     assert opened.workspace is space
     assert opened.width() <= 1366
     assert opened.height() <= 768
-    for panels in (*space.side, space.bottom):
+    below = [(names,) if isinstance(names, str) else names for names in space.bottom]
+    for panels in (*space.side, *below):
         docks = [opened.docks[name] for name in panels]
         # those behind another tab lie outside the window
         seen = [dock for dock in docks if dock.geometry().intersects(opened.rect())]

@@ -1,0 +1,45 @@
+"""The panels of reviewing: statistics, explanations, joint angles."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QSplitter, QWidget
+
+from app.presenters.angle_curves import QUANTITIES, choices
+from app.presenters.explaining import KINDS
+from app.views.angle_plot import AnglePlot
+from app.views.cloud_plot import CloudPlot
+from app.views.motion_table import MotionTable
+from app.views.statistics_panel import StatisticsPanel
+from stereotrack_core.evaluation.joint_angles.motion import CUT_OFF_HZ
+
+TITLES = {
+    "statistics": "Statistics",
+    "explanations": "Explanations",
+    "angles": "Joint angles",
+}
+"""Titles by the panels' names."""
+
+
+class ReviewPanels:
+    """Widgets, not yet connected."""
+
+    def __init__(self) -> None:
+        self.statistics = StatisticsPanel()
+        self.explanations = CloudPlot(KINDS)
+        self.angles = AnglePlot(choices(), QUANTITIES)
+        self.motion = MotionTable(CUT_OFF_HZ)
+        self._both = QSplitter(Qt.Orientation.Horizontal)
+        self._both.addWidget(self.angles)
+        self._both.addWidget(self.motion)
+        self._both.setStretchFactor(0, 1)
+        self._both.setStretchFactor(1, 0)
+        self._both.setSizes([700, 660])
+
+    def widgets(self) -> dict[str, QWidget]:
+        """What goes into docks, by name."""
+        return {
+            "statistics": self.statistics,
+            "explanations": self.explanations,
+            "angles": self._both,
+        }

@@ -1,0 +1,207 @@
+"""The Review workspace: statistics, explanations and joint angles follow runs and selection."""
+
+from __future__ import annotations
+
+import csv
+from io import StringIO
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPointF, Qt
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtTest import QTest
+
+from stereotrack_core.interop.run_npz import write_npz
+from tests.gui.made_runs import add_run, made_run
+
+pytestmark = pytest.mark.window
+
+LEFT = Qt.MouseButton.LeftButton
+
+
+@pytest.fixture
+def reviewing(opened, qtbot):
+    """The Review workspace with two runs: one good, one wild in frames 5 and 6."""
+    add_run(opened, "wild", off=0.1, wild=(5, 6))
+    add_run(opened, "good", off=0.05)
+    opened.show_workspace_named("review")
+    qtbot.waitUntil(opened.settled, timeout=60_000)
+    return opened
+
+
+def show(window, qtbot, name):
+    window.docks[name].raise_()
+    window.docks[name].show()
+    qtbot.waitUntil(window.review.panels.widgets()[name].isVisible, timeout=5_000)
+    settle(window, qtbot)
+
+
+def settle(window, qtbot):
+    window.review.show_soon()
+    qtbot.waitUntil(window.settled, timeout=60_000)
+
+
+def select(window, qtbot, frames):
+    window.timeline.set_selection(frames)
+    window.timeline.selection_changed.emit(frames)
+    settle(window, qtbot)
+
+
+def tree_rows(panel):
+    heads = [panel.tree.topLevelItem(i) for i in range(panel.tree.topLevelItemCount())]
+    return {head.text(0): [head.text(i) for i in range(1, 7)] for head in heads}
+
+
+def test_statistics_are_of_the_selection_obey_the_threshold_and_are_saved(
+    reviewing, qtbot, tmp_path
+):
+    show(reviewing, qtbot, "statistics")
+    panel = reviewing.review.panels.statistics
+    rows = tree_rows(panel)
+    assert list(rows)[:2] == ["whole recording", "whole recording, wild"]
+    assert rows["whole recording, wild"][5] != "0.0"  # lost in two frames of eight
+    assert rows["whole recording"][5] == "0.0"
+    assert "against the recording's reference" in panel.words.text()
+    select(reviewing, qtbot, range(4))
+    assert tree_rows(panel)["selection, wild"][5] == "0.0"
+    assert "frames 0 – 3" in panel.words.text()
+    reviewing.actions_book.action("threshold_down").trigger()
+    settle(reviewing, qtbot)
+    assert panel.tree.headerItem().text(5) == "> 40°"
+    reviewing.plot.set_threshold(1.0)
+    settle(reviewing, qtbot)
+    assert tree_rows(panel)["selection"][4] == "100.0"
+    select(reviewing, qtbot, None)
+    reviewing.actions_book.action("copy_statistics").trigger()
+    text = QGuiApplication.clipboard().text()
+    rows = list(csv.DictReader(StringIO(text)))
+    assert {row["run"] for row in rows} == {"good", "wild"}
+    torso = next(r for r in rows if r["limb"] == "torso" and r["run"] == "good")
+    assert (torso["stretch"], torso["frames"], torso["lost_percent"]) == (
+        "whole recording",
+        "8",
+        "",
+    )
+    reviewing.review.save_statistics(tmp_path / "numbers.csv")
+    assert (tmp_path / "numbers.csv").read_text() == text
+    reviewing.review.save_statistics(tmp_path / "nowhere" / "numbers.csv")
+    assert reviewing.messages.message is not None  # in words, not as a traceback
+
+
+def test_points_lead_to_frames_and_views_are_counted_in_the_background(reviewing, qtbot):
+    show(reviewing, qtbot, "explanations")
+    panel = reviewing.review.panels.explanations
+    panel.kind.setCurrentIndex(panel.kind.findData("speed"))
+    settle(reviewing, qtbot)
+    content = panel._content
+    assert {cloud.name for cloud in content.clouds} == {"good", "wild"}
+    cloud = next(c for c in content.clouds if c.name == "wild" and c.limb == "left_upper_arm")
+    place = int(np.flatnonzero(cloud.frame == 5)[0])
+    panel.show_everything()
+    box = panel.plot.getViewBox()
+    at = panel.plot.mapFromScene(box.mapViewToScene(QPointF(cloud.x[place], cloud.y[place])))
+    QTest.mouseClick(panel.plot.viewport(), LEFT, pos=at)
+    qtbot.waitUntil(lambda: reviewing.document.frame == 5, timeout=5_000)
+    panel.kind.setCurrentIndex(panel.kind.findData("views"))
+    settle(reviewing, qtbot)
+    for _ in range(2):  # one run after the other
+        settle(reviewing, qtbot)
+    clouds = panel._content.clouds
+    assert {cloud.place for cloud in clouds} == {0, 1}
+    seen = np.concatenate([cloud.x for cloud in clouds])
+    assert ((seen > -0.5) & (seen < 2.5)).all()  # two views
+    select(reviewing, qtbot, range(2, 5))
+    np.testing.assert_array_equal(
+        panel._content.clouds[0].frame[panel._content.clouds[0].chosen], [2, 3, 4]
+    )
+    panel.kind.setCurrentIndex(panel.kind.findData("histogram"))
+    settle(reviewing, qtbot)
+    assert panel._content.steps[0].height.sum() == pytest.approx(100.0)
+
+
+def test_joint_angles_have_bands_and_the_reference_beside_them(reviewing, qtbot, tmp_path):
+    show(reviewing, qtbot, "angles")
+    for _ in range(4):
+        settle(reviewing, qtbot)
+    panels = reviewing.review.panels
+    plot = panels.angles
+    plot.angle.setCurrentIndex(plot.angle.findData("shoulder_elevation"))
+    settle(reviewing, qtbot)
+    styles = {(curve.name, curve.style) for curve in plot.shown_curves}
+    assert styles == {("good", "solid"), ("wild", "dash"), ("reference", "dot")}
+    good = next(c for c in plot.shown_curves if c.name == "good")
+    assert np.isfinite(good.sigma).all()
+    assert good.value == pytest.approx(90, abs=20)  # the T pose
+    plot.quantity.setCurrentIndex(plot.quantity.findData("velocity"))
+    settle(reviewing, qtbot)
+    assert "cut-off 4 Hz" in plot.words.words
+    assert np.abs(plot.shown_curves[0].value).max() < 30
+    table = panels.motion.table
+    labels = [table.item(i, 0).text() for i in range(table.rowCount())]
+    row = labels.index("right elbow flexion")
+    assert "±" in table.item(row, 1).text()
+    table.scrollToItem(table.item(row, 0))
+    rect = table.visualItemRect(table.item(row, 0))
+    QTest.mouseClick(table.viewport(), LEFT, pos=rect.center())
+    assert plot.angle_key == "elbow_flexion"
+    assert reviewing.review.why_no_angles() == ""
+    reviewing.review.save_angles(tmp_path / "angles.csv")
+    rows = list(csv.DictReader(StringIO((tmp_path / "angles.csv").read_text())))
+    assert [row["frame"] for row in rows] == [str(i) for i in range(8)]
+    # a stored run of one frame has no velocities, and breaks nothing
+    run = made_run(reviewing.document.recording, frames=slice(0, 1))
+    write_npz(tmp_path / "short.npz", run)
+    reviewing.files.open_run(tmp_path / "short.npz")
+    for name in ("statistics", "explanations", "angles"):
+        show(reviewing, qtbot, name)
+        for _ in range(3):
+            settle(reviewing, qtbot)
+
+
+def test_without_truth_the_trackers_own_signs_are_shown_and_it_is_said(reviewing, qtbot):
+    recording = reviewing.document.recording
+    reviewing.plot.set_threshold(12.0)
+    object.__setattr__(recording, "reference", None)  # as if it had none
+    reviewing.judging.judge()
+    settle(reviewing, qtbot)
+    assert reviewing.plot.heading != "angular error"
+    assert reviewing.plot.threshold == 12.0
+    show(reviewing, qtbot, "statistics")
+    assert "no reference" in reviewing.review.panels.statistics.words.text()
+    show(reviewing, qtbot, "explanations")
+    panel = reviewing.review.panels.explanations
+    assert "no reference" in panel.words.words
+    assert panel._content.x_label == "standard deviation [deg]"
+
+
+def test_a_dragged_threshold_is_obeyed_by_next_and_previous(reviewing, qtbot):
+    show(reviewing, qtbot, "statistics")
+    plot = reviewing.plot
+    reviewing.docks["plot"].raise_()
+    settle(reviewing, qtbot)
+    reviewing.document.go_to(0)
+    reviewing.go_above(1)
+    assert reviewing.document.frame == 5  # the wild run is 90 degrees off there
+    port = plot._plot.viewport()
+
+    def at(value):
+        scene = plot._box.mapViewToScene(QPointF(1.0, value))
+        return plot._plot.mapFromScene(scene)
+
+    start, end = at(plot.threshold), at(1.0)
+    qtbot.mouseMove(port, start)
+    qtbot.wait(20)
+    qtbot.mousePress(port, LEFT, pos=start)
+    for share in (0.3, 0.6, 1.0):
+        qtbot.mouseMove(port, start + (end - start) * share)
+        qtbot.wait(20)
+    qtbot.mouseRelease(port, LEFT, pos=end)
+    assert plot.threshold < 2.5
+    settle(reviewing, qtbot)
+    heading = reviewing.review.panels.statistics.tree.headerItem().text(5)
+    assert heading == f"> {plot.threshold:.0f}°"
+    reviewing.document.go_to(3)
+    reviewing.go_above(1)
+    assert reviewing.document.frame == 3  # all that follows is one stretch above
+    reviewing.go_above(-1)
+    assert reviewing.document.frame == 0
