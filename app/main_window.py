@@ -20,6 +20,7 @@ from app.annotation_work import AnnotationWork
 from app.commands import (
     annotate_menu,
     edit_menu,
+    episodes_menu,
     file_menu,
     playback_menu,
     review_menu,
@@ -30,6 +31,7 @@ from app.commands import (
     window_menu,
 )
 from app.dialogs import Dialogs
+from app.episodes.work import EpisodeWork
 from app.failures import message_of
 from app.file_work import FileWork, dropped_path
 from app.icons import set_icon
@@ -88,6 +90,7 @@ class MainWindow(PanelWindow):
         self.follower = PanelFollower(self)
         self.annotate = AnnotateControl(self)
         self.annotation_work = AnnotationWork(self)
+        self.episodes = EpisodeWork(self)
         self.review = ReviewWork(self)
         self.sweeps = SweepWork(self)
         self.tuning = TuningWork(self)
@@ -151,7 +154,7 @@ class MainWindow(PanelWindow):
         for menu in (edit_menu, view_menu, playback_menu, annotate_menu):
             self.actions_book.add(menu.commands(self))
         add_commands(self.annotation, self.actions_book)
-        for menu in (track_menu, sweep_menu, tune_menu, review_menu, window_menu):
+        for menu in (track_menu, sweep_menu, tune_menu, review_menu, episodes_menu, window_menu):
             self.actions_book.add(menu.commands(self))
         self.actions_book.add(file_menu.last_commands(self))
         self.actions_book.fill(self.menuBar())
@@ -200,6 +203,7 @@ class MainWindow(PanelWindow):
             and self.instant.settled()
             and self.follower.settled()
             and self.annotate.settled()
+            and self.episodes.settled()
             and self.review.settled()
             and self.annotation.settled()
             and self.tuning.settled()
@@ -337,6 +341,7 @@ class MainWindow(PanelWindow):
         self.document.close()
         self.annotate.close()
         self.annotation.shutdown()
+        self.episodes.shutdown()
         self.project.shutdown()
         self.clouds.set_recording(None)
         self.settings.sync()

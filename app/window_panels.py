@@ -24,6 +24,7 @@ from app.views.body_panel import BodyPanel
 from app.views.camera_grid import CameraGrid
 from app.views.comparison_panel import ComparisonPanel
 from app.views.display_panel import DisplayPanel
+from app.views.episodes_panel import EpisodesPanel
 from app.views.error_plot import ErrorPlot
 from app.views.findings_panel import FindingsPanel
 from app.views.landmarks_panel import LandmarksPanel
@@ -46,6 +47,7 @@ TITLES = {
     "parameters": "Parameters",
     "runs": "Runs",
     "comparison": "Comparison",
+    "episodes": "Episodes",
     "attempts": "Attempts",
     "series": "One parameter",
     **REVIEW_TITLES,
@@ -78,6 +80,7 @@ class PanelWindow(QMainWindow):
         self.runs_panel = RunsPanel()
         self.numbers = NumbersPanel()
         self.comparison = ComparisonPanel()
+        self.episodes_panel = EpisodesPanel()
         self.attempts_panel = AttemptsPanel()
         self.series_panel = SeriesPanel()
         self.review_panels = ReviewPanels()
@@ -98,7 +101,7 @@ class PanelWindow(QMainWindow):
         widgets = {
             "scene": self.scene, "plot": self.plot_stack, "timeline": self._timeline_with_bar(),
             "parameters": self.parameters, "runs": self.runs_panel, "numbers": self.numbers,
-            "comparison": self.comparison,
+            "comparison": self.comparison, "episodes": self.episodes_panel,
             "attempts": self.attempts_panel, "series": self.series_panel,
             **self.review_panels.widgets(),
             "findings": self.findings, "rig": self.rig, "display": self.display_panel,

@@ -74,11 +74,11 @@ WORKSPACES: tuple[Workspace, ...] = (
         "Review",
         "Find and understand the stretches where tracking fails.",
         "threshold",
-        side=(("scene",), ("statistics", "numbers", "comparison", "runs")),
+        side=(("scene",), ("episodes", "statistics", "numbers", "comparison", "runs")),
         bottom=(("plot", "explanations", "angles"), "timeline"),
         side_share=0.36,
         bottom_heights=(290, 150),
-        side_heights=(1, 1),
+        side_heights=(1, 2),
     ),
     Workspace(
         "tune",
