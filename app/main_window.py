@@ -46,6 +46,7 @@ from app.presenters.runs import RunList
 from app.presenters.tracking import TrackPresenter
 from app.project_work import ProjectWork
 from app.review_work import ReviewWork
+from app.runs.work import RunWork
 from app.sweep_work import SweepWork
 from app.theme import ThemeName, apply_theme
 from app.track_control import TrackControl
@@ -87,6 +88,7 @@ class MainWindow(PanelWindow):
         self.dialogs = Dialogs(self)
         self._refresh_timer = QTimer(self, singleShot=True, interval=30)
         self._refresh_timer.timeout.connect(self.refresh)
+        self.run_work = RunWork(self)
         self.follower = PanelFollower(self)
         self.annotate = AnnotateControl(self)
         self.annotation_work = AnnotationWork(self)
@@ -199,6 +201,7 @@ class MainWindow(PanelWindow):
             and not self.tasks.tasks
             and not self.track.running
             and self.judging.settled()
+            and self.run_work.settled()
             and self.inside.settled()
             and self.instant.settled()
             and self.follower.settled()

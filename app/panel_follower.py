@@ -9,17 +9,14 @@ import numpy as np
 from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal, Slot
 
 from app.presenters.certainty import ellipsoids_of
-from app.presenters.comparison import compared
 from app.presenters.curves import curves_of, lanes_of
 from app.presenters.live_fit import ShownFit
 from app.presenters.pictures import Instant, pictures_of
-from app.presenters.runs import RunEntry
 from app.presenters.scene import PointColour, scene_of
 from app.presenters.stated_errors import heading_words, score_words
 from app.presenters.status import number_rows, status_words
 from app.theme import current_theme
 from app.views.error_plot import ErrorPlot
-from app.views.runs_panel import RunRow
 from app.views.scene_content import Ellipsoid
 from app.window_panels import TITLES
 from stereotrack_core.body.mesh import PartMesh
@@ -85,7 +82,9 @@ class PanelFollower(QObject):
         w.parameters.settings_changed.connect(self.use_settings)
         w.runs_panel.activated.connect(lambda i: w.runs.activate(w.runs.entries[i]))
         w.runs_panel.shown.connect(lambda i, shown: w.runs.show(w.runs.entries[i], visible=shown))
-        w.runs_panel.renamed.connect(lambda i, name: w.runs.rename(w.runs.entries[i], name))
+        w.runs_panel.renamed.connect(
+            lambda i, name: w.run_work.keeper.rename(w.runs.entries[i], name)
+        )
         w.docks["scene"].visibilityChanged.connect(w.instant.tell_soon)
 
     def look_at(self, *, cameras: bool) -> None:
@@ -190,17 +189,9 @@ class PanelFollower(QObject):
         reference = w.judging.truth.trajectory if w.judging.truth is not None else None
         w.timeline.set_lanes(lanes_of(judgement, w.document.frame_count, segments, reference))
         w.timeline.set_hint(self._hint())
-        w.runs_panel.show_rows([self._row(entry) for entry in w.runs.entries])
+        w.runs_panel.show_rows([w.run_work.row(entry) for entry in w.runs.entries])
         self._show_numbers()
-        self._show_comparison()
-
-    def _show_comparison(self) -> None:
-        w = self._w
-        found = compared(w.runs.entries, w.runs.active, w.judging.all(), w.timeline.selection)
-        if found is None:
-            w.comparison.show_numbers("", (), ())
-        else:
-            w.comparison.show_numbers(found.words, found.runs, found.rows)
+        w.run_work.show_comparison()
 
     def _hint(self) -> str:
         w = self._w
@@ -210,26 +201,6 @@ class PanelFollower(QObject):
             return "No view of this recording gives depth, so there is nothing to track."
         keys = w.actions_book.shortcut("run")
         return f"A lane for each limb comes here when the tracker runs ({keys})."
-
-    def _row(self, entry: RunEntry) -> RunRow:
-        w = self._w
-        judgement = w.judging.of(entry)
-        numbers = entry.numbers()
-        frames = f"{numbers[0]} – {numbers[-1]}" if len(numbers) else "none yet"
-        if entry is w.track.entry:
-            frames = f"{len(numbers)} of {len(entry.wanted)}"
-        origin = f"from {entry.path}" if entry.path is not None else "not saved"
-        fps = entry.frames_per_second()
-        speed = f", {fps:.1f} frames per second" if fps is not None else ""
-        return RunRow(
-            name=entry.name,
-            dashed=entry is not w.runs.active,
-            visible=entry.visible,
-            active=entry is w.runs.active,
-            frames=frames,
-            score=score_words(judgement, short=True),
-            hint=f"Preset {entry.preset or 'unknown'}, {origin}{speed}. F2 renames it.",
-        )
 
     def _show_numbers(self) -> None:
         w = self._w
@@ -321,7 +292,7 @@ class PanelFollower(QObject):
     @Slot(object)
     def _on_selection(self, selection: range | None) -> None:
         self._w.tracker.set_selection(selection)
-        self._show_comparison()
+        self._w.run_work.show_comparison()
         self._w.refresh_soon()
 
     @Slot(str)

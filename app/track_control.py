@@ -110,11 +110,6 @@ class TrackControl(QObject):
         if active is not None:
             self._runs.activate(entries[(entries.index(active) + 1) % len(entries)])
 
-    def remove_run(self) -> None:
-        """Take the active run from the list."""
-        if self._runs.active is not None:
-            self._runs.remove(self._runs.active)
-
     def _go_on_or_begin(self, allowed: float) -> None:
         self._document.pause()
         track = self._track

@@ -6,7 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from app.actions import Command
-from app.commands.reasons import no_depth, no_recording, no_run, running
+from app.commands.reasons import no_depth, no_edit, no_recording, no_run, running
 from app.presenters.truth import Against
 from app.track_control import FIRST_POSES
 
@@ -82,8 +82,26 @@ def commands(w: MainWindow) -> list[Command]:
             lambda: no_run(w) or ("" if len(w.runs.entries) > 1 else "There is only one run."),
         ),
         Command(
+            "repeat_run", _MENU, "Repeat this run", "Track it again with everything that it says "
+            "about itself, and say whether it comes out equal.", w.run_work.repeat_active,
+            "Alt+F8", "redo",
+            lambda: no_run(w) or running(w) or w.run_work.why_not_repeat(),
+        ),
+        Command(
+            "run_details", _MENU, "Details of the run …", "All that the active run was made with, "
+            "beside another run.", w.run_work.show_details, "Alt+Return", "settings",
+            lambda: no_run(w),
+        ),
+        Command(
+            "keep_run", _MENU, "Keep the run in the project", "Put a run that was opened from a "
+            "file into the project; runs that are tracked here are kept by themselves.",
+            w.run_work.keep_active, icon="save",
+            why_not=lambda: no_run(w) or no_edit(w) or w.run_work.why_not_keep(),
+        ),
+        Command(
             "remove_run", _MENU, "Remove the active run",
-            "Take the active run from the list; files stay.", w.tracker.remove_run, "Ctrl+Del",
+            "Take the active run from the list; one that the project keeps is deleted there, "
+            "which can be undone. Files stay.", w.run_work.remove_active, "Ctrl+Del",
             "delete", lambda: no_run(w) or (
                 "This run is in progress; end it first." if w.runs.active is w.track.entry else ""
             ),

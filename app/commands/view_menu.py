@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 
 _MENU = "&View"
 _OVERLAY_KEYS = {
-    "outline": "O", "shading": "S", "wire": "W",
+    "outline": "O", "others": "Alt+O", "shading": "S", "wire": "W",
     "reference": "R", "points": "D", "correspondences": "C",
     "clicks": "Shift+C", "predictions": "Shift+X", "epipolar": "Shift+E",
     "residuals": "Shift+R", "fit": "Shift+O",
 }  # fmt: skip
 _OVERLAY_ICONS = {
-    "outline": "model", "reference": "reference", "points": "points",
+    "outline": "model", "others": "compare", "reference": "reference", "points": "points",
     "correspondences": "correspondences", "clicks": "clicks", "predictions": "prediction",
     "epipolar": "epipolar", "residuals": "ruler", "fit": "fitted",
 }  # fmt: skip

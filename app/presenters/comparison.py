@@ -1,113 +1,159 @@
-"""Runs beside each other in numbers, over the frames that all of them have."""
+"""Runs beside each other in numbers: the same that ``stereotrack compare`` prints."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from app.limb_colours import limb_words
-from app.presenters.judgement import MEASURED_LIMBS, Judgement
+from app.presenters.judgement import Judgement
 from app.presenters.runs import RunEntry
-from app.presenters.truth import measure_of, with_quality
-from stereotrack_core.arrays import FloatArray, IntArray
+from app.presenters.truth import with_quality
+from app.views.comparison_rows import ComparedCell, ComparedRow
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.comparison.compare import (
+    Candidate,
+    Comparison,
+    Pair,
+    compare,
+    measured,
+)
+from stereotrack_core.evaluation.comparison.words import how_it_is_made, verdict
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+
+_LIMB_OF = {**{limb: limb for limb in LIMBS}, "torso_long": "torso"}
+_UNITS = {"deg": "°"}
+_NAN = math.nan
 
 LOST_DEG = 45.0
 """An arm segment farther off than this is lost."""
 
 
 @dataclass(frozen=True)
-class Comparison:
+class ComparedRuns:
     """Numbers of several runs; the first is what the others are compared with.
 
     Attributes
     ----------
     words : str
         What is compared, over which frames.
+    how : str
+        How intervals are made; empty for one run.
     runs : tuple of str
-    rows : tuple of (str, str, tuple of float)
-        Limb (empty for none), label with its unit, and a value for each run; less is better.
+    rows : tuple of ComparedRow
     """
 
     words: str
+    how: str
     runs: tuple[str, ...]
-    rows: tuple[tuple[str, str, tuple[float, ...]], ...]
+    rows: tuple[ComparedRow, ...]
 
 
-def compared(
-    entries: Sequence[RunEntry],
-    active: RunEntry | None,
-    judgements: Mapping[int, Judgement],
-    selection: range | None,
-) -> Comparison | None:
-    """Compare the active run with all others that are shown; None where there is no run.
+def shown_beside_each_other(
+    entries: Sequence[RunEntry], active: RunEntry | None, judgements: Mapping[int, Judgement]
+) -> tuple[RunEntry, ...]:
+    """The active run first, then all others that are shown; empty where there is no run."""
+    others = [entry for entry in entries if entry is not active and entry.visible]
+    shown = [one for one in (active, *others) if one is not None and id(one) in judgements]
+    return tuple(shown) if shown and shown[0] is active else ()
+
+
+def compared(shown: Sequence[RunEntry], truth: Judgement, selection: range | None) -> ComparedRuns:
+    """Compare the first run with each of the others.
 
     Parameters
     ----------
-    entries : sequence of RunEntry
-    active : RunEntry or None
-    judgements : mapping from the id of an entry to its judgement
+    shown : sequence of RunEntry
+        At least one.
+    truth : Judgement
+        Of the first run: says what errors are measured against.
     selection : range or None
         Frames to which the comparison is limited.
     """
-    others = [entry for entry in entries if entry is not active and entry.visible]
-    shown = [entry for entry in (active, *others) if entry is not None and id(entry) in judgements]
-    if not shown or shown[0] is not active:
-        return None
-    known = [judgements[id(entry)] for entry in shown]
-    frames = known[0].frame
-    for judgement in known[1:]:
-        frames = np.intersect1d(frames, judgement.frame)
-    if selection is not None:
-        frames = frames[(frames >= selection.start) & (frames < selection.stop)]
-    return Comparison(
-        words=_words(known[0], frames, selected=selection is not None, several=len(known) > 1),
-        runs=tuple(entry.name for entry in shown),
-        rows=_rows(known, frames),
+    candidates = [_candidate(entry) for entry in shown]
+    names = tuple(entry.name for entry in shown)
+    reference = truth.truth.trajectory if truth.truth is not None else None
+    where = " in the selection" if selection is not None else ""
+    if len(candidates) == 1:
+        rows = _rows_of_one(candidates[0], reference, truth, selection)
+        words = f"Means of the run{where}{_against(truth)}." if rows else "Nothing is known here."
+        return ComparedRuns(words, "", names, rows)
+    try:
+        found = compare(candidates, reference, selection)
+    except InputError as error:
+        return ComparedRuns(f"{error.what[0].upper()}{error.what[1:]}.", "", names, ())
+    count = len(found.frames)
+    frames = f"{count} frame{'' if count == 1 else 's'} that all runs have{where}"
+    words = f"Means over {frames}{_against(truth)}."
+    return ComparedRuns(words, how_it_is_made(found), names, _rows(found, truth))
+
+
+def _against(truth: Judgement) -> str:
+    return f", against {truth.truth.words}" if truth.truth is not None else ""
+
+
+def _candidate(entry: RunEntry) -> Candidate:
+    frames = list(entry.ordered())
+    coverage = np.array([frame.coverage for frame in frames], dtype=np.float64)
+    return Candidate(entry.name, entry.trajectory(), coverage)
+
+
+def _rows_of_one(
+    candidate: Candidate,
+    reference: LandmarkTrajectory | None,
+    truth: Judgement,
+    selection: range | None,
+) -> tuple[ComparedRow, ...]:
+    series = measured(candidate, reference, selection)
+    quality = truth.quality
+    return tuple(
+        ComparedRow(
+            _LIMB_OF.get(one.name, ""),
+            _label(one.label, one.unit, one.name, quality),
+            (ComparedCell(one.series.mean(one.series.weight > 0)),),
+        )
+        for one in series
     )
 
 
-def _words(judgement: Judgement, frames: IntArray, *, selected: bool, several: bool) -> str:
-    if not len(frames):
-        return "These runs have no frame in common."
-    where = "in the selection" if selected else "of the run"
-    if several:
-        where = f"that all runs have{' in the selection' if selected else ''}"
-    count = f"{len(frames)} frame{'' if len(frames) == 1 else 's'}"
-    against = f", against {judgement.truth.words}" if judgement.truth is not None else ""
-    return f"Median {judgement.words} over {count} {where}{against}."
-
-
-def _rows(
-    judgements: Sequence[Judgement], frames: IntArray
-) -> tuple[tuple[str, str, tuple[float, ...]], ...]:
-    inside = [np.isin(judgement.frame, frames) for judgement in judgements]
-    pairs = list(zip(judgements, inside, strict=True))
-    quality = judgements[0].quality_over(frames)
-    rows = [
-        (
-            limb,
-            with_quality(f"{limb_words(limb)} [°]", quality.get(measure_of(limb))),
-            tuple(_median(j.limbs[limb][k]) for j, k in pairs),
-        )
-        for limb in MEASURED_LIMBS
-    ]
-    if all(judgement.errors is not None for judgement in judgements):
-        rows.append(("", "arms lost [%]", tuple(_lost(j, k) for j, k in pairs)))
-    rows.append(("", "unexplained [%]", tuple(100 * _median(j.coverage[k]) for j, k in pairs)))
-    missing = tuple(float(np.count_nonzero(~j.tracked[k])) for j, k in pairs)
-    rows.append(("", "frames not tracked", missing))
+def _rows(found: Comparison, truth: Judgement) -> tuple[ComparedRow, ...]:
+    quality = truth.quality_over(found.frames)
+    rows = []
+    for place, first in enumerate(found.pairs[0].measures):
+        cells = [ComparedCell(first.paired.first)]
+        for pair in found.pairs:
+            measure = pair.measures[place]
+            got = measure.paired
+            said = verdict(measure, pair.first, pair.second)
+            cells.append(
+                ComparedCell(got.second, got.difference, got.low, got.high, got.differs, said)
+            )
+        label = _label(first.label, first.unit, first.name, quality)
+        rows.append(ComparedRow(_LIMB_OF.get(first.name, ""), label, tuple(cells)))
+    if not found.against_reference:
+        rows += _rows_apart(found.pairs)
     return tuple(rows)
 
 
-def _median(values: FloatArray) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.median(known)) if len(known) else float("nan")
+def _rows_apart(pairs: Sequence[Pair]) -> list[ComparedRow]:
+    """How far each run is from the first one, where nobody knows which is right."""
+    rows = []
+    for place, first in enumerate(pairs[0].apart.measures):
+        cells = [ComparedCell(_NAN)]
+        for pair in pairs:
+            figures = pair.apart.measures[place].statistics
+            said = (
+                f"{first.label} of {pair.second} is {figures.median:.1f} {first.unit} from that of "
+                f"{pair.first} in the median, {figures.p95:.1f} in the 95th percentile"
+            )
+            cells.append(ComparedCell(figures.mean, verdict=said))
+        label = f"apart: {_label(first.label, first.unit, first.name, {})}"
+        rows.append(ComparedRow(_LIMB_OF.get(first.name, ""), label, tuple(cells)))
+    return rows
 
 
-def _lost(judgement: Judgement, inside: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> float:
-    arms = [values[inside] for limb, values in judgement.limbs.items() if "arm" in limb]
-    known = np.concatenate(arms)
-    known = known[np.isfinite(known)]
-    return 100.0 * float(np.mean(known > LOST_DEG)) if len(known) else float("nan")
+def _label(label: str, unit: str, name: str, quality: Mapping[str, float]) -> str:
+    return with_quality(f"{label} [{_UNITS.get(unit, unit)}]", quality.get(name))

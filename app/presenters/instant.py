@@ -11,9 +11,10 @@ from app.presenters.document import DocumentPresenter
 from app.presenters.inside import InsidePresenter
 from app.presenters.inside_drawing import StepDrawing
 from app.presenters.judgement import reference_at
-from app.presenters.pictures import Instant
+from app.presenters.pictures import Ghost, Instant
 from app.presenters.runs import RunList
 from app.presenters.tracking import TrackPresenter
+from app.views.line_styles import LineStyle
 from app.views.picture import PictureKind
 from stereotrack_core.body.mesh import PartMesh, body_mesh
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
@@ -113,18 +114,14 @@ class InstantPresenter(QObject):
             if self._pictures_need_it() and not self._clouds.given_up(frame):
                 return
         drawing = self._drawing_at(frame)
-        active = self._runs.active
         self._told = Instant(
             recording=recording,
             frame_set=frame_set,
             cloud=cloud if drawing is None else drawing.cloud,
             meshes=self.meshes(frame),
             reference=reference_at(self.reference or recording.reference, frame),
-            others=tuple(
-                tracked.landmarks
-                for entry in self._runs.entries
-                if entry is not active and entry.visible and (tracked := entry.at(frame))
-            ),
+            ghosts=self._ghosts(frame) if drawing is None else (),
+            runs=self._shown_runs() if drawing is None else (),
             correspondences=self._correspondences(frame) if drawing is None else None,
             inside=None if drawing is None else drawing.scene,
         )
@@ -140,6 +137,20 @@ class InstantPresenter(QObject):
         if active is None or tracked is None or tracked.pose is None:
             return ()
         return body_mesh(active.body, tracked.pose, around=_AROUND)
+
+    def _ghosts(self, frame: int) -> tuple[Ghost, ...]:
+        """Models of the runs that are drawn beside the active one."""
+        return tuple(
+            Ghost(entry.name, self._runs.style(entry), body_mesh(entry.body, pose, around=_AROUND))
+            for entry in self._runs.shown_beside()
+            if (tracked := entry.at(frame)) is not None and (pose := tracked.pose) is not None
+        )
+
+    def _shown_runs(self) -> tuple[tuple[str, LineStyle], ...]:
+        active = self._runs.active
+        shown = [active] if active is not None and active.visible else []
+        shown += [entry for entry in self._runs.shown_beside() if entry.frames]
+        return tuple((entry.name, self._runs.style(entry)) for entry in shown)
 
     def _correspondences(self, frame: int) -> Correspondences | None:
         newest = self._newest

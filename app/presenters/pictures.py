@@ -10,7 +10,15 @@ import cv2
 import numpy as np
 
 from app.views.inside_overlay import InsideScene, inside_overlay
-from app.views.overlays import Overlay, Projection, limb_paths, part_shapes
+from app.views.line_styles import LineStyle
+from app.views.overlays import (
+    GhostOutline,
+    Overlay,
+    Projection,
+    ghost_paths,
+    limb_paths,
+    part_shapes,
+)
 from app.views.picture import Picture, PictureKind
 from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray
 from stereotrack_core.body.mesh import PartMesh
@@ -21,6 +29,22 @@ from stereotrack_core.recording.frames import FrameSet, ViewImages
 from stereotrack_core.tracking.estimate import Correspondences
 
 _NEAR_PERCENTILE, _FAR_PERCENTILE = 1.0, 99.0
+
+
+@dataclass(frozen=True, eq=False)
+class Ghost:
+    """The model of a run that is drawn beside the active one.
+
+    Attributes
+    ----------
+    name : str
+    style : LineStyle
+    meshes : tuple of PartMesh
+    """
+
+    name: str
+    style: LineStyle
+    meshes: tuple[PartMesh, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,8 +59,10 @@ class Instant:
     meshes : tuple of PartMesh
         The active run's model.
     reference : (9, 3) float64 or None, world, metres
-    others : tuple of (9, 3) float64
-        Landmarks of the other runs that are shown.
+    ghosts : tuple of Ghost
+        Models of the other runs that are shown.
+    runs : tuple of (str, LineStyle)
+        All runs that are shown, the active one first.
     correspondences : Correspondences or None
     inside : InsideScene or None
         What a step inside the frame draws.
@@ -47,7 +73,8 @@ class Instant:
     cloud: Cloud | None = None
     meshes: tuple[PartMesh, ...] = ()
     reference: FloatArray | None = None
-    others: tuple[FloatArray, ...] = ()
+    ghosts: tuple[Ghost, ...] = ()
+    runs: tuple[tuple[str, LineStyle], ...] = ()
     correspondences: Correspondences | None = None
     inside: InsideScene | None = None
 
@@ -165,7 +192,11 @@ def _overlay(
         shapes=shapes,
         paths=limb_paths(shapes),
         reference=project(reference) if reference is not None else None,
-        others=tuple(project(landmarks) for landmarks in instant.others),
+        ghosts=tuple(
+            GhostOutline(ghost.style, ghost_paths(ghost.meshes, project))
+            for ghost in (instant.ghosts if "others" in shown else ())
+        ),
+        runs=instant.runs if "others" in shown else (),
         points=points,
         correspondences=pairs,
         limbs=limbs,

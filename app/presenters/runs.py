@@ -10,10 +10,12 @@ from typing import Literal, TypeAlias
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 
+from app.views.line_styles import LineStyle
 from stereotrack_core.arrays import IntArray
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import hanging_pose
 from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.project.run_facts import RunFacts
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.frame import Origin, TrackedFrame, run_of
@@ -21,8 +23,8 @@ from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 
-LineStyle: TypeAlias = Literal["solid", "dash"]
 Kind: TypeAlias = Literal["run", "attempt"]
+_OTHERS: tuple[LineStyle, ...] = ("dash", "dot", "dashdot")
 
 
 @dataclass(eq=False)
@@ -52,6 +54,10 @@ class RunEntry:
     kind : "run" or "attempt"
         An attempt is what some stretch would look like with other settings; it is gone when it is
         dismissed, unless it is made the active run.
+    kept : str
+        Name under which the project keeps it; empty where it does not.
+    facts : RunFacts or None
+        What the project says about it; its frames are there when they have been read.
     """
 
     name: str
@@ -66,6 +72,13 @@ class RunEntry:
     origin: Origin | None = None
     wall_seconds: float = 0.0
     kind: Kind = "run"
+    kept: str = ""
+    facts: RunFacts | None = None
+
+    @property
+    def waiting(self) -> bool:
+        """Whether the project keeps it and its frames have not been read."""
+        return bool(self.kept) and self.facts is not None and not self.frames
 
     def at(self, frame: int) -> TrackedFrame | None:
         """What the run knows about a frame."""
@@ -133,13 +146,25 @@ class RunList(QObject):
         return self._active
 
     def style(self, entry: RunEntry) -> LineStyle:
-        """Line style of a run's curves: the active one is solid."""
-        return "solid" if entry is self._active else "dash"
+        """Line style of a run: the active one is solid, the others that are shown take turns."""
+        if entry is self._active:
+            return "solid"
+        others = [one for one in self._entries if one.visible and one is not self._active]
+        place = next((k for k, one in enumerate(others) if one is entry), 0)
+        return _OTHERS[place % len(_OTHERS)]
+
+    def shown_beside(self) -> tuple[RunEntry, ...]:
+        """Runs that are drawn beside the active one."""
+        return tuple(one for one in self._entries if one.visible and one is not self._active)
 
     def next_name(self, preset: str, *, changed: bool) -> str:
-        """Name for a new run."""
-        self._made += 1
-        return f"{self._made}: {preset}{' changed' if changed else ''}"
+        """Name for a new run, which no other in the list has."""
+        taken = {entry.name for entry in self._entries}
+        while True:
+            self._made += 1
+            name = f"{self._made}: {preset}{' changed' if changed else ''}"
+            if name not in taken:
+                return name
 
     def add(self, entry: RunEntry, *, active: bool = True) -> None:
         """Add a run and make it the active one, or draw it beside the active one."""
@@ -178,6 +203,10 @@ class RunList(QObject):
             entry.visible = visible
             self.changed.emit()
 
+    def tell(self) -> None:
+        """Say that something about the runs in the list is known better than before."""
+        self.changed.emit()
+
     def rename(self, entry: RunEntry, name: str) -> None:
         """Give a run another name."""
         if name.strip() and name != entry.name:
@@ -193,7 +222,7 @@ def entry_of_run(run: Run, path: Path) -> RunEntry:
     InputError
         Where its states are not those of a body.
     """
-    frames = {int(k): _stored_frame(run, i) for i, k in enumerate(run.frame)}
+    frames = frames_of_run(run)
     numbers = run.frame
     wanted = range(int(numbers[0]), int(numbers[-1]) + 1) if len(numbers) else range(0)
     preset = str(run.meta.get("preset", ""))
@@ -201,6 +230,17 @@ def entry_of_run(run: Run, path: Path) -> RunEntry:
         path.stem, preset, None, body_of_run(run), wanted, frames, path=path, stored=run,
         wall_seconds=float(run.meta.get("wall_seconds") or 0.0),
     )  # fmt: skip
+
+
+def frames_of_run(run: Run) -> dict[int, TrackedFrame]:
+    """Frames of a stored run by their numbers.
+
+    Raises
+    ------
+    InputError
+        Where its states are not those of a body.
+    """
+    return {int(k): _stored_frame(run, i) for i, k in enumerate(run.frame)}
 
 
 def _stored_frame(run: Run, i: int) -> TrackedFrame:

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from app.limb_colours import limb_rgb
 from app.presenters.pictures import Instant
-from app.views.scene_content import Ellipsoid, SceneContent
+from app.views.scene_content import Ellipsoid, GhostBody, SceneContent
 from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.mesh import PartMesh
@@ -62,6 +62,8 @@ def scene_of(
         highlighted=highlighted,
         ellipsoids=tuple(ellipsoids),
         inside=instant.inside,
+        run=instant.runs[0][0] if instant.runs else "",
+        ghosts=tuple(GhostBody(one.name, one.style, one.meshes) for one in instant.ghosts),
     )
 
 

@@ -228,9 +228,10 @@ class CameraGrid(QWidget):
 
     def show_pictures(self, pictures: Sequence[Picture]) -> None:
         """Show the pictures of one instant."""
-        for picture in pictures:
+        for place, picture in enumerate(pictures):
             tile = self._tiles.get(picture.view)
             if tile is not None:
+                tile.camera.legend = place == 0  # once is enough
                 tile.show_picture(picture)
 
     def set_kind(self, kind: PictureKind) -> None:

@@ -23,6 +23,7 @@ from app.theme import current_theme
 from app.views.click_hand import ClickHand
 from app.views.click_marks import ClickMarks
 from app.views.click_painting import paint_marks, paint_outside
+from app.views.line_styles import paint_runs_legend
 from app.views.loupe import paint_loupe
 from app.views.overlays import paint_overlay
 from app.views.picture import Picture
@@ -78,6 +79,7 @@ class CameraView(PictureView):
         self._space: bool | None = None
         self._keys: Callable[[QKeySequence], Callable[[], None] | None] | None = None
         self.painted_frame = -1
+        self.legend = True
         self.setMouseTracking(True)
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
 
@@ -137,6 +139,7 @@ class CameraView(PictureView):
             if self._display.loupe and self._cursor is not None:
                 self._paint_loupe(painter, self._cursor, QColor(theme.accent))
             self._paint_outside(painter)
+            self._paint_runs(painter)
         painter.end()
         if self._picture is not None:
             self.painted_frame = self._picture.frame
@@ -177,6 +180,11 @@ class CameraView(PictureView):
             marks = marks.with_moved(landmark, pixel.x(), pixel.y())
         bounds = QRectF(self.rect())
         paint_marks(painter, marks, transform, self._display.overlays, bounds)
+
+    def _paint_runs(self, painter: QPainter) -> None:
+        """Say which line is whose, where several runs are drawn."""
+        if self._picture is not None and self.legend:
+            paint_runs_legend(painter, self._picture.overlay.runs, QRectF(self.rect()))
 
     def _paint_outside(self, painter: QPainter) -> None:
         marks = self.marks

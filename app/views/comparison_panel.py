@@ -19,8 +19,8 @@ from PySide6.QtWidgets import (
 
 from app.limb_colours import LIMB_COLOURS
 from app.theme import current_theme
+from app.views.comparison_rows import ComparedCell, ComparedRow
 
-_WORTH_A_COLOUR = 0.05
 _NOTHING = "Numbers come here when there is a run; with several, how much they differ."
 
 
@@ -46,13 +46,16 @@ class ComparisonPanel(QWidget):
         layout.setSpacing(2)
         layout.addWidget(self.words)
         layout.addWidget(self.table, 1)
+        self.how = QLabel(self)
+        self.how.setProperty("role", "muted")
+        self.how.setWordWrap(True)
+        self.how.setContentsMargins(8, 0, 8, 4)
+        layout.addWidget(self.how)
+        self.how.hide()
         self.table.hide()
 
     def show_numbers(
-        self,
-        words: str,
-        runs: Sequence[str],
-        rows: Sequence[tuple[str, str, tuple[float, ...]]],
+        self, words: str, runs: Sequence[str], rows: Sequence[ComparedRow], how: str = ""
     ) -> None:
         """Show the values of `runs`; empty `runs` stand for nothing to show.
 
@@ -61,26 +64,37 @@ class ComparisonPanel(QWidget):
         words : str
             What is compared.
         runs : sequence of str
-        rows : sequence of (str, str, tuple of float)
-            Limb (empty for none), label, and a value for each run, of which less is better.
+        rows : sequence of ComparedRow
+        how : str
+            How the intervals are made.
         """
         self.words.setText(words if runs else _NOTHING)
-        self.table.setVisible(bool(runs))
-        self.table.setColumnCount(1 + len(runs))
-        self.table.setRowCount(len(rows) if runs else 0)
-        for column, heading in enumerate(("Measure", *runs)):
-            side = Qt.AlignmentFlag.AlignRight if column else Qt.AlignmentFlag.AlignLeft
+        self.words.setToolTip(how)
+        self.how.setText(how if rows else "")
+        self.how.setVisible(bool(how and rows))
+        self.table.setVisible(bool(runs and rows))
+        # of two runs the verdict has room beside the numbers; of more it is in the tooltips
+        verdicts = ("What these frames show",) if len(runs) == 2 else ()
+        headings = ("Measure", *runs, *verdicts)
+        self.table.setColumnCount(len(headings))
+        self.table.setRowCount(len(rows))
+        for column, heading in enumerate(headings):
+            right = 0 < column <= len(runs)
+            side = Qt.AlignmentFlag.AlignRight if right else Qt.AlignmentFlag.AlignLeft
             item = QTableWidgetItem(heading)
+            item.setToolTip(heading)
             item.setTextAlignment(side | Qt.AlignmentFlag.AlignVCenter)
             self.table.setHorizontalHeaderItem(column, item)
         header = self.table.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
-        header.setSectionResizeMode(0, QHeaderView.ResizeMode.ResizeToContents)
         header.setMinimumSectionSize(60)
-        for place, (limb, label, values) in enumerate(rows if runs else ()):
-            self.table.setItem(place, 0, _label_item(limb, label))
-            for column, value in enumerate(values, start=1):
-                self.table.setItem(place, column, _value_item(value, values[0], column > 1))
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setStretchLastSection(True)
+        for place, row in enumerate(rows if runs else ()):
+            self.table.setItem(place, 0, _label_item(row.limb, row.label))
+            for column, cell in enumerate(row.cells, start=1):
+                self.table.setItem(place, column, _value_item(cell))
+            if verdicts:
+                self.table.setItem(place, len(runs) + 1, _verdict_item(row.cells[1]))
 
 
 def _label_item(limb: str, label: str) -> QTableWidgetItem:
@@ -91,14 +105,34 @@ def _label_item(limb: str, label: str) -> QTableWidgetItem:
     return item
 
 
-def _value_item(value: float, base: float, differs: bool) -> QTableWidgetItem:
-    item = QTableWidgetItem("not known" if math.isnan(value) else f"{value:.1f}")
+def _value_item(cell: ComparedCell) -> QTableWidgetItem:
+    item = QTableWidgetItem(_words_of(cell))
     item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-    change = value - base
-    if differs and not math.isnan(change):
-        item.setText(f"{value:.1f}   ({change:+.1f})")
-        if abs(change) >= _WORTH_A_COLOUR:
-            theme = current_theme()
-            item.setForeground(QColor(theme.good if change < 0 else theme.warning))
-        item.setToolTip("In brackets: the difference from the active run; less is better.")
+    _colour(item, cell)
+    if cell.verdict:
+        item.setToolTip(f"{cell.verdict[0].upper()}{cell.verdict[1:]}.")
     return item
+
+
+def _verdict_item(cell: ComparedCell) -> QTableWidgetItem:
+    item = QTableWidgetItem(cell.verdict)
+    item.setToolTip(cell.verdict)
+    _colour(item, cell)
+    return item
+
+
+def _words_of(cell: ComparedCell) -> str:
+    if math.isnan(cell.value):
+        return "" if math.isnan(cell.difference) and not cell.verdict else "not known"
+    if math.isnan(cell.difference):
+        return f"{cell.value:.1f}"
+    if math.isnan(cell.low):
+        return f"{cell.value:.1f}   ({cell.difference:+.1f})"
+    return f"{cell.value:.1f}   ({cell.difference:+.1f}; {cell.low:+.1f} to {cell.high:+.1f})"
+
+
+def _colour(item: QTableWidgetItem, cell: ComparedCell) -> None:
+    """Only what the frames can show is coloured."""
+    if cell.differs:
+        theme = current_theme()
+        item.setForeground(QColor(theme.good if cell.difference < 0 else theme.warning))

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
 
 import numpy as np
 
+from app.views.line_styles import LineStyle
 from stereotrack_core.arrays import FloatArray, IntArray
 
-LineStyle: TypeAlias = Literal["solid", "dash"]
+__all__ = ["Curve", "LineStyle", "next_crossing", "thinned"]
+
 _HALF_STROKE = 0.4
 
 
@@ -26,7 +27,7 @@ class Curve:
         The legend's switches work by limb.
     colour : str
         #rrggbb, the limb's.
-    style : "solid" or "dash"
+    style : LineStyle
         Tells runs apart.
     frame : (F,) int64
         Ascending.

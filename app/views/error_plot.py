@@ -14,6 +14,7 @@ from app.limb_colours import EXTRA_COLOURS, limb_words
 from app.theme import current_theme
 from app.views.error_curves import Curve, next_crossing, thinned
 from app.views.limb_legend import LimbLegend
+from app.views.line_styles import PEN_STYLES
 
 _HELP = (
     "Click to go to a frame, drag the threshold line, wheel to zoom, right drag to scale. "
@@ -203,7 +204,7 @@ class ErrorPlot(QWidget):
             self._plot.addItem(line, ignoreBounds=True)
 
     def _new_item(self, curve: Curve) -> pg.PlotCurveItem:
-        style = Qt.PenStyle.SolidLine if curve.style == "solid" else Qt.PenStyle.DashLine
+        style = PEN_STYLES[curve.style]
         item = pg.PlotCurveItem(
             # wider lines take Qt ten times as long
             pen=pg.mkPen(curve.colour, width=1, style=style),

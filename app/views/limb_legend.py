@@ -17,7 +17,8 @@ from PySide6.QtWidgets import (
 
 from app.limb_colours import EXTRA_COLOURS, limb_words
 from app.theme import current_theme
-from app.views.error_curves import Curve, LineStyle
+from app.views.error_curves import Curve
+from app.views.line_styles import LineStyle, line_pixmap
 
 _SWATCH = QSize(14, 14)
 
@@ -126,7 +127,9 @@ class LimbLegend(QWidget):
             for label in (QLabel(self), QLabel(name, self)):
                 self._labels.append(label)
                 self._row.addWidget(label)
-            self._labels[-2].setPixmap(_line(style, self.devicePixelRatioF()))
+            self._labels[-2].setPixmap(
+                line_pixmap(style, QColor(current_theme().text), self.devicePixelRatioF())
+            )
             self._labels[-1].setProperty("role", "muted")
         self._fit_width()
 
@@ -146,15 +149,3 @@ def _swatch(colour: str) -> QIcon:
         painter.end()
         result.addPixmap(pixmap, QIcon.Mode.Normal, state)
     return result
-
-
-def _line(style: LineStyle, ratio: float) -> QPixmap:
-    pixmap = QPixmap(round(28 * ratio), round(14 * ratio))
-    pixmap.setDevicePixelRatio(ratio)
-    pixmap.fill(Qt.GlobalColor.transparent)
-    painter = QPainter(pixmap)
-    dash = Qt.PenStyle.SolidLine if style == "solid" else Qt.PenStyle.DashLine
-    painter.setPen(QPen(QColor(current_theme().text), 1.6, dash))
-    painter.drawLine(2, 7, 26, 7)
-    painter.end()
-    return pixmap

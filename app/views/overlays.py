@@ -14,6 +14,7 @@ from PySide6.QtGui import QColor, QLinearGradient, QPainter, QPainterPath, QPen,
 
 from app.limb_colours import LANDMARK_LIMBS, LIMB_COLOURS
 from app.views.inside_overlay import InsideOverlay, paint_inside
+from app.views.line_styles import PEN_STYLES, LineStyle
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.mesh import PartMesh
@@ -26,6 +27,7 @@ OVERLAYS: dict[str, str] = {
     "outline": "Model outline",
     "shading": "Model shaded",
     "wire": "Model wire",
+    "others": "Outlines of other runs",
     "reference": "Reference skeleton",
     "points": "Measured points",
     "correspondences": "Correspondences",
@@ -60,6 +62,21 @@ class PartShape:
 
 
 @dataclass(frozen=True, eq=False)
+class GhostOutline:
+    """The model of a run beside the active one, as it appears in a picture.
+
+    Attributes
+    ----------
+    style : LineStyle
+    paths : tuple of (str, QPainterPath)
+        Outline of each limb.
+    """
+
+    style: LineStyle
+    paths: tuple[tuple[str, QPainterPath], ...]
+
+
+@dataclass(frozen=True, eq=False)
 class Overlay:
     """Everything that may be drawn over one picture.
 
@@ -70,8 +87,10 @@ class Overlay:
     paths : tuple of (str, QPainterPath)
         Outline of each limb.
     reference : (9, 2) float64 or None, pixels
-    others : tuple of (9, 2) float64, pixels
-        Landmarks of further runs.
+    ghosts : tuple of GhostOutline
+        Models of further runs.
+    runs : tuple of (str, LineStyle)
+        All runs that are drawn and their line styles, the active one first.
     points : (N, 2) float64, pixels
     correspondences : (m, 2, 2) float64, pixels
         From the measured point to the model's.
@@ -84,7 +103,8 @@ class Overlay:
     shapes: tuple[PartShape, ...] = ()
     paths: tuple[tuple[str, QPainterPath], ...] = ()
     reference: FloatArray | None = None
-    others: tuple[FloatArray, ...] = ()
+    ghosts: tuple[GhostOutline, ...] = ()
+    runs: tuple[tuple[str, LineStyle], ...] = ()
     points: FloatArray | None = None
     correspondences: FloatArray | None = None
     limbs: IntArray | None = None
@@ -168,6 +188,13 @@ def limb_paths(shapes: Sequence[PartShape]) -> tuple[tuple[str, QPainterPath], .
     return tuple(united.items())
 
 
+def ghost_paths(
+    meshes: Sequence[PartMesh], project: Projection
+) -> tuple[tuple[str, QPainterPath], ...]:
+    """Outline of each limb of a model that is not shaded, so that no part has to be in front."""
+    return limb_paths(part_shapes(meshes, project, np.zeros(3), wire=False))
+
+
 def paint_overlay(
     painter: QPainter, overlay: Overlay, shown: frozenset[str], highlighted: str, scale: float
 ) -> None:
@@ -185,6 +212,9 @@ def paint_overlay(
         _paint_points(painter, overlay.points, scale)
     if "wire" in shown:
         _paint_wire(painter, overlay.shapes, scale)
+    if "others" in shown:
+        for ghost in overlay.ghosts:
+            _paint_ghost(painter, ghost, scale)
     if "outline" in shown:
         _paint_outlines(painter, overlay.paths, scale)
     _paint_highlight(painter, overlay.paths, highlighted, scale)
@@ -196,8 +226,6 @@ def paint_overlay(
         _paint_correspondences(painter, overlay.correspondences, overlay.limbs, scale)
     if overlay.inside is not None:
         paint_inside(painter, overlay.inside, scale)
-    for landmarks in overlay.others:
-        _paint_skeleton(painter, landmarks, Qt.PenStyle.DotLine, scale)
     if "reference" in shown and overlay.reference is not None:
         _paint_skeleton(painter, overlay.reference, Qt.PenStyle.DashLine, scale)
 
@@ -243,6 +271,16 @@ def _paint_outlines(
         painter.setPen(_pen(_DARK, 3.4, scale))
         painter.drawPath(path)
         painter.setPen(_pen(QColor(LIMB_COLOURS[limb]), 2.0, scale))
+        painter.drawPath(path)
+
+
+def _paint_ghost(painter: QPainter, ghost: GhostOutline, scale: float) -> None:
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    for limb, path in ghost.paths:
+        painter.setPen(_pen(_DARK, 2.8, scale))
+        painter.drawPath(path)
+        colour = QColor(LIMB_COLOURS[limb]).lighter(130)
+        painter.setPen(_pen(colour, 1.6, scale, PEN_STYLES[ghost.style]))
         painter.drawPath(path)
 
 

@@ -39,7 +39,7 @@ class Display:
         Whether views enlarge the person and follow it, until somebody zooms by hand.
     """
 
-    overlays: frozenset[str] = frozenset({"outline", "reference", *CLICK_OVERLAYS})
+    overlays: frozenset[str] = frozenset({"outline", "others", "reference", *CLICK_OVERLAYS})
     highlighted: str = ""
     brightness: float = 0.0
     contrast: float = 1.0

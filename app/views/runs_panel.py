@@ -6,15 +6,23 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal, Slot
-from PySide6.QtGui import QIcon, QPainter, QPen, QPixmap
+from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import (
+    QHBoxLayout,
     QHeaderView,
     QLabel,
+    QLineEdit,
+    QToolButton,
     QTreeWidget,
     QTreeWidgetItem,
     QVBoxLayout,
     QWidget,
 )
+
+from app.views.line_styles import LineStyle, line_pixmap
+
+_HEADINGS = ("Run", "Frames", "Arm error", "Time", "Seed", "Tracked")
+_NAME_WIDTH = 170
 
 
 @dataclass(frozen=True)
@@ -24,8 +32,8 @@ class RunRow:
     Attributes
     ----------
     name : str
-    dashed : bool
-        Line style of its curves.
+    style : LineStyle
+        Of its curves and outlines.
     visible : bool
     active : bool
     frames : str
@@ -33,15 +41,32 @@ class RunRow:
     score : str
         Its median error, or how it stands.
     hint : str
+    time : str
+        How long tracking took.
+    seed : str
+    when : str
+        When it was tracked, short.
+    made : str
+        Preset and changed parameters in words.
+    note : str
+        What a person has written about it.
+    noted : bool
+        Whether a note can be written: the project keeps the run.
     """
 
     name: str
-    dashed: bool
+    style: LineStyle
     visible: bool
     active: bool
     frames: str
     score: str
     hint: str
+    time: str = ""
+    seed: str = ""
+    when: str = ""
+    made: str = ""
+    note: str = ""
+    noted: bool = False
 
 
 class RunsPanel(QWidget):
@@ -52,25 +77,32 @@ class RunsPanel(QWidget):
     activated : int
     shown : int, bool
     renamed : int, str
+    noted : int, str
+    details_wanted : ()
     """
 
     activated = Signal(int)
     shown = Signal(int, bool)
     renamed = Signal(int, str)
+    noted = Signal(int, str)
+    details_wanted = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.tree = QTreeWidget()
-        self.tree.setHeaderLabels(["Run", "Frames", "Median arm error"])
+        self.tree.setHeaderLabels(list(_HEADINGS))
         self.tree.setRootIsDecorated(False)
         self.tree.setIconSize(QSize(30, 14))
         self.tree.setEditTriggers(QTreeWidget.EditTrigger.EditKeyPressed)
         self.tree.setAccessibleName("Runs")
         header = self.tree.header()
         header.setStretchLastSection(False)
-        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
-        header.setSectionResizeMode(1, QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(2, QHeaderView.ResizeMode.ResizeToContents)
+        for column in range(1, len(_HEADINGS)):
+            header.setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Interactive)
+        header.resizeSection(0, _NAME_WIDTH)
+        self._rows: tuple[RunRow, ...] = ()
+        self._noted_row = -1
         self._none = QLabel("No run yet. Run the tracker, or open a run file.")
         self._none.setProperty("role", "muted")
         self._none.setWordWrap(True)
@@ -79,15 +111,44 @@ class RunsPanel(QWidget):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(self._none)
-        layout.addWidget(self.tree)
+        layout.addWidget(self.tree, 1)
+        layout.addWidget(self._make_foot())
         self.tree.itemChanged.connect(self._on_changed)
         self.tree.itemClicked.connect(self._on_clicked)
-        self.tree.itemActivated.connect(self._on_clicked)
+        self.tree.itemActivated.connect(self._on_activated)
         self.show_rows(())
+
+    def _make_foot(self) -> QWidget:
+        """What the active run was made with, and room for a note."""
+        self.foot = QWidget(self)
+        self.made = QLabel(self.foot)
+        self.made.setWordWrap(True)
+        self.made.setProperty("role", "muted")
+        self.made.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.note = QLineEdit(self.foot)
+        self.note.setPlaceholderText("Note on this run")
+        self.note.setAccessibleName("Note on the active run")
+        self.note.editingFinished.connect(self._on_noted)
+        self.details = QToolButton(self.foot)
+        self.details.setText("Details …")
+        self.details.setToolTip("All that two runs were made with differently")
+        self.details.clicked.connect(self.details_wanted)
+        lower = QHBoxLayout()
+        lower.addWidget(self.note, 1)
+        lower.addWidget(self.details)
+        column = QVBoxLayout(self.foot)
+        column.setContentsMargins(8, 2, 8, 6)
+        column.setSpacing(4)
+        column.addWidget(self.made)
+        column.addLayout(lower)
+        return self.foot
 
     def show_rows(self, rows: Sequence[RunRow]) -> None:
         """Show these runs."""
+        self._rows = tuple(rows)
         self._none.setVisible(not rows)
+        self.foot.setVisible(bool(rows))
+        self._show_foot()
         self.tree.setVisible(bool(rows))
         with QSignalBlocker(self.tree):
             while self.tree.topLevelItemCount() > len(rows):
@@ -106,26 +167,34 @@ class RunsPanel(QWidget):
             | Qt.ItemFlag.ItemIsUserCheckable
             | Qt.ItemFlag.ItemIsEditable
         )
-        for column, text in enumerate((row.name, row.frames, row.score)):
+        cells = (row.name, row.frames, row.score, row.time, row.seed, row.when)
+        for column, text in enumerate(cells):
             item.setText(column, text)
             item.setToolTip(column, row.hint)
             font = item.font(column)
             font.setBold(row.active)
             item.setFont(column, font)
         item.setCheckState(0, Qt.CheckState.Checked if row.visible else Qt.CheckState.Unchecked)
-        item.setIcon(0, self._line(dashed=row.dashed))
+        ratio = self.devicePixelRatioF()
+        item.setIcon(0, QIcon(line_pixmap(row.style, self.palette().text().color(), ratio)))
         if row.active:
             self.tree.setCurrentItem(item)
 
-    def _line(self, *, dashed: bool) -> QIcon:
-        pixmap = QPixmap(self.tree.iconSize())
-        pixmap.fill(Qt.GlobalColor.transparent)
-        painter = QPainter(pixmap)
-        style = Qt.PenStyle.DashLine if dashed else Qt.PenStyle.SolidLine
-        painter.setPen(QPen(self.palette().text(), 2, style))
-        painter.drawLine(1, pixmap.height() // 2, pixmap.width() - 1, pixmap.height() // 2)
-        painter.end()
-        return QIcon(pixmap)
+    def _show_foot(self) -> None:
+        place = next((k for k, row in enumerate(self._rows) if row.active), -1)
+        row = self._rows[place] if place >= 0 else None
+        self.made.setText(row.made if row is not None else "No run is active.")
+        self.note.setEnabled(row is not None and row.noted)
+        typing = self.note.hasFocus() and place == self._noted_row and self.note.isModified()
+        if not typing:
+            self.note.setText(row.note if row is not None else "")
+        self._noted_row = place
+
+    @Slot()
+    def _on_noted(self) -> None:
+        if self._noted_row >= 0 and self.note.isModified():
+            self.note.setModified(False)
+            self.noted.emit(self._noted_row, self.note.text())
 
     @Slot(QTreeWidgetItem, int)
     def _on_changed(self, item: QTreeWidgetItem, column: int) -> None:
@@ -133,6 +202,11 @@ class RunsPanel(QWidget):
         if column == 0 and place >= 0:
             self.shown.emit(place, item.checkState(0) == Qt.CheckState.Checked)
             self.renamed.emit(place, item.text(0))
+
+    @Slot(QTreeWidgetItem, int)
+    def _on_activated(self, item: QTreeWidgetItem, _column: int) -> None:
+        """A run that is not shown is shown, and read from the project where it has to be."""
+        self.activated.emit(self.tree.indexOfTopLevelItem(item))
 
     @Slot(QTreeWidgetItem, int)
     def _on_clicked(self, item: QTreeWidgetItem, _column: int) -> None:

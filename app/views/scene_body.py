@@ -106,6 +106,30 @@ def vertex_normals(vertices: FloatArray, triangles: IntArray) -> FloatArray:
     return result
 
 
+class GhostLayer:
+    """Models of other runs, which one sees through: as lines, as dots, or as both."""
+
+    def __init__(self, renderer: vtkRenderer) -> None:
+        self._renderer = renderer
+        self._surfaces: list[Shape] = []
+
+    def show(self, content: SceneContent, visible: bool, theme: Theme, scale: float) -> None:
+        """Move the models to where they are now."""
+        parts = [(ghost.style, mesh) for ghost in content.ghosts for mesh in ghost.meshes]
+        _fill(self._surfaces, len(parts) if visible else 0, lambda: Shape(self._renderer))
+        for shape, (style, mesh) in zip(self._surfaces, parts if visible else (), strict=False):
+            shape.set_triangles(mesh.vertices, mesh.triangles)
+            shape.set_colour(LIMB_COLOURS.get(mesh.limb, theme.disabled))
+            properties = shape.actor.GetProperty()
+            if style == "dot":
+                properties.SetRepresentationToPoints()
+            else:
+                properties.SetRepresentationToWireframe()
+            properties.SetVertexVisibility(style == "dashdot")
+            properties.SetPointSize(3.0 * scale)
+            properties.SetLineWidth(scale)
+
+
 class EllipsoidLayer:
     """Two standard deviations around what the tracker found."""
 

@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from app.views.inside_overlay import InsideScene
+from app.views.line_styles import LineStyle
 from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
 from stereotrack_core.geometry.camera import Camera
 
@@ -58,6 +59,23 @@ def _no_colours() -> ImageArray:
 
 
 @dataclass(frozen=True, eq=False)
+class GhostBody:
+    """The model of a run that is drawn beside the active one, as lines, dots or both.
+
+    Attributes
+    ----------
+    name : str
+    style : LineStyle
+        That of its lines in the plots: ``dash`` becomes lines, ``dot`` dots.
+    meshes : tuple of LimbMesh
+    """
+
+    name: str
+    style: LineStyle
+    meshes: tuple[LimbMesh, ...]
+
+
+@dataclass(frozen=True, eq=False)
 class SceneContent:
     """Everything that the scene draws; arrays are not changed after they were handed on.
 
@@ -77,6 +95,10 @@ class SceneContent:
     highlighted : str
         The limb that is selected; empty for none.
     ellipsoids : tuple of Ellipsoid
+    run : str
+        Name of the run whose model it is.
+    ghosts : tuple of GhostBody
+        Models of other runs.
     floor_z : float, metres
         Height of the floor in the world.
     inside : InsideScene or None
@@ -91,8 +113,16 @@ class SceneContent:
     camera_images: Mapping[str, ImageArray] = field(default_factory=dict)
     highlighted: str = ""
     ellipsoids: tuple[Ellipsoid, ...] = ()
+    run: str = ""
+    ghosts: tuple[GhostBody, ...] = ()
     floor_z: float = 0.0
     inside: InsideScene | None = None
+
+    @property
+    def runs(self) -> tuple[tuple[str, LineStyle], ...]:
+        """All runs that are drawn, the active one first; empty where it is alone."""
+        others = tuple((ghost.name, ghost.style) for ghost in self.ghosts)
+        return ((self.run, "solid"), *others) if others and self.meshes else others
 
     def parts_known(self) -> int:
         """How many kinds of things are there that a view of the scene has to hold."""

@@ -9,7 +9,7 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter
 
 from app.theme import Theme
-from app.views.scene_body import CloudLayer, EllipsoidLayer, ModelLayer
+from app.views.scene_body import CloudLayer, EllipsoidLayer, GhostLayer, ModelLayer
 from app.views.scene_content import SceneContent
 from app.views.scene_inside import InsideLayer
 from app.views.scene_orbit import FIELD_OF_VIEW, Orbit
@@ -33,6 +33,7 @@ class SceneRenderer:
         self._cameras = CameraLayer(scene)
         self._cloud = CloudLayer(scene)
         self._model = ModelLayer(scene)
+        self._ghosts = GhostLayer(scene)
         self._ellipsoids = EllipsoidLayer(self._window.above)
         self._reference = ReferenceLayer(self._window.above)
         self._inside = InsideLayer(self._window.above)
@@ -57,6 +58,7 @@ class SceneRenderer:
         self._cameras.show(content, layers["cameras"], theme, scale)
         self._cloud.show(content, layers["cloud"])
         self._model.show(content, layers["model"], theme)
+        self._ghosts.show(content, layers["model"], theme, scale)
         self._ellipsoids.show(content, layers["ellipsoids"], theme)
         self._reference.show(content, layers["reference"], theme, scale)
         self._inside.show(content.inside, theme, scale)

@@ -20,6 +20,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QApplication, QWidget
 
 from app.theme import current_theme
+from app.views.line_styles import paint_runs_legend
 from app.views.scene_body import limb_at
 from app.views.scene_content import LAYERS, SceneContent
 from app.views.scene_orbit import Orbit, orbit_around
@@ -234,6 +235,8 @@ class SceneView(QWidget):
     def _paint_names(self, painter: QPainter) -> None:
         area = QRectF(self.rect())
         paint_names(painter, self._content, self._layers, self.orbit, area, current_theme())
+        if self._layers["model"]:
+            paint_runs_legend(painter, self._content.runs, area)
 
     def _paint_apology(self, painter: QPainter) -> None:
         painter.fillRect(self.rect(), self.palette().base())

@@ -165,17 +165,11 @@ def _settings(args: Namespace, recipe: Recipe) -> tuple[str, Settings]:
 
 
 def _detections_like(args: Namespace, recipe: Recipe, recording: Recording) -> Detections | None:
-    from stereotrack_core.recording.detection_csv import read_detections
-
     if args.detections is not None or (recipe.detections is None and recipe.colour is None):
         return _detections(args.detections, recording)  # older runs do not say what they used
-    if recipe.detections is None:
-        return None
-    used = Path(str(recipe.detections.get("source", "")))
-    own = recording.folder / "detections.csv"
-    found = read_detections(used if used.is_file() else own, recording)
-    if found.fingerprint() != recipe.detections.get("fingerprint"):
-        say(f"{found.source}: These are not the detections that the run has listened to.")
+    found, otherwise = recipe.detections_in(recording)
+    if otherwise:
+        say(otherwise)
     return found
 
 

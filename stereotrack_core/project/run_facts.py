@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from stereotrack_core.arrays import IntArray
 from stereotrack_core.tracking.repeating import changed_parameters
 from stereotrack_core.tracking.run import Run
 
@@ -81,7 +82,7 @@ class RunFacts:
 
 @dataclass(frozen=True)
 class Difference:
-    """Something that two runs were made with differently, in words.
+    """Something that two runs were made with, in words.
 
     Attributes
     ----------
@@ -97,17 +98,27 @@ class Difference:
     second: str
     parameter: bool = False
 
+    @property
+    def differs(self) -> bool:
+        """Whether it is not the same in both."""
+        return self.first != self.second
+
 
 def facts_to_keep(run: Run, note: str = "") -> dict[str, Any]:
     """Facts of a run, JSON-serialisable: what :func:`run_facts` reads."""
-    meta = run.meta
+    facts = facts_of_meta(run.meta, run.frame, int(run.tracked.sum()))
+    return facts | {"note": note} if note else facts
+
+
+def facts_of_meta(meta: Mapping[str, Any], frame: IntArray, tracked: int) -> dict[str, Any]:
+    """The same from a run's meta, its frame numbers (F,) and how many of them have a pose."""
     facts: dict[str, Any] = {
-        "frames": len(run.frame),
-        "tracked": int(run.tracked.sum()),
+        "frames": len(frame),
+        "tracked": tracked,
         **{key: meta[key] for key in _META if key in meta and key != _ASKED},
     }
-    if len(run.frame):
-        facts |= {"first": int(run.frame[0]), "last": int(run.frame[-1])}
+    if len(frame):
+        facts |= {"first": int(frame[0]), "last": int(frame[-1])}
     if meta.get(_ASKED) is not None:
         facts["asked"] = list(meta[_ASKED])
     subject = meta.get("subject")
@@ -116,8 +127,6 @@ def facts_to_keep(run: Run, note: str = "") -> dict[str, Any]:
     if "parameters" in meta:
         changed = changed_parameters(meta["parameters"], str(meta.get("preset", "")))
         facts["changed"] = {name: list(values) for name, values in changed.items()}
-    if note:
-        facts["note"] = note
     return facts
 
 
@@ -158,15 +167,19 @@ def run_facts(stored: Mapping[str, Any]) -> RunFacts:
     )
 
 
-def differences(first: RunFacts, second: RunFacts) -> tuple[Difference, ...]:
-    """All that two runs were made with differently: parameters first, then everything else."""
+def beside(first: RunFacts, second: RunFacts) -> tuple[Difference, ...]:
+    """All that two runs were made with, side by side: parameters first, then everything else."""
     names = dict.fromkeys((*first.parameters, *second.parameters))
     rows = [
-        Difference(name, _said(a), _said(b), parameter=True)
+        Difference(
+            name,
+            _said(first.parameters.get(name)),
+            _said(second.parameters.get(name)),
+            parameter=True,
+        )
         for name in names
-        if (a := first.parameters.get(name)) != (b := second.parameters.get(name))
     ]
-    for what, a, b in (
+    others: tuple[tuple[str, Any, Any], ...] = (
         ("preset", first.preset, second.preset),
         ("seed", first.seed, second.seed),
         ("views", "+".join(first.views), "+".join(second.views)),
@@ -177,14 +190,18 @@ def differences(first: RunFacts, second: RunFacts) -> tuple[Difference, ...]:
         ("recording", first.recording, second.recording),
         ("recording's fingerprint", first.fingerprint[:8], second.fingerprint[:8]),
         ("calibration's fingerprint", first.calibration[:8], second.calibration[:8]),
-    ):
-        if a != b:
-            rows.append(Difference(what, _said(a), _said(b)))
-    for name in dict.fromkeys((*first.versions, *second.versions)):
-        a, b = first.versions.get(name), second.versions.get(name)
-        if a != b:
-            rows.append(Difference(f"version of {name}", _said(a), _said(b)))
-    return tuple(rows)
+    )
+    versions = dict.fromkeys((*first.versions, *second.versions))
+    others += tuple(
+        (f"version of {name}", first.versions.get(name), second.versions.get(name))
+        for name in versions
+    )
+    return (*rows, *(Difference(what, _said(a), _said(b)) for what, a, b in others))
+
+
+def differences(first: RunFacts, second: RunFacts) -> tuple[Difference, ...]:
+    """What of that is different."""
+    return tuple(row for row in beside(first, second) if row.differs)
 
 
 def _frames(facts: RunFacts) -> str:
@@ -196,4 +213,5 @@ def _said(value: Any) -> str:
         return "not known"
     if isinstance(value, bool):
         return "yes" if value else "no"
-    return f"{value:g}" if isinstance(value, float) else str(value)
+    short = f"{value:g}" if isinstance(value, float) else str(value)
+    return short if not isinstance(value, float) or float(short) == value else repr(value)

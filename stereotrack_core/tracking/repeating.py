@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,8 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import PARTS
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording, Subject
+from stereotrack_core.recording.detection_csv import read_detections
+from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.fingerprint import calibration_fingerprint, fingerprint
 from stereotrack_core.tracking.pipeline import FirstPose
 from stereotrack_core.tracking.presets import PRESETS, preset
@@ -72,6 +75,23 @@ class Recipe:
     def applied_to(self, recording: Recording) -> Recording:
         """The recording without its reference, with the subject that was tracked."""
         return dataclasses.replace(recording, reference=None, subject=self.subject)
+
+    def detections_in(self, recording: Recording) -> tuple[Detections | None, str]:
+        """What a detector has said, read again, and a sentence where it is not the same.
+
+        Raises
+        ------
+        InputError
+            Where the file is not there any more, or cannot be read.
+        """
+        if self.detections is None:
+            return None, ""
+        used = Path(str(self.detections.get("source", "")))
+        own = recording.folder / "detections.csv"
+        found = read_detections(used if used.is_file() else own, recording)
+        if found.fingerprint() == self.detections.get("fingerprint"):
+            return found, ""
+        return found, f"{found.source} does not hold the detections that the run has listened to."
 
 
 def recipe_of(run: Run) -> Recipe:

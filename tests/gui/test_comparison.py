@@ -2,56 +2,124 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from app.presenters.comparison import compared
-from app.presenters.judgement import MEASURED_LIMBS, Judgement
-from app.presenters.runs import RunEntry
+from app.presenters.comparison import compared, shown_beside_each_other
+from app.presenters.judgement import judged
+from app.presenters.runs import RunEntry, frames_of_run
+from app.presenters.truth import recorded_truth
 from app.theme import apply_theme
 from app.views.comparison_panel import ComparisonPanel
+from app.views.comparison_rows import ComparedCell, ComparedRow
+from stereotrack_core.body.angles import ALL_JOINTS, state_names
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import proportions_of
+from stereotrack_core.evaluation.comparison.compare import candidate_of_run, compare
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.tracking.run import Run
+
+STANDING = np.array(
+    [
+        *([-0.2, 0, 1.4], [0.2, 0, 1.4], [-0.5, 0, 1.4], [0.5, 0, 1.4], [-0.8, 0, 1.4]),
+        *([0.8, 0, 1.4], [0, 0, 1.6], [-0.1, 0, 0.95], [0.1, 0, 0.95]),
+    ]
+)
 
 
-def entry(name):
-    return RunEntry(name, "accurate", None, body_model(proportions_of(None)), range(10))
+def stored(sigma, first=0, end=160):
+    """A run whose landmarks are off by `sigma` metres in every direction."""
+    rng = np.random.default_rng(round(1000 * sigma) + first)
+    names = state_names(ALL_JOINTS)
+    frames, n = end - first, len(names)
+    landmarks = STANDING + sigma * rng.normal(size=(frames, 9, 3))
+    return Run(
+        frame=np.arange(first, end),
+        landmarks=landmarks,
+        x=np.zeros((frames, n)),
+        P=np.tile(np.eye(n), (frames, 1, 1)),
+        state_names=names,
+        tracked=np.ones(frames, dtype=bool),
+        coverage=rng.random(frames),
+        residual=rng.random(frames),
+        innovation=rng.random(frames),
+        limb_sigma_deg=rng.random((frames, 6)),
+        limb_lost=rng.random((frames, 6)),
+        seconds=np.zeros((frames, 0)),
+        stage_names=(),
+        meta={},
+    )
 
 
-def judgement(first, count, degrees):
-    frame = np.arange(first, first + count)
-    limbs = dict.fromkeys(MEASURED_LIMBS, frame + degrees)
-    return Judgement("sigma", frame, limbs, np.ones(count, bool), np.full(count, 0.25), errors=None)
+def entry(name, run):
+    body = body_model(proportions_of(None))
+    return RunEntry(name, "accurate", None, body, range(10), frames_of_run(run), stored=run)
 
 
-def test_medians_are_taken_over_the_frames_that_all_runs_have():
-    a, b = entry("a"), entry("b")
-    judgements = {id(a): judgement(0, 10, 1.0), id(b): judgement(4, 10, 3.0)}
-    found = compared((b, a), a, judgements, None)
+@pytest.fixture(scope="module")
+def truth():
+    return recorded_truth(LandmarkTrajectory(np.arange(200), np.tile(STANDING, (200, 1, 1))))
+
+
+def test_the_panel_says_what_the_command_line_says(truth):
+    runs = stored(0.04), stored(0.02, 10, 200)
+    entries = [entry(name, run) for name, run in zip("ab", runs, strict=True)]
+    found = compared(entries, judged(entries[0], truth), None)
+    core = compare(
+        [candidate_of_run(n, r) for n, r in zip("ab", runs, strict=True)], truth.trajectory
+    )
     assert found.runs == ("a", "b")
-    assert "6 frames" in found.words
-    rows = {label: values for _, label, values in found.rows}
-    assert rows["torso [°]"] == (7.5, 9.5)
-    assert rows["unexplained [%]"] == (25.0, 25.0)
-    assert "arms lost [%]" not in rows
+    assert "150 frames" in found.words
+    assert "the recording's reference" in found.words
+    assert len(found.rows) == len(core.pairs[0].measures)
+    for row, measure in zip(found.rows, core.pairs[0].measures, strict=True):
+        first, second = row.cells
+        assert (first.value, second.value) == (measure.paired.first, measure.paired.second)
+        assert second.difference == measure.paired.difference
+        assert second.differs == measure.paired.differs
+    rows = {row.label: row.cells[1] for row in found.rows}
+    assert rows["forearms [°]"].verdict.startswith("b is better by ")
+    assert "successive frames" in found.how
 
 
-def test_a_selection_and_hidden_runs_are_left_out():
-    a, b = entry("a"), entry("b")
+def test_a_selection_limits_what_is_compared(truth):
+    entries = [entry("a", stored(0.04)), entry("b", stored(0.02))]
+    judgement = judged(entries[0], truth)
+    assert "in the selection" in compared(entries, judgement, range(20, 40)).words
+    alone = compared(entries[:1], judgement, range(20, 40))
+    assert alone.runs == ("a",)
+    assert len(alone.rows[0].cells) == 1
+    assert alone.how == ""
+
+
+def test_without_a_reference_it_is_told_how_far_runs_are_apart():
+    entries = [entry("a", stored(0.0)), entry("b", stored(0.02))]
+    found = compared(entries, judged(entries[0], None), None)
+    labels = [row.label for row in found.rows]
+    assert "apart: forearms [°]" in labels
+    assert not any(label.startswith("forearms") for label in labels)
+    apart = found.rows[labels.index("apart: forearms [°]")]
+    assert np.isnan(apart.cells[0].value)
+    assert apart.cells[1].value > 1.0
+
+
+def test_only_runs_that_are_shown_are_compared(truth):
+    a, b = entry("a", stored(0.04)), entry("b", stored(0.02))
+    judgements = {id(one): judged(one, truth) for one in (a, b)}
+    assert shown_beside_each_other((b, a), a, judgements) == (a, b)
     b.visible = False
-    judgements = {id(a): judgement(0, 10, 1.0), id(b): judgement(4, 10, 3.0)}
-    found = compared((a, b), a, judgements, range(2, 5))
-    assert found.runs == ("a",)
-    assert {label: v for _, label, v in found.rows}["torso [°]"] == (4.0,)
-    assert compared((a, b), a, {}, None) is None
+    assert shown_beside_each_other((a, b), a, judgements) == (a,)
+    assert shown_beside_each_other((a, b), a, {}) == ()
+    assert shown_beside_each_other((), None, judgements) == ()
 
 
-def test_runs_without_a_common_frame_say_so():
-    a, b = entry("a"), entry("b")
-    judgements = {id(a): judgement(0, 4, 1.0), id(b): judgement(4, 4, 3.0)}
-    found = compared((a, b), a, judgements, None)
-    assert found.words == "These runs have no frame in common."
-    assert all(np.isnan(values[0]) for limb, _, values in found.rows if limb)
+def test_runs_without_a_common_frame_say_so(truth):
+    entries = [entry("a", stored(0.04, 0, 20)), entry("b", stored(0.02, 20, 40))]
+    found = compared(entries, judged(entries[0], truth), None)
+    assert found.words.startswith("There is no frame that all of them have")
+    assert found.rows == ()
 
 
 @pytest.mark.window
@@ -59,11 +127,22 @@ def test_the_panel_says_differences_and_nothing_where_nothing_is(qtbot, qapp):
     apply_theme(qapp, "dark")
     panel = ComparisonPanel()
     qtbot.addWidget(panel)
-    panel.show_numbers("words", ("a", "b"), (("torso", "torso [°]", (7.5, 6.0)),))
-    assert panel.table.item(0, 2).text() == "6.0   (-1.5)"
+    better = ComparedCell(6.0, -1.5, -2.0, -1.0, True, "b is better by 1.5 deg (1.0 to 2.0)")
+    row = ComparedRow("torso", "torso [°]", (ComparedCell(7.5), better))
+    panel.show_numbers("words", ("a", "b"), (row,), "how it is made")
     assert panel.table.item(0, 1).text() == "7.5"
-    panel.show_numbers("words", ("a", "b"), (("", "arms lost [%]", (np.nan, 6.0)),))
-    assert panel.table.item(0, 1).text() == "not known"
-    assert panel.table.item(0, 2).text() == "6.0"
+    assert panel.table.item(0, 2).text() == "6.0   (-1.5; -2.0 to -1.0)"
+    assert panel.table.item(0, 3).text() == better.verdict
+    assert panel.how.text() == "how it is made"
+    plain = panel.table.item(0, 1).foreground().color()
+    assert panel.table.item(0, 2).foreground().color() != plain
+    unsure = replace(better, low=np.nan, high=np.nan, differs=False, verdict="too few")
+    panel.show_numbers(
+        "words", ("a", "b", "c"), (replace(row, cells=(*row.cells[:1], unsure, unsure)),)
+    )
+    assert panel.table.item(0, 2).text() == "6.0   (-1.5)"
+    assert panel.table.item(0, 2).foreground().color() == plain
+    assert panel.table.columnCount() == 4
     panel.show_numbers("", (), ())
     assert panel.table.isHidden()
+    assert panel.how.isHidden()

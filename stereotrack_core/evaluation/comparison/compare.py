@@ -172,6 +172,17 @@ def compare_segments(
     return tuple(found)
 
 
+def measured(
+    candidate: Candidate, reference: LandmarkTrajectory | None, frames: range | None = None
+) -> tuple[MeasuredSeries, ...]:
+    """The measures of one run alone, frame by frame; empty where no frame is left."""
+    shared = shared_frames((candidate,), reference, frames)
+    if not len(shared):
+        return ()
+    truth = None if reference is None else _points_at(reference, shared)
+    return _measures(_at(candidate, shared), truth)
+
+
 def shared_frames(
     candidates: Sequence[Candidate],
     reference: LandmarkTrajectory | None,

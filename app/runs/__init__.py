@@ -1,0 +1,1 @@
+"""Runs in the window: kept in the project, repeated, described."""
