@@ -110,6 +110,16 @@ class Results:
     circumstances: Circumstances
 
 
+_FULL_WORDS = (
+    "Simulated after what the thesis says of its recordings: four stereo cameras of 640 × 480 with "
+    "a base line of 120 mm, 10 frame sets per second, furniture, somebody else now and then (P2), "
+    "a defined pose at the beginning. What it shows in pictures stands at its own frame numbers. "
+    "Lenses differ: 400 px focal length instead of 267, with which preset thesis, on points of "
+    "every second pixel, loses the arms of a person who stands still."
+)
+_SHORT_WORDS = "Simulated, with pictures of 400 × 300 and every motion in a few frames."
+
+
 def page(results: Results) -> str:
     """The whole page as HTML."""
     by_key = {compared.key: compared for compared in results.tables}
@@ -119,7 +129,7 @@ def page(results: Results) -> str:
         _state(results.circumstances),
         _how_to_read(results),
         heading(2, "What was recorded", "recordings"),
-        _recordings(results.recordings),
+        _recordings(results),
     ]
     for key in ("4.1", "4.2", "4.3", "4.4", "fast", "motions"):
         if key in by_key:
@@ -175,7 +185,7 @@ def _how_to_read(results: Results) -> Html:
                     f"that it takes to be good to {REFERENCE_GOOD_TO_DEG:.0f} degrees. Table and "
                     "page stand below each table.",
                     "Preset thesis: its method with its parameters, from the first frame to the "
-                    f"last; mean ± standard deviation over {results.circumstances.seeds} seeds.",
+                    f"last; mean{_spread(results.circumstances.seeds)}.",
                     "Preset thesis, started anew: the same, but put on the true pose at the "
                     "beginning of every segment. A protocol for judging, not a way of tracking: "
                     "it tells errors that grow from arms that were lost before.",
@@ -190,26 +200,18 @@ def _how_to_read(results: Results) -> Html:
     )
 
 
-def _recordings(recordings: Sequence[RecordingFacts]) -> Html:
+def _spread(seeds: int) -> str:
+    return f" ± standard deviation over {seeds} seeds" if seeds > 1 else " over frames, one seed"
+
+
+def _recordings(results: Results) -> Html:
     rows = [
         (r.name, f"{r.stature:.2f}", str(r.frames), f"{r.frames / r.fps:.0f}", r.clothes, r.motions)
-        for r in recordings
+        for r in results.recordings
     ]
     headings = ("", ">stature [m]", ">frames", ">seconds", "clothes", "motions")
-    return joined(
-        [
-            table(headings, rows),
-            paragraph(
-                "Simulated after what the thesis says of its recordings: four stereo cameras of "
-                "640 × 480 with a base line of 120 mm, 10 frame sets per second, furniture, "
-                "somebody else now and then (P2), a defined pose at the beginning. What it shows "
-                "in pictures stands at its own frame numbers. Lenses differ: 400 px focal length "
-                "instead of 267, with which preset thesis, on points of every second pixel, loses "
-                "the arms of a person who stands still.",
-                kind="soft",
-            ),
-        ]
-    )
+    words = _SHORT_WORDS if results.circumstances.short else _FULL_WORDS
+    return joined([table(headings, rows), paragraph(words, kind="soft")])
 
 
 def _table_section(compared: ComparedTable) -> list[Html]:
