@@ -35,6 +35,7 @@ from app.episodes.work import EpisodeWork
 from app.failures import message_of
 from app.file_work import FileWork, dropped_path
 from app.icons import set_icon
+from app.inside_work import InsideWork
 from app.panel_follower import PanelFollower
 from app.presenters.clouds import CloudPresenter
 from app.presenters.document import DocumentPresenter
@@ -97,6 +98,7 @@ class MainWindow(PanelWindow):
         self.sweeps = SweepWork(self)
         self.tuning = TuningWork(self)
         self.view_memory = ViewMemory(self)
+        self.inside_work = InsideWork(self)
         self._make_actions()
         self._connect()
         self.setAcceptDrops(True)
@@ -162,6 +164,7 @@ class MainWindow(PanelWindow):
         self.actions_book.fill(self.menuBar())
         self.tuning.offer(self.actions_book)
         self.bars = WindowBars(self)
+        self.inside_work.offer(self.actions_book)
         self.review.add_buttons()
 
     def _connect(self) -> None:

@@ -27,6 +27,7 @@ from app.views.display_panel import DisplayPanel
 from app.views.episodes_panel import EpisodesPanel
 from app.views.error_plot import ErrorPlot
 from app.views.findings_panel import FindingsPanel
+from app.views.inside_panel import InsidePanel
 from app.views.landmarks_panel import LandmarksPanel
 from app.views.message_bar import MessageBar
 from app.views.numbers_panel import NumbersPanel
@@ -52,6 +53,7 @@ TITLES = {
     "series": "One parameter",
     **REVIEW_TITLES,
     "numbers": "Numbers of the frame",
+    "inside": "Inside the frame",
     "findings": "Findings",
     "rig": "Rig",
     "display": "Light",
@@ -84,6 +86,7 @@ class PanelWindow(QMainWindow):
         self.attempts_panel = AttemptsPanel()
         self.series_panel = SeriesPanel()
         self.review_panels = ReviewPanels()
+        self.inside_panel = InsidePanel()
         self.findings = FindingsPanel()
         self.rig = RigPanel()
         self.display_panel = DisplayPanel()
@@ -104,6 +107,7 @@ class PanelWindow(QMainWindow):
             "comparison": self.comparison, "episodes": self.episodes_panel,
             "attempts": self.attempts_panel, "series": self.series_panel,
             **self.review_panels.widgets(),
+            "inside": self.inside_panel,
             "findings": self.findings, "rig": self.rig, "display": self.display_panel,
             "landmarks": self.landmarks_panel, "body": self.body_panel,
             "next": self.annotation.next_panel, "history": self.annotation.history_panel,

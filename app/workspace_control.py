@@ -35,9 +35,12 @@ class WorkspaceControl(QObject):
     -------
     changed : ()
         Another workspace is shown.
+    leaving : ()
+        The arrangement is about to be kept: what has moved panels for a while puts them back.
     """
 
     changed = Signal()
+    leaving = Signal()
 
     def __init__(self, window: MainWindow, settings: QSettings) -> None:
         super().__init__(window)
@@ -123,4 +126,5 @@ class WorkspaceControl(QObject):
 
     def _keep(self) -> None:
         if self.current is not None:
+            self.leaving.emit()
             save_layout(self._w, self._settings, self.current)

@@ -6,6 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from app.actions import Command
+from app.commands import inside_menu
 from app.commands.reasons import no_depth, no_edit, no_recording, no_run, running
 from app.presenters.truth import Against
 from app.track_control import FIRST_POSES
@@ -40,9 +41,9 @@ def commands(w: MainWindow) -> list[Command]:
             "F10", "step-tracker", idle,
         ),
         Command(
-            "iterate", _MENU, "Step one iteration",
-            "Show the predicted model and its correspondences, then the corrected model, "
-            "iteration by iteration.", w.tracker.iterate, "F11", "iterate", idle,
+            "iterate", _MENU, "Step inside the next frame",
+            "Show step by step what the tracker in progress does in its next frame; after the "
+            "last step, track it.", w.tracker.iterate, "F11", "iterate", idle,
         ),
         Command(
             "stop", _MENU, "End the run", "End the run in progress; it keeps what it has.",
@@ -106,6 +107,7 @@ def commands(w: MainWindow) -> list[Command]:
                 "This run is in progress; end it first." if w.runs.active is w.track.entry else ""
             ),
         ),
+        *inside_menu.commands(w),
         *_against(w),
     ]  # fmt: skip
 

@@ -148,9 +148,9 @@ class InsidePresenter(QObject):
 
     @Slot()
     def _ask_soon(self, _what: object = None) -> None:
-        if self.looking:
-            if not self._soon.isActive():  # the tracker that is held tells so all the time
-                self._soon.start()
+        # a tracker that is held tells so all the time
+        if self.looking and not self._soon.isActive():
+            self._soon.start()
 
     def _waits(self) -> bool:
         return self._document.playing or self._track.running

@@ -36,6 +36,11 @@ _KINDS = {
     "outline": "Outlines",
     "detection": "Detections",
 }
+_SIDES = ("inside the model", "outside of it")
+_NEGATIVE = (
+    "The prediction is the mean over the sigma points (2.16), which lies off the model where a "
+    "joint is uncertain; so a residual may be negative though a distance is not."
+)
 _UNITS = {"m": ("mm", 1e3), "rad": ("°", float(np.degrees(1.0))), "px": ("px", 1.0)}
 
 
@@ -61,7 +66,9 @@ def content_of(trace: FrameTrace, step: Step, compared: str = "") -> StepContent
             return _result(trace, step, compared)
         case _ if correction is None:
             points = trace.measured[0]
-            return _content(step, trace, histogram=residual_histogram(points, _said(points)))
+            return _content(
+                step, trace, histogram=residual_histogram(points, _said(points), _SIDES)
+            )
         case "points":
             return _content(step, trace, tables=(_points_table(correction),))
         case "pairs":
@@ -122,10 +129,17 @@ def _counted(name: str, used: int, unused: list[int]) -> tuple[str, ...]:
 def _pairs(trace: FrameTrace, step: Step, correction: Correction) -> StepContent:
     points = correction.points
     words = f"{_said(points)} Innovation {correction.innovation:.2f} of what was expected."
+    sides = _SIDES
+    if trace.method == "thesis":
+        sides = ("", "")
+        if bool(np.any(points.residual < 0.0)):
+            words = f"{words} {_NEGATIVE}"
     tables = [_parts_table(points)]
     if correction.rows:
         tables.append(_rows_table(correction.rows))
-    return _content(step, trace, histogram=residual_histogram(points, words), tables=tuple(tables))
+    return _content(
+        step, trace, words, histogram=residual_histogram(points, words, sides), tables=tuple(tables)
+    )
 
 
 def _said(points: Points) -> str:
@@ -152,7 +166,7 @@ def _parts_table(points: Points) -> Table:
     tips = (
         "",
         "Pairs",
-        "Mean residual; positive: the measured points lie outside of the model",
+        "Mean residual; positive: the measured points are ahead of their partners",
         "Root mean square of the residuals",
         "1: full trust, 0: none; it falls with the distance",
         "Standard deviation that a measurement is taken to have",
@@ -222,8 +236,9 @@ def _moved_table(trace: FrameTrace, origin: Pose, to: Pose) -> Table:
         if i
     ]
     limbs = ("torso", *LIMBS)
-    headings = ("Correction", "Now", "Since the prediction")
-    return Table("Correction", headings, tuple(rows), limbs)
+    headings = ("Limb", "Now", "In all")
+    tips = ("", "By this step", "Since the prediction")
+    return Table("Correction", headings, tuple(rows), limbs, tips=tips)
 
 
 def _degrees(radians: float) -> str:

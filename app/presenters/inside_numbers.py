@@ -25,7 +25,7 @@ class State:
 
     Attributes
     ----------
-    label : str
+    label, short : str
     limb : str
     unit : str
         "mm" or "°".
@@ -34,6 +34,7 @@ class State:
     """
 
     label: str
+    short: str
     limb: str
     unit: str
     factor: float
@@ -45,9 +46,13 @@ def states_of(names: tuple[str, ...]) -> tuple[State, ...]:
     for index, name in enumerate(names):
         limb, _, axis = name.rpartition("_")
         said = _GREEK.get(axis, _TURNS.get(axis, axis))
-        short = limb_words(limb).replace("left ", "L ").replace("right ", "R ")
+        label = f"{limb_words(limb)} {said}"
+        short = f"{label}" if index < 6 else label.replace("turn ", "")
+        for whole, part in (("left ", "L "), ("right ", "R "), ("upper arm", "upper")):
+            short = short.replace(whole, part)
+        short = short.replace("forearm", "fore")
         unit, factor = ("mm", 1e3) if index < 3 else ("°", float(np.degrees(1.0)))
-        found.append(State(f"{short} {said}", limb if limb in LIMBS else "", unit, factor))
+        found.append(State(label, short, limb if limb in LIMBS else "", unit, factor))
     return tuple(found)
 
 
@@ -86,7 +91,7 @@ def cross_maps(correction: Correction, names: tuple[str, ...]) -> tuple[HeatMap,
             f"gain {_gain_words(correction, state, row, column)}"
         )
 
-    rows = tuple(state.label for state in states)
+    rows = tuple(state.short for state in states)
     ends = (
         f"positions: {1e6 * strongest[0]:.3g} mm²",
         f"angles: {1e3 * np.degrees(strongest[1]):.3g} ° mm",
@@ -125,7 +130,7 @@ def _covariance_map(belief: Belief, names: tuple[str, ...], title: str) -> HeatM
             return f"{a.label}: standard deviation {sigma[row] * a.factor:.2f} {a.unit}"
         return f"{a.label} with {b.label}: correlation {correlation[row, column]:+.2f}"
 
-    rows = tuple(state.label for state in states)
+    rows = tuple(state.short for state in states)
     return HeatMap(title, rows, tuple(groups), correlation, words, ("correlation 1",))
 
 
@@ -146,7 +151,7 @@ def deviations_table(
     )
 
 
-def residual_histogram(points: Points, words: str) -> Histogram:
+def residual_histogram(points: Points, words: str, sides: tuple[str, str]) -> Histogram:
     """Residuals in millimetres; beyond the ends of the scale they are in the last bars."""
     residual = 1e3 * points.residual
     signed = bool(len(residual)) and float(residual.min()) < -1.0
@@ -156,7 +161,7 @@ def residual_histogram(points: Points, words: str) -> Histogram:
     middles = 0.5 * (edges[1:] + edges[:-1])
     shades = np.clip(middles / (1e3 * _FULL), -1.0, 1.0)
     return Histogram(
-        "Residuals of the pairs", edges, counts.astype(np.float64), shades, "mm", words
+        "Residuals of the pairs", edges, counts.astype(np.float64), shades, "mm", words, sides
     )
 
 

@@ -17,6 +17,15 @@ _TIPS = {
     "pictures": "What views should see of the pose and do not",
 }
 
+_SHORT = {
+    "data": "Data",
+    "sight": "Sight",
+    "anatomy": "Anat.",
+    "change": "Change",
+    "crossing": "Cross",
+    "pictures": "Views",
+}
+
 
 def search_words(search: Search) -> str:
     """What was tried, and what came of it."""
@@ -44,8 +53,8 @@ def pairs_table(search: Search) -> Table:
         for name, pair in pairs
     )
     strong = tuple(i for i, (_, pair) in enumerate(pairs) if pair.chosen)
-    title = f"Pairs of arms: what speaks against them (less by {search.gain:g} wins)"
-    headings = ("Arms", *(name.capitalize() for name in names), "Sum")
+    title = f"What speaks against pairs of arms; another one must cost {search.gain:g} less"
+    headings = ("Arms", *(_SHORT.get(name, name) for name in names), "Sum")
     tips = ("", *(_TIPS.get(name, "") for name in names), "Of all terms")
     return Table(title, headings, rows, strong=strong, tips=tips)
 
@@ -65,7 +74,7 @@ def proposals_table(proposals: Proposals) -> Table:
     )
     kept = int(np.count_nonzero(proposals.kept))
     title = f"Best places for the {side} arm, of {len(proposals.cost)}; pairs were made of {kept}"
-    headings = ("Upper arm, forearm", *(name.capitalize() for name in names), "Sum")
+    headings = ("Upper arm, forearm", *(_SHORT.get(name, name) for name in names), "Sum")
     tips = ("", *(_TIPS.get(name, "") for name in names), "Of all terms")
     limb = f"{side}_upper_arm"
     return Table(title, headings, rows, (limb,) * len(rows), tips=tips)

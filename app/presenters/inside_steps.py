@@ -65,10 +65,10 @@ _THESIS: dict[StepKind, tuple[str, str, str]] = {
         "Equations (2.12) to (2.14), figure 3.9",
     ),
     "cross": (
-        "Cross-covariance P_xz",
-        "How a change of each state (rows) goes along with the number of each pair (columns). "
-        "Orange: they grow together; blue: one grows as the other falls; none: that pair says "
-        "nothing about that state.",
+        "Cross-covariance",
+        "P_xz: how a change of each state (rows) goes along with the number of each pair "
+        "(columns). Orange: they grow together; blue: one grows as the other falls; none: that "
+        "pair says nothing about that state.",
         "Equations (2.9) and (2.18), figure 3.14",
     ),
     "correct": (
@@ -116,10 +116,10 @@ _MANIFOLD: dict[StepKind, tuple[str, str, str]] = {
         "Equations (2.12) to (2.14), figure 3.9",
     ),
     "cross": (
-        "Cross-covariance P_xz",
-        "How a change of each state (rows) goes along with the number of each pair (columns). "
-        "Orange: they grow together; blue: one grows as the other falls; none: that pair says "
-        "nothing about that state.",
+        "Cross-covariance",
+        "P_xz: how a change of each state (rows) goes along with the number of each pair "
+        "(columns). Orange: they grow together; blue: one grows as the other falls; none: that "
+        "pair says nothing about that state.",
         "Equation (2.11), P_xz = P Hᵀ; figure 3.14",
     ),
     "correct": (

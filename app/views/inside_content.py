@@ -50,6 +50,8 @@ class Histogram:
     unit : str
     words : str
         What is to be said about all of them.
+    sides : tuple of str
+        What negative and positive numbers mean.
     """
 
     title: str
@@ -58,6 +60,7 @@ class Histogram:
     shades: FloatArray
     unit: str
     words: str
+    sides: tuple[str, str] = ("", "")
 
 
 @dataclass(frozen=True)

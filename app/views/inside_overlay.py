@@ -126,8 +126,10 @@ def paint_inside(painter: QPainter, overlay: InsideOverlay, scale: float) -> Non
     for name, ends in overlay.lines:
         known = np.isfinite(ends).all(axis=(1, 2))
         flat = np.ascontiguousarray(ends[known].reshape(-1, 2))
-        painter.setPen(_pen(QColor(name), 1.4, scale))
-        painter.drawPath(pyqtgraph.arrayToQPath(flat[:, 0], flat[:, 1], connect="pairs"))
+        path = pyqtgraph.arrayToQPath(flat[:, 0], flat[:, 1], connect="pairs")
+        for colour, width in ((QColor(0, 0, 0, 150), 3.0), (QColor(name), 1.6)):
+            painter.setPen(_pen(colour, width, scale))
+            painter.drawPath(path)
     for name, places in overlay.dots:
         seen = places[np.isfinite(places).all(axis=1)]
         for colour, width in ((QColor(0, 0, 0, 190), 4.6), (QColor(name), 3.0)):
