@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,11 +17,10 @@ from stereotrack_core.interop.trace_file import TRACE_SUFFIXES, write_trace
 if TYPE_CHECKING:
     from app.main_window import MainWindow
 
-_SHARE, _LOW = 0.7, 900
-"""Share of its column that the panel gets while a frame is looked into, and the height of a window
-in which the curves make room for it."""
-_COLUMN = ("scene", "inside")
+_SHARE = 0.68
+"""Share of its column that the panel gets while a frame is looked into."""
 
+_CORNER = Qt.Corner.BottomRightCorner
 _WAITING = "Measuring the points of this frame, and going through what the tracker does with them …"
 _FILTERS = "Cross-covariance of the iteration (*.csv);;All numbers of the frame (*.npz)"
 
@@ -36,7 +34,7 @@ class InsideWork(QObject):
         self._panel = window.inside_panel
         self._inside: InsidePresenter = window.inside
         self._heights: list[int] = []
-        self._below: list[int] = []
+        self._corner: Qt.DockWidgetArea | None = None
         self._inside.changed.connect(self.show)
         self._inside.message.connect(window.messages.show_message)
         self._panel.step_chosen.connect(self._inside.go)
@@ -127,39 +125,33 @@ class InsideWork(QObject):
 
     @Slot()
     def _make_room(self) -> None:
-        """Give the panel most of its column; in a low window the curves make room as well."""
-        docks = self._w.docks
-        dock, scene, plot = docks["inside"], docks["scene"], docks["plot"]
-        if not self._inside.looking or self._heights or dock.isHidden() or dock.isFloating():
+        """Let the panel's column go down to the lower end, and give the panel most of it."""
+        w, docks = self._w, self._w.docks
+        dock, scene = docks["inside"], docks["scene"]
+        if not self._inside.looking or self._corner is not None or dock.isHidden():
             return
+        self._corner = w.corner(_CORNER)
         above = dock.geometry().left() == scene.geometry().left() and scene.isVisible()
-        self._heights = [scene.height(), dock.height()] if above else [0, dock.height()]
-        if self._w.height() < _LOW and plot.isVisible() and not plot.isFloating():
-            self._below = [plot.height(), docks["timeline"].height()]
-            plot.hide()
+        self._heights = [scene.height(), dock.height()] if above and not dock.isFloating() else []
+        w.setCorner(_CORNER, Qt.DockWidgetArea.RightDockWidgetArea)
         QTimer.singleShot(0, self._share_column)
 
     @Slot()
     def _share_column(self) -> None:
-        docks = self._w.docks
-        if self._below:
-            self._resize(["timeline"], self._below[1:])
-        if self._heights and self._heights[0]:
-            whole = docks["scene"].height() + docks["inside"].height()
-            whole += sum(self._below[:1])
-            self._resize(_COLUMN, [round((1.0 - _SHARE) * whole), round(_SHARE * whole)])
+        if self._heights:
+            whole = self._w.docks["scene"].height() + self._w.docks["inside"].height()
+            self._resize([round((1.0 - _SHARE) * whole), round(_SHARE * whole)])
 
     @Slot()
     def _give_room_back(self) -> None:
-        if self._below:
-            self._w.docks["plot"].show()
-            self._resize(["plot", "timeline"], self._below)
-        if self._heights and self._heights[0]:
-            self._resize(_COLUMN, self._heights)
-        self._heights, self._below = [], []
+        if self._corner is not None:
+            self._w.setCorner(_CORNER, self._corner)
+            if self._heights:
+                self._resize(self._heights)
+        self._heights, self._corner = [], None
 
-    def _resize(self, names: Sequence[str], heights: list[int]) -> None:
-        docks = [self._w.docks[name] for name in names]
+    def _resize(self, heights: list[int]) -> None:
+        docks = [self._w.docks["scene"], self._w.docks["inside"]]
         self._w.resizeDocks(docks, heights, Qt.Orientation.Vertical)
 
     @Slot()

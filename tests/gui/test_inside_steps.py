@@ -1,0 +1,111 @@
+"""Steps, words, numbers and drawings of the inside of a frame, without a window."""
+
+import numpy as np
+import pytest
+
+from app.presenters.inside_contents import content_of
+from app.presenters.inside_drawing import drawing_of
+from app.presenters.inside_numbers import states_of
+from app.presenters.inside_steps import name_of, same_step, steps_of
+from app.views.diverging import SHADES, shade_of
+from stereotrack_core.tracking.inside.look import look_inside
+from tests.tracking.inside.test_look_inside import followed
+
+KINDS = ("thesis", "fast", "sigma points", "scalar")
+
+
+@pytest.fixture(scope="module")
+def traces():
+    found = {}
+    for kind in KINDS:
+        tracker, cloud = followed(kind)
+        found[kind] = look_inside(tracker, cloud), cloud
+    return found
+
+
+def contents(trace, kind):
+    return [content_of(trace, step) for step in steps_of(trace) if step.kind == kind]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_step_has_words_a_source_and_something_to_see(traces, kind):
+    trace, cloud = traces[kind]
+    steps = steps_of(trace)
+    assert steps[0].kind == "predict"
+    assert steps[-1].kind == "result"
+    for step in steps:
+        content, drawing = content_of(trace, step), drawing_of(trace, step, cloud)
+        assert content.title == drawing.words == name_of(step, trace)
+        assert 1 <= step.words.count(". ") + 1 <= 3, "one or two plain sentences"
+        assert step.source
+        assert content.maps or content.histogram or content.tables
+        for table in content.tables:
+            assert {len(row) for row in table.rows} <= {len(table.headings)}
+            assert not table.limbs or len(table.limbs) == len(table.rows)
+            assert not table.tips or len(table.tips) == len(table.headings)
+        for shown in content.maps:
+            assert shown.values.shape == (len(shown.rows), sum(n for _, _, n in shown.groups))
+            assert np.abs(shown.values).max() <= 1.0 + 1e-6
+            assert shown.words(0, 0)
+        marked = (*drawing.scene.lines, *drawing.scene.dots)
+        assert all(np.isfinite(each.places).all() for each in marked)
+
+
+def test_the_methods_have_their_own_steps(traces):
+    kinds = {kind: {step.kind for step in steps_of(traces[kind][0])} for kind in KINDS}
+    assert "collisions" in kinds["thesis"]
+    assert "search" in kinds["fast"]
+    assert kinds["scalar"] == {"predict", "pairs", "settle", "result"}
+    (pictured,) = {s.words for s in steps_of(traces["fast"][0]) if s.kind == "sigma"}
+    (used,) = {s.words for s in steps_of(traces["sigma points"][0]) if s.kind == "sigma"}
+    assert "linearises by derivatives" in pictured
+    assert "linearises by them" in used
+
+
+def test_the_map_says_the_numbers_it_shows(traces):
+    trace, _ = traces["thesis"]
+    first = trace.corrections[0]
+    correlation, covariance = contents(trace, "cross")[0].maps
+    row, column = 7, int(np.argmax(np.abs(first.P_xz[7])))
+    expected = first.P_xz[row, column] * np.degrees(1.0) * 1e3
+    said = correlation.words(row, column)
+    assert said == covariance.words(row, column)
+    assert f"P_xz {expected:.3g} ° mm" in said
+    sigma = np.sqrt(first.P_zz[column] * first.before.P[row, row])
+    assert correlation.values[row, column] == pytest.approx(first.P_xz[row, column] / sigma)
+    assert f"correlation {first.P_xz[row, column] / sigma:+.2f}" in said
+    assert np.abs(covariance.values[3:]).max() == pytest.approx(1.0)
+    assert any("° mm" in end for end in covariance.ends)
+
+
+def test_states_are_told_in_degrees_and_millimetres(traces):
+    trace, _ = traces["thesis"]
+    rows = contents(trace, "correct")[0].tables[-1].rows
+    before, after = trace.corrections[0].prior.sigma, trace.corrections[0].after.sigma
+    assert rows[0][1] == f"{1e3 * before[0]:.2f} mm"
+    assert rows[6][2] == f"{np.degrees(after[6]):.2f} °"
+    assert [state.unit for state in states_of(trace.state_names)][:4] == ["mm", "mm", "mm", "°"]
+
+
+def test_what_pulls_adds_up_to_the_correction(traces):
+    trace, _ = traces["fast"]
+    correction = trace.corrections[-1]
+    table = next(t for t in contents(trace, "correct")[-1].tables if t.title == "What pulls")
+    names = [row[0] for row in table.rows]
+    assert names[:2] == ["measured points", "back to the prediction"]
+    points = correction.gain @ correction.points.residual
+    assert table.rows[0][1] == f"{1e3 * np.linalg.norm(points[:3]):.1f} mm"
+
+
+def test_the_same_step_is_found_in_another_frame(traces):
+    steps = steps_of(traces["thesis"][0])
+    others = steps_of(traces["fast"][0])
+    for step in steps[:6]:
+        other = others[same_step(others, step)]
+        assert (other.kind, other.correction) == (step.kind, step.correction)
+    assert same_step(steps, others[-2]) == len(steps) - 1, "a search has no counterpart"
+
+
+def test_shades_go_from_inside_to_outside():
+    shades = shade_of(np.array([-1.0, -0.06, 0.0, 0.06, 1.0]))
+    np.testing.assert_array_equal(shades, [0, 0, SHADES // 2, SHADES - 1, SHADES - 1])
