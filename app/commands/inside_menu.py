@@ -29,12 +29,12 @@ def commands(w: MainWindow) -> list[Command]:
         Command(
             "inside_next", _MENU, "Next step inside the frame",
             "Show the next step of what the tracker does in this frame.",
-            lambda: w.inside_work.step(1), "F9", "step-forward",
+            lambda: w.inside_work.step(1), "F7", "step-forward",
             lambda: w.inside_work.why_no_step(1),
         ),
         Command(
             "inside_previous", _MENU, "Previous step inside the frame",
-            "Show the step before.", lambda: w.inside_work.step(-1), "Shift+F9", "step-back",
+            "Show the step before.", lambda: w.inside_work.step(-1), "Shift+F7", "step-back",
             lambda: w.inside_work.why_no_step(-1),
         ),
         Command(
