@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from PySide6.QtCore import QSettings, Qt
 from PySide6.QtWidgets import QDockWidget, QMainWindow
 
-_VERSION = 3
+_VERSION = 4
 _USUAL_HEIGHT = 960
 
 
@@ -33,6 +33,8 @@ class Workspace:
         Heights of the panels below.
     side_heights : tuple of int
         Relative heights of the panels at the right.
+    tall_side : bool
+        Whether the panels at the right go down to the lower end of the window.
     """
 
     name: str
@@ -44,6 +46,7 @@ class Workspace:
     side_share: float
     bottom_heights: tuple[int, ...]
     side_heights: tuple[int, ...]
+    tall_side: bool = False
 
 
 WORKSPACES: tuple[Workspace, ...] = (
@@ -85,11 +88,12 @@ WORKSPACES: tuple[Workspace, ...] = (
         "Tune",
         "Change settings, track a stretch again, and compare the attempts.",
         "settings",
-        side=(("parameters",), ("comparison", "runs", "numbers", "inside")),
+        side=(("parameters",), ("attempts", "series", "comparison", "runs", "numbers", "inside")),
         bottom=("plot", "timeline"),
         side_share=0.40,
         bottom_heights=(165, 150),
         side_heights=(1, 1),
+        tall_side=True,
     ),
     Workspace(
         "calibrate",
@@ -115,6 +119,9 @@ def arrange(window: QMainWindow, docks: dict[str, QDockWidget], space: Workspace
     """Put the panels where the workspace has them by default."""
     for dock in docks.values():
         window.removeDockWidget(dock)
+    area = Qt.DockWidgetArea
+    corner = area.RightDockWidgetArea if space.tall_side else area.BottomDockWidgetArea
+    window.setCorner(Qt.Corner.BottomRightCorner, corner)
     _arrange_side(window, docks, space)
     previous = None
     for names in space.bottom:
