@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Hashable
 from dataclasses import dataclass
 
 from stereotrack_core.arrays import FloatArray
@@ -18,6 +18,7 @@ from stereotrack_core.tracking.frame import Origin, TrackedFrame
 from stereotrack_core.tracking.pipeline import FirstPose, Pipeline
 from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.tuning.clouds import CloudKey, CloudStore
+from stereotrack_core.tracking.tuning.stages import shape_key
 from stereotrack_core.tracking.tuning.work import Work, fits_shape
 
 
@@ -120,6 +121,7 @@ class AttemptPipeline(Pipeline):
     ) -> None:
         self._attempt = attempt
         self._cancelled = cancelled or _never
+        self._shapes = store.shapes
         start = attempt.start
         first = attempt.init if start is None or start.first is None else start.first
         clouds = store.clouds(
@@ -161,8 +163,7 @@ class AttemptPipeline(Pipeline):
             return
         self._prepared, self._asked = True, frames
         if self._attempt.fits_shape:
-            self._fit_shape(self._attempt.known)
-            self._made.clear()
+            self._fit_or_remember()
         elif start.shape is not None:
             self.shape = start.shape
             plain = body_model(self.body.skeleton.proportions, start.shape)
@@ -171,6 +172,18 @@ class AttemptPipeline(Pipeline):
         self.tracker.start(start.pose)
         _be_as_certain(self.tracker, start.P)
         self._started = True
+
+    def _fit_or_remember(self) -> None:
+        """Fit the shape, unless an attempt before has fitted it to the same clouds."""
+        attempt, shapes = self._attempt, self._shapes
+        key = shape_key(attempt.settings), attempt.known, attempt.seed, pose_key(self._init)
+        if key in shapes:
+            self.shape = shapes[key]
+            self.body = body_model(self.body.skeleton.proportions, self.shape)
+            return
+        self._fit_shape(attempt.known)
+        self._made.clear()
+        shapes[key] = self.shape
 
     def origin(self) -> Origin:
         """Where the frames come from, with the pose that the stretch began with."""
@@ -238,6 +251,13 @@ class _StoppableBody(BodyModel):
 def stoppable(body: BodyModel, cancelled: Callable[[], bool]) -> BodyModel:
     """The same body, for a tracker that may be stopped within a frame."""
     return _StoppableBody(body.skeleton, body.cones, cancelled)
+
+
+def pose_key(pose: FirstPose) -> Hashable:
+    """What tells first poses apart."""
+    if isinstance(pose, str):
+        return pose
+    return pose.position.tobytes(), pose.rotations.tobytes()
 
 
 def _be_as_certain(tracker: Tracker, P: FloatArray | None) -> None:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.depth.chain import DepthChain, MeasuredViews
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.parameters import DepthParameters
@@ -85,6 +86,11 @@ class CloudStore:
         Views to use; all that give depth when not given.
     limit : int, optional
         Bytes that may be kept; see :class:`Memory`.
+
+    Attributes
+    ----------
+    shapes : dict
+        Shapes that were fitted, by what they depend on.
     """
 
     def __init__(
@@ -101,6 +107,7 @@ class CloudStore:
         self.memory = Memory(limit)
         self.pictures = NumberedReader(reader, self)
         self.lock = threading.Lock()
+        self.shapes: dict[Hashable, BodyParameters] = {}
         self.cancelled: Callable[[], bool] = _never
         self._rectified: dict[str, Rectification] = {}
         self._chains: OrderedDict[CloudKey, DepthChain] = OrderedDict()

@@ -103,4 +103,10 @@ def shape_stands(old: Settings, new: Settings) -> bool:
     It depends on the clouds, on the shape that the fit begins with, and on how many frames it is
     fitted to. How these frames are followed acts on it only by a hair, and does not count.
     """
-    return all(stage_of(name) > Stage.SHAPE for name in changed_names(old, new))
+    return shape_key(old) == shape_key(new)
+
+
+def shape_key(settings: Settings) -> StageKey:
+    """Parameters on which the fitted shape depends, with their values."""
+    values = settings.values().items()
+    return tuple((name, value) for name, value in values if stage_of(name) <= Stage.SHAPE)

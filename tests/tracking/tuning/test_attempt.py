@@ -100,6 +100,18 @@ def test_a_shape_that_does_not_stand_is_fitted_to_the_run_s_frames(cones, store_
     assert made.shape == shape
 
 
+def test_a_shape_is_fitted_once_for_the_same_clouds(cones, store_of, run, monkeypatch):
+    fitted, fit = [], AttemptPipeline._fit_shape
+    monkeypatch.setattr(
+        AttemptPipeline, "_fit_shape", lambda self, k: fitted.append(k) or fit(self, k)
+    )
+    store, start = store_of(cones), dataclasses.replace(start_at(run, 5), shape=None)
+    for changes in ({}, {"sigma_joint": 20.0}, {"outlier_distance": 50.0}):
+        attempt = Attempt(run[0].replaced(**changes), range(5, 6), start, 3, WHOLE)
+        list(attempted(attempt, store))
+    assert fitted == [WHOLE, WHOLE]
+
+
 def test_work_is_told_before_it_is_done(cones, store_of, run):
     store = store_of(cones)
     attempt = Attempt(run[0], range(5, 8), start_at(run, 5), 3, WHOLE)
