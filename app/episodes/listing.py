@@ -77,11 +77,15 @@ def lanes_of_episodes(episodes: Sequence[Episode]) -> tuple[Lane, ...]:
     """A lane of bars for those found with truth and for those found without."""
     lanes = []
     for found, name in LANE_NAMES.items():
-        spans = [
-            Span(e.first, e.last, f"{limbs_words(e.limbs)}: {CAUSE_WORDS[e.verdict.cause]}")
-            for e in episodes
-            if e.found == found
-        ]
+        spans: list[Span] = []
+        for e in sorted((e for e in episodes if e.found == found), key=lambda e: e.first):
+            label = f"{limbs_words(e.limbs)}: {CAUSE_WORDS[e.verdict.cause]}"
+            if spans and e.first <= spans[-1].last:
+                # labels of bars that overlap would stand on each other
+                old = spans.pop()
+                spans.append(Span(old.first, max(old.last, e.last), f"{old.label}; {label}"))
+            else:
+                spans.append(Span(e.first, e.last, label))
         if spans:
             lanes.append(Lane(name, LANE_COLOURS[found], "bars", spans))
     return tuple(lanes)

@@ -138,12 +138,12 @@ class EpisodePresenter(QObject):
     @property
     def looking(self) -> bool:
         """Whether pictures are being looked at."""
-        return self._looking
+        return self._looking and self._busy()
 
     @property
     def working(self) -> bool:
         """Whether episodes are being found."""
-        return self._work is not None or self._timer.isActive()
+        return self._busy() or self._timer.isActive()
 
     @property
     def listed(self) -> tuple[Episode, ...]:
@@ -222,6 +222,7 @@ class EpisodePresenter(QObject):
     def _on_found(self, found: Found) -> None:
         if found.question is not self._asked:
             return
+        self._work, self._looking = None, False
         self._found = found
         self._keep_choice()
         self.changed.emit()
@@ -233,7 +234,7 @@ class EpisodePresenter(QObject):
         found = self._found
         if found is None or found.looked or found.subject is None or not found.episodes:
             return
-        if self._work is not None or not self._wants_pictures():
+        if self._busy() or not self._wants_pictures():
             return
         subject, episodes = found.subject, found.episodes
 
@@ -258,6 +259,10 @@ class EpisodePresenter(QObject):
         if self._work is self.sender():
             self._work, self._looking = None, False
             self.changed.emit()
+
+    def _busy(self) -> bool:
+        # work may have ended before anybody listens for its end
+        return self._work is not None and self._work in self._tasks.tasks
 
     def _stop(self) -> None:
         if self._work is not None:

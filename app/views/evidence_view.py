@@ -20,7 +20,7 @@ _BAR = 8
 
 
 class EvidenceView(QScrollArea):
-    """A heading, a line for each piece of evidence, and a picture as wide as there is room."""
+    """A heading, a picture as wide as there is room, and a line for each piece of evidence."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -28,17 +28,19 @@ class EvidenceView(QScrollArea):
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setMinimumHeight(80)
-        self.label = QLabel(_NONE)
-        self.label.setWordWrap(True)
+        self.heading, self.label = QLabel(_NONE), QLabel()
+        for label in (self.heading, self.label):
+            label.setWordWrap(True)
+            label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.label.setTextFormat(Qt.TextFormat.RichText)
-        self.label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.picture = ScaledPicture()
         inside = QWidget()
         column = QVBoxLayout(inside)
         column.setContentsMargins(8, 6, 8, 6)
         column.setSpacing(6)
-        column.addWidget(self.label)
+        column.addWidget(self.heading)
         column.addWidget(self.picture)
+        column.addWidget(self.label)
         column.addStretch(1)
         self.setWidget(inside)
 
@@ -51,10 +53,8 @@ class EvidenceView(QScrollArea):
         evidence : sequence of (str, float, str, bool)
             Cause, strength from 0 to 1, words, and whether it is that of the probable cause.
         """
-        if not heading:
-            self.label.setText(_NONE)
-            return
-        lines = [f"<p style='margin:0 0 4px 0'>{escape(heading)}</p>"]
+        self.heading.setText(heading or _NONE)
+        lines = []
         for cause, strength, words, probable in evidence:
             full = round(_BAR * min(max(strength, 0.0), 1.0))
             bar = "█" * full + "░" * (_BAR - full)
@@ -63,7 +63,7 @@ class EvidenceView(QScrollArea):
                 f"<p style='margin:0 0 2px 0'><span style='font-family:monospace'>{bar}</span> "
                 f"{name}: {escape(words)}</p>"
             )
-        if not evidence:
+        if heading and not evidence:
             lines.append("<p style='margin:0'>Nothing speaks for a cause.</p>")
         self.label.setText("".join(lines))
 

@@ -14,13 +14,13 @@ from stereotrack_core.evaluation.episodes.looks import Look
 _SEES = 0.4
 """Share of a limb that a view measures from which it sees it."""
 
-_LOSES = 0.35
+_LOSES = 0.5
 """Share of a limb, or of its usual points, that a view loses from which it has a hole."""
 
 _STRAY = 0.03
 """Share of the cloud near a limb that is not the person's, over the usual, from which it tells."""
 
-_MISFIT, _WIDE_MISFIT = 0.035, 0.08
+_MISFIT, _WIDE_MISFIT = 0.014, 0.03
 """Metres between a view and the others that say nothing, and everything."""
 
 
@@ -62,7 +62,9 @@ def _holes(
     points = _mean(inside, "points")
     if usual:
         unknown = unknown - _mean(usual, "unknown")[:, limbs].mean(axis=1)
-        lost = 1.0 - points / np.maximum(_mean(usual, "points"), 1.0)
+        # a view that fails for long may have failed in some of the other frames as well
+        most = np.percentile([look.points for look in usual], 75.0, axis=0)
+        lost = 1.0 - points / np.maximum(most, 1.0)
     else:
         lost = 1.0 - points / max(float(np.median(points)), 1.0)
     worst = np.maximum(unknown, np.where(lost > 0.6, lost, 0.0))

@@ -1,4 +1,4 @@
-"""Simulated recordings in which something is planted that makes a tracker fail, and runs of them."""
+"""Simulated recordings in which something is planted that makes a tracker fail."""
 
 from __future__ import annotations
 

@@ -1,0 +1,118 @@
+"""Episodes in the window: found by themselves, listed, filtered, jumped to, looped, written."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+
+from app.episodes.export_dialog import ExportDialog
+from tests.gui.made_runs import add_run
+
+pytestmark = pytest.mark.window
+
+SHIFT = Qt.KeyboardModifier.ShiftModifier
+NONE = Qt.KeyboardModifier.NoModifier
+
+
+@pytest.fixture
+def reviewing(opened, qtbot):
+    """The Review workspace with a run whose arms are lost in frames 1 to 3."""
+    opened.show_workspace_named("review")
+    opened.docks["episodes"].raise_()
+    add_run(opened, "wild", off=0.05, wild=(1, 2, 3))
+    settle(opened, qtbot)
+    return opened
+
+
+def settle(window, qtbot):
+    qtbot.waitUntil(window.settled, timeout=60_000)
+    qtbot.waitUntil(lambda: window.settled() and not window.tasks.tasks, timeout=60_000)
+
+
+def rows(window):
+    tree = window.episodes_panel.tree
+    every = [tree.topLevelItem(i) for i in range(tree.topLevelItemCount())]
+    return [[item.text(column) for column in range(tree.columnCount())] for item in every]
+
+
+def test_episodes_of_the_active_run_are_listed_and_explained(reviewing):
+    assert [row[0] for row in rows(reviewing)] == ["1–3"]
+    assert rows(reviewing)[0][1] == "left arm, right arm"
+    assert rows(reviewing)[0][5] == "error"
+    assert "1 episode" in reviewing.episodes_panel.words.text()
+    lanes = {lane.name: lane for lane in reviewing.timeline.lanes}
+    assert [(span.first, span.last) for span in lanes["episodes"].spans] == [(1, 3)]
+
+
+def test_keys_go_to_the_worst_frame_and_a_loop_stays_in_the_episode(reviewing, qtbot):
+    assert reviewing.document.frame == 0
+    QTest.keyClick(reviewing, Qt.Key.Key_N, SHIFT)
+    settle(reviewing, qtbot)
+    assert reviewing.document.frame in (1, 2, 3)
+    assert not reviewing.episodes_panel.evidence.picture.shown.isEmpty()
+    assert "Frames 1 to 3" in reviewing.episodes_panel.evidence.heading.text()
+    QTest.keyClick(reviewing, Qt.Key.Key_N, SHIFT)
+    assert "No listed episode is after" in reviewing.statusBar().currentMessage()
+
+    seen = []
+    reviewing.document.frame_changed.connect(seen.append)
+    QTest.keyClick(reviewing, Qt.Key.Key_Space, SHIFT)
+    assert reviewing.document.loop == range(7)
+    qtbot.waitUntil(lambda: 6 in seen and 0 in seen[seen.index(6) :], timeout=10_000)
+    assert max(seen) == 6
+    QTest.keyClick(reviewing, Qt.Key.Key_Space, SHIFT)
+    assert reviewing.document.loop is None
+    assert not reviewing.document.playing
+    settle(reviewing, qtbot)
+
+
+def test_enter_jumps_and_filters_list_others(reviewing, qtbot):
+    panel = reviewing.episodes_panel
+    reviewing.document.go_to(7)
+    panel.tree.setFocus()
+    panel.tree.setCurrentItem(panel.tree.topLevelItem(0))
+    QTest.keyClick(panel.tree, Qt.Key.Key_Return)
+    assert reviewing.document.frame in (1, 2, 3)
+    panel.limb.setCurrentIndex(panel.limb.findData("torso"))
+    assert rows(reviewing) == []
+    assert reviewing.episodes.presenter.chosen is None
+    assert reviewing.episodes.none_listed() == "No episode is listed."
+    panel.limb.setCurrentIndex(0)
+    assert len(rows(reviewing)) == 1
+    settle(reviewing, qtbot)
+
+
+def test_another_threshold_and_another_run_find_others(reviewing, qtbot):
+    reviewing.plot.set_threshold(180.0)
+    reviewing.plot.threshold_changed.emit(180.0)
+    settle(reviewing, qtbot)
+    assert rows(reviewing) == []
+    assert "no episode" in reviewing.episodes_panel.words.text()
+    reviewing.plot.set_threshold(45.0)
+    reviewing.plot.threshold_changed.emit(45.0)
+    settle(reviewing, qtbot)
+    assert len(rows(reviewing)) == 1
+    add_run(reviewing, "good", off=0.05)
+    settle(reviewing, qtbot)
+    assert rows(reviewing) == []
+    assert "episodes" not in [lane.name for lane in reviewing.timeline.lanes]
+
+
+def test_strips_and_a_video_are_written_in_the_background(reviewing, qtbot, tmp_path):
+    for name, place in (
+        ("export_strips", tmp_path / "strips"),
+        ("export_film", tmp_path / "e.mp4"),
+    ):
+        reviewing.actions_book.action(name).trigger()
+        dialog = reviewing.findChild(ExportDialog)
+        dialog.path.setText(str(tmp_path / "absent" / "deep"))
+        assert not dialog.buttons.button(dialog.buttons.StandardButton.Save).isEnabled()
+        dialog.path.setText(str(place))
+        QTest.mouseClick(
+            dialog.buttons.button(dialog.buttons.StandardButton.Save), Qt.MouseButton.LeftButton
+        )
+        settle(reviewing, qtbot)
+        qtbot.waitUntil(lambda: reviewing.findChild(ExportDialog) is None, timeout=5_000)
+    assert [path.suffix for path in (tmp_path / "strips").iterdir()] == [".png"]
+    assert (tmp_path / "e.mp4").stat().st_size > 1000
