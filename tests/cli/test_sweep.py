@@ -159,6 +159,7 @@ def wait_for_results(process, places, seconds=120):
         time.sleep(0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="there is no such signal")
 def test_a_sweep_that_is_killed_or_stopped_goes_on_where_it_was(run, recording, tmp_path):
     table = tmp_path / "sweep.csv"

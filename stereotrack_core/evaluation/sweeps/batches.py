@@ -8,6 +8,9 @@ from dataclasses import dataclass
 
 from stereotrack_core.evaluation.sweeps.jobs import Job
 
+_FEW = 4
+"""Batches per process from which it no longer matters whether they come out even."""
+
 
 @dataclass(frozen=True)
 class Batch:
@@ -20,10 +23,12 @@ class Batch:
 class Batches:
     """Hands out jobs in batches that share their clouds.
 
-    Batches are large at first, so that few clouds are made twice, and become small towards the
-    end, so that no process waits long for another (guided self-scheduling,
-    doi:10.1109/TC.1987.5009495). Jobs that are tried again come last and alone, so that one that
-    ends its process takes no other with it.
+    Jobs that share clouds are cut into as few batches as keep all processes busy: no larger than
+    what one process may do together, none with more than one process's share of the work, and,
+    where there are only few, as many as come out even. Jobs that stand beside each other in the
+    plan, and cost about the same, go to different batches. Those with most work come first. Jobs
+    that are tried again come last and alone, so that one that ends its process takes no other
+    with it.
 
     Parameters
     ----------
@@ -34,44 +39,49 @@ class Batches:
     """
 
     def __init__(self, jobs: Sequence[Job], workers: int, together: int) -> None:
-        self._groups: dict[str, list[Job]] = {}
+        groups: dict[str, list[Job]] = {}
         for job in jobs:
-            self._groups.setdefault(job.clouds, []).append(job)
+            groups.setdefault(job.clouds, []).append(job)
+        self._waiting = [
+            Batch(tuple(group[i::count]))
+            for group, count in zip(
+                groups.values(), _cut(list(groups.values()), workers, together), strict=True
+            )
+            for i in range(count)
+        ]
+        self._waiting.sort(key=lambda batch: _work(batch.jobs), reverse=True)
         self._again: list[Batch] = []
-        self._workers = workers
-        self._together = together
 
     def __len__(self) -> int:
-        return sum(len(group) for group in self._groups.values()) + len(self._again)
+        return len(self._waiting) + len(self._again)
 
     def put_back(self, job: Job, tried: int) -> None:
         """Let a job be tried again."""
         self._again.append(Batch((job,), tried))
 
-    def next(self, clouds: str | None = None) -> Batch | None:
-        """The next batch; None where nothing waits.
+    def next(self) -> Batch | None:
+        """The next batch; None where nothing waits."""
+        for waiting in (self._waiting, self._again):
+            if waiting:
+                return waiting.pop(0)
+        return None
 
-        Parameters
-        ----------
-        clouds : str, optional
-            Clouds that the process has made last; those of others are left to others.
-        """
-        if not self._groups:
-            return self._again.pop(0) if self._again else None
-        name = clouds if clouds in self._groups else self._most_work()
-        group = self._groups[name]
-        waiting = sum(len(one) for one in self._groups.values())
-        size = min(self._together, math.ceil(waiting / (2 * self._workers)), len(group))
-        taken, left = group[:size], group[size:]
-        if left:
-            self._groups[name] = left
-        else:
-            del self._groups[name]
-        return Batch(tuple(taken))
 
-    def _most_work(self) -> str:
-        def work(name: str) -> int:
-            group = self._groups[name]
-            return len(group) * len(group[0].frames) * len(group[0].views)
+def _cut(groups: Sequence[Sequence[Job]], workers: int, together: int) -> list[int]:
+    """Into how many batches each group is cut."""
+    fair = sum(_work(group) for group in groups) / workers
+    counts = [
+        max(math.ceil(len(group) / together), math.ceil(_work(group) / fair)) for group in groups
+    ]
+    counts = [min(count, len(group)) for count, group in zip(counts, groups, strict=True)]
+    while sum(counts) % workers and sum(counts) < _FEW * workers:
+        can = [i for i, group in enumerate(groups) if counts[i] < len(group)]
+        if not can:
+            break
+        counts[max(can, key=lambda i: _work(groups[i]) / counts[i])] += 1
+    return counts
 
-        return max(self._groups, key=work)
+
+def _work(jobs: Sequence[Job]) -> int:
+    """Images that have to be gone through, which tells about how long jobs take."""
+    return len(jobs) * len(jobs[0].frames) * len(jobs[0].views)

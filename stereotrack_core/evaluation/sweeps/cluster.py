@@ -123,6 +123,8 @@ class ClusterWorkers:
             lacking, tuple(wanted.values()), __version__, on_error="return"
         )
         for worker, answer in told.items():
+            if isinstance(answer, OSError):
+                continue  # it has left the cluster while it was asked
             if isinstance(answer, BaseException):
                 answer = f"it cannot run this program ({type(answer).__name__}: {answer})"
             if answer:

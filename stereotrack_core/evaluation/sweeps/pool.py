@@ -50,7 +50,6 @@ class _Worker:
     process: SpawnProcess
     pipe: Connection
     batch: Batch | None = None
-    clouds: str | None = None
     open: dict[str, Job] = field(default_factory=dict)
 
 
@@ -128,10 +127,10 @@ class LocalWorkers:
                     return
                 worker = _started(self._count)
                 self._workers.append(worker)
-            batch = batches.next(worker.clouds)
+            batch = batches.next()
             if batch is None:
                 return
-            worker.batch, worker.clouds = batch, batch.jobs[0].clouds
+            worker.batch = batch
             worker.open = {job.identity: job for job in batch.jobs}
             try:
                 worker.pipe.send(batch.jobs)

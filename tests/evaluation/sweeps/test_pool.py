@@ -13,20 +13,43 @@ from stereotrack_core.evaluation.sweeps.pool import LocalWorkers
 from stereotrack_core.evaluation.sweeps.work import do_batch
 
 
-def test_batches_share_clouds_and_become_small(plan):
-    points = grid_points([parsed_axis("views=N,NS"), parsed_axis("iterations=2,3,4,5,6,7")])
-    batches = Batches(plan(*points, seeds=(0, 1)), workers=2, together=5)
-    sizes, clouds, seen = [], None, []
-    while (batch := batches.next(clouds)) is not None:
-        clouds = batch.jobs[0].clouds
-        assert {job.clouds for job in batch.jobs} == {clouds}
-        sizes.append(len(batch.jobs))
-        seen += batch.jobs
-    assert len({job.identity for job in seen}) == len(seen) == 24
-    assert sizes[:2] == [5, 5]
-    assert sizes[-1] == 1
-    assert seen[0].views == ("N", "S"), "what takes longest comes first"
+def handed_out(batches):
+    found = []
+    while (batch := batches.next()) is not None:
+        assert len({job.clouds for job in batch.jobs}) == 1
+        found.append(batch)
     assert len(batches) == 0
+    return found
+
+
+@pytest.mark.parametrize(
+    ("views", "seeds", "workers", "together", "sizes"),
+    [
+        ("N", 12, 1, 8, [6, 6]),
+        ("N", 12, 2, 8, [6, 6]),
+        ("N", 24, 2, 8, [6, 6, 6, 6]),
+        ("N", 3, 2, 8, [2, 1]),
+        ("N", 5, 8, 8, [1] * 5),
+        ("N,NS", 12, 2, 8, [6, 6, 6, 6]),
+        ("N,O,S,W,NO,NS,NW,OS", 3, 2, 8, [3] * 8),
+        ("N", 6, 2, 1, [1] * 6),
+    ],
+)
+def test_batches_share_clouds_and_come_out_even(plan, views, seeds, workers, together, sizes):
+    points = grid_points([parsed_axis(f"views={views}")])
+    jobs = plan(*points, seeds=tuple(range(seeds)))
+    found = handed_out(Batches(jobs, workers, together))
+    assert [len(batch.jobs) for batch in found] == sizes
+    told = [job.identity for batch in found for job in batch.jobs]
+    assert sorted(told) == sorted(job.identity for job in jobs)
+    work = [len(batch.jobs) * len(batch.jobs[0].views) for batch in found]
+    assert work == sorted(work, reverse=True)
+
+
+def test_what_costs_the_same_goes_to_different_batches(plan):
+    points = grid_points([parsed_axis("data_points=100,900")])
+    found = handed_out(Batches(plan(*points, seeds=(0, 1)), 2, 8))
+    assert [{job.seed for job in batch.jobs} for batch in found] == [{0}, {1}]
 
 
 def test_jobs_that_are_tried_again_come_last_and_alone(plan):
@@ -34,10 +57,8 @@ def test_jobs_that_are_tried_again_come_last_and_alone(plan):
     batches = Batches(jobs[:2], workers=1, together=2)
     batches.put_back(jobs[2], 1)
     batches.put_back(jobs[3], 1)
-    found = []
-    while (batch := batches.next()) is not None:
-        found.append((len(batch.jobs), batch.tried))
-    assert found == [(1, 0), (1, 0), (1, 1), (1, 1)]
+    found = [(len(batch.jobs), batch.tried) for batch in handed_out(batches)]
+    assert found == [(2, 0), (1, 1), (1, 1)]
 
 
 class Killing:
