@@ -15,6 +15,7 @@ from app.presenters.runs import RunEntry, RunList
 from stereotrack_core.body.model import BodyModel, body_model
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import proportions_of
+from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.frame import Origin, TrackedFrame
@@ -105,15 +106,22 @@ class TrackWorker:
                 reader=order.reader,
                 preset=order.preset,
             ) as pipeline:
+                pipeline.on_first_pass = self._go_on_preparing
                 pipeline.prepare(order.frames)
                 self.worked_seconds = time.perf_counter() - begun
                 self.body, self.origin = pipeline.body, pipeline.origin()
                 self.pipeline = pipeline
                 self._follow(pipeline)
+        except Cancelled:
+            pass  # stopped while lengths were estimated: there is no frame yet
         except Exception as error:  # noqa: BLE001 - handed to the window, which shows it
             self.error = error
         finally:
             self.done = True
+
+    def _go_on_preparing(self, _: TrackedFrame) -> None:
+        if self._stop:
+            raise Cancelled
 
     def _follow(self, pipeline: Pipeline) -> None:
         frames = pipeline.frames(self.order.frames)

@@ -14,7 +14,7 @@ import numpy as np
 from stereotrack_core.cli.output import Table, number
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.cli.tracking_gaps import Blindness, Gap, ViewProblems, gaps_of
-from stereotrack_core.errors import InputError
+from stereotrack_core.errors import Cancelled, InputError
 
 if TYPE_CHECKING:
     from stereotrack_core.recording.description import Recording
@@ -70,6 +70,16 @@ class TrackingJob:
             ),
         }
 
+    @property
+    def lengths(self) -> str:
+        """Where the body's lengths come from."""
+        if self.run.meta["parameters"].get("proportions") == "average":
+            return "average"
+        subject = self.run.meta.get("subject")
+        if subject is None:
+            return "average, there is no subject file; see stereotrack proportions"
+        return str(subject.get("name") or "the recording's subject file")
+
     def table(self, title: str) -> Table:
         """What the result says to a person."""
         facts = self.facts()
@@ -79,6 +89,7 @@ class TrackingJob:
             ("tracked", str(facts["tracked"])),
             ("unexplained share of the cloud", number(facts["mean_coverage"], 3)),
             ("residual", f"{number(facts['mean_residual_mm'])} mm"),
+            ("lengths of the body", self.lengths),
             ("frames per second", number(facts["frames_per_second"] or np.nan)),
         ]
         if facts["smoothed"]:
@@ -113,6 +124,9 @@ def track_recording(
 ) -> TrackingJob:
     """Track, show progress, and keep what there is when stopped with Ctrl-C.
 
+    Raises :class:`Cancelled` when it is stopped before the first frame, while lengths are
+    estimated.
+
     With `count` tracking ends after so many of the frames, as when a run that was stopped is
     repeated.
     """
@@ -121,7 +135,15 @@ def track_recording(
     reasons: list[tuple[int, str]] = []
     problems = ViewProblems()
     begun, wanted, done = time.perf_counter(), count or len(frames), 0
-    with progress("Tracking", wanted) as show, stoppable() as stopped:
+    before, steps = _first_pass(settings, frames), 0
+    with progress("Tracking", before + wanted) as show, stoppable() as stopped:
+
+        def prepare(_: TrackedFrame) -> None:
+            nonlocal steps
+            steps += 1
+            show(steps)
+            if stopped():
+                raise Cancelled
 
         def note(frame: TrackedFrame) -> None:
             nonlocal done
@@ -129,7 +151,7 @@ def track_recording(
             problems.note(frame.frame, frame.cloud.problems)
             if not frame.tracked:
                 reasons.append((frame.frame, frame.reason))
-            show(frame.frame - frames.start + 1)
+            show(before + frame.frame - frames.start + 1)
 
         run = track(
             dataclasses.replace(recording, reference=None),  # the tracker never sees the truth
@@ -144,6 +166,7 @@ def track_recording(
             smooth=smooth,
             detections=detections,
             colour=colour,
+            on_first_pass=prepare,
         )
     bridged = set(run.meta["bridged"])
     reasons = [(frame, reason) for frame, reason in reasons if frame not in bridged]
@@ -160,6 +183,13 @@ def track_recording(
         blind=blind,
         stopped=len(run.frame) < wanted,
     )
+
+
+def _first_pass(settings: Settings, frames: range) -> int:
+    """Frames that are tracked beforehand, to estimate lengths."""
+    from stereotrack_core.tracking.pipeline import LENGTH_FRAMES
+
+    return min(LENGTH_FRAMES, len(frames)) if settings.body.proportions == "sequence" else 0
 
 
 def first_pose(text: str, frame: int) -> FirstPose:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from stereotrack_core.body.proportions import AVERAGE, AVERAGE_HEIGHT, Proportio
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.recording.description import Subject
+from stereotrack_core.tracking.chain_covariance import joints_named
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.free_body import LENGTH_SIGMAS, FreeBody
 from stereotrack_core.tracking.parameters import TrackingParameters
@@ -61,12 +62,12 @@ class EstimatedLengths:
     proportions : Proportions
     sigma : mapping from a length's name to its standard deviation, metres
     frames : int
-        That they were fitted to.
+        That they were fitted to; 0 where nothing but the height is known.
     """
 
     proportions: Proportions
-    sigma: Mapping[str, float]
-    frames: int
+    sigma: Mapping[str, float] = field(default_factory=dict)
+    frames: int = 0
 
     def subject(self) -> Subject:
         """Who has these lengths."""
@@ -145,6 +146,27 @@ class WellSeenFrames:
         chosen = _spread(bent if len(bent) >= _BENT // 2 else by_bend[:_BENT], _BENT)
         chosen += _spread([frame for frame in good if frame not in chosen], _STRAIGHT)
         return tuple(frame.seen for frame in chosen)
+
+    def lengths(
+        self,
+        expected: Proportions,
+        shape: BodyParameters,
+        parameters: TrackingParameters,
+        states: tuple[str, ...],
+    ) -> EstimatedLengths:
+        """Lengths that the picked frames tell; what was expected where they are too few.
+
+        Parameters
+        ----------
+        expected, shape, parameters
+            See :func:`estimated_lengths`.
+        states : tuple of str
+            Names of the tracker's states.
+        """
+        picked, joints = self.picked(), joints_named(states)
+        if not picked or joints is None:
+            return EstimatedLengths(expected)
+        return estimated_lengths(expected, shape, picked, parameters, joints)
 
 
 def _spread(frames: Sequence[_Candidate], count: int) -> list[_Candidate]:

@@ -29,7 +29,6 @@ from stereotrack_core.recording.fingerprint import fingerprint
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.acquire import SeekingTracker
-from stereotrack_core.tracking.chain_covariance import joints_named
 from stereotrack_core.tracking.colours.tracker import ColouredTracker
 from stereotrack_core.tracking.estimate import Estimate, Tracker
 from stereotrack_core.tracking.first_pose import first_pose_in
@@ -38,7 +37,6 @@ from stereotrack_core.tracking.initialise import t_pose_in_cloud
 from stereotrack_core.tracking.lengths_fit import (
     EstimatedLengths,
     WellSeenFrames,
-    estimated_lengths,
     lengths_by_height,
 )
 from stereotrack_core.tracking.outlines.edges import edge_maps
@@ -60,7 +58,7 @@ FirstPose: TypeAlias = str | Pose
 _LOOK_AHEAD = 5
 """Frames in which somebody is looked for to fit the shape, for each frame that it needs."""
 
-_LENGTH_FRAMES = 600
+LENGTH_FRAMES = 600
 """Frames, the first ones, from which lengths are estimated."""
 
 _LEAST_SETTLED = 3
@@ -167,6 +165,7 @@ class Pipeline:
         self._started = False
         self._prepared = False
         self._made: dict[int, tuple[Cloud, float]] = {}
+        self.on_first_pass: Callable[[TrackedFrame], None] = _nothing
 
     def frames(self, frames: range) -> Generator[TrackedFrame, None, None]:
         """Track frames in their order; goes on from the last pose when called again."""
@@ -186,41 +185,48 @@ class Pipeline:
         if self._prepared:
             return
         self._prepared, self._asked = True, frames
-        if self._shared is None:
-            self.chain.learn_background(self.reader, frames)
-        else:
-            self._shared.learn(frames)
+        self.learn(frames)
         if self.settings.body.proportions == "sequence":
-            self._take_lengths(frames)
+            self.take_lengths(frames)
         if self._init == "auto":
             clouds = self._first_clouds(frames)
             self._found = self._look_for_pose(clouds) if clouds else None
         if self.settings.tracking.fit_shape and self._follows_data:
             self._fit_shape(frames)
 
-    def _take_lengths(self, frames: range) -> None:
-        """Track the first part once with lengths after the height, and estimate them from it."""
+    def learn(self, frames: range) -> None:
+        """Learn the background."""
+        if self._shared is None:
+            self.chain.learn_background(self.reader, frames)
+        else:
+            self._shared.learn(frames)
+
+    def take_lengths(self, frames: range) -> EstimatedLengths:
+        """Track the first part once with lengths after the height, and estimate them from it.
+
+        The pipeline goes on with these lengths.
+        """
         expected = lengths_by_height(self._first_clouds(frames))
-        known, seen = EstimatedLengths(expected, {}, 0), WellSeenFrames()
         p = self.settings.tracking
         follows = p if self._follows_data else TrackingParameters()
         settings = dataclasses.replace(self.settings, tracking=follows)
         with Pipeline(
-            dataclasses.replace(self.recording, subject=known.subject()),
+            dataclasses.replace(self.recording, subject=EstimatedLengths(expected).subject()),
             settings.replaced(proportions="individual"),
             views=self.views,
             seed=self.seed,
             init=self._init,
             reader=self.reader,
         ) as first:
-            for tracked in first.frames(frames[:_LENGTH_FRAMES]):
+            seen = WellSeenFrames()
+            for tracked in first.frames(frames[:LENGTH_FRAMES]):
                 seen.add(tracked)
-            picked, joints = seen.picked(), joints_named(first.tracker.state_names)
-        if picked and joints is not None:
-            known = estimated_lengths(expected, settings.body, picked, follows, joints)
+                self.on_first_pass(tracked)
+        known = seen.lengths(expected, settings.body, follows, first.tracker.state_names)
         self.recording = dataclasses.replace(self.recording, subject=known.subject())
         self.body = body_model(known.proportions, self.settings.body)
         self.tracker = self._tracker()
+        return known
 
     def _fit_shape(self, frames: range) -> None:
         """Follow the first frames in which somebody is there, and fit the shape to them."""
@@ -386,6 +392,7 @@ def track(
     smooth: bool = False,
     detections: Detections | None = None,
     colour: bool | None = None,
+    on_first_pass: Callable[[TrackedFrame], None] | None = None,
 ) -> Run:
     """Track a recording; a run that is cancelled keeps the frames it has.
 
@@ -403,6 +410,14 @@ def track(
         Go over the frames backwards as well.
     detections, colour
         See :class:`Pipeline`.
+    on_first_pass : callable, optional
+        Called after every frame from which lengths are estimated, and may raise
+        :class:`Cancelled`.
+
+    Raises
+    ------
+    Cancelled
+        Where `on_first_pass` raises it.
     """
     found: list[TrackedFrame] = []
     with Pipeline(
@@ -415,6 +430,7 @@ def track(
         detections=detections,
         colour=colour,
     ) as pipeline:
+        pipeline.on_first_pass = on_first_pass or _nothing
         wanted = range(pipeline.reader.frame_count) if frames is None else frames
         for tracked in pipeline.frames(wanted):
             found.append(tracked.without_cloud())
@@ -425,3 +441,7 @@ def track(
         if smooth:
             return pipeline.smoothed_run(found)
         return run_of(found, pipeline.origin())
+
+
+def _nothing(_: TrackedFrame) -> None:
+    pass

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.journal import Journal, read_journal
 
-ENTRIES = [{"job": "a", "value": 1.5}, {"job": "b", "words": "ü \n \" ]}"}, {"job": "c"}]
+ENTRIES = [{"job": "a", "value": 1.5}, {"job": "b", "words": 'ü \n " ]}'}, {"job": "c"}]
 
 
 def written(path, entries):

@@ -1,0 +1,148 @@
+"""``stereotrack proportions``: the lengths of a person's body, from the recording itself."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stereotrack_core.cli.arguments import (
+    add_frames,
+    add_json,
+    add_recording,
+    add_settings,
+    add_views,
+    check_output,
+    frames_within,
+    settings_of,
+)
+from stereotrack_core.cli.command import FAILED, OK, Command
+from stereotrack_core.cli.output import Table, put_json, put_table, say
+from stereotrack_core.errors import Cancelled, InputError
+
+if TYPE_CHECKING:
+    from stereotrack_core.recording.description import Recording
+    from stereotrack_core.tracking.lengths_fit import EstimatedLengths
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the arguments."""
+    add_recording(parser)
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="TOML", help="write them as a subject file (.toml)"
+    )
+    add_settings(parser)
+    add_frames(parser)
+    add_views(parser)
+    parser.add_argument("--seed", type=int, default=0, metavar="0", help="of the random numbers")
+    parser.add_argument(
+        "--init",
+        default="auto",
+        metavar="auto|tpose|FILE",
+        help="where the first pose comes from, as for track (default: auto)",
+    )
+    add_json(parser)
+
+
+def run(args: Namespace) -> int:
+    """Estimate, print, and write a subject file where that is asked for."""
+    if args.output is not None and args.output.suffix.lower() != ".toml":
+        raise InputError(
+            f"{args.output} is not the name of a subject file",
+            where="--output",
+            remedy="Let it end in .toml.",
+        )
+    from stereotrack_core.recording.folder import open_recording
+    from stereotrack_core.recording.subject_file import write_subject
+
+    recording = open_recording(args.recording)
+    if args.output is not None:
+        check_output(args.output, recording)
+    try:
+        found = _estimated(args, recording)
+    except Cancelled:
+        say("Stopped; nothing was written.")
+        return FAILED
+    if not found.frames:
+        raise InputError(
+            "too little is well seen to tell the body's lengths",
+            where=str(recording.folder),
+            remedy="Give more frames, best with elbows that bend and straighten.",
+        )
+    if args.output is not None:
+        write_subject(args.output, found.subject())
+    _put(args, recording, found)
+    return OK
+
+
+def _estimated(args: Namespace, recording: Recording) -> EstimatedLengths:
+    from stereotrack_core.cli.arguments import views_of
+    from stereotrack_core.cli.progress import progress, stoppable
+    from stereotrack_core.cli.tracking_job import first_pose
+    from stereotrack_core.recording.reader import FrameReader
+    from stereotrack_core.tracking.frame import TrackedFrame
+    from stereotrack_core.tracking.pipeline import LENGTH_FRAMES, Pipeline
+
+    settings = settings_of(args.preset, args.changes)
+    views = views_of(recording, args.views)
+    with FrameReader(recording, views=views, colour=False) as reader:
+        frames = frames_within(args.frames, reader.frame_count)
+    unaided = replace(recording, reference=None)  # truth is never seen
+    init = first_pose(args.init, frames.start)
+    wanted = min(LENGTH_FRAMES, len(frames))
+    with (
+        Pipeline(unaided, settings, views=views, seed=args.seed, init=init) as pipeline,
+        progress("Tracking", wanted) as show,
+        stoppable() as stopped,
+    ):
+
+        def note(tracked: TrackedFrame) -> None:
+            show(tracked.frame - frames.start + 1)
+            if stopped():
+                raise Cancelled
+
+        pipeline.on_first_pass = note
+        pipeline.learn(frames)
+        return pipeline.take_lengths(frames)
+
+
+def _put(args: Namespace, recording: Recording, found: EstimatedLengths) -> None:
+    from stereotrack_core.body.proportions import AVERAGE
+
+    lengths, average = asdict(found.proportions), asdict(AVERAGE)
+    own = recording.subject
+    if args.json:
+        put_json({"lengths_m": lengths, "sigma_m": dict(found.sigma), "frames": found.frames})
+        return
+    rows = [
+        (
+            name.replace("_", " "),
+            f"{1000.0 * length:.0f}",
+            f"{1000.0 * found.sigma[name]:.0f}",
+            _millimetres(None if own is None else getattr(own, name)),
+            _millimetres(average[name]),
+        )
+        for name, length in lengths.items()
+    ]
+    columns = ("length", ">mm", ">+- mm", ">subject file mm", ">average mm")
+    put_table(Table(f"{recording.name}, from {found.frames} well seen frames", columns, rows))
+    if args.output is not None:
+        say(f"Written to {args.output}; name it as subject in recording.toml to use it.")
+
+
+def _millimetres(length: float | None) -> str:
+    return "-" if length is None else f"{1000.0 * length:.0f}"
+
+
+COMMAND = Command(
+    name="proportions",
+    summary="estimate the lengths of a person's body from the recording",
+    description=(
+        "Track the first 600 frames, and fit the lengths of the body to those of them that tell "
+        "most: well explained ones with bent elbows. `track --set proportions=sequence` does the "
+        "same before it tracks. The recording's reference and subject file are never used."
+    ),
+    add_arguments=add_arguments,
+    run=run,
+)
