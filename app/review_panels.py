@@ -34,7 +34,7 @@ class ReviewPanels:
         self._both.addWidget(self.motion)
         self._both.setStretchFactor(0, 1)
         self._both.setStretchFactor(1, 0)
-        self._both.setSizes([700, 660])
+        self._both.setSizes([840, 520])
 
     def widgets(self) -> dict[str, QWidget]:
         """What goes into docks, by name."""

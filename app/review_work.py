@@ -140,6 +140,7 @@ class ReviewWork(QObject):
         curves = angle_curves.curves_of(moved, plot.angle_key, plot.quantity_key)
         words = angle_curves.plot_words(moved, plot.angle_key, plot.quantity_key)
         plot.show_curves(curves, angle_curves.unit_of(plot.quantity_key), words)
+        plot.set_selection(self._w.timeline.selection)
         stretch = self._stretches()[0]
         rows = angle_curves.range_rows(moved[0], stretch) if moved else ()
         said = angle_curves.table_words(moved[0], stretch) if moved else ""

@@ -99,7 +99,7 @@ def plot_words(moved: Sequence[Moved], kind: str, quantity: str) -> str:
 
 
 def range_rows(moved: Moved, stretch: Segment) -> tuple[MotionRow, ...]:
-    """Rows of the table of ranges in a stretch."""
+    """Rows of the table of ranges in a stretch, arms first."""
     found = stretch_motion(moved.angles, moved.motion, stretch)
     sides = {side.left.angle.name: side for side in found.sides}
     rows = []
@@ -117,8 +117,10 @@ def range_rows(moved: Moved, stretch: Segment) -> tuple[MotionRow, ...]:
             _with_sigma(one.peak_velocity, one.peak_velocity_sigma, 0),
             difference,
         )
-        rows.append(MotionRow(one.angle.kind, one.angle.limb, one.angle.words, cells, _hint(one)))
-    return tuple(rows)
+        label = one.angle.words.replace("shoulder ", "")  # whole in the tip
+        rows.append(MotionRow(one.angle.kind, one.angle.limb, label, cells, _hint(one)))
+    order = sorted(rows, key=lambda row: row.limb in {"torso", "head"})
+    return tuple(order)
 
 
 def table_words(moved: Moved, stretch: Segment) -> str:

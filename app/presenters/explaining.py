@@ -20,18 +20,13 @@ from stereotrack_core.interop.landmark_pose import pose_of_landmarks
 from stereotrack_core.recording.description import Recording
 
 KINDS: tuple[tuple[str, str], ...] = (
-    ("histogram", "How often each error occurs"),
-    ("distance", "Error against distance"),
-    ("speed", "Error against speed"),
-    ("views", "Error against occlusion"),
+    ("histogram", "% of frames over error [deg]"),
+    ("distance", "error [deg] over distance from the nearest camera [m]"),
+    ("speed", "error [deg] over speed of the limb's far end [m/s]"),
+    ("views", "error [deg] over number of views that see the limb free"),
 )
 """What can be drawn: key and words."""
 
-_AXES = {
-    "distance": "distance from the nearest camera [m]",
-    "speed": "speed of the limb's far end [m/s]",
-    "views": "views that see the limb free",
-}
 _BIN_DEG = 2.5
 _LAST_DEG = 90.0
 _APART = 0.07
@@ -105,14 +100,13 @@ def content_of(
     """
     if not runs:
         return None
-    own = "error" if runs[0].judgement.measure == "error" else "standard deviation"
     if kind == "histogram":
-        return _histogram(runs, selection, own)
+        return _histogram(runs, selection)
     clouds = tuple(
         cloud for place, run in enumerate(runs) for cloud in _clouds(kind, run, place, selection)
     )
     said = _words(kind, runs, selection)
-    return CloudContent(_AXES[kind], f"{own} [deg]", said, kind == "views", clouds)
+    return CloudContent(said, kind == "views", clouds)
 
 
 def _clouds(kind: str, run: Explained, place: int, selection: range | None) -> list[PointCloud]:
@@ -137,7 +131,7 @@ def _clouds(kind: str, run: Explained, place: int, selection: range | None) -> l
     return result
 
 
-def _histogram(runs: Sequence[Explained], selection: range | None, own: str) -> CloudContent:
+def _histogram(runs: Sequence[Explained], selection: range | None) -> CloudContent:
     edges = np.arange(0.0, _LAST_DEG + _BIN_DEG, _BIN_DEG)
     steps = []
     top = 0.0
@@ -157,12 +151,7 @@ def _histogram(runs: Sequence[Explained], selection: range | None, own: str) -> 
         Steps(s.name, s.place, s.limb, s.colour, s.edges[: last + 1], s.height[:last])
         for s in steps
     ]
-    return CloudContent(
-        f"{own} [deg]",
-        "share of frames [%]",
-        _words("histogram", runs, selection),
-        steps=tuple(steps),
-    )
+    return CloudContent(_words("histogram", runs, selection), steps=tuple(steps))
 
 
 def _words(kind: str, runs: Sequence[Explained], selection: range | None) -> str:

@@ -96,7 +96,7 @@ def groups(numbers: Sequence[StretchNumbers]) -> tuple[StatisticsGroup, ...]:
     result = []
     for i, one in enumerate(numbers):
         other = one.run != numbers[0].run
-        title = f"{one.stretch.name}, {one.run}" if other else one.stretch.name
+        title = one.run if other else one.stretch.name
         rows = tuple(_row(row) for row in one.limbs if row.limb != ALL_ARMS)
         pooled = next(_row(row).values for row in one.limbs if row.limb == ALL_ARMS)
         frames = f"frames {one.stretch.first} – {one.stretch.end - 1}"

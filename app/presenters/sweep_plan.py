@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from app.presenters.counting import counted
@@ -18,6 +24,12 @@ from stereotrack_core.cli.sweep_plan import (
 from stereotrack_core.cli.sweep_words import in_words
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.sweeps.points import SPECIAL, parameter_rows
+
+_LOOK_SECONDS = 0.1
+_CODE = (
+    "import sys; sys.path[:] = {path!r}; from stereotrack_core.cli import main; "
+    "sys.exit(main(sys.argv[1:]))"
+)
 
 
 @dataclass(frozen=True)
@@ -88,6 +100,44 @@ def count_of_wish(wish: SweepWish) -> SweepCount:
     return count
 
 
+def process_of(arguments: Sequence[str]) -> list[str]:
+    """What to start so that the command line does this in a process of its own."""
+    return [sys.executable, "-c", _CODE.format(path=sys.path), *arguments]
+
+
+def measured_seconds(wish: SweepWish, cancelled: Callable[[], bool]) -> float | None:
+    """What a sweep will take, after tracking some frames in another process.
+
+    None where it was cancelled.
+
+    Raises
+    ------
+    InputError
+        Where it cannot be told.
+    """
+    words = process_of([*wish.arguments(), "--dry-run", "--json"])
+    with subprocess.Popen(  # noqa: S603 - our own code in our own interpreter
+        words,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+        creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
+    ) as process:
+        while process.poll() is None:
+            if cancelled():
+                process.kill()
+                return None
+            time.sleep(_LOOK_SECONDS)
+        told = process.stdout.read() if process.stdout is not None else b""
+    try:
+        return float(json.loads(told)["seconds"])
+    except (ValueError, KeyError, TypeError):
+        raise InputError(
+            "the time could not be measured", remedy="Begin the sweep; it tells what is left."
+        ) from None
+
+
 def count_words(count: SweepCount, *, cluster: bool) -> str:
     """What a sweep comes to: ``24 runs (4 points), 8 of them are in the table already …``."""
     said = f"{counted(count.jobs, 'run')} ({counted(count.points, 'point')})"
@@ -100,7 +150,7 @@ def count_words(count: SweepCount, *, cluster: bool) -> str:
     if cluster:
         return f"{said}, on the cluster."
     if count.seconds is None:
-        return f"{said}; the time will be known when the first runs are done."
+        return f"{said}. How long that takes is not known yet."
     processes = f"{count.workers} process{'' if count.workers == 1 else 'es'}"
     return f"{said}, in about {in_words(count.seconds)} with {processes}."
 

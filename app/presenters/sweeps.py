@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import subprocess
-import sys
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ from typing import IO, Literal, TypeAlias
 from PySide6.QtCore import QElapsedTimer, QObject, QSettings, QTimer, Signal, Slot
 
 from app.presenters.counting import counted
+from app.presenters.sweep_plan import process_of
 from stereotrack_core.cli.sweep_files import SweepPlaces, SweepState, is_running, read_state
 from stereotrack_core.cli.sweep_words import in_words
 
@@ -23,10 +23,6 @@ _LOOK_MS = 300
 _LOCK_LOOK_MS = 1500
 _TABLE = "sweep/table"
 _GOES_ON = "sweep/goes_on"
-_CODE = (
-    "import sys; sys.path[:] = {path!r}; from stereotrack_core.cli import main; "
-    "sys.exit(main(sys.argv[1:]))"
-)
 
 
 @dataclass(frozen=True)
@@ -97,7 +93,7 @@ class SweepPresenter(QObject):
         self._places.state.unlink(missing_ok=True)
         self._said = tempfile.TemporaryFile()  # noqa: SIM115 - it lives as long as the process
         self._process = subprocess.Popen(  # noqa: S603 - our own code in our own interpreter
-            [sys.executable, "-c", _CODE.format(path=sys.path), *arguments],
+            process_of(arguments),
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=self._said,

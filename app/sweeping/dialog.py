@@ -9,17 +9,20 @@ from PySide6.QtWidgets import (
     QCheckBox,
     QDialog,
     QDialogButtonBox,
+    QHBoxLayout,
     QLabel,
     QProgressBar,
+    QPushButton,
     QVBoxLayout,
     QWidget,
 )
 
-from app.presenters.sweep_plan import count_of_wish, count_words
+from app.presenters.sweep_plan import SweepWish, count_of_wish, count_words, measured_seconds
 from app.presenters.sweeps import SweepNow, SweepPresenter
 from app.sweeping.form import SweepForm
 from app.tasks.task import Task, TaskList
 from stereotrack_core.cli.sweep_plan import SweepCount
+from stereotrack_core.cli.sweep_words import in_words
 from stereotrack_core.errors import InputError
 
 _COUNT_AFTER_MS = 350
@@ -73,8 +76,9 @@ class SweepDialog(QDialog):
         note.setWordWrap(True)
         layout = QVBoxLayout(self)
         layout.addWidget(self.form, 1)
+        layout.addLayout(self._count_row())
         for widget in (
-            self.count_label, self.error_label, self.progress, self.state_label, self.goes_on, note,
+            self.error_label, self.progress, self.state_label, self.goes_on, note,
             self._make_buttons(),
         ):  # fmt: skip
             layout.addWidget(widget)
@@ -89,6 +93,17 @@ class SweepDialog(QDialog):
     def settled(self) -> bool:
         """Whether jobs are counted as the fields say."""
         return self._counting is None and not self._timer.isActive()
+
+    def _count_row(self) -> QHBoxLayout:
+        self.measure_button = QPushButton("&Measure the time")
+        self.measure_button.setAutoDefault(False)
+        self.measure_button.setToolTip("Track some frames of one run to learn how long all take")
+        self.measure_button.clicked.connect(self._measure)
+        self.measure_button.hide()
+        row = QHBoxLayout()
+        row.addWidget(self.count_label, 1)
+        row.addWidget(self.measure_button)
+        return row
 
     def _make_buttons(self) -> QDialogButtonBox:
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
@@ -130,9 +145,12 @@ class SweepDialog(QDialog):
         self.error_label.setText(str(found) if isinstance(found, InputError) else "")
         self.error_label.setVisible(wrong)
         self.count_label.setVisible(not wrong)
+        unknown = False
         if isinstance(found, SweepCount):
             cluster = self.form.cluster.isChecked()
             self.count_label.setText(count_words(found, cluster=cluster))
+            unknown = found.seconds is None and not cluster
+        self.measure_button.setVisible(unknown)
         self.begin_button.setEnabled(not wrong and not self._presenter.now.going)
 
     @Slot()
@@ -140,6 +158,26 @@ class SweepDialog(QDialog):
         self._counting = None
         if self._count_again:
             self._count()
+
+    @Slot()
+    def _measure(self) -> None:
+        """Track some frames in another process to learn how long the sweep takes."""
+        wish = self.form.wish()
+        self.measure_button.setEnabled(False)
+
+        def measure(task: Task) -> tuple[SweepWish, float | None]:
+            return wish, measured_seconds(wish, task.token.cancelled)
+
+        task = self._tasks.begin("measuring how long a sweep takes", measure, self._on_measured)
+        task.ended.connect(lambda: self.measure_button.setEnabled(True))
+
+    @Slot(object)
+    def _on_measured(self, found: tuple[SweepWish, float | None]) -> None:
+        wish, seconds = found
+        if seconds is not None and wish == self.form.wish():
+            said = self.count_label.text().partition(". How long")[0]
+            self.count_label.setText(f"{said}. That takes about {in_words(seconds)}.")
+            self.measure_button.hide()
 
     # ---- running
 

@@ -104,6 +104,10 @@ class AnglePlot(QWidget):
         self.plot.setMinimumHeight(60)
         self._box = self.plot.getViewBox()
         self._box.setMouseEnabled(x=True, y=False)
+        self._region = pg.LinearRegionItem(movable=False)
+        self._region.setZValue(-10)
+        self._region.hide()
+        self.plot.addItem(self._region, ignoreBounds=True)
         self._playhead = pg.InfiniteLine(0.0, angle=90)
         self._playhead.setZValue(30)
         self.plot.addItem(self._playhead, ignoreBounds=True)
@@ -171,6 +175,12 @@ class AnglePlot(QWidget):
         self._box.setLimits(xMin=-0.5, xMax=last - 0.5, minXRange=min(4.0, last))
         self._quiet = False
         self.set_visible_range(0.0, last)
+
+    def set_selection(self, selection: range | None) -> None:
+        """Shade the selected frames."""
+        self._region.setVisible(bool(selection))
+        if selection:
+            self._region.setRegion((selection.start - 0.5, selection.stop - 0.5))
 
     def set_frame(self, frame: int) -> None:
         """Move the playhead."""
@@ -261,6 +271,11 @@ class AnglePlot(QWidget):
             axis.setTextPen(theme.muted)
             axis.setGrid(70)
         self._playhead.setPen(pg.mkPen(theme.playhead, width=1.5))
+        shade = QColor(theme.accent)
+        shade.setAlpha(_SHADE)
+        self._region.setBrush(shade)
+        for line in self._region.lines:
+            line.setPen(pg.mkPen(theme.accent))
 
 
 def _choice(name: str, options: Sequence[tuple[str, str]], parent: QWidget) -> QComboBox:

@@ -77,8 +77,6 @@ class CloudContent:
 
     Attributes
     ----------
-    x_label, y_label : str
-        With their units.
     words : str
         What is seen, in sentences.
     counts : bool
@@ -87,8 +85,6 @@ class CloudContent:
     steps : tuple of Steps
     """
 
-    x_label: str
-    y_label: str
     words: str
     counts: bool = False
     clouds: tuple[PointCloud, ...] = ()
@@ -165,7 +161,7 @@ class CloudPlot(QWidget):
             [Curve(one.name, one.limb, one.colour, _style(one.place), *none) for one in drawn]
         )
         self.words.set_words(_NOTHING if content is None else content.words)
-        self._label()
+        self._write_ticks()
         self._show_limbs()
 
     def _add(self, content: CloudContent) -> None:
@@ -258,12 +254,8 @@ class CloudPlot(QWidget):
         if event.double():
             self.show_everything()
 
-    def _label(self) -> None:
-        theme, content = current_theme(), self._content
-        texts = ("", "") if content is None else (content.y_label, content.x_label)
-        for name, text in zip(("left", "bottom"), texts, strict=True):
-            self.plot.setLabel(name, text, color=theme.muted)
-        counts = content is not None and content.counts
+    def _write_ticks(self) -> None:
+        counts = self._content is not None and self._content.counts
         ticks = [[(float(n), str(n)) for n in range(32)], []] if counts else None
         self.plot.getAxis("bottom").setTicks(ticks)
 

@@ -71,7 +71,7 @@ def test_a_wish_is_a_command(tmp_path, small_recording):
     assert (count.jobs, count.points, count.there, count.frames) == (4, 2, 0, 12)
     words = count_words(count, cluster=False)
     assert words.startswith("4 runs (2 points). To track: 12 frames")
-    assert "time will be known" in words
+    assert "not known yet" in words
     with pytest.raises(InputError, match="no recording"):
         SweepWish((), (), "0", "", "a.csv", "", "fast", (), 1).arguments()
 
@@ -140,6 +140,9 @@ def test_a_sweep_is_asked_for_and_computed_and_its_values_taken_over(opened, qtb
     form.values.field("iterations").setText("2")
     form.changed.emit()
     qtbot.waitUntil(lambda: dialog.settled and dialog.begin_button.isEnabled(), timeout=20_000)
+    assert dialog.measure_button.isVisible()
+    qtbot.mouseClick(dialog.measure_button, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: "That takes about" in dialog.count_label.text(), timeout=120_000)
     qtbot.mouseClick(dialog.begin_button, Qt.MouseButton.LeftButton)
     assert w.sweeps.presenter.now.going
     assert not dialog.begin_button.isEnabled()
