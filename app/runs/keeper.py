@@ -81,6 +81,7 @@ class RunKeeper(QObject):
         self._content: WeakKeyDictionary[RunEntry, str] = WeakKeyDictionary()
         self._busy: dict[RunEntry, Task] = {}
         self._given_up: WeakSet[RunEntry] = WeakSet()
+        self._wanted: WeakSet[RunEntry] = WeakSet()
         self._listed: Project | None = None
         self._facts: WeakKeyDictionary[RunEntry, tuple[int, RunFacts]] = WeakKeyDictionary()
         self._soon = QTimer(self, singleShot=True, interval=0)
@@ -131,7 +132,8 @@ class RunKeeper(QObject):
     def keep(self, entry: RunEntry) -> None:
         """Put a run into the project, wherever it comes from."""
         self._given_up.discard(entry)
-        self._begin_keeping(entry)
+        self._wanted.add(entry)
+        self._look_soon()
 
     def rename(self, entry: RunEntry, name: str) -> None:
         """Give a run another name, in the project too."""
@@ -171,7 +173,7 @@ class RunKeeper(QObject):
             self._listed = project
             self._list(project)
         if not project.read_only:
-            for entry in self._to_keep():
+            for entry in self._to_keep()[:1]:  # the next one when this one has its name
                 self._begin_keeping(entry)
         shown = (one for one in self._runs.entries if one.visible or one is self._runs.active)
         for entry in shown:
@@ -185,16 +187,17 @@ class RunKeeper(QObject):
             for entry in self._runs.entries
             if entry.frames
             and not entry.kept
-            and entry.kind == "run"
-            and entry.path is None
+            and (entry.kind == "run" or entry in self._wanted)
+            and (entry.path is None or entry in self._wanted)
             and entry is not self._track.entry
             and entry not in self._given_up
+            and entry not in self._busy
             and (entry.origin is not None or entry.stored is not None)
         ]
 
     def _begin_keeping(self, entry: RunEntry) -> None:
         project = self._project.project
-        if project is not None:
+        if project is not None and not any(one.facts is None for one in self._busy):
             work = partial(_kept, project, entry)
             self._begin(f"keeping the run {entry.name}", entry, work, self._on_kept)
 

@@ -1,0 +1,218 @@
+"""Runs of the window go into the project by themselves and come back with it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+
+from app.presenters.runs import RunEntry, entry_of_run
+from stereotrack_core.project.runs import kept_runs, load_run
+from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.repeating import sameness
+from tests.gui.made_runs import add_run, made_run
+
+pytestmark = pytest.mark.window
+
+MADE = {
+    "preset": "fast",
+    "seed": 5,
+    "views": ["N", "S"],
+    "init": "auto",
+    "wall_seconds": 75.0,
+    "made": "2026-01-02T03:04:05.000+00:00",
+}
+
+
+def finished(window, name, off=0.05, **changes) -> RunEntry:
+    """A run as the tracker leaves it when it has come to its end."""
+    run = made_run(window.document.recording, off=off)
+    parameters = preset("fast").replaced(**changes).values()
+    run = replace(run, meta={**run.meta, **MADE, "parameters": parameters})
+    entry = entry_of_run(run, window.document.recording.folder)
+    entry.name, entry.path = name, None
+    window.runs.add(entry)
+    return entry
+
+
+def settle(window, qtbot):
+    qtbot.waitUntil(window.settled, timeout=60_000)
+
+
+def names(window):
+    return [entry.name for entry in window.runs.entries]
+
+
+def kept(window):
+    return [one.name for one in kept_runs(window.project.project.runs)]
+
+
+def reopen(window, qtbot):
+    folder = window.document.recording.folder
+    window.document.close()
+    window.files.open(folder)
+    qtbot.waitUntil(lambda: window.document.frame_set is not None, timeout=30_000)
+    settle(window, qtbot)
+
+
+@pytest.fixture
+def tracking(opened, qtbot):
+    """The Track workspace with an empty project."""
+    opened.show_workspace_named("track")
+    settle(opened, qtbot)
+    return opened
+
+
+def test_a_finished_run_is_kept_by_itself_and_comes_back_with_the_project(tracking, qtbot):
+    first, second = finished(tracking, "run"), finished(tracking, "run", off=0.1, iterations=2)
+    settle(tracking, qtbot)
+    assert kept(tracking) == ["run", "run (2)"]
+    assert (first.kept, second.kept, names(tracking)) == ("run", "run (2)", kept(tracking))
+    assert sameness(load_run(tracking.project.project.runs, "run"), first.run()).equal
+    tracking.runs.show(first, visible=False)
+    before = second.run()
+    settle(tracking, qtbot)
+    reopen(tracking, qtbot)
+    hidden, shown = tracking.runs.entries
+    assert (hidden.name, hidden.visible, hidden.waiting) == ("run", False, True)
+    assert shown is tracking.runs.active
+    assert sameness(before, shown.run()).equal
+    row = tracking.run_work.row(hidden)
+    assert (row.frames, row.seed, row.time) == ("0 – 7", "5", "1:15 min")
+    assert "iterations 2 instead of 3" in tracking.run_work.row(shown).made
+    item = tracking.runs_panel.tree.topLevelItem(0)
+    item.setCheckState(0, Qt.CheckState.Checked)
+    settle(tracking, qtbot)
+    assert len(hidden.frames) == 8
+
+
+def test_a_run_is_named_noted_and_deleted_and_each_is_taken_back(tracking, qtbot):
+    entry = finished(tracking, "run")
+    settle(tracking, qtbot)
+    panel = tracking.runs_panel
+    panel.tree.topLevelItem(0).setText(0, "with the coat")
+    assert (names(tracking), kept(tracking)) == (["with the coat"], ["with the coat"])
+    tracking.docks["runs"].raise_()
+    panel.note.setFocus()
+    QTest.keyClicks(panel.note, "loses the hand")
+    QTest.keyClick(panel.note, Qt.Key.Key_Return)
+    assert kept_runs(tracking.project.project.runs)[0].facts.note == "loses the hand"
+    settle(tracking, qtbot)
+    tracking.run_work.remove_active()
+    assert (names(tracking), kept(tracking)) == ([], [])
+    tracking.project.undo()
+    settle(tracking, qtbot)
+    assert kept(tracking) == names(tracking) == ["with the coat"]
+    assert len(tracking.runs.entries[0].frames) == 8
+    assert panel.note.text() == "loses the hand"
+    tracking.project.undo()
+    tracking.project.undo()
+    assert names(tracking) == ["run"]
+    assert sameness(tracking.runs.entries[0].run(), entry.run()).equal
+
+
+def test_a_name_that_another_run_has_is_refused(tracking, qtbot):
+    finished(tracking, "one")
+    finished(tracking, "two")
+    settle(tracking, qtbot)
+    tracking.runs_panel.tree.topLevelItem(1).setText(0, "one")
+    assert names(tracking) == ["one", "two"]
+    assert tracking.runs_panel.tree.topLevelItem(1).text(0) == "two"
+
+
+def test_attempts_and_files_are_kept_only_when_that_is_asked_for(tracking, qtbot):
+    opened = add_run(tracking, "from a file")
+    attempt = finished(tracking, "attempt")
+    attempt.kind = "attempt"
+    settle(tracking, qtbot)
+    assert kept(tracking) == []
+    tracking.runs.activate(opened)
+    tracking.run_work.keep_active()
+    settle(tracking, qtbot)
+    assert kept(tracking) == ["from a file"]
+    assert tracking.run_work.why_not_keep() == "The project keeps this run already."
+    attempt.kind = "run"
+    tracking.runs.tell()
+    settle(tracking, qtbot)
+    assert kept(tracking) == ["from a file", "attempt"]
+
+
+def test_a_run_that_ends_when_the_window_closes_is_kept(tracking, qtbot):
+    finished(tracking, "last")
+    path = tracking.project.path
+    tracking.document.close()
+    from stereotrack_core.project.project import Project
+
+    with Project.open(path, read_only=True) as project:
+        assert [one.name for one in kept_runs(project.runs)] == ["last"]
+
+
+def test_runs_are_drawn_over_each_other_and_told_apart(tracking, qtbot):
+    for name, off in (("a", 0.3), ("b", 0.6), ("c", 0.0)):
+        finished(tracking, name, off=off)
+    settle(tracking, qtbot)
+    told = tracking.instant.told
+    assert told.runs == (("c", "solid"), ("a", "dash"), ("b", "dot"))
+    assert [ghost.name for ghost in told.ghosts] == ["a", "b"]
+    view = tracking.grid.tiles["N"].camera
+    overlay = view._picture.overlay
+    assert [ghost.style for ghost in overlay.ghosts] == ["dash", "dot"]
+    assert overlay.runs == told.runs
+    with_others = view.grab().toImage()
+    content = tracking.scene.content
+    assert [ghost.style for ghost in content.ghosts] == ["dash", "dot"]
+    assert content.runs == told.runs
+    tracking.view.toggle_overlay("others")
+    settle(tracking, qtbot)
+    assert view._picture.overlay.ghosts == ()
+    assert view.grab().toImage() != with_others
+    tracking.view.toggle_overlay("others")
+    styles = {(curve.name, curve.style) for curve in tracking.plot._curves}
+    assert styles == {("c", "solid"), ("a", "dash"), ("b", "dot")}
+
+
+def test_details_say_what_two_runs_were_made_with_differently(tracking, qtbot):
+    finished(tracking, "one")
+    finished(tracking, "two", iterations=2, data_points=400)
+    settle(tracking, qtbot)
+    tracking.run_work.show_details()
+    details = tracking.run_work.details
+    assert (details.first.currentText(), details.second.currentText()) == ("one", "two")
+    rows = {
+        details.table.item(k, 0).text(): (
+            details.table.item(k, 1).text(),
+            details.table.item(k, 2).text(),
+        )
+        for k in range(details.table.rowCount())
+    }
+    assert rows == {"iterations": ("3", "2"), "data_points": ("800", "400")}
+    details.everything.setChecked(True)
+    assert details.table.rowCount() > 50
+    details.second.setCurrentIndex(0)
+    assert details.words.text().startswith("Both were made with the same")
+    details.close()
+
+
+def test_a_run_is_repeated_and_said_to_be_equal(tracking, qtbot):
+    said = []
+    tracking.run_work.repeater.message.connect(said.append)
+    tracking.track.preset, tracking.track.settings = "fast", preset("fast").replaced(iterations=2)
+    tracking.tracker.set_selection(range(1, 3))
+    tracking.tracker.run_selection()
+    qtbot.waitUntil(lambda: tracking.track.entry is None, timeout=60_000)
+    settle(tracking, qtbot)
+    (first,) = tracking.runs.entries
+    assert tracking.actions_book.action("repeat_run").isEnabled()
+    tracking.actions_book.action("repeat_run").trigger()
+    assert "already" in tracking.run_work.why_not_repeat()
+    qtbot.waitUntil(lambda: bool(said), timeout=60_000)
+    settle(tracking, qtbot)
+    assert "equal to the last bit" in said[0].what
+    again = tracking.runs.entries[1]
+    assert again.name == f"{first.name} again"
+    assert kept(tracking) == [first.name, again.name]
+    assert sameness(first.run(), again.run()).equal
+    np.testing.assert_array_equal(again.numbers(), [1, 2])
