@@ -43,7 +43,8 @@ def look_evidence(
     blind = {e.words.split()[1] for e in found}
     found += _hidden(views, inside, limbs, blind)
     found += _strangers(inside, usual, limbs)
-    return found + _misfit(views, inside)
+    # cameras that do not fit do so whether somebody fails or not
+    return found + _misfit(views, [*inside, *usual])
 
 
 def _mean(looks: Sequence[Look], name: str) -> FloatArray:
@@ -83,7 +84,7 @@ def _hidden(
     views: Sequence[str], inside: Sequence[Look], limbs: list[int], blind: set[str]
 ) -> list[Evidence]:
     """The limb is seen by one view at most, as something stands before it in the others."""
-    agreed = np.array([look.agreed for look in inside])[:, :, limbs].max(axis=2)
+    agreed = np.array([look.agreed for look in inside])[:, :, limbs].min(axis=2)
     before = np.array([look.before for look in inside])[:, :, limbs].max(axis=2)
     seeing = float((agreed > _SEES).sum(axis=1).mean())
     fit = [v for v, name in enumerate(views) if name not in blind]

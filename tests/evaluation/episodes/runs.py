@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from stereotrack_core.body.angles import ALL_JOINTS, pose_of_state, state_names, state_of_pose
@@ -11,6 +13,7 @@ from stereotrack_core.body.pose import hanging_pose
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.run import Run
+from tests.tracking.recordings import write_depth_recording
 
 NAMES = state_names(ALL_JOINTS)
 FPS = 10.0
@@ -54,8 +57,6 @@ def made(frames=60, wrong=(), lost=(), fps=FPS, **changes) -> tuple[Run, Landmar
 
 def untracked(run: Run, first: int, last: int) -> Run:
     """The run without a pose in some frames."""
-    from dataclasses import replace
-
     gone = (run.frame >= first) & (run.frame <= last)
 
     def blanked(values):
@@ -65,3 +66,18 @@ def untracked(run: Run, first: int, last: int) -> Run:
 
     names = ("landmarks", "x", "P", "coverage", "residual", "innovation", "limb_lost")
     return replace(run, tracked=~gone, **{name: blanked(getattr(run, name)) for name in names})
+
+
+def recorded(folder, frames=12, wrong=(("left_forearm", 4, 9, 1.4),), **changes):
+    """A tiny recording of depth views and a run of it that fails; both know each other."""
+    run, truth = made(frames, wrong)
+    right, _ = made(frames)
+    poses = [pose_of_state(row, ALL_JOINTS) for row in right.x]
+    recording = write_depth_recording(folder, body_model(AVERAGE), poses, **changes)
+    subject = {"name": "P", **vars(AVERAGE)}
+    meta = {
+        "recording": recording.name, "recording_folder": str(folder), "fps": recording.fps,
+        "views": [view.name for view in recording.views], "subject": subject, "blind": [],
+        "parameters": {"pixel_step": 1, "speckle_size": 0},
+    }  # fmt: skip
+    return recording, replace(run, meta=meta), truth

@@ -1,0 +1,103 @@
+"""``stereotrack episodes``: table, JSON, filters, exports, refusals."""
+
+import shutil
+
+import pytest
+
+from stereotrack_core.interop.run_npz import write_npz
+from stereotrack_core.recording.landmark_csv import write_landmarks
+from tests.evaluation.episodes.runs import recorded
+
+
+@pytest.fixture(scope="module")
+def failing(tmp_path_factory):
+    """A run that loses its left forearm in frames 4 to 9, beside its recording."""
+    folder = tmp_path_factory.mktemp("episodes")
+    (folder / "recording").mkdir()
+    _, run, truth = recorded(folder / "recording")
+    write_npz(folder / "run.npz", run)
+    write_landmarks(folder / "truth.csv", truth)
+    return folder
+
+
+def test_the_table_tells_frames_limbs_peak_and_cause(run, failing):
+    ended = run("episodes", failing / "run.npz")
+    assert ended.status == 0
+    assert "1 episodes of" in ended.out
+    assert "4-9" in ended.out
+    assert "left forearm" in ended.out
+    assert "80°" in ended.out
+
+
+def test_json_holds_the_evidence_and_how_well_signs_do(run, failing):
+    told = run("episodes", failing / "run.npz", "--json", "--no-pictures").json
+    (episode,) = told["episodes"]
+    assert (episode["first"], episode["last"], episode["found"]) == (4, 9, "truth")
+    assert episode["limbs"] == ["left_forearm"]
+    assert {"cause", "confidence", "evidence"} <= set(episode["verdict"])
+    assert told["without_truth"] == {
+        "precision": None, "recall": 0.0, "true": 1, "found": 0, "called": 0, "right": 0,
+    }  # fmt: skip
+    assert told["rules"]["episode_error"] == 45.0
+
+
+def test_filters_and_rules(run, failing):
+    def count(*options):
+        told = run("episodes", failing / "run.npz", "--json", "--no-pictures", *options).json
+        return len(told["episodes"])
+
+    assert count("--limb", "left_forearm") == count("--found", "truth") == 1
+    assert count("--limb", "torso") == count("--found", "signs") == 0
+    assert count("--set", "episode_error=120") == 0
+    assert count("--set", "episode_least=1") == 0
+
+
+def test_strips_and_a_video_are_written(run, failing, tmp_path):
+    ended = run(
+        "episodes", failing / "run.npz", "--no-pictures", "--view", "N",
+        "--strips", tmp_path / "strips", "--video", tmp_path / "all.mp4",
+    )  # fmt: skip
+    assert ended.status == 0
+    names = [path.name for path in (tmp_path / "strips").iterdir()]
+    assert len(names) == 1
+    assert names[0].startswith("0004-0009-left-forearm-")
+    assert (tmp_path / "all.mp4").stat().st_size > 1000
+    assert "1 strips are in" in ended.err
+
+
+def test_a_run_alone_with_a_reference(run, failing, tmp_path):
+    shutil.copy(failing / "run.npz", tmp_path / "alone.npz")
+    truth = failing / "truth.csv"
+    folder = failing / "recording"
+    hidden = failing / "elsewhere"
+    folder.rename(hidden)
+    try:
+        ended = run("episodes", tmp_path / "alone.npz", "--reference", truth, "--json")
+        assert len(ended.json["episodes"]) == 1
+        assert "judged by the run alone" in ended.err
+        without = run("episodes", tmp_path / "alone.npz", "--json").json
+        assert without["episodes"] == []
+        assert "without_truth" not in without
+        refused = run("episodes", tmp_path / "alone.npz", "--strips", tmp_path / "s")
+        assert refused.status == 2
+        assert "--recording" in refused.err
+    finally:
+        hidden.rename(folder)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--limb", "tail"), "left_forearm"),
+        (("--cause", "ghosts"), "crossing"),
+        (("--video", "film.avi"), ".mp4"),
+        (("--set", "episode_error=-3"), "episode_error"),
+        (("--view", "Q", "--strips", "x"), "'Q'"),
+    ],
+)
+def test_wrong_input_is_refused_in_words(run, failing, tmp_path, monkeypatch, options, words):
+    monkeypatch.chdir(tmp_path)
+    ended = run("episodes", failing / "run.npz", "--no-pictures", *options)
+    assert ended.status == 2
+    assert words in ended.err
+    assert "Traceback" not in ended.err

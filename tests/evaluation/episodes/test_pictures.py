@@ -1,0 +1,133 @@
+"""Strips and videos: layout, captions, the model where the person is; looks at tiny clouds."""
+
+import av
+import numpy as np
+import pytest
+
+from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.evaluation.episodes.best_view import best_view, seen_shares
+from stereotrack_core.evaluation.episodes.export import before_peak_after, film_of, strip_of
+from stereotrack_core.evaluation.episodes.film import write_film
+from stereotrack_core.evaluation.episodes.find import Subject, find_episodes
+from stereotrack_core.evaluation.episodes.lettering import text_width, write
+from stereotrack_core.evaluation.episodes.looks import Looker
+from stereotrack_core.evaluation.episodes.strip import evenly, frame_captions, picture_strip
+from stereotrack_core.tracking.stored import body_of_run, pose_of_run
+from tests.evaluation.episodes.runs import recorded
+
+
+@pytest.fixture(scope="module")
+def seen(tmp_path_factory):
+    """Recording, run that loses its left forearm in frames 4 to 9, and truth."""
+    return recorded(tmp_path_factory.mktemp("pictures"))
+
+
+def test_a_strip_has_a_column_for_each_frame(seen):
+    recording, run, _ = seen
+    two = picture_strip(recording, run, [2, 6], "N", height=120)
+    four = picture_strip(recording, run, [2, 4, 6, 8], "N", height=120)
+    assert two.dtype == np.uint8
+    assert two.shape[0] == four.shape[0]
+    assert 1.8 < (four.shape[1] - 20) / (two.shape[1] - 20) < 2.2
+
+
+def test_the_model_is_drawn_in_the_lower_pictures_alone(seen):
+    recording, run, _ = seen
+    strip = picture_strip(recording, run, [6], "N", height=120).astype(int)
+    coloured = np.ptp(strip, axis=2) > 40
+    rows = np.flatnonzero(coloured.any(axis=1))
+    assert rows.min() > 32 + 120
+
+
+def test_captions_tell_the_error_or_what_the_run_says(seen):
+    _, run, truth = seen
+    told = frame_captions(run, [2, 6], ("left_forearm",), truth)
+    assert told == [("frame 2", "left forearm 0°"), ("frame 6", "left forearm 80°")]
+    assert frame_captions(run, [6], ("left_forearm",))[0][1] == "left forearm 2 % lost"
+    assert frame_captions(run, [6], (), truth)[0][1] == "left forearm 80°"
+    assert frame_captions(run, [99], (), truth)[0] == ("frame 99", "not known")
+
+
+def test_wrong_wishes_are_refused(seen, tmp_path):
+    recording, run, _ = seen
+    with pytest.raises(InputError, match="no frame"):
+        picture_strip(recording, run, [])
+    with pytest.raises(InputError, match="no view 'Q'"):
+        picture_strip(recording, run, [1], "Q")
+    with pytest.raises(InputError, match="does not end in"):
+        write_film(tmp_path / "film.avi", recording, run, [1])
+
+
+def test_the_best_view_is_one_that_sees_the_limb(seen):
+    recording, run, _ = seen
+    name = best_view(recording, run, range(2, 8), ("left_forearm",))
+    shares = {
+        view.name: seen_shares(
+            recording.reference_camera(view), body_of_run(run), pose_of_run(run, 5)
+        )[0][4]
+        for view in recording.views
+    }
+    assert shares[name] == max(shares.values()) > 0.5
+
+
+def test_a_video_has_all_frames_around_the_episode(seen, tmp_path):
+    recording, run, truth = seen
+    subject = Subject(run, recording.fps, truth, recording, pictures=False)
+    (episode,) = find_episodes(subject)
+    assert before_peak_after(subject, episode)[0] == 1
+    assert before_peak_after(subject, episode)[-1] == 9  # the run ends before there is more
+    assert strip_of(subject, recording, episode, view="N").shape[1] > 200
+    film_of(tmp_path / "one.mp4", subject, recording, [episode])
+    with av.open(str(tmp_path / "one.mp4")) as video:
+        assert sum(1 for _ in video.decode(video=0)) == 11
+    with pytest.raises(Cancelled):
+        film_of(tmp_path / "two.mp4", subject, recording, [episode], None, lambda: True)
+    assert [path.name for path in tmp_path.iterdir()] == ["one.mp4"]
+
+
+def test_frames_are_spread_evenly_and_named_once():
+    assert evenly(10, 20, 3) == [10, 15, 20]
+    assert evenly(4, 5, 5) == [4, 5]
+    assert evenly(7, 7, 5) == [7]
+
+
+def test_letters_stay_in_the_picture():
+    paper = np.full((20, 30, 3), 255, dtype=np.uint8)
+    write(paper, "far too long for this", (-5.0, 15.0), 14.0)
+    write(paper, "outside", (200.0, 15.0), 14.0)
+    assert paper.min() < 120
+    assert text_width("ii", 14.0) < text_width("WW", 14.0)
+
+
+def test_looks_tell_what_the_views_measure(seen):
+    recording, run, truth = seen
+    with Looker(recording, run) as looker:
+        (look,) = looker.looks([2], truth.points[2:3])
+        assert looker.view_names == ("N", "O", "S", "W")
+        with pytest.raises(Cancelled):
+            looker.looks([2], truth.points[2:3], cancelled=lambda: True)
+    assert (look.points > 100).all()
+    shares = look.agreed + look.before + look.absent + look.unknown
+    np.testing.assert_allclose(shares[:, 2:], 1.0)
+    assert look.agreed[:, 2:].max(axis=0).min() > 0.7
+    assert look.stray.max() < 0.02
+    assert np.nanmax(np.linalg.norm(look.offset, axis=1)) < 0.012
+
+
+def test_a_view_that_goes_dark_is_the_cause(tmp_path):
+    recording, run, truth = recorded(tmp_path, frames=30, wrong=(("left_forearm", 15, 24, 1.4),))
+    for k in range(14, 26):
+        for kind in ("_depth", "_mask"):
+            file = tmp_path / f"N{kind}" / f"{k:04d}.png"
+            empty = tmp_path / f"O{kind}" / f"{k:04d}.png"
+            file.write_bytes(_black(empty))
+    (episode,) = find_episodes(Subject(run, recording.fps, truth, recording))
+    assert episode.verdict.cause == "hole"
+    assert "view N" in episode.verdict.words
+
+
+def _black(like):
+    import cv2
+
+    picture = cv2.imread(str(like), cv2.IMREAD_UNCHANGED)
+    return cv2.imencode(".png", np.zeros_like(picture))[1].tobytes()
