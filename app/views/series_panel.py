@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QEvent, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QDoubleValidator
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -24,7 +24,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.views.parameter_editor import value_text
-from app.views.small_multiples import MeansCurve, Multiple, SmallMultiples
+from app.views.small_multiples import MeansCurve, Multiple, SmallMultiples, keeps_arrows
 from stereotrack_core.parameters import ParameterRow, Value
 from stereotrack_core.tracking.tuning.series import MOST, usual_range
 
@@ -32,6 +32,13 @@ _NOTHING = (
     "Choose a parameter and a range: the selected frames are tracked with each value, and their "
     "errors are drawn beside each other."
 )
+
+
+class ValueSlider(QSlider):
+    """A slider whose arrow keys move it, while they go to other frames elsewhere."""
+
+    def event(self, event: QEvent) -> bool:
+        return keeps_arrows(event) or super().event(event)
 
 
 class SeriesPanel(QWidget):
@@ -78,7 +85,7 @@ class SeriesPanel(QWidget):
         scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         scroll.setWidget(self.multiples)
         self.means = MeansCurve(self)
-        self.slider = QSlider(Qt.Orientation.Horizontal, self)
+        self.slider = ValueSlider(Qt.Orientation.Horizontal, self)
         self.slider.setAccessibleName("Value whose model is shown")
         self.slider.setTickPosition(QSlider.TickPosition.TicksBelow)
         self.slider.setPageStep(1)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
     QColor,
     QFontMetricsF,
@@ -62,6 +62,16 @@ class Multiple:
         return max(known, default=0.0)
 
 
+def keeps_arrows(event: QEvent) -> bool:
+    """Whether an arrow key is meant for the widget that has the focus, and no shortcut."""
+    if event.type() != QEvent.Type.ShortcutOverride or not isinstance(event, QKeyEvent):
+        return False
+    if event.key() not in (Qt.Key.Key_Left, Qt.Key.Key_Right) or event.modifiers():
+        return False
+    event.accept()
+    return True
+
+
 class SmallMultiples(QWidget):
     """Plots beside each other; a click, or the arrow keys, choose one.
 
@@ -111,6 +121,9 @@ class SmallMultiples(QWidget):
 
     def _rows(self) -> int:
         return -(-len(self._multiples) // self._columns())
+
+    def event(self, event: QEvent) -> bool:
+        return keeps_arrows(event) or super().event(event)
 
     def resizeEvent(self, _event: object) -> None:
         self.setMinimumHeight(self._rows() * _CELL_HEIGHT)

@@ -42,6 +42,8 @@ def spread_values(
         raise InputError(
             f"{low:g} to {high:g} is no range", where=where, remedy="Let it end above its begin."
         )
+    for end in (low, high):
+        row.checked(_plain(row, end))
     if by_factors and low <= 0:
         raise InputError(
             "only numbers above 0 have even factors",

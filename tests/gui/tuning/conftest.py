@@ -1,0 +1,42 @@
+"""A window with a short stored run, so that attempts have something to begin with."""
+
+import pytest
+
+from app.presenters.runs import entry_of_run
+from stereotrack_core.interop.run_file import read_run, write_run
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.tracking.pipeline import track
+from stereotrack_core.tracking.presets import preset
+
+QUICK = {
+    "fit_shape": False,
+    "search_arms": False,
+    "data_points": 300,
+    "iterations": 3,
+    "colour_weight": 0.0,
+    "outlines": False,
+    "subpixel": "matcher",
+    "halo_trim": "none",
+    "measure_outlines": False,
+}
+
+
+@pytest.fixture(scope="session")
+def quick_run_file(small_recording, tmp_path_factory):
+    """File of a run over the small recording with settings that cost little."""
+    settings = preset("fast").replaced(**QUICK)
+    run = track(open_recording(small_recording), settings, init="tpose", preset="fast", seed=2)
+    path = tmp_path_factory.mktemp("run") / "quick.npz"
+    write_run(path, run)
+    return path
+
+
+@pytest.fixture
+def tuning(opened, qtbot, quick_run_file):
+    """The window in the workspace Tune, with that run and its settings."""
+    opened.runs.add(entry_of_run(read_run(quick_run_file), quick_run_file))
+    opened.follower.use_settings(preset("fast").replaced(**QUICK))
+    opened.show_workspace_named("tune")
+    opened.tuning.show_settings()
+    qtbot.waitUntil(opened.settled, timeout=60_000)
+    return opened

@@ -1,0 +1,223 @@
+"""What somebody who tunes does in the real window."""
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+
+from app.tuning.dialogs import NameDialog
+from stereotrack_core.interop.run_file import read_run
+from stereotrack_core.tracking.presets import preset, read_preset
+
+pytestmark = pytest.mark.window
+
+
+def typed(window, name, text):
+    """Give a parameter a value by real keys, as a person finds it by the search."""
+    window.parameters.search.setFocus()
+    window.parameters.search.selectAll()
+    QTest.keyClicks(window.parameters.search, name.replace("_", " "))
+    field = window.parameters.line(name).editor
+    assert field.isVisible()
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, text)
+    QTest.keyClick(field, Qt.Key.Key_Return)
+
+
+def trigger(window, name):
+    window.refresh()
+    action = window.actions_book.action(name)
+    assert action.isEnabled(), action.statusTip()
+    action.trigger()
+
+
+def tried(window, qtbot, name="sigma_joint", text="25"):
+    """An attempt with one other value."""
+    typed(window, name, text)
+    qtbot.waitUntil(window.settled, timeout=60_000)
+    return window.tuning.attempts.entries[-1]
+
+
+def names(window):
+    return [entry.name for entry in window.tuning.attempts.entries]
+
+
+def test_an_edit_by_keys_leads_to_an_attempt_beside_the_run(tuning, qtbot, quick_run_file):
+    run = tuning.runs.active
+    typed(tuning, "sigma_joint", "25")
+    assert tuning.tuning.attempts.waits, "a moment passes before the tracker starts"
+    assert "tracking" in tuning.attempts_panel.words.text()
+    qtbot.waitUntil(tuning.settled, timeout=60_000)
+    (attempt,) = tuning.tuning.attempts.entries
+    assert tuning.runs.active is run
+    assert (attempt.name, attempt.kind) == ("attempt 1", "attempt")
+    assert sorted(attempt.frames) == list(range(8)) == list(tuning.timeline.selection)
+    assert attempt.settings.tracking.sigma_joint == 25.0
+    assert attempt.origin.seed == read_run(quick_run_file).meta["seed"] == 2
+    styles = {curve.name: curve.style for curve in tuning.plot.shown_curves}
+    assert styles[run.name] == "solid" != styles["attempt 1"]
+    table = tuning.attempts_panel.table
+    assert [table.item(k, 0).text().splitlines()[0] for k in range(2)] == ["◆ quick", "attempt 1"]
+    assert "(" in table.item(1, 1).text(), "the difference from the run is stated"
+    assert tuning.attempts_panel.words.text() == "Attempt 1 has these settings."
+
+
+def test_the_same_settings_are_not_tried_twice_and_the_run_s_own_not_at_all(tuning, qtbot):
+    before = tuning.track.settings
+    tried(tuning, qtbot)
+    trigger(tuning, "attempt_now")
+    assert names(tuning) == ["attempt 1"]
+    typed(tuning, "sigma_joint", f"{before.tracking.sigma_joint:g}")
+    qtbot.waitUntil(tuning.settled, timeout=60_000)
+    assert names(tuning) == ["attempt 1"]
+    assert "the run's settings" in tuning.attempts_panel.words.text()
+
+
+def test_a_further_edit_ends_the_attempt_in_progress(tuning, qtbot):
+    typed(tuning, "sigma_joint", "25")
+    qtbot.waitUntil(lambda: tuning.tuning.attempts.running is not None, timeout=10_000)
+    typed(tuning, "sigma_joint", "30")
+    assert tuning.tuning.attempts.running is None
+    qtbot.waitUntil(tuning.settled, timeout=60_000)
+    assert names(tuning) == ["attempt 1"]
+    assert tuning.tuning.attempts.entries[0].settings.tracking.sigma_joint == 30.0
+
+
+def test_attempts_stay_until_dismissed_one_or_all(tuning, qtbot):
+    for text in ("20", "25", "30"):
+        tried(tuning, qtbot, text=text)
+    assert names(tuning) == ["attempt 1", "attempt 2", "attempt 3"]
+    tuning.attempts_panel.table.selectRow(2)
+    tuning.attempts_panel.table.setFocus()
+    trigger(tuning, "attempt_dismiss")
+    assert names(tuning) == ["attempt 1", "attempt 3"]
+    assert {c.name for c in tuning.plot.shown_curves} == {"quick", "attempt 1", "attempt 3"}
+    trigger(tuning, "attempt_dismiss_all")
+    assert names(tuning) == []
+    assert {c.name for c in tuning.plot.shown_curves} == {"quick"}
+
+
+def test_differences_are_from_the_run_or_from_any_attempt(tuning, qtbot):
+    for text in ("20", "30"):
+        tried(tuning, qtbot, text=text)
+    table = tuning.attempts_panel.table
+    from_run = [table.item(k, 1).text() for k in range(3)]
+    table.selectRow(1)
+    trigger(tuning, "attempt_compare")
+    from_first = [table.item(k, 1).text() for k in range(3)]
+    assert table.item(1, 0).text().startswith("◆ attempt 1")
+    assert "(" not in from_first[1]
+    value, change = from_first[0].split(" ")
+    assert float(from_run[1].split(" ")[0]) + float(change.strip("()")) == pytest.approx(
+        float(value), abs=0.11
+    )
+
+
+def test_an_attempt_becomes_the_run(tuning, qtbot):
+    attempt = tried(tuning, qtbot)
+    trigger(tuning, "attempt_run")
+    assert tuning.runs.active is attempt
+    assert names(tuning) == []
+    qtbot.waitUntil(tuning.settled, timeout=60_000)
+    np.testing.assert_array_equal(attempt.run().frame, np.arange(8))
+    assert attempt.run().meta["parameters"]["sigma_joint"] == 25.0
+
+
+def test_an_attempt_is_adopted_as_a_preset_of_the_project(tuning, qtbot, tmp_path):
+    attempt = tried(tuning, qtbot)
+    typed(tuning, "sigma_joint", "40")
+    tuning.tuning.attempts.cancel()
+    tuning.attempts_panel.table.selectRow(1)
+    trigger(tuning, "attempt_adopt")
+    dialog = tuning.findChild(NameDialog)
+    save = dialog.buttons.button(dialog.buttons.StandardButton.Save)
+    assert not save.isEnabled(), "a preset needs a name"
+    QTest.keyClicks(dialog.name, "fast")
+    assert "of the program" in dialog.remark.text()
+    dialog.name.selectAll()
+    QTest.keyClicks(dialog.name, "wide joints")
+    QTest.mouseClick(save, Qt.MouseButton.LeftButton)
+    shelf = tuning.tuning.presets.shelf
+    assert shelf.own == ("wide joints",)
+    assert shelf.settings("wide joints") == attempt.settings == tuning.track.settings
+    assert tuning.parameters.preset_box.currentText() == "wide joints"
+    assert not tuning.track.settings_changed
+    path = tmp_path / "wide.toml"
+    tuning.tuning.presets.write_file(path)
+    assert preset(str(path)) == attempt.settings
+    trigger(tuning, "preset_delete")
+    assert shelf.own == ()
+    tuning.tuning.presets.take_file(path)
+    assert shelf.own == ("wide joints",)
+    assert read_preset(path).settings == tuning.track.settings
+    trigger(tuning, "undo")
+    assert shelf.own == ()
+    qtbot.waitUntil(tuning.settled, timeout=60_000)
+
+
+def test_differences_of_settings_are_from_preset_run_or_thesis(tuning, qtbot):
+    tuning.tuning.toggle_live()
+    typed(tuning, "sigma_joint", "25")
+    box = tuning.parameters.against_box
+    counts = {}
+    for place in range(box.count()):
+        box.setCurrentIndex(place)
+        box.activated.emit(place)
+        tuning.parameters.search.clear()
+        counts[box.currentData()] = tuning.parameters.only_changed.text()
+    assert counts["run"] == "1 changed"
+    assert len(set(counts.values())) == 3
+    assert tuning.parameters.line("sigma_joint").is_changed
+    tuning.tuning.toggle_live()
+
+
+def test_values_of_one_parameter_beside_each_other(tuning, qtbot):
+    panel, series = tuning.series_panel, tuning.tuning.series
+    tuning.docks["series"].raise_()
+    panel.choose("sigma_joint")
+    panel.low.setText("5")
+    panel.high.setText("45")
+    panel.count.setValue(3)
+    panel.by_factors.setChecked(True)
+    QTest.mouseClick(panel.begin, Qt.MouseButton.LeftButton)
+    assert series.running
+    qtbot.waitUntil(tuning.settled, timeout=90_000)
+    assert [one.value for one in series.tried] == [5.0, 15.0, 45.0]
+    assert all(one.complete for one in series.tried)
+    best = series.best()
+    means = [one.summary.arms for one in series.tried]
+    assert best == int(np.argmin(means))
+    assert [m.best for m in series.multiples()].count(True) == 1
+    run = tuning.runs.active
+    panel.slider.setFocus()
+    QTest.keyClick(panel.slider, Qt.Key.Key_Right)
+    assert series.shown == 1
+    assert tuning.runs.active is run
+    assert series.tried[1].entry in tuning.runs.entries
+    area = panel.multiples.area(2).center().toPoint()
+    QTest.mouseClick(panel.multiples, Qt.MouseButton.LeftButton, pos=area)
+    assert series.shown == 2
+    assert series.tried[1].entry not in tuning.runs.entries
+    tuning.tuning.attempts.live = False
+    QTest.mouseDClick(panel.multiples, Qt.MouseButton.LeftButton, pos=area)
+    assert tuning.track.settings.tracking.sigma_joint == 45.0
+    assert series.tried[2].entry not in tuning.runs.entries
+    qtbot.waitUntil(tuning.settled, timeout=60_000)
+
+
+def test_a_range_that_is_not_accepted_is_refused_in_words(tuning):
+    panel = tuning.series_panel
+    panel.choose("sigma_joint")
+    panel.low.setText("5")
+    panel.high.setText("500")
+    QTest.mouseClick(panel.begin, Qt.MouseButton.LeftButton)
+    assert not tuning.tuning.series.running
+    assert "from 0.1 to 180 deg" in panel.words.text()
+
+
+def test_closing_while_trying_ends_the_threads(tuning, qtbot):
+    typed(tuning, "sigma_joint", "25")
+    qtbot.waitUntil(lambda: tuning.tuning.attempts.running is not None, timeout=10_000)
+    tuning.close()
+    assert tuning.tuning.settled()
