@@ -48,7 +48,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     """Make the recordings, track them, and write the page."""
     from stereotrack_core.cli.reproduction.places import default_folder, made_folder
-    from stereotrack_core.cli.reproduction.work import make_recordings, track_all
+    from stereotrack_core.cli.reproduction.recordings import make_recordings
+    from stereotrack_core.cli.reproduction.work import track_all
     from stereotrack_core.cli.reproduction.writing import print_results, write_results
     from stereotrack_core.evaluation.reproduction.plan import groups
 

@@ -1,4 +1,4 @@
-"""Rendering the recordings and tracking all runs, in this process or in several."""
+"""Tracking all runs, in this process or in several."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ import signal
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from functools import partial
 from multiprocessing.managers import SyncManager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stereotrack_core.cli.output import say
-from stereotrack_core.cli.progress import progress, stoppable
+from stereotrack_core.cli.progress import stoppable
+from stereotrack_core.cli.reproduction.pace import pace
 from stereotrack_core.cli.reproduction.places import Places, kept_run
-from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.errors import Cancelled
 
 if TYPE_CHECKING:
     from threading import Event
@@ -25,56 +25,6 @@ if TYPE_CHECKING:
     from stereotrack_core.recording.description import Recording, Subject
 
 _POLL = 0.5
-_SEED = 0
-
-
-def make_recordings(places: Places, *, short: bool) -> tuple[Recording, ...]:
-    """Render what is missing of the four recordings, and open them.
-
-    Raises
-    ------
-    Cancelled
-        When stopped; recordings that are finished stay.
-    InputError
-        Where a recording is there that is another one.
-    """
-    from stereotrack_core.recording.folder import open_recording
-    from stereotrack_core.simulation.make import simulate
-    from stereotrack_core.simulation.thesis_recordings import thesis_recordings
-
-    wanted = thesis_recordings(short=short)
-    missing = [r for r in wanted if not (places.recording(r.name) / "recording.toml").is_file()]
-    before = 0
-    with (
-        progress("Rendering", sum(r.frames for r in missing) or None) as show,
-        stoppable() as stopped,
-    ):
-        for one in missing:
-            say(f"Rendering {one.name}, {one.frames} frames.")
-            places.recordings.mkdir(parents=True, exist_ok=True)
-            simulate(
-                places.recording(one.name),
-                person=one.name,
-                frames=one.frames,
-                seed=_SEED,
-                options=one.options,
-                parts=one.parts,
-                on_progress=partial(_show_more, show, before),
-                cancelled=stopped,
-            )
-            before += one.frames
-    opened = []
-    for one in wanted:
-        recording = open_recording(places.recording(one.name))
-        frames = 0 if recording.reference is None else len(recording.reference.frame)
-        if frames != one.frames:
-            raise InputError(
-                f"the recording has {frames} frames where {one.frames} are wanted",
-                where=str(recording.folder),
-                remedy="Name another folder, or delete this one.",
-            )
-        opened.append(recording)
-    return tuple(opened)
 
 
 def track_all(
@@ -98,31 +48,21 @@ def track_all(
     if not left:
         return
     say(f"Tracking {sum(len(g.entries) for g in left)} runs, {total} frames in all.")
-    begun, finished = time.monotonic(), 0
     folders = [recording.folder for recording in recordings]
+    with pace("Tracking", total) as going, stoppable() as stopped:
 
-    def note(group: Group) -> None:
-        nonlocal finished
-        finished += cost[group]
-        elapsed = time.monotonic() - begun
-        rest = elapsed * (total - finished) / finished
-        say(
-            f"{group.recording}: {len(group.entries)} runs like {group.entries[0].name} done; "
-            f"{_time(elapsed)} so far, about {_time(rest)} left."
-        )
-        on_group()
+        def note(group: Group) -> None:
+            going.next(cost[group])
+            runs = f"{len(group.entries)} runs like {group.entries[0].name}"
+            say(f"{group.recording}: {runs} done; {going.words()}.")
+            on_group()
 
-    with progress("Tracking", total) as show, stoppable() as stopped:
         if workers == 1:
             for group in left:
-                _track_group(places, folders, group, partial(_show_more, show, finished), stopped)
+                _track_group(places, folders, group, going.advance, stopped)
                 note(group)
         else:
-            _in_processes(places, folders, left, workers, note, lambda: show(finished), stopped)
-
-
-def _show_more(show: Callable[[int], None], before: int, done: int, *_: int) -> None:
-    show(before + done)
+            _in_processes(places, folders, left, workers, note, stopped)
 
 
 def missing_runs(
@@ -197,7 +137,6 @@ def _in_processes(
     groups: Sequence[Group],
     workers: int,
     note: Callable[[Group], None],
-    show: Callable[[], None],
     stopped: Callable[[], bool],
 ) -> None:
     context = multiprocessing.get_context("spawn")
@@ -214,7 +153,6 @@ def _in_processes(
                         group = waiting.pop(future)
                         future.result()
                         note(group)
-                        show()
                     if stopped():
                         raise Cancelled
                     if not done:
@@ -236,8 +174,3 @@ def _work(places: Places, folders: Sequence[Path], group: Group, stop: Event) ->
 
 def _frames(recording: Recording) -> int:
     return 0 if recording.reference is None else len(recording.reference.frame)
-
-
-def _time(seconds: float) -> str:
-    minutes = round(seconds / 60)
-    return f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{max(1, minutes)} min"

@@ -17,6 +17,7 @@ from stereotrack_core.evaluation.report.html import (
 )
 from stereotrack_core.evaluation.report.reported import Reported
 from stereotrack_core.evaluation.report.tables import Row, number, table
+from stereotrack_core.recording.consistency import FILES
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.finding import Finding
 from stereotrack_core.tracking.repeating import changed_parameters
@@ -52,6 +53,7 @@ def calibration(reported: Reported) -> list[Html]:
         heading(2, "Calibration", "calibration"),
         paragraph(_verdict(own, findings)),
     ]
+    parts.append(paragraph(_compared(own)))
     if findings:
         parts.append(bullets(_finding(one) for one in findings))
     rows = [_camera_row(own, view) for view in own.views]
@@ -157,6 +159,17 @@ def _verdict(recording: Recording, findings: Sequence[Finding]) -> str:
     errors = sum(finding.severity == "error" for finding in grave)
     word = "Wrong" if errors else "Doubtful"
     return f"{word}: {len(grave)} of the checks of its {cameras} cameras complain."
+
+
+def _compared(recording: Recording) -> str:
+    """Whether pixels that several views have seen were there to compare the cameras by."""
+    found = [name for name, _ in FILES if (recording.folder / name).is_file()]
+    if found:
+        return f"The views were compared with each other by {' and '.join(found)}."
+    return (
+        "No clicks or board corners lie beside the recording, so how well the views agree to a "
+        "pixel is not known."
+    )
 
 
 def _camera_row(recording: Recording, view: View) -> tuple[str, ...]:
