@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Qt, QTimer, Slot
-from PySide6.QtWidgets import QFileDialog
+from PySide6.QtWidgets import QDockWidget, QFileDialog
 
 from app.actions import ActionBook
 from app.presenters.inside import InsidePresenter
@@ -34,6 +34,7 @@ class InsideWork(QObject):
         self._panel = window.inside_panel
         self._inside: InsidePresenter = window.inside
         self._heights: list[int] = []
+        self._column: list[QDockWidget] = []
         self._corner: Qt.DockWidgetArea | None = None
         self._inside.changed.connect(self.show)
         self._inside.message.connect(window.messages.show_message)
@@ -126,33 +127,44 @@ class InsideWork(QObject):
     @Slot()
     def _make_room(self) -> None:
         """Let the panel's column go down to the lower end, and give the panel most of it."""
-        w, docks = self._w, self._w.docks
-        dock, scene = docks["inside"], docks["scene"]
+        w, dock = self._w, self._w.docks["inside"]
         if not self._inside.looking or self._corner is not None or dock.isHidden():
             return
         self._corner = w.corner(_CORNER)
-        above = dock.geometry().left() == scene.geometry().left() and scene.isVisible()
-        self._heights = [scene.height(), dock.height()] if above and not dock.isFloating() else []
+        self._column = self._panels_of_the_column(dock)
+        self._heights = [each.height() for each in self._column]
         w.setCorner(_CORNER, Qt.DockWidgetArea.RightDockWidgetArea)
         QTimer.singleShot(0, self._share_column)
 
     @Slot()
     def _share_column(self) -> None:
-        if self._heights:
-            whole = self._w.docks["scene"].height() + self._w.docks["inside"].height()
+        if len(self._column) == 2:
+            whole = sum(each.height() for each in self._column)
             self._resize([round((1.0 - _SHARE) * whole), round(_SHARE * whole)])
 
     @Slot()
     def _give_room_back(self) -> None:
         if self._corner is not None:
             self._w.setCorner(_CORNER, self._corner)
-            if self._heights:
-                self._resize(self._heights)
-        self._heights, self._corner = [], None
+            self._resize(self._heights)
+        self._heights, self._column, self._corner = [], [], None
 
     def _resize(self, heights: list[int]) -> None:
-        docks = [self._w.docks["scene"], self._w.docks["inside"]]
-        self._w.resizeDocks(docks, heights, Qt.Orientation.Vertical)
+        self._w.resizeDocks(self._column, heights, Qt.Orientation.Vertical)
+
+    def _panels_of_the_column(self, dock: QDockWidget) -> list[QDockWidget]:
+        """The panel above, and that of the frame's inside; none where it floats."""
+        behind = self._w.tabifiedDockWidgets(dock)
+        above = [
+            each
+            for each in self._w.docks.values()
+            if each is not dock
+            and each not in behind
+            and each.isVisible()
+            and not each.isFloating()
+            and each.geometry().left() == dock.geometry().left()
+        ]
+        return [*above, dock] if not dock.isFloating() else []
 
     @Slot()
     def _on_workspace(self) -> None:

@@ -99,9 +99,9 @@ class CloudPresenter(QObject):
         while len(self._clouds) > _KEPT:
             self._clouds.popitem(last=False)
 
-    def given_up(self, frame: int) -> bool:
+    def given_up(self, frame: int, parameters: DepthParameters | None = None) -> bool:
         """Whether there is none to wait for."""
-        return self._worker is None or (self._parameters, frame) in self._failed
+        return self._worker is None or (parameters or self._parameters, frame) in self._failed
 
     def settled(self) -> bool:
         """Whether nothing is being made."""

@@ -112,8 +112,7 @@ class InsidePresenter(QObject):
             return True
         if self._soon.isActive() or (self._worker is not None and not self._worker.idle()):
             return False
-        there = self.known is not None and self.known.question.frame == self._document.frame
-        return there or self._clouds.given_up(self._document.frame)
+        return self.known is not None and self.known.question.frame == self._document.frame
 
     # ---- what a person does
 
@@ -189,6 +188,8 @@ class InsidePresenter(QObject):
         elif entry is not None:
             settings = settings_of(entry)
         cloud = self._clouds.cloud(frame, settings.depth)
+        if cloud is None and self._clouds.given_up(frame, settings.depth):
+            raise InputError("the points of this frame cannot be measured", where=f"frame {frame}")
         if cloud is None:
             self._clouds.ask(frame, settings.depth)
             return None

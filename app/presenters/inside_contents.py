@@ -41,6 +41,7 @@ _NEGATIVE = (
     "The prediction is the mean over the sigma points (2.16), which lies off the model where a "
     "joint is uncertain; so a residual may be negative though a distance is not."
 )
+_REASONS = ("Hidden", "Inside", "Surplus", "Too far", "On it")
 _UNITS = {"m": ("mm", 1e3), "rad": ("°", float(np.degrees(1.0))), "px": ("px", 1.0)}
 
 
@@ -116,10 +117,12 @@ def _points_table(correction: Correction) -> Table:
         rows.append(_counted("no part", 0, nobody))
     every = [_count(unused.why == why) for why in reasons]
     rows.append(_counted("all", len(used.part), every))
-    said = tuple(_capital(REASONS[why].partition(",")[0]) for why in reasons)
+    said = tuple(_REASONS[why] for why in reasons)
+    tips = ("", "Points that are used", *(_capital(REASONS[why]) for why in reasons))
     limbs = [LIMBS[part] if part < len(LIMBS) else "" for part in parts]
     limbs += [""] * (len(rows) - len(parts))
-    return Table("Points", ("Part", "Used", *said), tuple(rows), tuple(limbs), (len(rows) - 1,))
+    strong = (len(rows) - 1,)
+    return Table("Points", ("Part", "Used", *said), tuple(rows), tuple(limbs), strong, tips)
 
 
 def _counted(name: str, used: int, unused: list[int]) -> tuple[str, ...]:
@@ -273,7 +276,7 @@ def _collisions(trace: FrameTrace, step: Step) -> StepContent:
     for arm in jump.arms:
         side = "left" if arm.side == 0 else "right"
         why = [
-            f"the {name} was {1e3 * missing:.0f} mm nearer to the torso than {least:.0f} mm"
+            f"the {name} was {1e3 * missing:.0f} mm too near to the torso ({least:.0f} mm wanted)"
             for name, missing in (("elbow", arm.elbow_missing), ("hand", arm.hand_missing))
             if missing > 0.0
         ]
