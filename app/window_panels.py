@@ -48,9 +48,9 @@ TITLES = {
     "parameters": "Parameters",
     "runs": "Runs",
     "comparison": "Comparison",
-    "episodes": "Episodes",
     "attempts": "Attempts",
     "series": "One parameter",
+    "episodes": "Episodes",
     **REVIEW_TITLES,
     "numbers": "Numbers of the frame",
     "inside": "Inside the frame",
@@ -82,9 +82,9 @@ class PanelWindow(QMainWindow):
         self.runs_panel = RunsPanel()
         self.numbers = NumbersPanel()
         self.comparison = ComparisonPanel()
-        self.episodes_panel = EpisodesPanel()
         self.attempts_panel = AttemptsPanel()
         self.series_panel = SeriesPanel()
+        self.episodes_panel = EpisodesPanel()
         self.review_panels = ReviewPanels()
         self.inside_panel = InsidePanel()
         self.findings = FindingsPanel()
@@ -101,7 +101,18 @@ class PanelWindow(QMainWindow):
         self.no_curves.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.no_curves.setProperty("role", "muted")
         self.plot_stack.addWidget(self.no_curves)
-        widgets = {
+        self.docks: dict[str, QDockWidget] = {}
+        for name, widget in self._panels().items():
+            dock = QDockWidget(TITLES[name], self)
+            dock.setObjectName(name)
+            dock.setWidget(widget)
+            self.docks[name] = dock
+        self._hide_titles()
+        self._make_status_line()
+
+    def _panels(self) -> dict[str, QWidget]:
+        """What the docks hold, by name."""
+        return {
             "scene": self.scene, "plot": self.plot_stack, "timeline": self._timeline_with_bar(),
             "parameters": self.parameters, "runs": self.runs_panel, "numbers": self.numbers,
             "comparison": self.comparison, "episodes": self.episodes_panel,
@@ -112,14 +123,6 @@ class PanelWindow(QMainWindow):
             "landmarks": self.landmarks_panel, "body": self.body_panel,
             "next": self.annotation.next_panel, "history": self.annotation.history_panel,
         }  # fmt: skip
-        self.docks: dict[str, QDockWidget] = {}
-        for name, widget in widgets.items():
-            dock = QDockWidget(TITLES[name], self)
-            dock.setObjectName(name)
-            dock.setWidget(widget)
-            self.docks[name] = dock
-        self._hide_titles()
-        self._make_status_line()
 
     def _hide_titles(self) -> None:
         # the plot says by itself what it shows, and its height is wanted for curves
