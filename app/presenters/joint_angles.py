@@ -38,7 +38,7 @@ class AnglePresenter(QObject):
     def __init__(self, runs: RunList, tasks: TaskList, growing: Callable[[], object]) -> None:
         super().__init__()
         self._runs, self._tasks, self._growing = runs, tasks, growing
-        self._known: dict[int, tuple[int, JointAngles | None]] = {}
+        self._known: dict[int, tuple[RunEntry, int, JointAngles | None]] = {}
         self._truth: tuple[Truth, JointAngles] | None = None
         self._motions: dict[int, tuple[JointAngles, float, Motion]] = {}
         self._task: Task | None = None
@@ -46,8 +46,8 @@ class AnglePresenter(QObject):
 
     def ask(self, truth: Truth | None) -> None:
         """Work out what is not known yet: one thing at a time, in the background."""
-        alive = {id(entry) for entry in self._runs.entries}
-        self._known = {key: value for key, value in self._known.items() if key in alive}
+        alive = self._runs.entries
+        self._known = {k: known for k, known in self._known.items() if known[0] in alive}
         if self._task is not None:
             return
         if truth is not None and (self._truth is None or self._truth[0] is not truth):
@@ -56,14 +56,15 @@ class AnglePresenter(QObject):
         for entry in self._runs.entries:
             if self._wants(entry):
                 run, count = entry.run(), len(entry.frames)
-                self._known[id(entry)] = (count, self.of(entry))
+                self._known[id(entry)] = (entry, count, self.of(entry))
                 if run is not None:
                     self._begin(partial(angles_of_run, run), partial(self._on_run, entry, count))
                     return
 
     def of(self, entry: RunEntry) -> JointAngles | None:
         """Angles of a run; None while they are not known."""
-        return self._known.get(id(entry), (0, None))[1]
+        known = self._known.get(id(entry))
+        return known[-1] if known is not None and known[0] is entry else None
 
     def shown(self, truth: Truth | None, fps: float, cut_off: float = CUT_OFF_HZ) -> list[Moved]:
         """Angles of all runs that are shown, the active one first, then of the reference."""
@@ -86,14 +87,15 @@ class AnglePresenter(QObject):
     def _motion(self, angles: JointAngles, fps: float, cut_off: float) -> Motion:
         known = self._motions.get(id(angles))
         if known is None or known[0] is not angles or known[1] != cut_off:
-            kept = {id(a) for _, a in self._known.values()}
+            kept = {id(one[-1]) for one in self._known.values()}
             self._motions = {k: v for k, v in self._motions.items() if k in kept}
             known = (angles, cut_off, motion_of(angles, fps, cut_off))
             self._motions[id(angles)] = known
         return known[2]
 
     def _wants(self, entry: RunEntry) -> bool:
-        count, known = len(entry.frames), self._known.get(id(entry), (0, None))[0]
+        before = self._known.get(id(entry))
+        count, known = len(entry.frames), before[1] if before is not None else 0
         if entry is self._growing():
             return count >= _MORE * known + 8
         return count != known
@@ -102,7 +104,7 @@ class AnglePresenter(QObject):
         self._task = self._tasks.begin("working out joint angles", lambda _task: work(), done)
 
     def _on_run(self, entry: RunEntry, count: int, found: JointAngles) -> None:
-        self._known[id(entry)] = (count, found)
+        self._known[id(entry)] = (entry, count, found)
 
     def _on_truth(self, truth: Truth, found: JointAngles) -> None:
         self._truth = (truth, found)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 from PySide6.QtCore import QObject, Signal, Slot
 
@@ -13,6 +14,21 @@ from app.tasks.task import Task, TaskList
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.evaluation.circumstances import Circumstances, views_that_see
 from stereotrack_core.recording.description import Recording
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """What was worked out, or asked for, about a run as it was judged."""
+
+    entry: RunEntry
+    judgement: Judgement
+    views: FloatArray | None
+
+    def fits(self, entry: RunEntry, judgement: Judgement) -> bool:
+        """Whether it is about this run with so many frames and against the same truth."""
+        before = self.judgement
+        same_truth = before.truth is judgement.truth
+        return self.entry is entry and same_truth and len(before.frame) == len(judgement.frame)
 
 
 class SightPresenter(QObject):
@@ -30,7 +46,7 @@ class SightPresenter(QObject):
         super().__init__()
         self._tasks, self._growing = tasks, growing
         self._circumstances: dict[int, tuple[Judgement, Circumstances]] = {}
-        self._views: dict[int, tuple[Judgement, FloatArray | None]] = {}
+        self._views: dict[int, _Seen] = {}
         self._task: Task | None = None
         tasks.changed.connect(self._on_tasks)
 
@@ -53,10 +69,10 @@ class SightPresenter(QObject):
                 known = (judgement, circumstances(entry, judgement, recording))
                 self._circumstances[id(entry)] = known
             views = self._views.get(id(entry))
-            fits = views is not None and len(views[0].frame) == len(judgement.frame)
+            fits = views is not None and views.fits(entry, judgement)
             if with_views and not fits and entry is not self._growing():
                 self._ask(entry, judgement, recording)
-            seen = views[1] if views is not None and fits else None
+            seen = views.views if views is not None and fits else None
             result.append(Explained(entry.name, judgement, known[1], seen))
         return result
 
@@ -71,7 +87,8 @@ class SightPresenter(QObject):
             return
         cameras = [recording.reference_camera(view) for view in recording.views]
         body, frames = entry.body, poses(entry, judgement)
-        self._views[id(entry)] = (judgement, None)  # a stop is not asked again by itself
+        # a stop is not asked again by itself
+        self._views[id(entry)] = _Seen(entry, judgement, None)
 
         def work(task: Task) -> FloatArray:
             return views_that_see(
@@ -81,7 +98,7 @@ class SightPresenter(QObject):
             )  # fmt: skip
 
         def done(views: FloatArray) -> None:
-            self._views[id(entry)] = (judgement, views)
+            self._views[id(entry)] = _Seen(entry, judgement, views)
 
         self._task = self._tasks.begin("working out what each view sees", work, done)
 
