@@ -8,8 +8,15 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from app.presenters import sweeps as sweeps_module
-from app.presenters.sweep_plan import SweepWish, count_of_wish, count_words, hint_for
+from app.presenters.sweep_plan import (
+    SweepWish,
+    count_of_wish,
+    count_words,
+    hint_for,
+    measured_seconds,
+)
 from app.presenters.sweeps import SweepPresenter
+from app.sweeping import dialog as dialog_module
 from app.sweeping.dialog import SweepDialog
 from app.sweeping.results import SweepResults
 from app.tasks.task import TaskList
@@ -61,12 +68,16 @@ def test_values_are_added_by_keys_and_taken_away(shown, qtbot):
     assert values.varied() == (("views", "N"),)
 
 
-def test_a_wish_is_a_command(tmp_path, small_recording):
-    wish = SweepWish(
-        recordings=(str(small_recording),), varied=(("iterations", "2,3"),), seeds="0,1",
+def wish_for(recording, tmp_path):
+    return SweepWish(
+        recordings=(str(recording),), varied=(("iterations", "2,3"),), seeds="0,1",
         frames="0:3", table=str(tmp_path / "a.csv"), scheduler="", preset="fast",
         changes=("reach=0.2",), workers=2,
     )  # fmt: skip
+
+
+def test_a_wish_is_a_command(tmp_path, small_recording):
+    wish = wish_for(small_recording, tmp_path)
     count = count_of_wish(wish)
     assert (count.jobs, count.points, count.there, count.frames) == (4, 2, 0, 12)
     words = count_words(count, cluster=False)
@@ -118,8 +129,11 @@ def test_a_table_that_grows_is_read_again(shown, qtbot, table):
         results.open_table(table)
 
 
-def test_a_sweep_is_asked_for_and_computed_and_its_values_taken_over(opened, qtbot, tmp_path):
+def test_a_sweep_is_asked_for_and_computed_and_its_values_taken_over(
+    opened, qtbot, tmp_path, monkeypatch
+):
     w = opened
+    monkeypatch.setattr(dialog_module, "measured_seconds", lambda wish, cancelled: 700.0)
     w.actions_book.action("sweep").trigger()
     dialog = w.sweeps.dialog
     qtbot.waitUntil(lambda: dialog.settled, timeout=20_000)
@@ -142,7 +156,7 @@ def test_a_sweep_is_asked_for_and_computed_and_its_values_taken_over(opened, qtb
     qtbot.waitUntil(lambda: dialog.settled and dialog.begin_button.isEnabled(), timeout=20_000)
     assert dialog.measure_button.isVisible()
     qtbot.mouseClick(dialog.measure_button, Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(lambda: "That takes about" in dialog.count_label.text(), timeout=120_000)
+    qtbot.waitUntil(lambda: "That takes about 12 min" in dialog.count_label.text(), timeout=120_000)
     qtbot.mouseClick(dialog.begin_button, Qt.MouseButton.LeftButton)
     assert w.sweeps.presenter.now.going
     assert not dialog.begin_button.isEnabled()
@@ -235,3 +249,13 @@ def test_a_sweep_can_be_stopped_at_once(qtbot, tmp_path, small_recording):
     qtbot.waitUntil(lambda: not presenter.now.going, timeout=60_000)
     assert presenter.now.phase == "stopped"
     assert not SweepPlaces(table).journal.exists() or not table.exists()
+
+
+@pytest.mark.slow
+def test_the_time_of_a_sweep_is_measured_in_another_process(tmp_path, small_recording):
+    wish = wish_for(small_recording, tmp_path)
+    assert measured_seconds(wish, lambda: False) > 0
+    assert measured_seconds(wish, lambda: True) is None
+    assert list(tmp_path.iterdir()) == []
+    with pytest.raises(InputError, match="could not be measured"):
+        measured_seconds(wish_for(tmp_path / "none", tmp_path), lambda: False)
