@@ -41,7 +41,9 @@ class EpisodeWork(QObject):
             wants_pictures=self._seen, threshold=self._threshold,
         )  # fmt: skip
         self.pictures = EpisodePictures(lambda: window.document.reader)
-        self._panel.set_choices(MEASURED_LIMBS, dict(CAUSE_WORDS), dict(FOUND_WORDS))
+        causes = {str(cause): words for cause, words in CAUSE_WORDS.items()}
+        found = {str(how): words for how, words in FOUND_WORDS.items()}
+        self._panel.set_choices(MEASURED_LIMBS, causes, found)
         self._panel.chosen.connect(self._on_chosen)
         self._panel.activated.connect(self._on_activated)
         self._panel.filtered.connect(self._on_filtered)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from PySide6.QtCore import QSignalBlocker, Qt, Signal, Slot
+from PySide6.QtCore import QModelIndex, QSignalBlocker, Qt, Signal, Slot
 from PySide6.QtGui import QColor, QPixmap
 from PySide6.QtWidgets import (
     QComboBox,
@@ -144,7 +144,7 @@ class EpisodesPanel(QWidget):
     # ---- what is shown
 
     def set_choices(
-        self, limbs: Sequence[str], causes: dict[str, str], found: dict[str, str]
+        self, limbs: Sequence[str], causes: Mapping[str, str], found: Mapping[str, str]
     ) -> None:
         """What can be filtered by: limbs, and causes and ways with their words."""
         named = {limb: limb_words(limb) for limb in limbs}
@@ -183,18 +183,16 @@ class EpisodesPanel(QWidget):
         """Choose a row without a signal."""
         with QSignalBlocker(self.tree):
             item = self._item_at(place)
-            self.tree.setCurrentItem(item)
-            if item is not None:
+            if item is None:
+                self.tree.clearSelection()
+                self.tree.setCurrentIndex(QModelIndex())
+            else:
+                self.tree.setCurrentItem(item)
                 self.tree.scrollToItem(item)
         row = self._rows[place] if 0 <= place < len(self._rows) else None
         self.evidence.show_words(
             row.heading if row is not None else "", row.evidence if row is not None else ()
         )
-
-    def order(self) -> list[int]:
-        """Places of the rows as they are sorted now."""
-        count = self.tree.topLevelItemCount()
-        return [int(self.tree.topLevelItem(i).data(0, _PLACE)) for i in range(count)]
 
     def _item_at(self, place: int) -> QTreeWidgetItem | None:
         for i in range(self.tree.topLevelItemCount()):
