@@ -110,10 +110,10 @@ def _add_workers(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--together",
         type=int,
-        default=8,
         metavar="N",
         help="jobs that one process does together at most, so that clouds are made once for all "
-        "(default: 8); what is in work is lost when the program is killed",
+        "(default: 8, fewer of long recordings); what is in work is lost when the program is "
+        "killed",
     )
     parser.add_argument(
         "--scheduler",

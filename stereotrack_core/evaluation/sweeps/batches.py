@@ -8,6 +8,12 @@ from dataclasses import dataclass
 
 from stereotrack_core.evaluation.sweeps.jobs import Job
 
+_TOGETHER = 8
+"""Jobs beyond which sharing their clouds saves little more."""
+
+_MOST_FRAMES = 4000
+"""Frames of all jobs of a batch: some ten minutes of work."""
+
 _FEW = 4
 """Batches per process from which it no longer matters whether they come out even."""
 
@@ -34,11 +40,11 @@ class Batches:
     ----------
     jobs : sequence of Job
     workers : int
-    together : int
-        Largest batch.
+    together : int, optional
+        Largest batch; where not given, as large as is worth losing when the program is killed.
     """
 
-    def __init__(self, jobs: Sequence[Job], workers: int, together: int) -> None:
+    def __init__(self, jobs: Sequence[Job], workers: int, together: int | None = None) -> None:
         groups: dict[str, list[Job]] = {}
         for job in jobs:
             groups.setdefault(job.clouds, []).append(job)
@@ -67,12 +73,13 @@ class Batches:
         return None
 
 
-def _cut(groups: Sequence[Sequence[Job]], workers: int, together: int) -> list[int]:
+def _cut(groups: Sequence[Sequence[Job]], workers: int, together: int | None) -> list[int]:
     """Into how many batches each group is cut."""
     fair = sum(_work(group) for group in groups) / workers
-    counts = [
-        max(math.ceil(len(group) / together), math.ceil(_work(group) / fair)) for group in groups
-    ]
+    counts = []
+    for group in groups:
+        largest = together or max(1, min(_TOGETHER, _MOST_FRAMES // len(group[0].frames)))
+        counts.append(max(math.ceil(len(group) / largest), math.ceil(_work(group) / fair)))
     counts = [min(count, len(group)) for count, group in zip(counts, groups, strict=True)]
     while sum(counts) % workers and sum(counts) < _FEW * workers:
         can = [i for i, group in enumerate(groups) if counts[i] < len(group)]

@@ -24,9 +24,6 @@ from stereotrack_core.evaluation.sweeps.results import JobResult
 from stereotrack_core.evaluation.sweeps.watching import Watcher
 from stereotrack_core.evaluation.sweeps.work import do_batch
 
-TOGETHER = 8
-"""Jobs that one process does together on the same clouds, at most."""
-
 RETRIES = 1
 """How often a job is tried again whose failure may have been chance."""
 
@@ -60,12 +57,12 @@ class LocalWorkers:
     ----------
     count : int
         Processes.
-    together : int
-        Jobs that one process does together, at most.
+    together : int, optional
+        Jobs that one process does together, at most; see :class:`Batches`.
     retries : int
     """
 
-    def __init__(self, count: int, *, together: int = TOGETHER, retries: int = RETRIES) -> None:
+    def __init__(self, count: int, *, together: int | None = None, retries: int = RETRIES) -> None:
         self._count = count
         self._together = together
         self._retries = retries

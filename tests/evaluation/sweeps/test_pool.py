@@ -46,6 +46,15 @@ def test_batches_share_clouds_and_come_out_even(plan, views, seeds, workers, tog
     assert work == sorted(work, reverse=True)
 
 
+def test_long_runs_go_together_in_smaller_batches(plan):
+    jobs = plan(Point(), seeds=tuple(range(12)))
+    long = [dataclasses.replace(job, end=1200) for job in jobs]
+    endless = [dataclasses.replace(job, end=9000) for job in jobs]
+    assert [len(one.jobs) for one in handed_out(Batches(jobs, 1))] == [6, 6]
+    assert [len(one.jobs) for one in handed_out(Batches(long, 1))] == [3] * 4
+    assert [len(one.jobs) for one in handed_out(Batches(endless, 1))] == [1] * 12
+
+
 def test_what_costs_the_same_goes_to_different_batches(plan):
     points = grid_points([parsed_axis("data_points=100,900")])
     found = handed_out(Batches(plan(*points, seeds=(0, 1)), 2, 8))
