@@ -80,7 +80,7 @@ class RunKeeper(QObject):
         self._runs, self._track, self._tasks = runs, track, tasks
         self._content: WeakKeyDictionary[RunEntry, str] = WeakKeyDictionary()
         self._busy: dict[RunEntry, Task] = {}
-        self._given_up: WeakSet[RunEntry] = WeakSet()
+        self._tried: WeakSet[RunEntry] = WeakSet()
         self._wanted: WeakSet[RunEntry] = WeakSet()
         self._listed: Project | None = None
         self._facts: WeakKeyDictionary[RunEntry, tuple[int, RunFacts]] = WeakKeyDictionary()
@@ -131,7 +131,7 @@ class RunKeeper(QObject):
 
     def keep(self, entry: RunEntry) -> None:
         """Put a run into the project, wherever it comes from."""
-        self._given_up.discard(entry)
+        self._tried.discard(entry)
         self._wanted.add(entry)
         self._look_soon()
 
@@ -177,7 +177,7 @@ class RunKeeper(QObject):
                 self._begin_keeping(entry)
         shown = (one for one in self._runs.entries if one.visible or one is self._runs.active)
         for entry in shown:
-            if entry.waiting and entry not in self._given_up:
+            if entry.waiting and entry not in self._tried:
                 self._begin_reading(project, entry)
         self._remember_shown(project)
 
@@ -190,7 +190,7 @@ class RunKeeper(QObject):
             and (entry.kind == "run" or entry in self._wanted)
             and (entry.path is None or entry in self._wanted)
             and entry is not self._track.entry
-            and entry not in self._given_up
+            and entry not in self._tried
             and entry not in self._busy
             and (entry.origin is not None or entry.stored is not None)
         ]
@@ -214,8 +214,8 @@ class RunKeeper(QObject):
     ) -> None:
         if entry in self._busy:
             return
+        self._tried.add(entry)  # what fails is told by the window, and not tried for ever
         task = self._tasks.begin(title, lambda _task: work(), done)
-        task.failed.connect(self._on_failed)
         task.ended.connect(self._on_ended)
         self._busy[entry] = task
 
@@ -224,11 +224,13 @@ class RunKeeper(QObject):
         entry, row = kept
         self._content[entry] = row.content
         entry.facts, entry.name = row.facts, row.name
+        self._tried.discard(entry)
         self._runs.tell()
 
     @Slot(object)
     def _on_read(self, read: ReadRun) -> None:
         entry = read.entry
+        self._tried.discard(entry)
         if entry not in self._runs.entries:
             return
         entry.stored, entry.body = read.run, read.body
@@ -238,16 +240,10 @@ class RunKeeper(QObject):
         if entry is self._runs.active:
             self._runs.active_changed.emit()
 
-    @Slot(object)
-    def _on_failed(self, _error: Exception) -> None:
-        """The window has said why already; it is not tried for ever."""
-        sender = self.sender()
-        self._given_up.update(key for key, task in self._busy.items() if task is sender)
-
     @Slot()
     def _on_ended(self) -> None:
-        sender = self.sender()
-        self._busy = {key: task for key, task in self._busy.items() if task is not sender}
+        under_way = self._tasks.tasks
+        self._busy = {key: task for key, task in self._busy.items() if task in under_way}
         self._look_soon()
 
     def _list(self, project: Project) -> None:
@@ -339,7 +335,7 @@ class RunKeeper(QObject):
     @Slot()
     def _forget(self) -> None:
         self._listed = None
-        self._given_up.clear()
+        self._tried.clear()
 
 
 def _kept(project: Project, entry: RunEntry) -> tuple[RunEntry, KeptRun]:
