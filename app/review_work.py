@@ -16,6 +16,7 @@ from app.presenters.joint_angles import AnglePresenter
 from app.presenters.runs import RunEntry
 from app.presenters.sights import SightPresenter
 from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.joint_angles.motion import CUT_OFF_HZ, HIGHEST_SHARE
 from stereotrack_core.evaluation.joint_angles.table import frame_columns, frame_rows
 from stereotrack_core.interop.table_file import csv_text, write_text_table
 from stereotrack_core.recording.description import Segment
@@ -56,6 +57,14 @@ class ReviewWork(QObject):
         w.timeline.visible_range_changed.connect(panels.angles.set_visible_range)
         w.document.frame_changed.connect(panels.angles.set_frame)
         w.document.count_changed.connect(panels.angles.set_range)
+        w.document.opened.connect(self._on_opened)
+
+    @Slot()
+    def _on_opened(self) -> None:
+        recording = self._w.document.recording
+        if recording is not None:
+            highest = HIGHEST_SHARE * recording.fps
+            self.panels.motion.set_highest_cut_off(CUT_OFF_HZ, highest)
 
     def add_buttons(self) -> None:
         """Offer the commands in their panels, once they are made."""

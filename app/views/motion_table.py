@@ -109,6 +109,11 @@ class MotionTable(QWidget):
         button.setDefaultAction(action)
         self._buttons.addWidget(button)
 
+    def set_highest_cut_off(self, usual: float, highest: float) -> None:
+        """Allow a low-pass up to `highest`, and begin with the usual one, hertz."""
+        self.cut_off.setMaximum(max(highest, self.cut_off.minimum()))
+        self.cut_off.setValue(min(usual, highest))
+
     def show_rows(
         self, words: str, columns: Sequence[tuple[str, str]], rows: Sequence[MotionRow]
     ) -> None:

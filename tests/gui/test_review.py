@@ -135,6 +135,7 @@ def test_joint_angles_have_bands_and_the_reference_beside_them(reviewing, qtbot,
     plot.quantity.setCurrentIndex(plot.quantity.findData("velocity"))
     settle(reviewing, qtbot)
     assert "cut-off 4 Hz" in plot.words.words
+    assert panels.motion.cut_off.value() == 4.0  # 0.4 of ten frames per second
     assert np.abs(plot.shown_curves[0].value).max() < 30
     table = panels.motion.table
     labels = [table.item(i, 0).text() for i in range(table.rowCount())]
