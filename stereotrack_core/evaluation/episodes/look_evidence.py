@@ -20,7 +20,7 @@ _LOSES = 0.5
 _STRAY = 0.03
 """Share of the cloud near a limb that is not the person's, over the usual, from which it tells."""
 
-_MISFIT, _WIDE_MISFIT = 0.014, 0.03
+_MISFIT, _WIDE_MISFIT = 0.015, 0.035
 """Metres between a view and the others that say nothing, and everything."""
 
 

@@ -180,6 +180,21 @@ class Looker:
                 own = fits & (cloud.view == v)
                 if own.sum() >= _LEAST_FITTING:
                     result[v] = _movement(feet.direction[own], feet.distance[own])
+            result -= self._swelling(cloud, result, pose.position)
+        return result
+
+    def _swelling(self, cloud: Cloud, offset: FloatArray, person: FloatArray) -> FloatArray:
+        """Part (V, 3) of the views' offsets that is one distance towards every camera.
+
+        A body that is too thin or too thick makes it, not a camera.
+        """
+        geometry = self._chain.geometry
+        centres = [geometry[name].world_from_depth.translation for name in cloud.view_names]
+        towards = np.array(centres) - person
+        towards /= np.linalg.norm(towards, axis=1, keepdims=True)
+        along = np.einsum("vi,vi->v", offset, towards)
+        known = along[np.isfinite(along)]
+        result: FloatArray = towards * (known.mean() if len(known) > 1 else 0.0)
         return result
 
 
