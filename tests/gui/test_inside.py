@@ -91,13 +91,13 @@ def test_keys_go_through_the_steps_and_each_is_shown(with_run, qtbot, tmp_path):
 
 def test_the_step_stays_when_another_frame_is_shown_and_the_run_comes_back(with_run, qtbot):
     window, docks = with_run, with_run.docks
-    heights = [docks[name].height() for name in ("scene", "inside", "plot")]
+    heights = [docks[name].height() for name in ("scene", "runs", "plot")]
     inside = window.inside
     window.inside_work.toggle()
     assert inside.known is None, "the tracker's step is done in a thread of its own"
     qtbot.waitUntil(lambda: inside.known is not None, timeout=60_000)
     qtbot.waitUntil(window.settled, timeout=60_000)
-    assert docks["inside"].height() > heights[1] + 100, "room was made"
+    qtbot.waitUntil(lambda: docks["inside"].height() > heights[1] + 100, timeout=5_000)
     inside.go(4)
     assert inside.step.kind == "cross"
     QTest.keyClick(window, Qt.Key.Key_Left)
