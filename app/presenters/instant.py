@@ -23,6 +23,7 @@ from stereotrack_core.tracking.frame import TrackedFrame
 
 _DEPTH_KINDS = {"disparity", "foreground", "depth"}
 _AROUND = 16
+_AROUND_GHOST = 10
 
 
 class InstantPresenter(QObject):
@@ -141,7 +142,11 @@ class InstantPresenter(QObject):
     def _ghosts(self, frame: int) -> tuple[Ghost, ...]:
         """Models of the runs that are drawn beside the active one."""
         return tuple(
-            Ghost(entry.name, self._runs.style(entry), body_mesh(entry.body, pose, around=_AROUND))
+            Ghost(
+                entry.name,
+                self._runs.style(entry),
+                body_mesh(entry.body, pose, around=_AROUND_GHOST),
+            )
             for entry in self._runs.shown_beside()
             if (tracked := entry.at(frame)) is not None and (pose := tracked.pose) is not None
         )

@@ -106,7 +106,7 @@ class RunKeeper(QObject):
             return "The run is kept when it has come to its end."
         if entry.kind == "attempt":
             return "An attempt is kept when it is made the run."
-        if entry.path is not None:
+        if _from_file(entry):
             return "A run that was opened from a file is kept when that is asked for."
         return self._project.why_no_edit() or "The run is not kept yet."
 
@@ -188,7 +188,7 @@ class RunKeeper(QObject):
             if entry.frames
             and not entry.kept
             and (entry.kind == "run" or entry in self._wanted)
-            and (entry.path is None or entry in self._wanted)
+            and (not _from_file(entry) or entry in self._wanted)
             and entry is not self._track.entry
             and entry not in self._tried
             and entry not in self._busy
@@ -336,6 +336,11 @@ class RunKeeper(QObject):
     def _forget(self) -> None:
         self._listed = None
         self._tried.clear()
+
+
+def _from_file(entry: RunEntry) -> bool:
+    """Whether a run was opened from a file; one that was saved to a file is another thing."""
+    return entry.path is not None and entry.origin is None
 
 
 def _kept(project: Project, entry: RunEntry) -> tuple[RunEntry, KeptRun]:

@@ -46,12 +46,6 @@ class ComparisonPanel(QWidget):
         layout.setSpacing(2)
         layout.addWidget(self.words)
         layout.addWidget(self.table, 1)
-        self.how = QLabel(self)
-        self.how.setProperty("role", "muted")
-        self.how.setWordWrap(True)
-        self.how.setContentsMargins(8, 0, 8, 4)
-        layout.addWidget(self.how)
-        self.how.hide()
         self.table.hide()
 
     def show_numbers(
@@ -66,12 +60,10 @@ class ComparisonPanel(QWidget):
         runs : sequence of str
         rows : sequence of ComparedRow
         how : str
-            How the intervals are made.
+            How the intervals are made, for the tooltip.
         """
         self.words.setText(words if runs else _NOTHING)
         self.words.setToolTip(how)
-        self.how.setText(how if rows else "")
-        self.how.setVisible(bool(how and rows))
         self.table.setVisible(bool(runs and rows))
         # of two runs the verdict has room beside the numbers; of more it is in the tooltips
         verdicts = ("What these frames show",) if len(runs) == 2 else ()
@@ -124,7 +116,7 @@ def _verdict_item(cell: ComparedCell) -> QTableWidgetItem:
 def _words_of(cell: ComparedCell) -> str:
     if math.isnan(cell.value):
         return "" if math.isnan(cell.difference) and not cell.verdict else "not known"
-    if math.isnan(cell.difference):
+    if math.isnan(cell.difference) or cell.low == cell.high == 0.0:
         return f"{cell.value:.1f}"
     if math.isnan(cell.low):
         return f"{cell.value:.1f}   ({cell.difference:+.1f})"
