@@ -59,12 +59,10 @@ def subject(reported: Reported) -> list[Html]:
     if not lengths:
         return [*parts, paragraph("The recording states no subject; average lengths were used.")]
     name = lengths.get("name") or "no name given"
-    rows = [
-        (key.replace("_", " "), "average" if value is None else f"{1000.0 * value:.0f}")
-        for key, value in lengths.items()
-        if key != "name"
-    ]
-    return [*parts, paragraph(f"Name: {name}."), table(("length", ">mm"), rows)]
+    known = {key.replace("_", " "): value for key, value in lengths.items() if key != "name"}
+    values = ["average" if value is None else f"{1000.0 * value:.0f}" for value in known.values()]
+    columns = ("", *(f">{key.removesuffix(' length')}" for key in known))
+    return [*parts, paragraph(f"Name: {name}."), table(columns, [("length [mm]", *values)])]
 
 
 def errors(reported: Reported) -> list[Html]:

@@ -56,7 +56,7 @@ body { font-family: "Liberation Sans", "DejaVu Sans", Arial, sans-serif; font-si
   color: #000000; }
 h1 { font-size: 17pt; }
 h2 { font-size: 13pt; margin-top: 16px; }
-h3 { font-size: 10.5pt; }
+h3 { font-size: 10.5pt; margin-top: 12px; }
 p { margin-top: 4px; margin-bottom: 4px; }
 p.lead { font-size: 10pt; }
 p.soft, p.caption { color: #444444; font-size: 8pt; }
