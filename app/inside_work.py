@@ -146,7 +146,8 @@ class InsideWork(QObject):
     def _give_room_back(self) -> None:
         if self._corner is not None:
             self._w.setCorner(_CORNER, self._corner)
-            self._w.layout().activate()
+            if layout := self._w.layout():
+                layout.activate()
             self._resize(self._heights)
         self._heights, self._column, self._corner = [], [], None
 

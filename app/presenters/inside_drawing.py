@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from app.limb_colours import LIMB_COLOURS
 from app.presenters.inside_steps import Step, name_of
 from app.views.diverging import SHADES, shade_colours, shade_of
 from app.views.inside_overlay import Ghosts, InsideScene, Marked, moved_ghosts
@@ -26,9 +27,9 @@ from stereotrack_core.tracking.inside.trace import (
 )
 
 _AROUND = 8
-_USED = "#ffffff"
+_LEGS = "#b5b5b5"
 UNUSED = {
-    HIDDEN: "#8a8a8a",
+    HIDDEN: "#4d4d4d",
     INSIDE: "#F0E442",
     TOO_FAR: "#CC79A7",
     ON_PARTNER: "#009E73",
@@ -106,7 +107,7 @@ def _drawn_of(body: BodyModel, step: Step, correction: Correction) -> tuple[Pose
 
 
 def _dots(correction: Correction) -> tuple[Marked, ...]:
-    """Points that are used and those that are not; sampled ones lie on the model."""
+    """Points that are used, by part, and those that are not; sampled ones lie on the model."""
     points, unused = correction.points, correction.unused
     sampled = bool(np.any(unused.part >= 0))
     marked = [
@@ -114,7 +115,11 @@ def _dots(correction: Correction) -> tuple[Marked, ...]:
         for why, colour in UNUSED.items()
         if np.any(unused.why == why)
     ]
-    return (*marked, Marked(_USED, points.foot if sampled else points.place))
+    places = points.foot if sampled else points.place
+    for part in np.unique(points.part).tolist():
+        colour = LIMB_COLOURS.get(PARTS[part], _LEGS)
+        marked.append(Marked(colour, places[points.part == part]))
+    return tuple(marked)
 
 
 def _pairs(points: Points) -> tuple[Marked, ...]:

@@ -47,15 +47,15 @@ def pairs_table(search: Search) -> Table:
     rows = tuple(
         (
             f"{name}, taken" if pair.chosen else name,
-            *(f"{pair.terms[each]:.1f}" for each in names),
             f"{pair.cost:.1f}",
+            *(f"{pair.terms[each]:.1f}" for each in names),
         )
         for name, pair in pairs
     )
     strong = tuple(i for i, (_, pair) in enumerate(pairs) if pair.chosen)
     title = f"What speaks against pairs of arms; another one must cost {search.gain:g} less"
-    headings = ("Arms", *(_SHORT.get(name, name) for name in names), "Sum")
-    tips = ("", *(_TIPS.get(name, "") for name in names), "Of all terms")
+    headings = ("Arms", "Sum", *(_SHORT.get(name, name) for name in names))
+    tips = ("", "Of all terms", *(_TIPS.get(name, "") for name in names))
     return Table(title, headings, rows, strong=strong, tips=tips)
 
 
@@ -67,15 +67,15 @@ def proposals_table(proposals: Proposals) -> Table:
     rows = tuple(
         (
             f"{_direction(proposals.upper[k])}, then {_direction(proposals.fore[k])}",
-            *(f"{proposals.terms[name][k]:.1f}" for name in names),
             f"{proposals.cost[k]:.1f}",
+            *(f"{proposals.terms[name][k]:.1f}" for name in names),
         )
         for k in order
     )
     kept = int(np.count_nonzero(proposals.kept))
     title = f"Best places for the {side} arm, of {len(proposals.cost)}; pairs were made of {kept}"
-    headings = ("Upper arm, forearm", *(_SHORT.get(name, name) for name in names), "Sum")
-    tips = ("", *(_TIPS.get(name, "") for name in names), "Of all terms")
+    headings = ("Upper arm, forearm", "Sum", *(_SHORT.get(name, name) for name in names))
+    tips = ("", "Of all terms", *(_TIPS.get(name, "") for name in names))
     limb = f"{side}_upper_arm"
     return Table(title, headings, rows, (limb,) * len(rows), tips=tips)
 

@@ -11,7 +11,7 @@ from app.views.inside_overlay import Ghosts, InsideScene
 from app.views.scene_geometry import Shape
 from stereotrack_core.arrays import FloatArray
 
-_DOT = 5.0
+_DOT = 4.0
 _RING = 8
 """Vertices of a cone's ring, as ghosts are made."""
 
