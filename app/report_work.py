@@ -78,8 +78,9 @@ class ReportWork(QObject):
         recording, run, truth = self._w.document.recording, entry.run(), self._w.judging.truth
         if recording is None or run is None:
             return None
-        file = str(entry.path) if entry.path is not None else "RUN.npz"
-        words = ["stereotrack", "report", file, "-o", path.with_suffix(".html").name]
+        repeat = (
+            repeat_command(recording.folder.name, str(entry.path)) if entry.path is not None else ""
+        )
         note = entry.facts.note if entry.facts is not None else ""
         return Source(
             name=entry.name,
@@ -88,10 +89,22 @@ class ReportWork(QObject):
             reference=None if truth is None else truth.trajectory,
             reference_name="" if truth is None else truth.words,
             states=None if truth is None else truth.reference,
-            command=shlex.join(words),
-            repeat=repeat_command(recording.folder.name, file),
+            command=self._command(entry, path),
+            repeat=repeat,
             note=note,
         )
+
+    def _command(self, entry: RunEntry, path: Path) -> str:
+        """What makes this report from the command line; empty for a run that is nowhere kept."""
+        project = self._w.project.project
+        words = ["stereotrack", "report"]
+        if entry.path is not None:
+            words.append(str(entry.path))
+        elif entry.kept and project is not None:
+            words += [str(project.path), "--run", entry.kept]
+        else:
+            return ""
+        return shlex.join([*words, "-o", path.with_suffix(".html").name])
 
     def _on_made(self, path: Path) -> None:
         def show() -> None:
