@@ -13,12 +13,14 @@ from stereotrack_core.tracking.pipeline import tracker_for
 from stereotrack_core.tracking.presets import preset
 from tests.tracking.scenes import CAMERAS, POSES, cloud_of, disturbed, surface_points
 
+_QUICK = {"data_points": 500, "iterations": 3, "search_refined": 2}
+
 KINDS = {
     "thesis": ("thesis", {}),
     "regular": ("thesis", {"sampling": "regular", "model_points": 40}),
-    "accurate": ("accurate", {"search_proposals": 40, "data_points": 500}),
-    "sigma points": ("accurate", {"linearisation": "sigma_points", "search_arms": False}),
-    "short reach": ("accurate", {"reach": 0.06, "search_arms": False, "data_points": 500}),
+    "accurate": ("accurate", _QUICK | {"search_proposals": 40}),
+    "sigma points": ("accurate", _QUICK | {"linearisation": "sigma_points", "search_arms": False}),
+    "short reach": ("accurate", _QUICK | {"reach": 0.06, "search_arms": False}),
     "fast": ("fast", {"search_proposals": 30, "data_points": 300}),
     "ekf": ("ekf", {"data_points": 300}),
     "annealed": ("annealed", {"annealed_layers": 2, "annealed_particles": 40}),
@@ -34,7 +36,7 @@ def followed(kind, frames=1):
     tracker = tracker_for(body_model(AVERAGE, settings.body), settings, CAMERAS, 10.0, 3)
     rng = np.random.default_rng(7)
     clouds = [
-        cloud_of(surface_points(tracker.body, POSES["reaching"], 1500, rng, 0.004), k)
+        cloud_of(surface_points(tracker.body, POSES["reaching"], 1000, rng, 0.004), k)
         for k in range(frames + 1)
     ]
     tracker.start(disturbed(POSES["reaching"], THESIS_JOINTS, rng))
@@ -71,8 +73,6 @@ def test_a_watched_step_is_the_step_to_the_last_bit_and_leaves_the_tracker(kind)
         np.testing.assert_array_equal(getattr(trace.estimate, name), getattr(found, name))
     np.testing.assert_array_equal(trace.estimate.pose.rotations, found.pose.rotations)
     np.testing.assert_array_equal(trace.after.P, found.P)
-    second = look_inside(tracker, cloud)
-    assert second.frame == cloud.frame
 
 
 @pytest.mark.parametrize("kind", ["thesis", "accurate", "sigma points"])
