@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -108,6 +108,34 @@ def _median(seconds: Any) -> Any:
     return np.median(seconds, axis=0) if len(seconds) else np.full(seconds.shape[1], np.nan)
 
 
+class _Course:
+    """What happens frame by frame, shown and noted."""
+
+    def __init__(
+        self, show: Callable[[int], None], stopped: Callable[[], bool], before: int
+    ) -> None:
+        self.reasons: list[tuple[int, str]] = []
+        self.problems = ViewProblems()
+        self.done = 0
+        self._show, self._stopped = show, stopped
+        self._before, self._steps = before, 0
+
+    def prepare(self, _: TrackedFrame) -> None:
+        """A frame of the first pass, from which lengths are estimated."""
+        self._steps += 1
+        self._show(self._steps)
+        if self._stopped():
+            raise Cancelled
+
+    def note(self, frame: TrackedFrame) -> None:
+        """A frame of the run."""
+        self.done += 1
+        self.problems.note(frame.frame, frame.cloud.problems)
+        if not frame.tracked:
+            self.reasons.append((frame.frame, frame.reason))
+        self._show(self._before + self.done)
+
+
 def track_recording(
     recording: Recording,
     settings: Settings,
@@ -132,27 +160,10 @@ def track_recording(
     """
     from stereotrack_core.tracking.pipeline import track
 
-    reasons: list[tuple[int, str]] = []
-    problems = ViewProblems()
-    begun, wanted, done = time.perf_counter(), count or len(frames), 0
-    before, steps = _first_pass(settings, frames), 0
+    begun, wanted = time.perf_counter(), count or len(frames)
+    before = _first_pass(settings, frames)
     with progress("Tracking", before + wanted) as show, stoppable() as stopped:
-
-        def prepare(_: TrackedFrame) -> None:
-            nonlocal steps
-            steps += 1
-            show(steps)
-            if stopped():
-                raise Cancelled
-
-        def note(frame: TrackedFrame) -> None:
-            nonlocal done
-            done += 1
-            problems.note(frame.frame, frame.cloud.problems)
-            if not frame.tracked:
-                reasons.append((frame.frame, frame.reason))
-            show(before + frame.frame - frames.start + 1)
-
+        course = _Course(show, stopped, before)
         run = track(
             dataclasses.replace(recording, reference=None),  # the tracker never sees the truth
             settings,
@@ -161,16 +172,16 @@ def track_recording(
             seed=seed,
             init=init,
             preset=preset,
-            on_frame=note,
-            cancelled=lambda: stopped() or done == wanted,
+            on_frame=course.note,
+            cancelled=lambda: stopped() or course.done == wanted,
             smooth=smooth,
             detections=detections,
             colour=colour,
-            on_first_pass=prepare,
+            on_first_pass=course.prepare,
         )
     bridged = set(run.meta["bridged"])
-    reasons = [(frame, reason) for frame, reason in reasons if frame not in bridged]
-    blind = problems.stretches()
+    reasons = [(frame, reason) for frame, reason in course.reasons if frame not in bridged]
+    blind = course.problems.stretches()
     meta = {
         **run.meta,
         "wall_seconds": time.perf_counter() - begun,

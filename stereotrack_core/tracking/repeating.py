@@ -146,7 +146,8 @@ def what_differs(run: Run, recording: Recording) -> tuple[str, ...]:
                 f"This is not the {what} that the run was tracked with: its fingerprint is "
                 f"{now[:8]}, the run's is {then[:8]}."
             )
-    if "subject" in meta and _subject(meta) != recording.subject:
+    measured = dict(meta.get("parameters") or {}).get("proportions", "individual") == "individual"
+    if measured and "subject" in meta and _subject(meta) != recording.subject:
         found.append("The recording states another subject now; the run's is used.")
     return (*found, *_other_versions(meta))
 
