@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from app.limb_colours import LIMB_COLOURS
-from app.views.angle_plot import AngleCurve
+from app.views.angle_plot import REFERENCE_STYLE, AngleCurve
 from app.views.motion_table import MotionRow
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.evaluation.joint_angles.definitions import ANGLES
@@ -51,7 +51,7 @@ class Moved:
     name : str
         The run, or the reference.
     style : str
-        ``solid``, ``dash`` or ``dot``.
+        The run's line style, or :data:`REFERENCE_STYLE`.
     angles : JointAngles
     motion : Motion
     """
@@ -70,7 +70,8 @@ def curves_of(moved: Sequence[Moved], kind: str, quantity: str) -> tuple[AngleCu
         for k, angle in enumerate(ANGLES):
             if angle.kind != kind or not np.isfinite(value[:, k]).any():
                 continue
-            stated = sigma[:, k] if one.style != "dash" else np.full(len(value), np.nan)
+            banded = one.style in {"solid", REFERENCE_STYLE}
+            stated = sigma[:, k] if banded else np.full(len(value), np.nan)
             curves.append(
                 AngleCurve(
                     one.name, angle.side, LIMB_COLOURS[angle.limb], one.style,

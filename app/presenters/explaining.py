@@ -16,6 +16,7 @@ from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.evaluation.circumstances import Circumstances, circumstances_of
 from stereotrack_core.evaluation.trend import trend
+from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.interop.landmark_pose import pose_of_landmarks
 from stereotrack_core.recording.description import Recording
 
@@ -81,8 +82,19 @@ def poses(entry: RunEntry, judgement: Judgement) -> list[Pose | None]:
 
 def circumstances(entry: RunEntry, judgement: Judgement, recording: Recording) -> Circumstances:
     """Distances and speeds in a run's frames."""
-    cameras = [recording.reference_camera(view) for view in recording.views]
+    cameras = cameras_of(entry, recording)
     return circumstances_of(judgement.frame, places(entry, judgement), cameras, recording.fps)
+
+
+def cameras_of(entry: RunEntry, recording: Recording) -> list[Camera]:
+    """Reference cameras of the views that a run was tracked with; all where it does not say."""
+    used: Sequence[str] = ()
+    if entry.origin is not None:
+        used = entry.origin.views
+    elif entry.stored is not None:
+        used = entry.stored.meta.get("views") or ()
+    chosen = [view for view in recording.views if view.name in used] or recording.views
+    return [recording.reference_camera(view) for view in chosen]
 
 
 def content_of(
@@ -169,7 +181,7 @@ def _words(kind: str, runs: Sequence[Explained], selection: range | None) -> str
         said += " A view sees a limb free where half of its side facing the camera is not hidden."
     lines = " Lines: running medians, shaded from quartile to quartile. A click goes to a point."
     if len(runs) > 1:
-        lines += " Other runs: other symbols, dashed lines."
+        lines += " Other runs: other symbols and line styles."
     return f"{said}{lines} {_selected(selection)}".strip()
 
 

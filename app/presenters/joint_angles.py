@@ -12,6 +12,7 @@ from app.presenters.angle_curves import Moved
 from app.presenters.runs import RunEntry, RunList
 from app.presenters.truth import Truth
 from app.tasks.task import Task, TaskList
+from app.views.angle_plot import REFERENCE_STYLE
 from stereotrack_core.evaluation.joint_angles.motion import CUT_OFF_HZ, Motion, motion_of
 from stereotrack_core.evaluation.joint_angles.series import (
     JointAngles,
@@ -81,7 +82,7 @@ class AnglePresenter(QObject):
         if truth is not None and self._truth is not None and self._truth[0] is truth:
             angles = self._truth[1]
             motion = self._motion(angles, fps, cut_off)
-            found.append(Moved("reference", "dot", angles, motion))
+            found.append(Moved("reference", REFERENCE_STYLE, angles, motion))
         return found
 
     def _motion(self, angles: JointAngles, fps: float, cut_off: float) -> Motion:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QObject, Signal, Slot
 
-from app.presenters.explaining import Explained, circumstances, poses
+from app.presenters.explaining import Explained, cameras_of, circumstances, poses
 from app.presenters.judgement import Judgement
 from app.presenters.runs import RunEntry
 from app.tasks.task import Task, TaskList
@@ -85,7 +85,7 @@ class SightPresenter(QObject):
     def _ask(self, entry: RunEntry, judgement: Judgement, recording: Recording) -> None:
         if self._task is not None:
             return
-        cameras = [recording.reference_camera(view) for view in recording.views]
+        cameras = cameras_of(entry, recording)
         body, frames = entry.body, poses(entry, judgement)
         # a stop is not asked again by itself
         self._views[id(entry)] = _Seen(entry, judgement, None)

@@ -19,14 +19,17 @@ from PySide6.QtWidgets import (
 
 from app.theme import current_theme
 from app.views.elided_label import ElidedLabel
+from app.views.line_styles import PEN_STYLES
 from stereotrack_core.arrays import FloatArray, IntArray
 
+REFERENCE_STYLE = "reference"
+"""Line style that no run has."""
+
 _SHADE = 50
-_STYLES = {
-    "solid": Qt.PenStyle.SolidLine,
-    "dash": Qt.PenStyle.DashLine,
-    "dot": Qt.PenStyle.DotLine,
+_STYLES: dict[str, Qt.PenStyle] = dict(PEN_STYLES.items()) | {
+    REFERENCE_STYLE: Qt.PenStyle.DashDotDotLine
 }
+_SIGNS = {"solid": "━━", "dash": "╌╌", "dot": "┈┈", "dashdot": "╌·╌", REFERENCE_STYLE: "╌··╌"}
 _NOTHING = "Joint angles come here when the tracker has run, or where there is a reference."
 
 
@@ -42,7 +45,7 @@ class AngleCurve:
         ``left`` or ``right``; empty for what has no side.
     colour : str
     style : str
-        ``solid`` for the active run, ``dash`` for others, ``dot`` for the reference.
+        A run's, or :data:`REFERENCE_STYLE`.
     frame : (F,) int64
     value, sigma : (F,) float64
         In the plot's unit; NaN leaves a gap, or no band.
@@ -217,11 +220,10 @@ class AnglePlot(QWidget):
         self._items.append(item)
 
     def _write_legend(self) -> None:
-        lines = {"solid": "━━", "dash": "╌╌", "dot": "┈┈"}
         sides = {c.label: c.colour for c in self._curves if c.label}
         runs = {c.name: c.style for c in self._curves}
         parts = [f'<span style="color:{colour}">━━</span> {side}' for side, colour in sides.items()]
-        parts += [f"{lines[style]} {name}" for name, style in runs.items()]
+        parts += [f"{_SIGNS[style]} {name}" for name, style in runs.items()]
         self.legend.setText(" &nbsp; ".join(parts))
 
     def _fit_values(self) -> None:

@@ -8,17 +8,19 @@ from typing import Any
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QEvent, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QSize, Signal
 from PySide6.QtGui import QColor, QPen
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QVBoxLayout, QWidget
 
 from app.limb_colours import limb_words
 from app.theme import current_theme
 from app.views.elided_label import ElidedLabel
-from app.views.error_curves import Curve, LineStyle
+from app.views.error_curves import Curve
 from app.views.limb_legend import LimbLegend
+from app.views.line_styles import PEN_STYLES, LineStyle
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 
+_OTHERS: tuple[LineStyle, ...] = ("dash", "dot", "dashdot")
 _SYMBOLS = ("o", "x", "t", "s", "d")
 _FADED = 45
 _SHADE = 40
@@ -34,7 +36,7 @@ class PointCloud:
     name : str
         The run.
     place : int
-        0 for the active run; others have other symbols and dashed curves.
+        0 for the active run; others have other symbols and line styles.
     limb, colour : str
     frame : (N,) int64
     x, y : (N,) float64
@@ -277,12 +279,12 @@ class CloudPlot(QWidget):
 
 
 def _style(place: int) -> LineStyle:
-    return "solid" if place == 0 else "dash"
+    """Line style of a run, the same as in the plot of errors."""
+    return "solid" if place == 0 else _OTHERS[(place - 1) % len(_OTHERS)]
 
 
 def _pen(colour: str, place: int, width: float) -> QPen:
-    dashed = Qt.PenStyle.SolidLine if place == 0 else Qt.PenStyle.DashLine
-    pen: QPen = pg.mkPen(colour, width=width, style=dashed)
+    pen: QPen = pg.mkPen(colour, width=width, style=PEN_STYLES[_style(place)])
     return pen
 
 

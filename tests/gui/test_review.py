@@ -128,7 +128,7 @@ def test_joint_angles_have_bands_and_the_reference_beside_them(reviewing, qtbot,
     plot.angle.setCurrentIndex(plot.angle.findData("shoulder_elevation"))
     settle(reviewing, qtbot)
     styles = {(curve.name, curve.style) for curve in plot.shown_curves}
-    assert styles == {("good", "solid"), ("wild", "dash"), ("reference", "dot")}
+    assert styles == {("good", "solid"), ("wild", "dash"), ("reference", "reference")}
     good = next(c for c in plot.shown_curves if c.name == "good")
     assert np.isfinite(good.sigma).all()
     assert good.value == pytest.approx(90, abs=20)  # the T pose
