@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, Slot
 from PySide6.QtWidgets import QFileDialog
 
-from app.presenters.sweeps import SweepPresenter
+from app.failures import Message
+from app.presenters.sweeps import SweepNow, SweepPresenter
 from app.sweeping.dialog import SweepDialog
 from app.sweeping.results import SweepResults, parameters_of
 from app.views.parameter_editor import value_text
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
     from app.main_window import MainWindow
 
 
+_SAID_MS = 10_000
+
+
 class SweepWork(QObject):
     """Makes the dialogs when they are first wanted, and follows a sweep that goes on."""
 
@@ -27,8 +31,11 @@ class SweepWork(QObject):
         super().__init__(window)
         self._w = window
         self.presenter = SweepPresenter(window.settings, self)
+        self.presenter.changed.connect(self._on_changed)
         self.dialog: SweepDialog | None = None
         self.results: SweepResults | None = None
+        if self.presenter.now.going:
+            window.statusBar().showMessage("A sweep goes on: Track, Sweep … shows it.", _SAID_MS)
 
     def show_dialog(self) -> None:
         """Ask what to sweep, or show how it is going."""
@@ -85,6 +92,17 @@ class SweepWork(QObject):
     def shutdown(self) -> None:
         """The window is closed."""
         self.presenter.leave()
+
+    @Slot(object)
+    def _on_changed(self, now: SweepNow) -> None:
+        """Say how a sweep has ended, also when its dialog is closed."""
+        if now.phase == "failed":
+            table = "" if now.table is None else str(now.table)
+            self._w.messages.show_message(
+                Message("error", "the sweep has failed", table, now.words)
+            )
+        elif not now.going:
+            self._w.statusBar().showMessage(f"Sweep: {now.words}", _SAID_MS)
 
     def _proposed_table(self) -> Path:
         """A table beside the recording, which itself is never written to."""

@@ -15,7 +15,7 @@ from app.presenters.sweep_plan import (
     hint_for,
     measured_seconds,
 )
-from app.presenters.sweeps import SweepPresenter
+from app.presenters.sweeps import SweepNow, SweepPresenter
 from app.sweeping import dialog as dialog_module
 from app.sweeping.dialog import SweepDialog
 from app.sweeping.results import SweepResults
@@ -174,6 +174,13 @@ def test_a_sweep_is_asked_for_and_computed_and_its_values_taken_over(
     w.sweeps.take_over({"iterations": "many"})
     assert "not a valid value" in w.messages.message.sentence()
     w.messages.clear()
+    assert w.statusBar().currentMessage().startswith("Taken over")
+    now = SweepNow("failed", 0.5, "No room on the disk.", tmp_path / "window.csv")
+    w.sweeps.presenter.changed.emit(now)
+    assert "the sweep has failed. No room" in w.messages.message.sentence()
+    w.messages.clear()
+    w.sweeps.presenter.changed.emit(SweepNow("done", 1.0, "Done: 3 runs computed."))
+    assert w.statusBar().currentMessage() == "Sweep: Done: 3 runs computed."
 
 
 class Going:
