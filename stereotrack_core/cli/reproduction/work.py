@@ -47,13 +47,13 @@ def track_all(
     total = sum(cost.values())
     if not left:
         return
-    say(f"Tracking {sum(len(g.entries) for g in left)} runs, {total} frames in all.")
+    say(f"Tracking {_runs(sum(len(g.entries) for g in left))}, {total} frames in all.")
     folders = [recording.folder for recording in recordings]
     with pace("Tracking", total) as going, stoppable() as stopped:
 
         def note(group: Group) -> None:
             going.next(cost[group])
-            runs = f"{len(group.entries)} runs like {group.entries[0].name}"
+            runs = f"{_runs(len(group.entries))} like {group.entries[0].name}"
             say(f"{group.recording}: {runs} done; {going.words()}.")
             on_group()
 
@@ -154,6 +154,7 @@ def _in_processes(
                         future.result()
                         note(group)
                     if stopped():
+                        say("Stopping; every process ends the step that it is at.")
                         raise Cancelled
                     if not done:
                         time.sleep(_POLL)
@@ -174,3 +175,7 @@ def _work(places: Places, folders: Sequence[Path], group: Group, stop: Event) ->
 
 def _frames(recording: Recording) -> int:
     return 0 if recording.reference is None else len(recording.reference.frame)
+
+
+def _runs(count: int) -> str:
+    return "1 run" if count == 1 else f"{count} runs"

@@ -120,6 +120,8 @@ def track_group(
         clouds = SharedClouds(lender.chain, lender.reader, len(group.entries))
         builders, going = [], []
         for entry in group.entries:
+            if cancelled():
+                raise Cancelled
             way = entry.way
             pipeline = stack.enter_context(
                 Pipeline(
