@@ -61,10 +61,10 @@ def row_of(episode: Episode, fps: float) -> EpisodeRow:
         confidence=verdict.confidence,
         found=FOUND_SHORT[episode.found],
         heading=(
-            f"Frames {episode.first} to {episode.last}, {seconds:.1f} s from "
-            f"{episode.first / fps:.1f} s: {limbs_words(episode.limbs)}, found "
-            f"{FOUND_WORDS[episode.found]}, worst in frame {episode.peak_frame} "
-            f"({episode.peak_words}{'' if episode.measure == 'error' else ' likely lost'})."
+            f"Frames {episode.first} to {episode.last} ({seconds:.1f} s), found "
+            f"{FOUND_WORDS[episode.found]}: {limbs_words(episode.limbs)}, worst in frame "
+            f"{episode.peak_frame} with {episode.peak_words}"
+            f"{'' if episode.measure == 'error' else ' likely lost'}."
         ),
         evidence=tuple(
             (CAUSE_WORDS[e.cause], e.strength, e.words, e.cause == verdict.cause)
