@@ -14,11 +14,13 @@ from app.tuning.numbers import attempt_table
 from app.tuning.preset_work import PresetWork
 from app.tuning.series import SeriesPresenter
 from app.tuning.stores import StoreKeeper
+from app.tuning.warming import CloudWarmer
 from stereotrack_core.errors import InputError
 from stereotrack_core.parameters import ParameterRow
 from stereotrack_core.tracking.pipeline import FirstPose
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.settings import Settings
+from stereotrack_core.tracking.tuning.attempt import Attempt
 from stereotrack_core.tracking.tuning.series import all_values, spread_values
 
 if TYPE_CHECKING:
@@ -46,6 +48,7 @@ class TuningWork(QObject):
             self._first_pose,
         )  # fmt: skip
         self.attempts.live = bool(w.settings.value("tune/live", True, type=bool))
+        self.warmer = CloudWarmer(self.stores, self._to_warm)
         self.presets = PresetWork(w, self.selected)
         self._against: RunEntry | None = None
         self._compared = "preset"
@@ -66,6 +69,10 @@ class TuningWork(QObject):
         w.series_panel.shown.connect(self.series.show)
         w.series_panel.taken.connect(self._on_taken)
         self.attempts.changed.connect(self.show)
+        self.attempts.begins.connect(self.warmer.cancel)
+        self.series.begins.connect(self.warmer.cancel)
+        for changed in (w.runs.active_changed, w.timeline.selection_changed, w.spaces.changed):
+            changed.connect(self.warmer.warm_soon)
         self.series.changed.connect(self.show_series)
         for presenter in (self.attempts, self.series):
             presenter.message.connect(w.messages.show_message)
@@ -100,7 +107,7 @@ class TuningWork(QObject):
             return w.timeline.selection
         scale = w.timeline.scale
         seen = range(max(int(scale.first), 0), min(round(scale.last), count))
-        if len(seen) and len(seen) <= _LONGEST_SECONDS * recording.fps:
+        if not scale.is_whole and len(seen) and len(seen) <= _LONGEST_SECONDS * recording.fps:
             return seen
         length = min(max(round(SECONDS * recording.fps), 2), count)
         first = min(max(w.document.frame - length // 2, 0), count - length)
@@ -127,6 +134,11 @@ class TuningWork(QObject):
         run = self._w.runs.active
         attempts = tuple(entry for entry in self.attempts.entries if entry is not run)
         return (run, *attempts) if run is not None else attempts
+
+    def _to_warm(self) -> Attempt | None:
+        """What is going to be tried, if nothing else is being done."""
+        idle = self.active and self.settled() and not self._w.track.running
+        return self.attempts.wanted() if idle and self.attempts.base() is not None else None
 
     def _first_pose(self) -> FirstPose:
         return self._w.tracker.first_pose
@@ -306,6 +318,7 @@ class TuningWork(QObject):
     def stop(self) -> None:
         """End everything, as another recording comes or the window closes."""
         self._against = None
+        self.warmer.stop()
         self.attempts.stop()
         self.series.clear()
         self.stores.close()

@@ -10,6 +10,7 @@ import dataclasses
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, TypeVar, get_type_hints
 
 from stereotrack_core.errors import InputError
@@ -153,7 +154,8 @@ class ParameterGroup:
 
     @classmethod
     def _rows(cls) -> Iterator[ParameterRow]:
-        hints = get_type_hints(cls)
+        owner: type = cls
+        hints = _hints(owner)
         for field in dataclasses.fields(cls):
             kind = hints[field.name]
             if isinstance(kind, type) and issubclass(kind, ParameterGroup):
@@ -208,6 +210,12 @@ class ParameterGroup:
             elif field.name in values:
                 changed[field.name] = values[field.name]
         return dataclasses.replace(self, **changed)
+
+
+@cache
+def _hints(group: type) -> dict[str, Any]:
+    """Types of a group's fields, which takes long to find out and never changes."""
+    return get_type_hints(group)
 
 
 def parsed_settings(texts: list[str]) -> dict[str, Value]:

@@ -18,10 +18,11 @@ from app.tuning.stores import StoreKeeper
 from app.tuning.worker import AttemptWorker, Progress
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import proportions_of
+from stereotrack_core.tracking.frame import Origin
 from stereotrack_core.tracking.pipeline import FirstPose
 from stereotrack_core.tracking.tuning.attempt import Attempt, work_of
 
-PAUSE_MS = 150
+PAUSE_MS = 100
 """Time without a further change after which an attempt begins."""
 
 
@@ -45,6 +46,8 @@ class AttemptPresenter(QObject):
 
     Signals
     -------
+    begins : ()
+        An attempt is about to use the clouds.
     changed : ()
         What is said of the attempts, or how far they are, is different.
     message : Message
@@ -53,6 +56,7 @@ class AttemptPresenter(QObject):
         Seconds from a change to its first frame.
     """
 
+    begins = Signal()
     changed = Signal()
     message = Signal(object)
     first_shown = Signal(float)
@@ -77,6 +81,7 @@ class AttemptPresenter(QObject):
         self._changes: WeakKeyDictionary[RunEntry, str] = WeakKeyDictionary()
         self._worker: AttemptWorker | None = None
         self._entry: RunEntry | None = None
+        self._base: tuple[RunEntry, Origin | None, Base] | None = None
         self._number = 0
         self._since = QElapsedTimer()
         self._pause = QTimer(self, singleShot=True, interval=PAUSE_MS)
@@ -118,7 +123,10 @@ class AttemptPresenter(QObject):
         entry = self._runs.active
         if entry is None or not entry.frames:
             return None
-        return base_of(entry, self._made.get(entry))
+        known = self._base
+        if known is None or known[0] is not entry or known[1] is not entry.origin:
+            self._base = known = entry, entry.origin, base_of(entry, self._made.get(entry))
+        return known[2]
 
     def wanted(self) -> Attempt | None:
         """What would be tried now; None where there is nothing to track."""
@@ -167,6 +175,7 @@ class AttemptPresenter(QObject):
         if self._same(attempt) is not None:
             self.changed.emit()
             return
+        self.begins.emit()
         self._entry = self._new_entry(attempt)
         self._worker = AttemptWorker([attempt], store, before)
         self._worker.advanced.connect(self._collect)
@@ -213,6 +222,7 @@ class AttemptPresenter(QObject):
         if worker is not None:
             worker.join()
         self._made.clear()
+        self._base = None
         self._number = 0
 
     # ---- inside

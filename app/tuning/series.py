@@ -75,11 +75,14 @@ class SeriesPresenter(QObject):
 
     Signals
     -------
+    begins : ()
+        The clouds are about to be used.
     changed : ()
         There are more frames, or another value is shown.
     message : Message
     """
 
+    begins = Signal()
     changed = Signal()
     message = Signal(object)
 
@@ -160,6 +163,7 @@ class SeriesPresenter(QObject):
             attempt = attempt_from(base, changed, stretch, init, "")
             attempts.append(attempt)
             self._tried.append(self._new(row, value, attempt))
+        self.begins.emit()
         worker = AttemptWorker(attempts, store)
         worker.advanced.connect(self._collect)
         worker.ended.connect(self._collect)

@@ -24,7 +24,7 @@ from PySide6.QtWidgets import (
 from app.theme import current_theme
 
 _WORTH_A_COLOUR = 0.05
-_NAME_WIDTH = 190
+_NAME_WIDTH = 172
 _NOTHING = (
     "Change a parameter: the selected frames are tracked again with it, and the attempt is drawn "
     "dashed beside the run until it is dismissed."

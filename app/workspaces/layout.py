@@ -88,7 +88,7 @@ WORKSPACES: tuple[Workspace, ...] = (
         "Tune",
         "Change settings, track a stretch again, and compare the attempts.",
         "settings",
-        side=(("parameters",), ("attempts", "series", "comparison", "runs", "numbers", "inside")),
+        side=(("parameters",), ("attempts", "series", "comparison", "runs", "inside")),
         bottom=("plot", "timeline"),
         side_share=0.40,
         bottom_heights=(165, 150),
