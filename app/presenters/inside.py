@@ -110,9 +110,10 @@ class InsidePresenter(QObject):
         """Whether what is shown belongs to the frame that is shown."""
         if not self.looking or self._waits():
             return True
-        if self._soon.isActive() or (self._worker is not None and not self._worker.idle()):
+        known, frame = self.known, self._document.frame
+        if known is None or known.question is not self._asked or known.question.frame != frame:
             return False
-        return self.known is not None and self.known.question.frame == self._document.frame
+        return known.question.source is (self._track.held_before(frame) or self._runs.active)
 
     # ---- what a person does
 
@@ -124,7 +125,8 @@ class InsidePresenter(QObject):
 
     def leave(self) -> None:
         """Show the run again."""
-        self.looking, self._asked = False, None
+        self.looking = False
+        self._stop()
         self._show(None, 0)
 
     def go(self, index: int) -> None:
@@ -138,7 +140,8 @@ class InsidePresenter(QObject):
 
     def close(self) -> None:
         """Forget everything and end the thread."""
-        self.looking, self._asked, self.known, self._drawing = False, None, None, None
+        self.looking, self.known, self._drawing = False, None, None
+        self._stop()
         if self._worker is not None:
             self._worker.close()
             self._worker = None
@@ -151,6 +154,12 @@ class InsidePresenter(QObject):
         if self.looking and not self._soon.isActive():
             self._soon.start()
 
+    def _stop(self) -> None:
+        """Let what is being worked out end as soon as it can."""
+        if self._asked is not None:
+            self._asked.stop.set()
+        self._asked = None
+
     def _waits(self) -> bool:
         return self._document.playing or self._track.running
 
@@ -158,7 +167,11 @@ class InsidePresenter(QObject):
     def _ask(self) -> None:
         self._soon.stop()
         recording = self._document.recording
-        if not self.looking or recording is None or self._waits():
+        if not self.looking or recording is None:
+            return
+        if self._waits():
+            if self.known is None or self.known.question is not self._asked:
+                self._stop()  # the tracker needs the time
             return
         try:
             question = self._question(recording)
@@ -168,6 +181,7 @@ class InsidePresenter(QObject):
             return
         if question is None:
             return
+        self._stop()
         self._asked = question
         if self._worker is None:
             self._worker = NewestWins(answer, "look inside")
@@ -187,13 +201,13 @@ class InsidePresenter(QObject):
             settings = live.settings
         elif entry is not None:
             settings = settings_of(entry)
+        if asks_the_same(self._asked, frame, live or entry, settings):
+            return None
         cloud = self._clouds.cloud(frame, settings.depth)
         if cloud is None and self._clouds.given_up(frame, settings.depth):
             raise InputError("the points of this frame cannot be measured", where=f"frame {frame}")
         if cloud is None:
             self._clouds.ask(frame, settings.depth)
-            return None
-        if asks_the_same(self._asked, frame, cloud, live or entry):
             return None
         if live is not None:
             return live_question(frame, cloud, live, started=self._track.started)

@@ -86,15 +86,15 @@ def cross_maps(correction: Correction, names: tuple[str, ...]) -> tuple[HeatMap,
         unit = "mm²" if state.unit == "mm" else "° mm"
         return (
             f"{state.label}, point {column + 1} on the {part_words(points.part[column])}: "
-            f"P_xz {value:.3g} {unit}, correlation {correlation[row, column]:+.2f}, "
+            f"P_xz {_number(value)} {unit}, correlation {correlation[row, column]:+.2f}, "
             f"residual {1e3 * points.residual[column]:.0f} mm, "
             f"gain {_gain_words(correction, state, row, column)}"
         )
 
     rows = tuple(state.short for state in states)
     ends = (
-        f"positions: {1e6 * strongest[0]:.3g} mm²",
-        f"angles: {1e3 * np.degrees(strongest[1]):.3g} ° mm",
+        f"{_number(1e6 * strongest[0])} mm² (positions)",
+        f"{_number(1e3 * float(np.degrees(strongest[1])))} ° mm (angles)",
     )
     return (
         HeatMap("Correlation", rows, groups, correlation, words, ("correlation 1",)),
@@ -163,6 +163,11 @@ def residual_histogram(points: Points, words: str, sides: tuple[str, str]) -> Hi
     return Histogram(
         "Residuals of the pairs", edges, counts.astype(np.float64), shades, "mm", words, sides
     )
+
+
+def _number(value: float) -> str:
+    """Three digits, without exponents where they can be done without."""
+    return f"{value:.0f}" if abs(value) >= 1000.0 else f"{value:.3g}"
 
 
 def _largest(values: FloatArray) -> float:

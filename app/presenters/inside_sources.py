@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -24,6 +26,7 @@ from stereotrack_core.tracking.pipeline import Pipeline, usable_views
 from stereotrack_core.tracking.repeating import recipe_of
 from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.thesis import ThesisTracker
+from stereotrack_core.tracking.tuning.attempt import stoppable
 
 LIVE = (
     "Begins with the tracker in progress itself: a copy of it does this frame, and the tracker "
@@ -47,6 +50,9 @@ class Question:
         What the run has kept of the frame, to be compared with.
     source : object
         The run or tracker that it is about.
+    settings : Settings
+    stop : Event
+        Set when nobody wants to know any more.
     """
 
     frame: int
@@ -54,6 +60,8 @@ class Question:
     begin: Callable[[Cloud], Beginning]
     found: Estimate | None
     source: object
+    settings: Settings
+    stop: threading.Event
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,12 +86,13 @@ class Inside:
     compared: str
 
 
-def asks_the_same(asked: Question | None, frame: int, cloud: Cloud, source: object) -> bool:
-    """Whether a frame was asked about already, with the same cloud and of the same run."""
+def asks_the_same(asked: Question | None, frame: int, source: object, settings: Settings) -> bool:
+    """Whether a frame was asked about already, of the same run and with the same settings."""
     return (
         asked is not None
-        and (asked.frame == frame and asked.cloud is cloud)
-        and (asked.source is source)
+        and asked.frame == frame
+        and asked.source is source
+        and asked.settings == settings
     )
 
 
@@ -95,6 +104,8 @@ def answer(question: Question) -> Inside:
         trace = watched_step(begun.tracker, question.cloud)
     finally:
         release()
+    plain = BodyModel(trace.body.skeleton, trace.body.cones)  # this one never stops
+    trace = dataclasses.replace(trace, body=plain)
     return Inside(question, trace, steps_of(trace), begun.words, _compared(trace, question.found))
 
 
@@ -118,14 +129,15 @@ def live_question(frame: int, cloud: Cloud, pipeline: Pipeline, *, started: bool
             twin.start(pipeline.first_pose(cloud))
         return Beginning(twin, LIVE)
 
-    return Question(frame, cloud, begin, None, pipeline)
+    return Question(frame, cloud, begin, None, pipeline, pipeline.settings, threading.Event())
 
 
 def run_question(
     frame: int, cloud: Cloud, recording: Recording, entry: RunEntry | None, settings: Settings
 ) -> Question:
     """About a run that has been there, or about a frame that no run knows."""
-    way, known = way_of(recording, entry, settings), Known()
+    way, known, stop = way_of(recording, entry, settings), Known(), threading.Event()
+    way = dataclasses.replace(way, body=stoppable(way.body, stop.is_set))
     if entry is not None:
         known = Known(*(_estimate(entry, k) for k in (frame - 1, frame - 2, frame)))
     smoothed = entry is not None and _smoothed(entry)
@@ -134,7 +146,7 @@ def run_question(
         begun = beginning_at(way, known, cloud)
         return Beginning(begun.tracker, begun.words + _SMOOTHED) if smoothed else begun
 
-    return Question(frame, cloud, begin, known.here, entry)
+    return Question(frame, cloud, begin, known.here, entry, settings, stop)
 
 
 def settings_of(entry: RunEntry) -> Settings:
