@@ -69,6 +69,7 @@ class TuningWork(QObject):
         w.series_panel.shown.connect(self.series.show)
         w.series_panel.taken.connect(self._on_taken)
         self.attempts.changed.connect(self.show)
+        self.attempts.arrived.connect(w.instant.tell_soon)
         self.attempts.begins.connect(self.warmer.cancel)
         self.series.begins.connect(self.warmer.cancel)
         for changed in (w.runs.active_changed, w.timeline.selection_changed, w.spaces.changed):

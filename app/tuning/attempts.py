@@ -48,6 +48,8 @@ class AttemptPresenter(QObject):
     -------
     begins : ()
         An attempt is about to use the clouds.
+    arrived : ()
+        An attempt has the frame that is shown.
     changed : ()
         What is said of the attempts, or how far they are, is different.
     message : Message
@@ -57,6 +59,7 @@ class AttemptPresenter(QObject):
     """
 
     begins = Signal()
+    arrived = Signal()
     changed = Signal()
     message = Signal(object)
     first_shown = Signal(float)
@@ -287,6 +290,7 @@ class AttemptPresenter(QObject):
             entry.frames[tracked.frame] = tracked.without_cloud()
             if entry.settings is not None and tracked.frame == self._document.frame:
                 self._clouds.keep(tracked.cloud, entry.settings.depth)
+                self.arrived.emit()
         if results and first:
             self._judging.judge()  # the first frame is shown at once, those after it now and then
             if self._since.isValid():

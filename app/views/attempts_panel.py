@@ -23,7 +23,7 @@ from PySide6.QtWidgets import (
 
 from app.theme import current_theme
 
-_WORTH_A_COLOUR = 0.05
+_WORTH_SAYING = 0.05
 _NAME_WIDTH = 172
 _NOTHING = (
     "Change a parameter: the selected frames are tracked again with it, and the attempt is drawn "
@@ -45,7 +45,7 @@ class AttemptRow:
     name, changed : str
         What it is called, and what it changed.
     values, changes : tuple of float
-        In the order of the table's headings; NaN where not known.
+        In the order of the table's headings, the last of which counts; NaN where not known.
     is_run : bool
     is_base : bool
         Whether it is what the others are compared with.
@@ -187,7 +187,9 @@ class AttemptsPanel(QWidget):
         for column, (value, change) in enumerate(
             zip(row.values, row.changes, strict=True), start=1
         ):
-            self.table.setItem(place, column, _value_item(value, change, row.is_base))
+            counted = column == len(row.values)
+            item = _value_item(value, change, row.is_base, 0 if counted else 1)
+            self.table.setItem(place, column, item)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() == Qt.Key.Key_Delete and self.row >= 0:
@@ -196,13 +198,12 @@ class AttemptsPanel(QWidget):
             super().keyPressEvent(event)
 
 
-def _value_item(value: float, change: float, is_base: bool) -> QTableWidgetItem:
-    item = QTableWidgetItem("…" if math.isnan(value) else f"{value:.1f}")
+def _value_item(value: float, change: float, is_base: bool, digits: int) -> QTableWidgetItem:
+    item = QTableWidgetItem("…" if math.isnan(value) else f"{value:.{digits}f}")
     item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
     item.setToolTip(_TIP)
-    if not is_base and not math.isnan(change):
-        item.setText(f"{value:.1f} ({change:+.1f})")
-        if abs(change) >= _WORTH_A_COLOUR:
-            theme = current_theme()
-            item.setForeground(QColor(theme.good if change < 0 else theme.warning))
+    if not is_base and abs(change) >= _WORTH_SAYING:
+        item.setText(f"{value:.{digits}f} ({change:+.{digits}f})")
+        theme = current_theme()
+        item.setForeground(QColor(theme.good if change < 0 else theme.warning))
     return item

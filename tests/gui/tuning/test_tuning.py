@@ -61,6 +61,7 @@ def test_an_edit_by_keys_leads_to_an_attempt_beside_the_run(tuning, qtbot, quick
     assert [table.item(k, 0).text().splitlines()[0] for k in range(2)] == ["◆ quick", "attempt 1"]
     assert "(" in table.item(1, 1).text(), "the difference from the run is stated"
     assert tuning.attempts_panel.words.text() == "Attempt 1 has these settings."
+    assert len(tuning.instant.told.ghosts) == 1, "it is drawn in the views as well"
 
 
 def test_the_same_settings_are_not_tried_twice_and_the_run_s_own_not_at_all(tuning, qtbot):
