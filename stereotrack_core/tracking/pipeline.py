@@ -358,7 +358,7 @@ class Pipeline:
 
 
 def usable_views(recording: Recording, views: Sequence[str] | None) -> tuple[str, ...]:
-    """Names of the views that give depth, checked against what was asked for."""
+    """Names of the views that give depth and were asked for, in the recording's order."""
     deep = tuple(view.name for view in recording.views if view.kind != "mono")
     if not deep:
         raise InputError(
@@ -375,7 +375,7 @@ def usable_views(recording: Recording, views: Sequence[str] | None) -> tuple[str
             where="--views",
             remedy=f"Known are: {', '.join(deep)}.",
         )
-    return tuple(dict.fromkeys(views))
+    return tuple(name for name in deep if name in views)
 
 
 def track(

@@ -248,5 +248,14 @@ def test_mono_views_are_left_out(recording):
     first = dataclasses.replace(recording.views[0], kind="mono", depth=None, mask=None)
     mixed = dataclasses.replace(recording, views=(first, *recording.views[1:]))
     assert usable_views(mixed, None) == ("O", "S", "W")
+    assert usable_views(mixed, ["W", "O", "W"]) == ("O", "W")
     with pytest.raises(InputError, match="named N"):
         usable_views(mixed, ["N"])
+
+
+def test_the_order_in_which_views_are_named_changes_nothing(recording):
+    found = [
+        track(recording, _settings("fast"), views=views, frames=range(3), init="tpose")
+        for views in (["N", "W"], ["W", "N"])
+    ]
+    _same(*found)
