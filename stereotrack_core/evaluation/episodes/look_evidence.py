@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -41,10 +42,13 @@ def look_evidence(
     limbs = [LIMBS.index(limb) for limb in episode.limbs]
     found = _holes(views, inside, usual, limbs)
     blind = {e.words.split()[1] for e in found}
-    found += _hidden(views, inside, limbs, blind)
-    found += _strangers(inside, usual, limbs)
     # cameras that do not fit do so whether somebody fails or not
-    return found + _misfit(views, [*inside, *usual])
+    misfit = _misfit(views, [*inside, *usual])
+    # where they do not, what they measure before a limb may be the limb
+    doubt = max((e.strength for e in misfit), default=0.0)
+    for each in _hidden(views, inside, limbs, blind):
+        found.append(replace(each, strength=each.strength * (1.0 - doubt)))
+    return [*found, *_strangers(inside, usual, limbs), *misfit]
 
 
 def _mean(looks: Sequence[Look], name: str) -> FloatArray:

@@ -194,7 +194,8 @@ class Looker:
         towards /= np.linalg.norm(towards, axis=1, keepdims=True)
         along = np.einsum("vi,vi->v", offset, towards)
         known = along[np.isfinite(along)]
-        result: FloatArray = towards * (known.mean() if len(known) > 1 else 0.0)
+        # of two views nobody can tell what is common to all
+        result: FloatArray = towards * (known.mean() if len(known) > 2 else 0.0)
         return result
 
 
