@@ -199,12 +199,9 @@ def _sigma(trace: FrameTrace, step: Step, correction: Correction) -> StepContent
         (state.label, *(f"{value * state.factor:.2f} {state.unit}" for value in values))
         for state, *values in zip(states, correction.before.sigma, largest, strict=True)
     )
-    table = Table(
-        "Spread",
-        ("State", "σ", "Farthest sigma point"),
-        rows,
-        tuple(state.limb for state in states),
-    )
+    limbs = tuple(state.limb for state in states)
+    tips = ("", "Standard deviation", "How far the farthest of these poses is from the estimate")
+    table = Table("Spread", ("State", "σ", "Farthest"), rows, limbs, tips=tips)
     return _content(step, trace, f"Here {count} poses.", tables=(table,))
 
 
