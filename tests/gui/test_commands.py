@@ -96,8 +96,9 @@ NEED_CLICKS = {
 """Commands that say in a message what has to be clicked first."""
 
 
-NOT_HERE = {"quit", "demo", "close", "projects_beside"}
-"""Commands that would end the test, or leave something beside the recording of others."""
+NOT_HERE = {"quit", "demo", "close", "projects_beside", "repeat_run"}
+"""Commands that would end the test, leave something beside the recording of others, or answer
+with a message when the test may be over."""
 
 
 def trigger_everything(window, qtbot, besides=()):
