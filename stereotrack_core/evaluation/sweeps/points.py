@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.parameters import ParameterRow, Value
-from stereotrack_core.tracking.presets import PRESETS
+from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.settings import Settings
 
 SPECIAL: Mapping[str, str] = MappingProxyType(
@@ -106,12 +106,8 @@ def checked_value(name: str, value: Value) -> Value:
         )
     if name == "seed":
         return ParameterRow(name, int, 0, "", 0, None, (), "", SPECIAL[name], None).checked(text)
-    if name == "preset" and text not in PRESETS:
-        raise InputError(
-            f"there is no preset {text!r}",
-            where="preset",
-            remedy=f"Known are: {', '.join(PRESETS)}.",
-        )
+    if name == "preset":
+        preset(text)  # refuses what is none; a file may hold one
     if not text:
         raise InputError("a value is missing", where=name, remedy="Write NAME=a,b,c.")
     return text
