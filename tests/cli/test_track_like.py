@@ -103,6 +103,7 @@ def test_a_run_that_was_stopped_is_repeated_as_far_as_it_went(run, recording, fi
     assert "came out otherwise" in ended.err  # the first was gone over backwards
 
 
+@pytest.mark.slow
 def test_a_run_of_an_older_version_says_what_it_lacks(run, recording, tracked, tmp_path):
     with np.load(tracked) as stored:
         arrays = dict(stored)

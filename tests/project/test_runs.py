@@ -7,7 +7,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stereotrack_core.errors import InputError
@@ -33,11 +33,11 @@ VERSIONS = {"stereotrack": "1", "numpy": "2.1"}
 
 
 def meta(**changes):
-    settings = preset("fast").replaced(**changes)
+    made_with = preset("fast").replaced(**changes)
     return {
         "version": "1",
         "preset": "fast",
-        "parameters": settings.values(),
+        "parameters": made_with.values(),
         "seed": 3,
         "views": ["N", "S"],
         "init": "auto",
@@ -91,6 +91,7 @@ def test_a_run_comes_back_bit_by_bit_after_the_project_was_closed(project, proje
         assert_same(load_run(again.runs, "accurate"), run())
 
 
+@settings(max_examples=20)
 @given(st.integers(0, 5), st.integers(0, 2**32))
 def test_the_bytes_of_a_run_are_a_run_file(frames, seed):
     made = run(frames + 1, seed)
