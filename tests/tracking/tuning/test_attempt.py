@@ -122,7 +122,15 @@ def test_work_is_told_before_it_is_done(cones, store_of, run):
     assert work_of(wider, store).words == "tracking only"
 
 
-@pytest.mark.parametrize("name", ["accurate", "thesis", "annealed", "ekf"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "accurate",
+        "thesis",
+        pytest.param("annealed", marks=pytest.mark.slow),
+        pytest.param("ekf", marks=pytest.mark.slow),
+    ],
+)
 def test_an_attempt_ends_in_the_middle_of_a_frame_and_the_next_one_is_whole(
     cones, store_of, run, name
 ):
