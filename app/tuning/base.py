@@ -8,6 +8,7 @@ from app.presenters.runs import RunEntry
 from app.views.parameter_editor import value_text
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.errors import InputError
 from stereotrack_core.parameters import ParametersT, Value
 from stereotrack_core.tracking.pipeline import FirstPose
@@ -47,11 +48,17 @@ class Base:
         before, here = self.entry.at(frame - 1), self.entry.at(frame)
         stands = self.settings is not None and shape_stands(self.settings, settings)
         shape = self.shape if stands else None
+        lengths = self._lengths() if stands else None
         if before is not None and before.pose is not None:
-            return Start(before.pose, before.P, shape, self.first)
+            return Start(before.pose, before.P, shape, self.first, lengths)
         if here is not None and here.pose is not None:
-            return Start(here.pose, None, shape, self.first)
+            return Start(here.pose, None, shape, self.first, lengths)
         return None
+
+    def _lengths(self) -> Proportions | None:
+        """The body's lengths where the run has estimated them."""
+        estimated = self.settings is not None and self.settings.body.proportions == "sequence"
+        return self.entry.body.skeleton.proportions if estimated else None
 
 
 def base_of(entry: RunEntry, made: Attempt | None = None) -> Base:

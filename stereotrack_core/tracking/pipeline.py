@@ -202,10 +202,7 @@ class Pipeline:
             self._shared.learn(frames)
 
     def take_lengths(self, frames: range) -> EstimatedLengths:
-        """Track the first part once with lengths after the height, and estimate them from it.
-
-        The pipeline goes on with these lengths.
-        """
+        """Track the first part once with lengths after the height, and estimate them from it."""
         expected = lengths_by_height(self._first_clouds(frames))
         p = self.settings.tracking
         follows = p if self._follows_data else TrackingParameters()
@@ -223,10 +220,14 @@ class Pipeline:
                 seen.add(tracked)
                 self.on_first_pass(tracked)
         known = seen.lengths(expected, settings.body, follows, first.tracker.state_names)
-        self.recording = dataclasses.replace(self.recording, subject=known.subject())
-        self.body = body_model(known.proportions, self.settings.body)
-        self.tracker = self._tracker()
+        self.go_on_with(known)
         return known
+
+    def go_on_with(self, lengths: EstimatedLengths) -> None:
+        """Track a body of these lengths."""
+        self.recording = dataclasses.replace(self.recording, subject=lengths.subject())
+        self.body = body_model(lengths.proportions, self.settings.body)
+        self.tracker = self._tracker()
 
     def _fit_shape(self, frames: range) -> None:
         """Follow the first frames in which somebody is there, and fit the shape to them."""

@@ -10,11 +10,13 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.model import BodyModel, body_model
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.body.pose import PartFrames, Pose
+from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.chroma import has_colours
 from stereotrack_core.tracking.estimate import Estimate, Tracker
 from stereotrack_core.tracking.frame import Origin, TrackedFrame
+from stereotrack_core.tracking.lengths_fit import EstimatedLengths
 from stereotrack_core.tracking.pipeline import FirstPose, Pipeline
 from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.tuning.clouds import CloudKey, CloudStore
@@ -37,12 +39,16 @@ class Start:
         want that.
     first : Pose or None
         Pose with which the run began, for the fit of the shape.
+    lengths : Proportions or None
+        Of the body, where they were estimated from the sequence and stand; None has them
+        estimated again where the settings want that.
     """
 
     pose: Pose
     P: FloatArray | None = None
     shape: BodyParameters | None = None
     first: Pose | None = None
+    lengths: Proportions | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,6 +143,7 @@ class AttemptPipeline(Pipeline):
             clouds=clouds,
         )
         self.body = stoppable(self.body, self._cancelled)
+        self.on_first_pass = self._ask
 
     @property
     def plain_body(self) -> BodyModel:
@@ -162,6 +169,8 @@ class AttemptPipeline(Pipeline):
         if self._prepared:
             return
         self._prepared, self._asked = True, frames
+        if self.settings.body.proportions == "sequence":
+            self._estimate_lengths(start.lengths)
         if self._attempt.fits_shape:
             self._fit_or_remember()
         elif start.shape is not None:
@@ -176,14 +185,33 @@ class AttemptPipeline(Pipeline):
     def _fit_or_remember(self) -> None:
         """Fit the shape, unless an attempt before has fitted it to the same clouds."""
         attempt, shapes = self._attempt, self._shapes
-        key = shape_key(attempt.settings), attempt.known, attempt.seed, pose_key(self._init)
+        lengths = self.body.skeleton.proportions
+        key = (
+            shape_key(attempt.settings),
+            lengths,
+            attempt.known,
+            attempt.seed,
+            pose_key(self._init),
+        )
         if key in shapes:
             self.shape = shapes[key]
-            self.body = body_model(self.body.skeleton.proportions, self.shape)
+            self.body = body_model(lengths, self.shape)
             return
         self._fit_shape(attempt.known)
         self._made.clear()
         shapes[key] = self.shape
+
+    def _estimate_lengths(self, known: Proportions | None) -> None:
+        """Go on with lengths that are known already, or estimate them."""
+        if known is not None:
+            self.go_on_with(EstimatedLengths(known))
+            return
+        self.take_lengths(self._attempt.known)
+        self._made.clear()
+
+    def _ask(self, _: TrackedFrame) -> None:
+        if self._cancelled():
+            raise Cancelled
 
     def origin(self) -> Origin:
         """Where the frames come from, with the pose that the stretch began with."""

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
@@ -147,3 +148,16 @@ def test_an_attempt_ends_in_the_middle_of_a_frame_and_the_next_one_is_whole(
     again = list(attempted(attempt, store))
     equal(again[:1], [whole])
     assert len(again) == 3
+
+
+@pytest.mark.parametrize("kept", [True, False])
+def test_lengths_that_a_run_has_estimated_are_kept_or_estimated_again(cones, store_of, run, kept):
+    longer = dataclasses.replace(AVERAGE, upper_arm_length=0.30)
+    settings = run[0].replaced(proportions="sequence", fit_shape=False)
+    start = dataclasses.replace(start_at(run, 5), shape=None, lengths=longer if kept else None)
+    made = AttemptPipeline(Attempt(settings, range(5, 7), start, 3, WHOLE), store_of(cones))
+    with made:
+        assert all(frame.tracked for frame in made.tracked())
+    found = made.origin().recording.subject.upper_arm_length
+    assert (found == longer.upper_arm_length) == kept
+    assert found == pytest.approx(made.plain_body.skeleton.proportions.upper_arm_length)
