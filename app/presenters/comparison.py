@@ -111,7 +111,10 @@ def _rows_of_one(
     selection: range | None,
 ) -> tuple[ComparedRow, ...]:
     series = measured(candidate, reference, selection)
-    quality = truth.quality
+    chosen = candidate.trajectory.frame
+    if selection is not None:
+        chosen = chosen[(chosen >= selection.start) & (chosen < selection.stop)]
+    quality = truth.quality_over(chosen)
     return tuple(
         ComparedRow(
             _LIMB_OF.get(one.name, ""),

@@ -23,12 +23,13 @@ def pictures_of(path: Path) -> list[np.ndarray]:
 
 
 def write_pictures(path: Path, pictures: list[np.ndarray]) -> None:
-    """Write a video again, ten frames per second."""
+    """Write a video again, ten frames per second; by one thread, so that it is the same always."""
     with av.open(str(path), "w") as container:
         stream = container.add_stream("libx264", rate=10)
         stream.height, stream.width = pictures[0].shape
         stream.pix_fmt = "yuv420p"
         stream.options = {"crf": "14"}
+        stream.thread_count = 1
         for picture in pictures:
             frame = av.VideoFrame.from_ndarray(picture, format="gray").reformat(format="yuv420p")
             container.mux(stream.encode(frame))

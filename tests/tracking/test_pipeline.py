@@ -221,7 +221,7 @@ def test_a_shared_reader_stays_open(recording):
 
 def test_two_views_are_enough_to_go_on(recording):
     run = track(recording, _settings("fast"), views=["S", "N"], frames=range(3))
-    assert run.meta["views"] == ["S", "N"]
+    assert run.meta["views"] == ["N", "S"]
     assert run.tracked.all()
 
 
