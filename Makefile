@@ -41,7 +41,7 @@ docs: ready
 
 pictures: ready
 	$(PY) tools/write_pictures.py demo docs
-	$(PY) tools/shrink_pictures.py docs/workbench.png docs/comparison.png
+	$(PY) tools/shrink_pictures.py docs/workbench.png docs/comparison.png docs/review.png
 
 lock: ready
 	$(PY) -m venv --clear build/uv

@@ -32,7 +32,8 @@ def main(demo: Path, docs: Path) -> int:
     load_qt()
     docs.mkdir(parents=True, exist_ok=True)
     done = _picture(places.recording, runs[-1:], "track", docs / "workbench.png")
-    done = _picture(places.recording, runs, "tune", docs / "comparison.png") and done
+    done = _picture(places.recording, runs, "tune", docs / "comparison.png", "comparison") and done
+    done = _picture(places.recording, runs, "review", docs / "review.png", "episodes") and done
     return 0 if done else 1
 
 
@@ -44,7 +45,9 @@ def _run_of(recording: Path, path: Path, preset: str) -> Path:
     return path
 
 
-def _picture(recording: Path, runs: list[Path], workspace: str, picture: Path) -> bool:
+def _picture(
+    recording: Path, runs: list[Path], workspace: str, picture: Path, panel: str = "runs"
+) -> bool:
     from app.program import WindowProgram
     from app.theme import apply_theme
 
@@ -54,6 +57,7 @@ def _picture(recording: Path, runs: list[Path], workspace: str, picture: Path) -
     window.follower.change_display(keep_person=True)
     # the last one that is opened is the active one
     window.document.opened.connect(lambda: _open_runs(program, runs))
+    window.document.opened.connect(window.docks[panel].raise_)
     window.files.open(recording, frame=FRAME, workspace=workspace)
     return program.picture(picture, SIZE)
 

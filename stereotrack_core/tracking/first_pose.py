@@ -9,7 +9,10 @@ import numpy as np
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.body.pose import Pose
+from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.acquire import SeekingTracker
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.initialise import t_pose_in_cloud
@@ -59,6 +62,40 @@ def first_pose_in(
         return usual
     found = _followed_back(seeker, clouds, estimates, first, last)
     return facing_right(seeker, found, clouds[first : last + 1], shape)
+
+
+def first_pose_from_images(
+    seeker: SeekingTracker,
+    reader: FrameReader,
+    views: Sequence[str],
+    frames: Sequence[int],
+    learned_from: range,
+) -> Pose | None:
+    """First pose for a tracker whose own clouds are not made for search, followed to its place.
+
+    Parameters
+    ----------
+    seeker : SeekingTracker
+        Of the default shape; nothing of it is left as it was.
+    reader : FrameReader
+    views : sequence of str
+    frames : sequence of int
+        Successive frames.
+    learned_from : range
+        Frames from which the background is learned where there are no images of it.
+    """
+    chain = DepthChain(reader.recording, DepthParameters(), views=views)
+    try:
+        chain.learn_background(reader, learned_from)
+        clouds = [chain.process(reader.frame_set(frame)) for frame in frames]
+    finally:
+        chain.close()
+    found = first_pose_in(seeker, clouds, BodyParameters())
+    if found is None:
+        return None
+    seeker.start(found)
+    estimates = [seeker.step(cloud) for cloud in clouds]
+    return next((estimate.pose for estimate in estimates if estimate.tracked), found)
 
 
 def _followed_back(

@@ -15,7 +15,6 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.blas_threads import one_blas_thread
 from stereotrack_core.body.model import BodyModel, body_model, landmarks
-from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.chain import DepthChain
@@ -31,7 +30,7 @@ from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.acquire import SeekingTracker
 from stereotrack_core.tracking.colours.tracker import ColouredTracker
 from stereotrack_core.tracking.estimate import Estimate, Tracker
-from stereotrack_core.tracking.first_pose import first_pose_in
+from stereotrack_core.tracking.first_pose import first_pose_from_images, first_pose_in
 from stereotrack_core.tracking.frame import Origin, TrackedFrame, run_of
 from stereotrack_core.tracking.initialise import t_pose_in_cloud
 from stereotrack_core.tracking.lengths_fit import (
@@ -262,8 +261,10 @@ class Pipeline:
         return found
 
     def _look_for_pose(self, clouds: Sequence[Cloud]) -> Pose | None:
-        shape = self.settings.body if self._follows_data else BodyParameters()
-        return first_pose_in(self._seeker(), clouds, shape)
+        if self._follows_data:
+            return first_pose_in(self._seeker(), clouds, self.settings.body)
+        frames, known = [cloud.frame for cloud in clouds], self._asked or range(0)
+        return first_pose_from_images(self._seeker(), self.reader, self.views, frames, known)
 
     @property
     def _follows_data(self) -> bool:

@@ -109,6 +109,14 @@ def test_the_thesis_follows_it_too(recording):
     assert np.mean(errors) < 0.06
 
 
+def test_the_thesis_begins_with_a_pose_that_is_looked_for_in_clouds_made_for_search(recording):
+    found = []
+    for init in ("auto", _pose(0)):
+        run = track(recording, _settings("thesis"), frames=range(2), init=init)
+        found.append(run.landmarks[0])
+    assert np.linalg.norm(found[0] - found[1], axis=-1).max() < 0.08
+
+
 def test_the_reference_is_never_seen(recording, fast_run):
     without = dataclasses.replace(recording, reference=None)
     _same(track(without, _settings("fast"), preset="fast", seed=3), fast_run)
