@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+
 import numpy as np
 import pytest
 
@@ -150,7 +152,7 @@ def test_the_tracker_s_run_is_proposed_and_told_to_next(clicked, qtbot):
 def test_it_can_be_stopped_and_keeps_nothing_then(clicked, qtbot, monkeypatch):
     """Cancel works between portions of frames; the first is made, the others are not."""
     work = clicked.annotation.predicting
-    made = []
+    made, cancelled = [], threading.Event()
 
     def slowly(*arguments):
         from app.presenters.prefilling import neighbour_filling
@@ -160,7 +162,7 @@ def test_it_can_be_stopped_and_keeps_nothing_then(clicked, qtbot, monkeypatch):
 
         def make(frames):
             made.append(frames)
-            clicked.tasks.cancel_all()
+            assert cancelled.wait(30)
             return whole(frames)
 
         object.__setattr__(filling, "make", make)
@@ -170,6 +172,9 @@ def test_it_can_be_stopped_and_keeps_nothing_then(clicked, qtbot, monkeypatch):
     monkeypatch.setattr("app.presenters.prefilling._AT_ONCE", 2)
     trigger(clicked, "annotate-fill-neighbours")
     assert work.busy
+    qtbot.waitUntil(lambda: len(made) > 0, timeout=30_000)
+    clicked.tasks.cancel_all()
+    cancelled.set()
     qtbot.waitUntil(lambda: not work.busy, timeout=30_000)
     qtbot.waitUntil(clicked.settled, timeout=60_000)
     assert made == [range(1, 3)]
