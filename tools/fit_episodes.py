@@ -16,10 +16,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import scipy.optimize
-from scipy.special import expit
+from logistic import fitted
 
-from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.evaluation.episodes.rules import EpisodeRules
@@ -45,9 +44,6 @@ UNSAID = tuple(sign for sign in EPISODE_SIGNS if not sign.startswith("lost"))
 
 SHRINKAGE = 30.0
 """Examples that speak for slopes of 0 in units of the signs' own spread."""
-
-FRAMES_OF_ONE = 3.0
-"""Successive frames show nearly the same: so many count as one example."""
 
 
 @dataclass(frozen=True)
@@ -131,26 +127,8 @@ def fitted_by_limb(runs: list[tuple[Run, Path]]) -> dict[str, FloatArray]:
         lost = error[known] > EpisodeRules().episode_error
         for used, ending in ((SAID, ""), (UNSAID, "_WITHOUT_LOST")):
             taken = np.where([sign in used for sign in EPISODE_SIGNS], rows[known], 0.0)
-            result[f"{name}{ending}"] = fitted(taken, lost)
+            result[f"{name}{ending}"] = fitted(taken, lost, SHRINKAGE)
     return result
-
-
-def fitted(signs: FloatArray, lost: BoolArray) -> FloatArray:
-    """Constant and slopes (1 + S,) of a logistic regression with shrunk slopes."""
-    middle, spread = signs.mean(axis=0), np.maximum(signs.std(axis=0), 1e-6)
-    X = np.column_stack([np.ones(len(signs)), (signs - middle) / spread])
-    y = lost.astype(np.float64)
-
-    def cost(b: FloatArray) -> tuple[float, FloatArray]:
-        z = X @ b
-        against = np.sum(np.logaddexp(0.0, z) - y * z) / FRAMES_OF_ONE
-        slope = X.T @ (expit(z) - y) / FRAMES_OF_ONE
-        shrunk = np.append(0.0, b[1:])
-        return against + 0.5 * SHRINKAGE * shrunk @ shrunk, slope + SHRINKAGE * shrunk
-
-    b = scipy.optimize.minimize(cost, np.zeros(X.shape[1]), jac=True, method="L-BFGS-B").x
-    slopes = b[1:] / spread
-    return np.append(b[0] - slopes @ middle, slopes)
 
 
 def written(coefficients: Mapping[str, FloatArray]) -> str:

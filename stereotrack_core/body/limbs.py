@@ -1,5 +1,10 @@
 """The limbs that errors, colours and confidences are stated for."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
 LIMBS: tuple[str, ...] = (
     "torso",
     "head",
@@ -9,3 +14,15 @@ LIMBS: tuple[str, ...] = (
     "right_forearm",
 )
 """Every array over limbs has this order; left and right are the person's own."""
+
+LIMB_ENDS: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = MappingProxyType(
+    {
+        "torso": (("left_hip", "right_hip"), ("left_shoulder", "right_shoulder")),
+        "head": (("left_shoulder", "right_shoulder"), ("head",)),
+        "left_upper_arm": (("left_shoulder",), ("left_elbow",)),
+        "right_upper_arm": (("right_shoulder",), ("right_elbow",)),
+        "left_forearm": (("left_elbow",), ("left_hand",)),
+        "right_forearm": (("right_elbow",), ("right_hand",)),
+    }
+)
+"""Landmarks at a limb's near and far end; of two, the middle."""

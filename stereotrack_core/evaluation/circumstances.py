@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
-from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.body.limbs import LIMB_ENDS, LIMBS
 from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.sampling import regular_points
@@ -22,16 +22,6 @@ POINTS_PER_CONE = 24
 
 FREE_SHARE = 0.5
 """A view sees a limb free where it sees this share of the limb's side that faces it."""
-
-_ENDS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
-    "torso": (("left_hip", "right_hip"), ("left_shoulder", "right_shoulder")),
-    "head": (("left_shoulder", "right_shoulder"), ("head",)),
-    "left_upper_arm": (("left_shoulder",), ("left_elbow",)),
-    "right_upper_arm": (("right_shoulder",), ("right_elbow",)),
-    "left_forearm": (("left_elbow",), ("left_hand",)),
-    "right_forearm": (("right_elbow",), ("right_hand",)),
-}
-"""Landmarks of a limb's near and far end; of two, the middle."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +107,7 @@ def limb_ends(points: FloatArray) -> FloatArray:
     """Near and far ends (F, 6, 2, 3), world, metres, of the limbs of landmarks (F, 9, 3)."""
     result: FloatArray = np.empty((len(points), len(LIMBS), 2, 3))
     for i, limb in enumerate(LIMBS):
-        for end, names in enumerate(_ENDS[limb]):
+        for end, names in enumerate(LIMB_ENDS[limb]):
             own = [LANDMARKS.index(name) for name in names]
             result[:, i, end] = points[:, own].mean(axis=1)
     return result

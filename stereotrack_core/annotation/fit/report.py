@@ -12,7 +12,7 @@ from stereotrack_core.annotation.fit.mistakes import Judgement
 from stereotrack_core.annotation.fit.results import MISTAKEN
 from stereotrack_core.annotation.fit.state import FitState, Freedom
 from stereotrack_core.arrays import FloatArray, IntArray
-from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.body.limbs import LIMB_ENDS, LIMBS
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.landmarks import LANDMARKS
 
@@ -24,16 +24,6 @@ _UNSURE_LIMB = 10.0
 
 _ALONG = np.cos(np.radians(35.0))
 """A direction nearer to a camera's ray than this is along its view."""
-
-_AXES: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
-    "torso": (("left_hip", "right_hip"), ("left_shoulder", "right_shoulder")),
-    "head": (("left_shoulder", "right_shoulder"), ("head",)),
-    "left_upper_arm": (("left_shoulder",), ("left_elbow",)),
-    "right_upper_arm": (("right_shoulder",), ("right_elbow",)),
-    "left_forearm": (("left_elbow",), ("left_hand",)),
-    "right_forearm": (("right_elbow",), ("right_hand",)),
-}
-"""Landmarks between whose middles a limb's direction runs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +65,7 @@ def limb_sigmas(
     sigmas = np.empty(len(LIMBS))
     for i, limb in enumerate(LIMBS):
         weights = np.zeros(len(names))
-        for sign, ends in zip((-1.0, 1.0), _AXES[limb], strict=True):
+        for sign, ends in zip((-1.0, 1.0), LIMB_ENDS[limb], strict=True):
             weights[[names.index(name) for name in ends]] = sign / len(ends)
         along = weights @ places
         length = max(float(np.linalg.norm(along)), 1e-6)

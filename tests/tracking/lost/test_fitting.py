@@ -16,6 +16,7 @@ TOOL = Path(__file__).parents[3] / "tools" / "fit_lost_limbs.py"
 
 @pytest.fixture
 def tool(monkeypatch):
+    monkeypatch.syspath_prepend(str(TOOL.parent))
     spec = importlib.util.spec_from_file_location("fit_lost_limbs", TOOL)
     module = importlib.util.module_from_spec(spec)
     monkeypatch.setitem(sys.modules, spec.name, module)
@@ -27,7 +28,7 @@ def test_coefficients_are_found_again(tool, rng):
     signs = rng.normal(size=(30_000, 3)) * [1.0, 5.0, 0.2] + [0.0, 3.0, 1.0]
     true = np.array([-1.5, 1.2, -0.3, 4.0])
     lost = rng.random(len(signs)) < expit(true[0] + signs @ true[1:])
-    np.testing.assert_allclose(tool.fitted(signs, lost), true, rtol=0.1, atol=0.05)
+    np.testing.assert_allclose(tool.fitted(signs, lost, tool.SHRINKAGE), true, rtol=0.1, atol=0.05)
 
 
 def test_what_is_written_is_what_the_program_reads(tool):
