@@ -100,7 +100,11 @@ def _check(args: Namespace) -> None:
         raise InputError("this is a file", where=str(args.strips), remedy="Name a folder.")
     if args.video is not None:
         if args.video.suffix.lower() != ".mp4":
-            raise InputError("its name does not end in .mp4", where=str(args.video))
+            raise InputError(
+                "its name does not end in .mp4",
+                where=str(args.video),
+                remedy=f"Name it {args.video.with_suffix('.mp4').name}.",
+            )
         check_output(args.video)
 
 

@@ -40,7 +40,11 @@ def replacing(path: Path) -> Iterator[Path]:
         _flush(temporary)
         temporary.replace(path)
     except OSError as error:
-        raise InputError(f"the file could not be written ({error})", where=str(path)) from error
+        raise InputError(
+            f"the file could not be written ({error.strerror or error})",
+            where=str(path),
+            remedy="Make room on the drive, or name another place; nothing was lost.",
+        ) from error
     finally:
         temporary.unlink(missing_ok=True)
 

@@ -96,7 +96,9 @@ def read_c3d(path: Path) -> tuple[LandmarkTrajectory, float]:
             f"the file cannot be read ({error.strerror})", where=str(path), remedy="Check the path."
         ) from error
     except ValueError as error:
-        raise InputError(str(error), where=str(path)) from error
+        raise InputError(
+            str(error), where=str(path), remedy="Take another copy of it, or export it again."
+        ) from error
     metres = _metres(path, content)
     known = [name for name in LANDMARKS if name in content.labels]
     if not known:

@@ -90,7 +90,7 @@ def read_coco(
     """
     content = _content(path)
     categories = {
-        one["id"]: [str(name) for name in one["keypoints"]]
+        one.get("id"): [str(name) for name in one["keypoints"]]
         for one in content["categories"]
         if "keypoints" in one
     }
@@ -154,7 +154,7 @@ def _content(path: Path) -> dict[str, list[dict[str, Any]]]:
         content = json.loads(path.read_text(encoding="utf-8-sig"))
         lists = {key: content[key] for key in ("images", "annotations", "categories")}
         if not all(
-            isinstance(part, list) and all(isinstance(one, dict) for one in part)
+            isinstance(part, list) and all(_is_well_formed(one) for one in part)
             for part in lists.values()
         ):
             raise TypeError
@@ -169,6 +169,16 @@ def _content(path: Path) -> dict[str, list[dict[str, Any]]]:
             remedy="It is JSON with images, annotations and categories.",
         ) from error
     return lists
+
+
+def _is_well_formed(one: Any) -> bool:
+    """Whether an image, annotation or category has the types that its fields shall have."""
+    if not isinstance(one, dict):
+        return False
+    known = (one.get(key) for key in ("id", "image_id", "category_id"))
+    return all(isinstance(each, int | str | None) for each in known) and all(
+        isinstance(one.get(key, []), list) for key in ("keypoints", "outside")
+    )
 
 
 def _place(

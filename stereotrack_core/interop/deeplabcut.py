@@ -18,6 +18,7 @@ from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.atomic import replacing
 from stereotrack_core.interop.label_names import Labels, camera_of, frame_of, map_names
+from stereotrack_core.interop.table_file import text_cells
 from stereotrack_core.recording.description import Recording
 
 _HEADERS = ("scorer", "individuals", "bodyparts", "coords")
@@ -62,7 +63,7 @@ def read_deeplabcut(
     InputError
         Where the file cannot be read at all, or none of its landmarks is known.
     """
-    lines = read_lines(path)
+    lines = text_cells(path)
     header = {line[0].strip(): line for line in lines[:4] if line and line[0].strip() in _HEADERS}
     if len({name.strip() for name in header.get("individuals", [])[1:]} - {""}) > 1:
         raise InputError(
@@ -133,29 +134,6 @@ def write_deeplabcut(
             writer.writerow(row)
 
 
-def read_lines(path: Path) -> list[list[str]]:
-    """All cells of a CSV.
-
-    Raises
-    ------
-    InputError
-        Where it cannot be read.
-    """
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            return list(csv.reader(file))
-    except FileNotFoundError:
-        raise InputError(
-            "there is no such file", where=str(path), remedy="Check the path."
-        ) from None
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError(
-            f"the file cannot be read ({error})",
-            where=str(path),
-            remedy="It has to be a UTF-8 text file with commas.",
-        ) from error
-
-
 def _picture(
     cells: Sequence[str], path: Path, recording: Recording, camera: str | None, where: str
 ) -> tuple[int, str]:
@@ -165,7 +143,7 @@ def _picture(
         frame = float(text)
     except ValueError:
         return frame_of(text, where=where), camera_of(text, recording, camera, where=where)
-    if frame != int(frame) or frame < 0:
+    if not (frame >= 0 and frame.is_integer()):
         raise InputError(f"{text!r} is no frame", where=where, remedy="Frames count from 0.")
     return int(frame), camera_of(path.name, recording, camera, where=str(path))
 

@@ -10,9 +10,10 @@ from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.clicks_csv import read_clicks
 from stereotrack_core.interop.coco import read_coco
-from stereotrack_core.interop.deeplabcut import is_deeplabcut, read_deeplabcut, read_lines
+from stereotrack_core.interop.deeplabcut import is_deeplabcut, read_deeplabcut
 from stereotrack_core.interop.label_names import Labels
 from stereotrack_core.interop.sleap import read_sleap
+from stereotrack_core.interop.table_file import text_cells
 from stereotrack_core.recording.description import Recording
 
 _UNDERSTOOD = (
@@ -38,7 +39,7 @@ def is_trajectory(path: Path) -> bool:
     suffix = path.suffix.lower()
     if suffix != ".csv":
         return suffix in (".trc", ".c3d", ".npz")
-    lines = read_lines(path)
+    lines = text_cells(path)
     return bool(lines) and {cell.strip() for cell in lines[0]} >= TRAJECTORY_COLUMNS
 
 
@@ -82,7 +83,7 @@ def read_labels(
             where=str(path),
             remedy=_OTHERS.get(suffix, _UNDERSTOOD),
         )
-    if is_deeplabcut(read_lines(path)):
+    if is_deeplabcut(text_cells(path)):
         found = read_deeplabcut(path, recording, landmarks=landmarks, camera=camera, names=names)
         return _checked(found, path, recording, frames)
     for option, given in (("--camera", camera), ("--name", names)):

@@ -47,7 +47,11 @@ def read_reference(path: Path) -> Reference:
             "there is no such file", where=str(path), remedy="Check the path."
         ) from None
     except OSError as error:
-        raise InputError(f"the file cannot be read ({error.strerror})", where=str(path)) from error
+        raise InputError(
+            f"the file cannot be read ({error.strerror})",
+            where=str(path),
+            remedy="Give the .npz file that `stereotrack fit` or the workbench wrote.",
+        ) from error
     return reference_of_bytes(data, str(path))
 
 

@@ -6,9 +6,11 @@ import csv
 from collections.abc import Sequence
 from io import StringIO
 from pathlib import Path
+from typing import Literal
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.atomic import replacing
+from stereotrack_core.recording.toml_table import readable, reason
 
 SUFFIXES = (".csv", ".md")
 
@@ -54,6 +56,32 @@ def markdown_text(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
 
+def text_cells(
+    path: Path, *, delimiter: str = ",", quoting: Literal[0, 3] = csv.QUOTE_MINIMAL
+) -> list[list[str]]:
+    """All cells of a text file, line by line.
+
+    Raises
+    ------
+    InputError
+        Where it cannot be read.
+    """
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            return list(csv.reader(file, delimiter=delimiter, quoting=quoting))
+    except FileNotFoundError:
+        raise InputError(
+            "there is no such file", where=str(path), remedy="Correct its path."
+        ) from None
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        sign = "tabulators" if delimiter == "\t" else "commas"
+        raise InputError(
+            f"the file cannot be read ({reason(error, str(error))})",
+            where=str(path),
+            remedy=readable(error, f"It has to be a UTF-8 text file with {sign} between values."),
+        ) from None
+
+
 def read_csv_table(path: Path) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...]]:
     """Headings and rows of a CSV file, stripped; empty lines are left out.
 
@@ -62,19 +90,7 @@ def read_csv_table(path: Path) -> tuple[tuple[str, ...], tuple[tuple[str, ...], 
     InputError
         When the file cannot be read, has no heading, a heading twice, or a row of another length.
     """
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            lines = [[cell.strip() for cell in line] for line in csv.reader(file)]
-    except FileNotFoundError:
-        raise InputError(
-            "the file does not exist", where=str(path), remedy="Correct its path."
-        ) from None
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError(
-            f"the file cannot be read ({error})",
-            where=str(path),
-            remedy="It has to be a UTF-8 text file with commas between the values.",
-        ) from None
+    lines = [[cell.strip() for cell in line] for line in text_cells(path)]
     filled = [(number, line) for number, line in enumerate(lines, start=1) if any(line)]
     if not filled or not all(filled[0][1]) or len(set(filled[0][1])) < len(filled[0][1]):
         raise InputError(

@@ -16,6 +16,8 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.atomic import replacing
 from stereotrack_core.interop.gaps import checked_fps
+from stereotrack_core.interop.table_file import text_cells
+from stereotrack_core.recording.csv_table import whole_number
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
 _TRC_FROM_WORLD = [1, 2, 0]
@@ -62,13 +64,13 @@ def read_trc(path: Path) -> tuple[LandmarkTrajectory, float]:
     InputError
         For a damaged file, an unknown unit, or a file without any of the nine landmarks.
     """
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            lines = list(csv.reader(file, delimiter="\t", quoting=csv.QUOTE_NONE))
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"the file cannot be read ({error})", where=str(path)) from error
+    lines = text_cells(path, delimiter="\t", quoting=csv.QUOTE_NONE)
     if len(lines) < 5 or lines[0][:1] != ["PathFileType"]:
-        raise InputError("this is not a TRC file", where=str(path))
+        raise InputError(
+            "this is not a TRC file",
+            where=str(path),
+            remedy="Give a file whose first line begins with PathFileType.",
+        )
     facts = dict(zip(lines[1], lines[2], strict=False))
     metres = _METRES.get(facts.get("Units", "").strip())
     if metres is None:
@@ -84,16 +86,31 @@ def read_trc(path: Path) -> tuple[LandmarkTrajectory, float]:
             where=f"{path}, line 4",
             remedy=f"The columns are named {', '.join(LANDMARKS)}.",
         )
+    found: dict[int, FloatArray] = {}
     try:
         fps = checked_fps(float(facts["DataRate"]))
-        rows = [line for line in lines[5:] if any(cell.strip() for cell in line)]
-        frame = np.array([int(float(line[0])) for line in rows], dtype=np.int64)
-        points = np.full((len(rows), len(LANDMARKS), 3), np.nan)
-        for k, line in enumerate(rows):
-            points[k] = _row(line, columns)
-    except (KeyError, ValueError, IndexError) as error:
-        raise InputError(f"a number cannot be read ({error})", where=str(path)) from error
-    return LandmarkTrajectory(frame, metres * points[..., _WORLD_FROM_TRC]), fps
+        for number, line in enumerate(lines[5:], start=6):
+            if any(cell.strip() for cell in line):
+                frame = whole_number(line[0].strip(), path, number, "frame")
+                if frame in found:
+                    raise InputError(
+                        f"line {number} gives frame {frame} twice",
+                        where=str(path),
+                        remedy="Delete one of the two lines.",
+                    )
+                found[frame] = _row(line, columns)
+    except (KeyError, ValueError) as error:
+        raise InputError(
+            f"a number cannot be read ({error})",
+            where=str(path),
+            remedy="Write numbers with decimal points, and nothing where one is not known.",
+        ) from error
+    frames = sorted(found)
+    points = np.array([found[frame] for frame in frames]).reshape(-1, len(LANDMARKS), 3)
+    trajectory = LandmarkTrajectory(
+        np.array(frames, dtype=np.int64), metres * points[..., _WORLD_FROM_TRC]
+    )
+    return trajectory, fps
 
 
 def _row(line: list[str], columns: dict[str, int]) -> FloatArray:
@@ -101,5 +118,6 @@ def _row(line: list[str], columns: dict[str, int]) -> FloatArray:
     for name, first in columns.items():
         cells = [cell.strip() for cell in line[first : first + 3]]
         if len(cells) == 3 and all(cells):
-            points[LANDMARKS.index(name)] = [float(cell) for cell in cells]
+            place = np.array([float(cell) for cell in cells])
+            points[LANDMARKS.index(name)] = place if np.isfinite(place).all() else np.nan
     return points

@@ -97,7 +97,11 @@ class Entries:
         """
         entry = self.get(name)
         if entry.content is None:
-            raise InputError("no data belong to it", where=f"{word_of(self._table)} {name}")
+            raise InputError(
+                "no data belong to it",
+                where=f"{word_of(self._table)} {name}",
+                remedy="Delete it and save it again.",
+            )
         with self._access.alone() as database:
             return fetch(database, self._access.path, entry.content)
 

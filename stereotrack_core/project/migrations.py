@@ -98,7 +98,11 @@ def copy_whole(database: sqlite3.Connection, path: Path) -> None:
         finally:
             target.close()
         if not whole:
-            raise InputError("the copy of the project is not whole", where=str(path))
+            raise InputError(
+                "the copy of the project is not whole",
+                where=str(path),
+                remedy="Copy it to another drive; the project itself was not changed.",
+            )
 
 
 def _second_readings_and_origins(database: sqlite3.Connection) -> None:

@@ -64,7 +64,11 @@ class VideoWriter:
                 remedy="Width and height have to be even; or write numbered PNG images.",
             )
         if not 0 < fps < 10000:
-            raise InputError(f"{fps:g} frames per second is not possible", where=str(path))
+            raise InputError(
+                f"{fps:g} frames per second is not possible",
+                where=str(path),
+                remedy="Give more than 0 and less than 10000.",
+            )
         self._shape = (height, width, 3) if colour else (height, width)
         self._path = path
         self._count = 0

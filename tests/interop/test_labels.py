@@ -170,6 +170,15 @@ def test_deeplabcut_predictions_are_of_the_camera_that_is_said(recording, tmp_pa
         unsaid.checked()
 
 
+@pytest.mark.parametrize("frame", ["nan", "inf", "-1", "1.5", "1e999"])
+def test_a_row_of_deeplabcut_that_names_no_frame_is_a_problem(recording, tmp_path, frame):
+    path = tmp_path / "S.csv"
+    path.write_text(f"scorer,a,a\nbodyparts,head,head\ncoords,x,y\n0,1,2\n{frame},1,2\n")
+    found = read_deeplabcut(path, recording, landmarks=NINE.names)
+    assert [one.frame for one in found.clicks] == [0]
+    assert "is no frame" in str(found.problems[0])
+
+
 def test_deeplabcut_with_three_columns_of_paths(recording, tmp_path):
     path = tmp_path / "CollectedData_A.csv"
     path.write_text(
@@ -210,6 +219,10 @@ def test_several_people_are_refused(recording, tmp_path):
         '{"images": 3, "annotations": [], "categories": []}',
         '{"images": [], "annotations": [], "categories": [{"id": 1, "name": "cat"}]}',
         '{"images": [1], "annotations": [], "categories": []}',
+        '{"images": [], "annotations": [], "categories": [{"id": [1], "keypoints": ["head"]}]}',
+        '{"images": [], "annotations": [], "categories": [{"id": 1, "keypoints": 5}]}',
+        '{"images": [{"id": {}}], "annotations": [], "categories": [{"keypoints": ["head"]}]}',
+        '{"images": [], "annotations": [{"outside": 3}], "categories": [{"keypoints": ["head"]}]}',
     ],
 )
 def test_what_is_no_coco_file_is_refused(recording, tmp_path, text):

@@ -66,8 +66,47 @@ def test_bad_files(tmp_path, old, new, words):
 
 
 def test_missing_and_binary_file(tmp_path):
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match="no such file"):
         read_trc(tmp_path / "none.trc")
     (tmp_path / "b.trc").write_bytes(bytes(range(256)))
     with pytest.raises(InputError, match="cannot be read"):
         read_trc(tmp_path / "b.trc")
+
+
+def test_frames_in_any_order_are_read_in_theirs(tmp_path, random, body_trajectory):
+    trajectory = body_trajectory(random, range(1, 4))
+    path = tmp_path / "a.trc"
+    write_trc(path, trajectory, 30.0)
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join([*lines[:5], *reversed(lines[5:])]) + "\n")
+    found, _ = read_trc(path)
+    np.testing.assert_array_equal(found.frame, [1, 2, 3])
+    np.testing.assert_array_equal(found.points, trajectory.points)
+
+
+@pytest.mark.parametrize(
+    ("frame", "words"),
+    [("1", "frame 1 twice"), ("1.5", "'1.5'"), ("nan", "'nan'"), ("inf", "'inf'"), ("", "''")],
+)
+def test_wrong_frame_numbers_are_refused_by_their_line(
+    tmp_path, random, body_trajectory, frame, words
+):
+    path = tmp_path / "a.trc"
+    write_trc(path, body_trajectory(random, range(1, 3)), 30.0)
+    lines = path.read_text().splitlines()
+    lines[6] = "\t".join([frame, *lines[6].split("\t")[1:]])
+    path.write_text("\n".join(lines))
+    with pytest.raises(InputError, match=words) as error:
+        read_trc(path)
+    assert "line 7" in str(error.value)
+    assert error.value.remedy
+
+
+def test_numbers_that_are_not_finite_are_not_known(tmp_path, random, body_trajectory):
+    path = tmp_path / "a.trc"
+    write_trc(path, body_trajectory(random, range(1)), 30.0)
+    lines = path.read_text().splitlines()
+    lines[5] = "\t".join([*lines[5].split("\t")[:2], "inf", *lines[5].split("\t")[3:]])
+    path.write_text("\n".join(lines))
+    found, _ = read_trc(path)
+    assert np.isnan(found.points[0, LANDMARKS.index("left_shoulder")]).all()

@@ -55,6 +55,19 @@ def _returns_a_table(statement: ast.stmt) -> bool:
     return isinstance(statement, ast.Return) and isinstance(statement.value, ast.List | ast.Tuple)
 
 
+def test_every_error_for_a_person_says_what_to_do():
+    silent = [
+        f"{name_of(path)}:{node.lineno}"
+        for path in sources("stereotrack_core")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Call)
+        and isinstance(node.func, ast.Name)
+        and node.func.id == "InputError"
+        and not any(keyword.arg == "remedy" for keyword in node.keywords)
+    ]
+    assert not silent
+
+
 def test_files_have_one_subject_and_stay_short():
     long = {
         name_of(path): count
