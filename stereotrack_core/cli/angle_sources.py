@@ -98,7 +98,8 @@ def _read(path: Path) -> tuple[JointAngles, Recording | None, float | None]:
         angles_of_trajectory,
     )
     from stereotrack_core.interop.reference_npz import is_reference, read_reference
-    from stereotrack_core.interop.run_file import fps_of_run, read_run, read_timed_trajectory
+    from stereotrack_core.interop.run_file import read_run, read_timed_trajectory
+    from stereotrack_core.tracking.stored import fps_of_run
 
     if path.suffix.lower() != ".npz":
         trajectory, stated = read_timed_trajectory(path)

@@ -68,7 +68,7 @@ def run(args: Namespace) -> int:
             )
         check_output(args.output)
     from stereotrack_core.cli.angle_sources import angle_source, write_angles
-    from stereotrack_core.evaluation.joint_angles.motion import CUT_OFF_HZ, motion_of
+    from stereotrack_core.evaluation.joint_angles.motion import CUT_OFF_HZ, SHORTEST, motion_of
     from stereotrack_core.evaluation.joint_angles.ranges import range_of_motion
 
     source = angle_source(args.source, args.fps)
@@ -101,6 +101,8 @@ def run(args: Namespace) -> int:
     if errors is not None:
         put_table(angle_error_table(errors, "Errors of the joint angles, degrees"))
     say(motion.words)
+    if not any(one.frames for one in stretches[0].ranges):
+        say(f"No angle is known over {SHORTEST} successive frames, so there are no ranges of it.")
     return OK
 
 
@@ -131,6 +133,8 @@ def _segments(args: Namespace, source: AngleSource) -> Sequence[Segment]:
 
 
 def _errors(args: Namespace, source: AngleSource, angles: JointAngles) -> Sequence[AngleError]:
+    import numpy as np
+
     from stereotrack_core.cli.angle_sources import angles_of_file
     from stereotrack_core.evaluation.joint_angles.errors import angle_errors
 
@@ -140,6 +144,12 @@ def _errors(args: Namespace, source: AngleSource, angles: JointAngles) -> Sequen
             "the recording of this file has no reference, or is not there any more",
             where=str(args.source),
             remedy="Name the reference with --reference FILE.",
+        )
+    if not np.isin(angles.frame, truth.frame).any():
+        raise InputError(
+            "the reference knows none of the frames",
+            where=str(args.reference or args.source),
+            remedy="Choose frames that it knows.",
         )
     return angle_errors(angles, truth)
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from argparse import ArgumentParser
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +21,30 @@ def add_recording(parser: ArgumentParser) -> None:
     parser.add_argument(
         "recording", type=Path, metavar="RECORDING", help="folder that holds recording.toml"
     )
+
+
+def recordings_of(folders: Sequence[Path]) -> list[Recording]:
+    """Recordings of several folders, with names that tell them apart.
+
+    Raises
+    ------
+    InputError
+        For a folder that is no recording, or is given twice.
+    """
+    from stereotrack_core.recording.folder import open_recording
+
+    recordings = [open_recording(folder) for folder in folders]
+    if len({recording.folder.resolve() for recording in recordings}) < len(recordings):
+        raise InputError(
+            "a recording is given twice", where="RECORDING", remedy="Give each one once."
+        )
+    names = [recording.name for recording in recordings]
+    return [
+        recording
+        if names.count(recording.name) == 1
+        else dataclasses.replace(recording, name=str(recording.folder))
+        for recording in recordings
+    ]
 
 
 def add_json(parser: ArgumentParser) -> None:
@@ -62,8 +88,8 @@ def add_frames(parser: ArgumentParser) -> None:
     )
 
 
-def frame_bounds(text: str) -> tuple[int | None, int | None]:
-    """First frame and end of ``A:B``; None where left out.
+def frame_bounds(text: str, option: str = "--frames") -> tuple[int | None, int | None]:
+    """First frame and end of ``A:B`` as given to an option; None where left out.
 
     Raises
     ------
@@ -77,13 +103,13 @@ def frame_bounds(text: str) -> tuple[int | None, int | None]:
         bounds = (int(first) if first.strip() else None, int(end) if end.strip() else None)
     except ValueError:
         raise InputError(
-            f"{text!r} cannot be read", where="--frames", remedy="Write A:B, for example 10:60."
+            f"{text!r} cannot be read", where=option, remedy="Write A:B, for example 10:60."
         ) from None
     start = bounds[0] or 0
     if start < 0 or (bounds[1] is not None and bounds[1] <= start):
         raise InputError(
             f"{text!r} holds no frame",
-            where="--frames",
+            where=option,
             remedy="Count from 0, and let the end come after the first frame.",
         )
     return bounds
@@ -144,6 +170,18 @@ def views_of(recording: Recording, text: str | None) -> tuple[str, ...] | None:
             remedy=f"The recording has: {', '.join(known)}.",
         )
     return tuple(dict.fromkeys(names))
+
+
+def check_seed(seed: int | None) -> None:
+    """Refuse a seed that no random numbers begin with.
+
+    Raises
+    ------
+    InputError
+        For a negative one.
+    """
+    if seed is not None and seed < 0:
+        raise InputError("a seed is not negative", where="--seed", remedy="Give 0 or more.")
 
 
 def seeds_of(text: str) -> list[int]:

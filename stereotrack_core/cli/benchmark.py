@@ -13,6 +13,7 @@ from stereotrack_core.cli.arguments import (
     add_views,
     check_output,
     frames_within,
+    recordings_of,
     seeds_of,
     views_of,
 )
@@ -122,12 +123,8 @@ def run(args: Namespace) -> int:
     from stereotrack_core.evaluation.benchmarks.accuracy import pooled
     from stereotrack_core.interop.table_file import table_suffix
 
-    if args.growth and (args.output is not None or args.ablation):
-        raise InputError(
-            "growth is only printed",
-            where="--growth",
-            remedy="Leave --output and --ablation out; --json gives the figures.",
-        )
+    if args.growth:
+        _refuse_others(args, "--growth", ("ablation", "seeds", "frames", "output"))
     if args.annotation:
         return _annotation(args)
     seeds = seeds_of(args.seeds or "0,1,2,3,4")
@@ -161,13 +158,19 @@ def run(args: Namespace) -> int:
 def _annotation(args: Namespace) -> int:
     from stereotrack_core.cli.benchmark_annotation import annotation_benchmark
 
-    if args.growth or args.ablation or args.presets is not None or args.changes or args.output:
-        raise InputError(
-            "annotation has a table of its own",
-            where="--annotation",
-            remedy="Only recordings, --seeds, --frames and --json go with it.",
-        )
+    _refuse_others(args, "--annotation", ("growth", "ablation", "presets", "views", "output"))
+    if args.changes:
+        raise InputError("nothing is tracked", where="--set", remedy="Leave it out.")
     return annotation_benchmark(_recordings(args.recordings), seeds_of(args.seeds or "0"), args)
+
+
+def _refuse_others(args: Namespace, kind: str, names: Sequence[str]) -> None:
+    """Refuse options that a kind of table takes no notice of."""
+    given = [f"--{name}" for name in names if getattr(args, name)]
+    if given:
+        raise InputError(
+            f"{', '.join(given)} does not go with it", where=kind, remedy="Leave it out."
+        )
 
 
 def _contestants(presets: str | None, ablation: bool, changes: list[str]) -> list[Contestant]:
@@ -190,17 +193,12 @@ def _contestants(presets: str | None, ablation: bool, changes: list[str]) -> lis
 
 
 def _recordings(folders: Sequence[Path]) -> list[Recording]:
-    """Recordings with names of their own; checked before anything long begins."""
-    import dataclasses
-
-    from stereotrack_core.recording.folder import open_recording
-
+    """Recordings with a reference; checked before anything long begins."""
     if not folders:
         places = demo_places(None)
         make_demo_recording(places)
         folders = [places.recording]
-    recordings = [open_recording(folder) for folder in folders]
-    names = [recording.name for recording in recordings]
+    recordings = recordings_of(folders)
     for recording in recordings:
         if recording.reference is None:
             raise InputError(
@@ -208,12 +206,7 @@ def _recordings(folders: Sequence[Path]) -> list[Recording]:
                 where=str(recording.folder),
                 remedy="Choose recordings with a reference.csv; see `stereotrack info`.",
             )
-    return [
-        recording
-        if names.count(recording.name) == 1
-        else dataclasses.replace(recording, name=str(recording.folder))
-        for recording in recordings
-    ]
+    return recordings
 
 
 def _scores(

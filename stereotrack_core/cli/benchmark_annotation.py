@@ -11,6 +11,7 @@ from stereotrack_core.cli.arguments import frames_within
 from stereotrack_core.cli.command import OK
 from stereotrack_core.cli.output import Table, number, put_json, put_table, say
 from stereotrack_core.cli.progress import progress
+from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
     from stereotrack_core.evaluation.benchmarks.annotation import AnnotationScore
@@ -74,6 +75,12 @@ def _cut(recording: Recording, text: str | None) -> Recording:
     with FrameReader(recording, read_ahead=0) as reader:
         frames = frames_within(text, reader.frame_count)
     inside = (truth.frame >= frames.start) & (truth.frame < frames.stop)
+    if not inside.any():
+        raise InputError(
+            "the reference knows none of the frames",
+            where=str(recording.folder),
+            remedy="Choose frames that it knows.",
+        )
     cut = LandmarkTrajectory(truth.frame[inside], truth.points[inside])
     return dataclasses.replace(recording, reference=cut)
 

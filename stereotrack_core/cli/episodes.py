@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from stereotrack_core.evaluation.episodes.matching import Agreement
     from stereotrack_core.recording.description import Recording
     from stereotrack_core.recording.landmarks import LandmarkTrajectory
-    from stereotrack_core.tracking.run import Run
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -109,14 +108,16 @@ def _check(args: Namespace) -> None:
 
 
 def _subject(args: Namespace) -> Subject:
+    from stereotrack_core.cli.truth import recording_of_run
     from stereotrack_core.evaluation.episodes.find import Subject
     from stereotrack_core.evaluation.episodes.rules import EpisodeRules
     from stereotrack_core.interop.run_file import read_run, read_trajectory
     from stereotrack_core.parameters import parsed_settings
+    from stereotrack_core.tracking.stored import fps_of_run
 
     rules = EpisodeRules().replaced(**parsed_settings(args.changes))
     stored = read_run(args.run_file)
-    recording = _recording(args, stored)
+    recording = recording_of_run(args.recording, stored, "causes are judged by the run alone")
     reference: LandmarkTrajectory | None = None
     if args.reference is not None:
         reference = read_trajectory(args.reference)
@@ -127,23 +128,15 @@ def _subject(args: Namespace) -> Subject:
             "pictures need the run's recording", where="--strips, --video",
             remedy="Name its folder with --recording.",
         )  # fmt: skip
-    fps = recording.fps if recording is not None else float(stored.meta.get("fps") or 10.0)
+    views = [view.name for view in recording.views] if recording is not None else []
+    if recording is not None and args.view not in (None, *views):
+        raise InputError(
+            f"there is no view {args.view!r}",
+            where="--view",
+            remedy=f"The recording has: {', '.join(views)}.",
+        )
+    fps = recording.fps if recording is not None else fps_of_run(stored)
     return Subject(stored, fps, reference, recording, rules, pictures=not args.no_pictures)
-
-
-def _recording(args: Namespace, stored: Run) -> Recording | None:
-    from stereotrack_core.recording.folder import open_recording
-
-    if args.recording is not None:
-        return open_recording(args.recording)
-    folder = stored.meta.get("recording_folder")
-    if folder and Path(str(folder)).is_dir():
-        return open_recording(Path(str(folder)))
-    say(
-        "The run's recording is not there, so causes are judged by the run alone; name its folder "
-        "with --recording."
-    )
-    return None
 
 
 def _chosen(every: Sequence[Episode], args: Namespace) -> list[Episode]:

@@ -151,7 +151,7 @@ def _sigma(given: float | None) -> float:
 
 
 def _gap(text: str, count: int) -> range:
-    first, end = frame_bounds(text)
+    first, end = frame_bounds(text, "--gap")
     return range(first or 0, count if end is None else end)
 
 
@@ -256,7 +256,8 @@ def _facts(fit: TrajectoryFit) -> dict[str, Any]:
     from stereotrack_core.body.limbs import LIMBS
 
     flagged = fit.flagged()
-    right = [fit.residual_px[key] for key in fit.residual_px if key not in set(flagged)]
+    mistaken = set(flagged)
+    right = [residual for key, residual in fit.residual_px.items() if key not in mistaken]
     known = fit.kind != GAP
     squares = np.square(fit.limb_sigma_deg[known])
     sigma = np.sqrt(squares.mean(axis=0)) if known.any() else np.full(6, np.nan)

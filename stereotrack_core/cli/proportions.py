@@ -14,11 +14,14 @@ from stereotrack_core.cli.arguments import (
     add_settings,
     add_views,
     check_output,
+    check_seed,
     frames_within,
     settings_of,
+    views_of,
 )
 from stereotrack_core.cli.command import FAILED, OK, Command
 from stereotrack_core.cli.output import Table, put_json, put_table, say
+from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.errors import Cancelled, InputError
 
 if TYPE_CHECKING:
@@ -53,6 +56,7 @@ def run(args: Namespace) -> int:
             where="--output",
             remedy="Let it end in .toml.",
         )
+    check_seed(args.seed)
     from stereotrack_core.recording.folder import open_recording
     from stereotrack_core.recording.subject_file import write_subject
 
@@ -77,8 +81,6 @@ def run(args: Namespace) -> int:
 
 
 def _estimated(args: Namespace, recording: Recording) -> EstimatedLengths:
-    from stereotrack_core.cli.arguments import views_of
-    from stereotrack_core.cli.progress import progress, stoppable
     from stereotrack_core.cli.tracking_job import first_pose
     from stereotrack_core.recording.reader import FrameReader
     from stereotrack_core.tracking.frame import TrackedFrame

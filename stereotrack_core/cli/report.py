@@ -108,14 +108,17 @@ def write_pdf(path: Path, reported: Reported) -> None:
         page = Path(folder) / "page.html"
         page.write_text(run_page(reported, "png", for_print=True), encoding="utf-8")
         command = [sys.executable, "-m", "app.pdf", str(page), str(path.resolve())]
-        done = subprocess.run(  # noqa: S603 - our own program
-            command, capture_output=True, text=True, env=environment, timeout=_PDF_SECONDS,
-            check=False,
-        )  # fmt: skip
-    if done.returncode:
-        last = done.stderr.strip().splitlines()[-1:] or ["no reason was given"]
+        try:
+            done = subprocess.run(  # noqa: S603 - our own program
+                command, capture_output=True, text=True, env=environment, timeout=_PDF_SECONDS,
+                check=False,
+            )  # fmt: skip
+            problem = done.stderr.strip() or "no reason was given" if done.returncode else ""
+        except subprocess.TimeoutExpired:
+            problem = f"it was not done after {_PDF_SECONDS:.0f} s"
+    if problem:
         raise InputError(
-            f"the PDF could not be made ({last[0]})",
+            f"the PDF could not be made ({problem.splitlines()[-1]})",
             where=str(path),
             remedy="Print the page from a browser instead.",
         )
@@ -146,18 +149,21 @@ def _source(args: Namespace) -> Source:
 
     if args.source.suffix.lower() == SUFFIX:
         return _of_project(args)
+    from stereotrack_core.cli.truth import recording_of_run
     from stereotrack_core.interop.run_file import read_run
 
     if args.run_name is not None:
         raise InputError("only projects hold several runs", where="--run", remedy="Leave it out.")
     stored = read_run(args.source)
-    return _with_truth(args, stored, args.source.name, _recording(args, stored), str(args.source))
+    recording = recording_of_run(args.recording, stored, "pictures are left out")
+    return _with_truth(args, stored, args.source.name, recording, str(args.source))
 
 
 def _of_project(args: Namespace) -> Source:
     from dataclasses import replace
 
     from stereotrack_core.cli.import_labels import recording_of
+    from stereotrack_core.cli.truth import recording_of_run
     from stereotrack_core.project.project import Project
     from stereotrack_core.project.references import load_reference
     from stereotrack_core.project.runs import kept_runs, load_run
@@ -178,9 +184,11 @@ def _of_project(args: Namespace) -> Source:
                 "in the workbench, or give a run file.",
             )  # fmt: skip
         stored = load_run(project.runs, name)
-        from stereotrack_core.recording.folder import open_recording
-
-        recording = open_recording(args.recording) if args.recording else recording_of(project)
+        recording = (
+            recording_of_run(args.recording, stored, "")
+            if args.recording
+            else recording_of(project)
+        )
         source = _with_truth(args, stored, name, recording, name)
         chosen = project.chosen(project.references)
         if args.reference is None and chosen is not None:
@@ -229,18 +237,6 @@ def _own_command(args: Namespace) -> str:
         if value is not None:
             words += [f"--{option}", str(value)]
     return shlex.join(words)
-
-
-def _recording(args: Namespace, stored: Run) -> Recording | None:
-    from stereotrack_core.recording.folder import open_recording
-
-    if args.recording is not None:
-        return open_recording(args.recording)
-    folder = stored.meta.get("recording_folder")
-    if folder and Path(str(folder)).is_dir():
-        return open_recording(Path(str(folder)))
-    say("The run's recording is not there, so pictures are left out; name it with --recording.")
-    return None
 
 
 def _tell(args: Namespace, reported: Reported) -> None:

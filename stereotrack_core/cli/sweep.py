@@ -14,6 +14,7 @@ from stereotrack_core.cli.arguments import (
     add_settings,
     add_views,
     check_output,
+    recordings_of,
     seeds_of,
 )
 from stereotrack_core.cli.command import FAILED, OK, Command
@@ -135,7 +136,7 @@ def run(args: Namespace) -> int:
     from stereotrack_core.cli.sweep_files import SweepPlaces, SweepStore, stored_results
 
     plan.check_numbers(args)
-    recordings = plan.sweep_recordings(args.recordings)
+    recordings = recordings_of(args.recordings)
     for recording in recordings:
         check_output(args.output, recording)
     by = plan.judged_by(args.minimise, recordings)

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import math
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from stereotrack_core.cli.arguments import frames_within, seeds_of, settings_of, views_of
 from stereotrack_core.cli.tracking_job import first_pose
@@ -22,7 +20,6 @@ from stereotrack_core.evaluation.sweeps.search import Range, Search, parsed_rang
 from stereotrack_core.interop.table_file import read_csv_table
 from stereotrack_core.parameters import parsed_settings
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader
 
 
@@ -102,23 +99,6 @@ def check_numbers(args: Namespace) -> None:
         raise InputError(
             "the table is written as CSV", where=str(args.output), remedy="Let it end in .csv."
         )
-
-
-def sweep_recordings(folders: Sequence[Path]) -> list[Recording]:
-    """Recordings with names of their own."""
-    recordings = [open_recording(folder) for folder in folders]
-    places = [recording.folder.resolve() for recording in recordings]
-    if len(set(places)) < len(places):
-        raise InputError(
-            "a recording is given twice", where="RECORDING", remedy="Give each one once."
-        )
-    names = [recording.name for recording in recordings]
-    return [
-        recording
-        if names.count(recording.name) == 1
-        else dataclasses.replace(recording, name=str(recording.folder))
-        for recording in recordings
-    ]
 
 
 def sweep_planner(recordings: Sequence[Recording], args: Namespace) -> Planner:

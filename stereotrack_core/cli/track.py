@@ -13,12 +13,12 @@ from stereotrack_core.cli.arguments import (
     add_settings,
     add_views,
     check_output,
+    check_seed,
     settings_of,
 )
 from stereotrack_core.cli.command import FAILED, OK, Command
 from stereotrack_core.cli.output import put_json, put_table, say
 from stereotrack_core.cli.track_plan import PRESET, Plan, plan_of
-from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
     from stereotrack_core.cli.tracking_job import TrackingJob
@@ -72,8 +72,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Track and write the run."""
-    if args.seed is not None and args.seed < 0:
-        raise InputError("a seed is not negative", where="--seed", remedy="Give 0 or more.")
+    check_seed(args.seed)
     from stereotrack_core.interop.run_file import run_suffix
 
     run_suffix(args.output)

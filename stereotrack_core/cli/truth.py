@@ -89,6 +89,27 @@ def _segments_beside(reference: Path) -> Sequence[Segment]:
     return read_segments(beside) if beside.is_file() else ()
 
 
+def recording_of_run(given: Path | None, run: Run, otherwise: str) -> Recording | None:
+    """The recording that is named, else the one that the run names.
+
+    Says so where it is not the one that was tracked, and says `otherwise` where there is none.
+    """
+    from stereotrack_core.recording.fingerprint import fingerprint
+    from stereotrack_core.recording.folder import open_recording
+
+    folder = given or Path(str(run.meta.get("recording_folder") or ""))
+    if given is None and not (run.meta.get("recording_folder") and folder.is_dir()):
+        say(f"The run's recording is not there, so {otherwise}; name its folder with --recording.")
+        return None
+    recording = open_recording(folder)
+    if run.meta.get("fingerprint") not in (None, fingerprint(recording)):
+        say(
+            f"{folder}: this is not the recording that was tracked; its pictures and its reference "
+            "do not belong to the run."
+        )
+    return recording
+
+
 def segments_of(truth: Truth) -> Sequence[Segment]:
     """Named stretches of the recording.
 

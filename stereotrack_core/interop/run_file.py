@@ -10,6 +10,7 @@ from stereotrack_core.interop.reference_npz import is_reference, read_reference
 from stereotrack_core.interop.run_npz import read_npz, write_npz
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.stored import fps_of_run
 
 RUN_SUFFIXES: tuple[str, ...] = (".npz", ".csv", ".trc", ".c3d", ".bvh")
 """What a run can be written as; only ``.npz`` keeps all of it."""
@@ -143,24 +144,6 @@ def read_timed_trajectory(path: Path) -> tuple[LandmarkTrajectory, float | None]
             from stereotrack_core.interop.c3d import read_c3d
 
             return read_c3d(path)
-
-
-def fps_of_run(run: Run) -> float:
-    """Frames per second that the run's meta states.
-
-    Raises
-    ------
-    InputError
-        Where it states none.
-    """
-    fps = run.meta.get("fps")
-    if not isinstance(fps, int | float) or not fps > 0:
-        raise InputError(
-            "the run does not state its frame rate",
-            where="meta, fps",
-            remedy="Export as .csv, which needs none, or track the recording again.",
-        )
-    return float(fps)
 
 
 def _suffix(path: Path, known: tuple[str, ...]) -> str:

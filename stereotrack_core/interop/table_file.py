@@ -71,7 +71,7 @@ def text_cells(
             return list(csv.reader(file, delimiter=delimiter, quoting=quoting))
     except FileNotFoundError:
         raise InputError(
-            "there is no such file", where=str(path), remedy="Correct its path."
+            "the file does not exist", where=str(path), remedy="Correct its path."
         ) from None
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         sign = "tabulators" if delimiter == "\t" else "commas"

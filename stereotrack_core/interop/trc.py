@@ -42,7 +42,7 @@ def write_trc(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
         ["Frame#", "Time", *names],
         ["", "", *axes],
     ]
-    points = trajectory.points[..., _TRC_FROM_WORLD].reshape(count, -1)
+    points = trajectory.points[..., _TRC_FROM_WORLD].reshape(count, len(LANDMARKS) * 3)
     for frame, values in zip(trajectory.frame.tolist(), points.tolist(), strict=True):
         rows.append([str(frame), f"{frame / fps:.10g}", *(_cell(value) for value in values)])
     with replacing(path) as temporary:

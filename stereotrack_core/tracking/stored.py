@@ -28,6 +28,24 @@ def pose_of_run(run: Run, i: int) -> Pose | None:
     return pose_of_state(run.x[i], _joints_of(run.state_names))
 
 
+def fps_of_run(run: Run) -> float:
+    """Frames per second that the run's meta states.
+
+    Raises
+    ------
+    InputError
+        Where it states none.
+    """
+    fps = run.meta.get("fps")
+    if not isinstance(fps, int | float) or not fps > 0:
+        raise InputError(
+            "the run does not state its frame rate",
+            where="meta, fps",
+            remedy="Name its recording, export as .csv, which needs none, or track again.",
+        )
+    return float(fps)
+
+
 def body_of_run(run: Run) -> BodyModel:
     """Body that a run was tracked with: its subject's proportions and its shape parameters."""
     subject = run.meta.get("subject")

@@ -105,3 +105,27 @@ def test_what_cannot_be_done_is_said_in_a_sentence(run, recording, tmp_path, arg
     assert said in ended.err
     assert "Traceback" not in ended.err
     assert run("angles", tmp_path / "nothing.npz").status == 2
+
+
+def test_a_reference_of_other_frames_is_refused(run, tracked, tmp_path):
+    path = tmp_path / "late.csv"
+    path.write_text("frame,landmark,x,y,z\n900,head,0,0,1\n")
+    ended = run("angles", tracked, "--reference", path)
+    assert ended.status == 2
+    assert "knows none of the frames" in ended.err
+
+
+def test_too_few_frames_are_said_to_be_too_few(run, tracked):
+    ended = run("angles", tracked, "--frames", "3:5")
+    assert ended.status == 0
+    assert "over 5 successive frames" in ended.err
+
+
+@pytest.mark.parametrize(("kind", "suffix"), [("angles", ".csv"), ("trc", ".trc")])
+def test_a_file_without_frames_is_exported_without_frames(run, tmp_path, kind, suffix):
+    path, output = tmp_path / "none.csv", tmp_path / f"out{suffix}"
+    path.write_text("frame,landmark,x,y,z\n")
+    ended = run("export", path, "--format", kind, "-o", output, "--fps", "10")
+    assert ended.status == 0
+    assert "0 frames" in ended.out
+    assert output.is_file()

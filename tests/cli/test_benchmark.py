@@ -6,8 +6,9 @@ import shutil
 
 import pytest
 
-from stereotrack_core.cli import benchmark
+from stereotrack_core.cli.arguments import recordings_of
 from stereotrack_core.cli.benchmark_tables import in_full, readable
+from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.benchmarks import ablations
 from stereotrack_core.evaluation.benchmarks.accuracy import MEASURES, Row
 
@@ -76,8 +77,11 @@ def test_growth_is_told_for_points_and_views(run, recording):
         (("--presets", "fast", "--ablation"), "compares no presets"),
         (("--speed-frames=-1",), "less than 0"),
         (("-o", "table.xlsx"), ".csv or .md"),
-        (("--growth", "-o", "table.csv"), "only printed"),
-        (("--growth", "--ablation"), "only printed"),
+        (("--growth", "-o", "table.csv"), "--output does not go with it"),
+        (("--growth", "--ablation"), "--ablation does not go with it"),
+        (("--growth", "--frames", "0:3", "--seeds", "1"), "--seeds, --frames does not go with it"),
+        (("--annotation", "--views", "N"), "--views does not go with it"),
+        (("--annotation", "--set", "legs=no"), "nothing is tracked"),
         (("--frames", "5:900"), "beyond the end"),
         (("--views", "Q"), "no view"),
         (("--set", "data_point=3"), "no parameter"),
@@ -102,10 +106,22 @@ def test_recordings_without_a_reference_are_refused_before_any_work(run, recordi
     assert "Tracking" not in ended.err
 
 
-def test_recordings_of_the_same_name_are_told_apart(recording):
-    names = [one.name for one in benchmark._recordings([recording, recording])]
-    assert names == [str(recording)] * 2
-    assert benchmark._recordings([recording])[0].name != str(recording)
+def test_recordings_of_the_same_name_are_told_apart(recording, tmp_path):
+    copy = shutil.copytree(recording, tmp_path / "copy")
+    assert [one.name for one in recordings_of([recording, copy])] == [str(recording), str(copy)]
+    assert recordings_of([recording])[0].name != str(recording)
+    with pytest.raises(InputError, match="given twice"):
+        recordings_of([recording, copy, recording])
+
+
+def test_frames_without_truth_are_no_annotation(run, recording, tmp_path):
+    folder = shutil.copytree(recording, tmp_path / "few")
+    reference = folder / "reference.csv"
+    rows = reference.read_text().splitlines()
+    reference.write_text("\n".join([rows[0], *(row for row in rows if row.startswith("0,"))]))
+    ended = run("benchmark", folder, "--annotation", "--frames", "3:6")
+    assert ended.status == 2
+    assert "knows none of the frames" in ended.err
 
 
 def test_tables_say_the_spread_only_where_there_is_one():

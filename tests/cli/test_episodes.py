@@ -1,10 +1,11 @@
 """``stereotrack episodes``: table, JSON, filters, exports, refusals."""
 
+import dataclasses
 import shutil
 
 import pytest
 
-from stereotrack_core.interop.run_npz import write_npz
+from stereotrack_core.interop.run_npz import read_npz, write_npz
 from stereotrack_core.recording.landmark_csv import write_landmarks
 from tests.evaluation.episodes.runs import recorded
 
@@ -92,7 +93,7 @@ def test_a_run_alone_with_a_reference(run, failing, tmp_path):
         (("--cause", "ghosts"), "crossing"),
         (("--video", "film.avi"), ".mp4"),
         (("--set", "episode_error=-3"), "episode_error"),
-        (("--view", "Q", "--strips", "x"), "'Q'"),
+        (("--view", "Q", "--strips", "x"), "--view: there is no view 'Q'"),
     ],
 )
 def test_wrong_input_is_refused_in_words(run, failing, tmp_path, monkeypatch, options, words):
@@ -101,3 +102,26 @@ def test_wrong_input_is_refused_in_words(run, failing, tmp_path, monkeypatch, op
     assert ended.status == 2
     assert words in ended.err
     assert "Traceback" not in ended.err
+    assert ended.out == ""
+
+
+def test_a_run_that_states_no_frame_rate_needs_its_recording(run, failing, tmp_path):
+    stored = read_npz(failing / "run.npz")
+    meta = {"recording": "gone"}
+    write_npz(tmp_path / "old.npz", dataclasses.replace(stored, meta=meta))
+    refused = run("episodes", tmp_path / "old.npz")
+    assert refused.status == 2
+    assert "frame rate" in refused.err
+    ended = run("episodes", tmp_path / "old.npz", "--recording", failing / "recording")
+    assert ended.status == 0
+    assert "not the recording" not in ended.err
+
+
+def test_a_recording_that_is_not_the_runs_is_told(run, failing, tmp_path):
+    stored = read_npz(failing / "run.npz")
+    meta = {**stored.meta, "fingerprint": "0" * 32}
+    write_npz(tmp_path / "other.npz", dataclasses.replace(stored, meta=meta))
+    options = ("--recording", failing / "recording", "--no-pictures")
+    ended = run("episodes", tmp_path / "other.npz", *options)
+    assert ended.status == 0
+    assert "not the recording that was tracked" in ended.err

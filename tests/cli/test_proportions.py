@@ -52,7 +52,12 @@ def test_lengths_are_printed_and_written_as_a_subject_file(folder, tmp_path, cap
 
 
 @pytest.mark.parametrize(
-    ("more", "word"), [(["--frames", "0:2"], "elbows"), (["-o", "subject.csv"], ".toml")]
+    ("more", "word"),
+    [
+        (["--frames", "0:2"], "elbows"),
+        (["-o", "subject.csv"], ".toml"),
+        (["--seed", "-1"], "not negative"),
+    ],
 )
 def test_what_cannot_be_is_said_in_a_sentence(folder, capsys, more, word):
     assert main(["proportions", str(folder), *more, *QUICK]) == 2

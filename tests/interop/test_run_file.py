@@ -10,12 +10,12 @@ import pytest
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_file import (
     RUN_SUFFIXES,
-    fps_of_run,
     read_run,
     read_trajectory,
     run_suffix,
     write_run,
 )
+from stereotrack_core.tracking.stored import fps_of_run
 
 
 def assert_same_run(a, b):

@@ -34,7 +34,7 @@ def frame_rows(angles: JointAngles, motion: Motion) -> list[list[str | float | i
             ],
             axis=-1,
         )
-    ).reshape(len(angles.frame), -1)  # fmt: skip
+    ).reshape(len(angles.frame), len(ANGLES) * len(_QUANTITIES))  # fmt: skip
     rows: list[list[str | float | int]] = []
     for frame, values in zip(angles.frame.tolist(), stacked.round(_DIGITS).tolist(), strict=True):
         cells = ["" if np.isnan(value) else value for value in values]

@@ -30,6 +30,7 @@ from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.repeating import what_differs
 from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.stored import fps_of_run
 
 MOST_STRIPS = 8
 """Episodes that are shown in pictures: the longest ones."""
@@ -77,10 +78,10 @@ class Source:
 
     @property
     def fps(self) -> float:
-        """Frame sets per second."""
+        """Frame sets per second; InputError where neither recording nor run states them."""
         if self.recording is not None:
             return self.recording.fps
-        return float(self.run.meta.get("fps") or 10.0)
+        return fps_of_run(self.run)
 
 
 @dataclass(frozen=True)

@@ -57,9 +57,8 @@ class Range:
             place = trial.suggest_categorical(self.name, list(range(len(self.choices))))
             return self.choices[int(place)]
         if self.scale == "int":
-            return checked_value(
-                self.name, trial.suggest_int(self.name, int(self.low), int(self.high))
-            )
+            low, high = math.ceil(self.low), math.floor(self.high)
+            return checked_value(self.name, trial.suggest_int(self.name, low, high))
         found = trial.suggest_float(self.name, self.low, self.high, log=self.scale == "log")
         return checked_value(self.name, found)
 
@@ -104,11 +103,15 @@ def _numeric(name: str, rest: str, kind: type, text: str) -> Range:
             remedy="Let the first value be the smaller one"
             + (", and above 0 for log." if scale == "log" else "."),
         )
+    if scale == "int" and math.ceil(low) >= math.floor(high):
+        raise InputError(f"{text!r} leaves no choice", where=where, remedy=_FORM)
     if kind is int and scale == "linear":
         scale = "int"
     if kind is int and scale == "log":
         raise InputError(
-            f"{name} takes whole numbers", where=where, remedy=f"Write {name}={rest[:-4]}:int."
+            f"{name} takes whole numbers",
+            where=where,
+            remedy=f"Write {name}={parts[0]}:{parts[1]}:int.",
         )
     return Range(name, low, high, scale)  # type: ignore[arg-type]  # checked above
 

@@ -50,6 +50,8 @@ def test_ranges_are_read():
         ("iterations=12:1", "no range"),
         ("iterations=0:5", "from 1"),
         ("iterations=1:5:log", "whole numbers"),
+        ("iterations=1:5: log", "whole numbers"),
+        ("sigma_rotation=1.2:1.8:int", "no choice"),
         ("clearance=0:0.1:log", "above 0"),
         ("reach=0.1:0.2:cubic", "cannot be read"),
         ("sampling=random", "no choice"),
@@ -99,3 +101,11 @@ def test_a_missing_library_is_named(monkeypatch):
 def test_a_name_is_given_once():
     with pytest.raises(InputError, match="twice"):
         Search((RANGES[0], RANGES[0]), 0)
+
+
+def test_whole_numbers_stay_within_a_range_that_begins_between_two():
+    class Trial:
+        def suggest_int(self, name, low, high):
+            return {"sigma_rotation": (low, high)}[name][0]
+
+    assert parsed_range("sigma_rotation=0.5:3.5:int").suggested(Trial()) == 1.0
