@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from app.presenters.counting import counted
+from stereotrack_core.cli.arguments import recordings_of
 from stereotrack_core.cli.program import parser
 from stereotrack_core.cli.sweep_files import SweepPlaces, stored_results
 from stereotrack_core.cli.sweep_plan import (
@@ -19,7 +20,6 @@ from stereotrack_core.cli.sweep_plan import (
     count_of,
     sweep_planner,
     sweep_points,
-    sweep_recordings,
 )
 from stereotrack_core.cli.sweep_words import in_words
 from stereotrack_core.errors import InputError
@@ -95,7 +95,7 @@ def count_of_wish(wish: SweepWish) -> SweepCount:
     """
     args = parser().parse_args(wish.arguments())
     check_numbers(args)
-    jobs = sweep_planner(sweep_recordings(args.recordings), args).jobs(sweep_points(args))
+    jobs = sweep_planner(recordings_of(args.recordings), args).jobs(sweep_points(args))
     count, _ = count_of(jobs, stored_results(SweepPlaces(args.output)), max(1, wish.workers))
     return count
 
