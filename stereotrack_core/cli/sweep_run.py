@@ -68,6 +68,7 @@ class SweepRun:
         self._frames = _Frames()
         self._show: Callable[[int], None] = lambda _: None
         self._stop_asked: Callable[[], bool] = lambda: False
+        self._stopped = False
         self._table_told = self._state_told = 0.0
 
     def grid(self, jobs: Sequence[Job]) -> SweepOutcome:
@@ -75,7 +76,7 @@ class SweepRun:
         self._frames.expect(sum(len(job.frames) for job in self._waiting(jobs)))
         with self._working():
             self._do(jobs)
-        return self._outcome(stopped=self._stopped)
+        return self._outcome()
 
     def search(
         self, planner: Planner, ranges: Sequence[Range], by: str, trials: int, seed: int, batch: int
@@ -110,7 +111,7 @@ class SweepRun:
                 self._do(jobs)
                 search.tell([self._value(jobs, point, by) for point in points])
                 tried += len(points)
-        return self._outcome(stopped=self._stopped)
+        return self._outcome()
 
     # ---- what the executor tells and asks
 
@@ -164,7 +165,6 @@ class SweepRun:
     @contextlib.contextmanager
     def _working(self) -> Iterator[None]:
         """Show progress, let Ctrl-C stop the work, and leave table and state behind."""
-        self._stopped = False
         ended: Ending = "failed"
         error = ""
         try:
@@ -204,8 +204,9 @@ class SweepRun:
             error=error,
         )
 
-    def _outcome(self, *, stopped: bool) -> SweepOutcome:
-        return SweepOutcome(tuple(self._jobs), len(self._reused), len(self._fresh), stopped)
+    def _outcome(self) -> SweepOutcome:
+        reused, computed = len(self._reused), len(self._fresh)
+        return SweepOutcome(tuple(self._jobs), reused, computed, self._stopped)
 
 
 class _Frames:

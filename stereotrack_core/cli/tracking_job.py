@@ -50,6 +50,8 @@ class TrackingJob:
 
     def facts(self) -> dict[str, Any]:
         """What the result says in JSON."""
+        from stereotrack_core.evaluation.summary import statistics
+
         run, tracked = self.run, self.run.tracked
         seconds = float(run.meta["wall_seconds"])
         return {
@@ -63,8 +65,8 @@ class TrackingJob:
             "bridged": list(run.meta.get("bridged", [])),
             "stopped": self.stopped,
             "frames_per_second": len(run.frame) / seconds if seconds > 0 else None,
-            "mean_coverage": _mean(run.coverage[tracked]),
-            "mean_residual_mm": 1000.0 * _mean(run.residual[tracked]),
+            "mean_coverage": statistics(run.coverage[tracked]).mean,
+            "mean_residual_mm": 1000.0 * statistics(run.residual[tracked]).mean,
             "median_stage_ms": dict(
                 zip(run.stage_names, 1000.0 * _median(run.seconds), strict=True)
             ),
@@ -97,11 +99,6 @@ class TrackingJob:
         rows += [(f"not tracked {gap.first}:{gap.end}", gap.reason) for gap in self.gaps]
         rows += [(f"view {b.view} blind {b.first}:{b.end}", b.reason) for b in self.blind]
         return Table(title, ("what", ">value"), rows)
-
-
-def _mean(values: Any) -> float:
-    known = values[np.isfinite(values)]
-    return float(known.mean()) if known.size else float("nan")
 
 
 def _median(seconds: Any) -> Any:

@@ -130,14 +130,15 @@ def seen_shares(body: BodyModel, pose: Pose, cameras: Sequence[Camera]) -> Float
     for v, camera in enumerate(cameras):
         place = camera.position_world
         facing = np.einsum("ni,ni->n", normals, place - points) > 0
-        free = visible(points, normals, place[None], placed) & _inside(camera, points)
+        free = visible(points, normals, place[None], placed) & in_image(camera, points)
         for limb in range(len(LIMBS)):
             own = facing & (sampled.part == limb)
             result[v, limb] = free[own].mean() if own.any() else 0.0
     return result
 
 
-def _inside(camera: Camera, points: FloatArray) -> BoolArray:
+def in_image(camera: Camera, points: FloatArray) -> BoolArray:
+    """Whether points (N, 3), world, metres, are within a camera's image (N,)."""
     pixels = camera.project(points)
     with np.errstate(invalid="ignore"):
         within = (pixels > -0.5) & (pixels < np.array([camera.width, camera.height]) - 0.5)

@@ -57,7 +57,7 @@ def doubts_against(frame: IntArray, limb_lost: FloatArray, errors: LimbErrors) -
     """
     _, own, other = np.intersect1d(frame, errors.frame, return_indices=True)
     chance = limb_lost[own][:, [*UPPER_ARMS, *FOREARMS]]
-    angle = np.column_stack([errors.upper_arm, errors.forearm])[other]
+    angle = errors.arm_segments[other]
     known = np.isfinite(chance) & np.isfinite(angle)
     lost, called = (angle > LOST_ANGLE) & known, (chance > CALLED) & known
     counts = (np.count_nonzero(rows) for rows in (known, lost, called, lost & called))

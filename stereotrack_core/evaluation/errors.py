@@ -7,7 +7,7 @@ from elbow to hand (thesis, chapter 4).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -51,15 +51,12 @@ class LimbErrors:
     def between(self, first: int, end: int) -> LimbErrors:
         """Return the frames of a half-open stretch."""
         inside = (self.frame >= first) & (self.frame < end)
-        return LimbErrors(
-            self.frame[inside],
-            self.torso_position[inside],
-            self.torso_long[inside],
-            self.torso_cross[inside],
-            self.upper_arm[inside],
-            self.forearm[inside],
-            self.tracked[inside],
-        )
+        return LimbErrors(*(getattr(self, field.name)[inside] for field in fields(self)))
+
+    @property
+    def arm_segments(self) -> FloatArray:
+        """Errors (F, 4) in radians: left and right upper arm, left and right forearm."""
+        return np.column_stack([self.upper_arm, self.forearm])
 
     def of_limb(self, limb: str) -> FloatArray:
         """Angular error (F,) in radians of one limb; the torso's is its long axis.
@@ -95,10 +92,10 @@ def errors_against(trajectory: LandmarkTrajectory, reference: LandmarkTrajectory
     reference : LandmarkTrajectory
         Taken as truth.
     """
-    known = np.isfinite(reference.points).all(axis=-1).any(axis=-1)
+    known = knows_something(reference)
     frame = reference.frame[known]
     truth = _whole_landmarks(reference.points[known])
-    found = _whole_landmarks(_points_at(trajectory, frame))
+    found = _whole_landmarks(points_at(trajectory, frame))
     angles = {name: _angles(found, truth, name) for name in _AXES}
     return LimbErrors(
         frame=frame,
@@ -111,13 +108,18 @@ def errors_against(trajectory: LandmarkTrajectory, reference: LandmarkTrajectory
     )
 
 
+def knows_something(trajectory: LandmarkTrajectory) -> BoolArray:
+    """Frames (F,) in which at least one landmark is known."""
+    return np.asarray(np.isfinite(trajectory.points).all(axis=-1).any(axis=-1))
+
+
 def _whole_landmarks(points: FloatArray) -> FloatArray:
     """Blank landmarks of which only some coordinates are known."""
     return np.where(np.isfinite(points).all(axis=-1, keepdims=True), points, np.nan)
 
 
-def _points_at(trajectory: LandmarkTrajectory, frame: IntArray) -> FloatArray:
-    """Landmarks (F, 9, 3) of the frames asked for; NaN in frames that it does not have."""
+def points_at(trajectory: LandmarkTrajectory, frame: IntArray) -> FloatArray:
+    """Landmarks (F, 9, 3) of the frames (F,) asked for; NaN in frames that it does not have."""
     points: FloatArray = np.full((len(frame), len(LANDMARKS), 3), np.nan)
     _, asked, own = np.intersect1d(frame, trajectory.frame, return_indices=True)
     points[asked] = trajectory.points[own]

@@ -13,6 +13,7 @@ import numpy as np
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.evaluation.summary import root_mean
 from stereotrack_core.recording.landmarks import LANDMARKS
 
 _OF_LIMBS: dict[str, tuple[str, ...]] = {
@@ -48,12 +49,13 @@ def reference_quality(reference: Reference, frames: IntArray) -> dict[str, float
     if reference.covariance is not None:
         covariance = _of_the_nine(reference, reference.covariance[chosen])
         hips = covariance[:, _places("hip")].mean(axis=1)
-        values["torso_position"] = 1000.0 * _rms(np.trace(hips, axis1=1, axis2=2))
+        values["torso_position"] = 1000.0 * root_mean(np.trace(hips, axis1=1, axis2=2))
         values["torso_cross"] = _cross_deg(reference.trajectory().points[chosen], covariance)
     if reference.limb_sigma_deg is not None:
         sigma = reference.limb_sigma_deg[chosen]
         for measure, limbs in _OF_LIMBS.items():
-            values[measure] = _rms(np.square(sigma[:, [LIMBS.index(limb) for limb in limbs]]))
+            own = sigma[:, [LIMBS.index(limb) for limb in limbs]]
+            values[measure] = root_mean(np.square(own))
     return {measure: value for measure, value in values.items() if np.isfinite(value)}
 
 
@@ -72,7 +74,7 @@ def _cross_deg(nine: FloatArray, covariance: FloatArray) -> float:
     unit = axis / np.where(length > 0, length, np.nan)[:, None]
     both = covariance[:, left] + covariance[:, right]
     across = np.trace(both, axis1=1, axis2=2) - np.einsum("fi,fij,fj->f", unit, both, unit)
-    return float(np.degrees(_rms(across / np.square(length))))
+    return float(np.degrees(root_mean(across / np.square(length))))
 
 
 def _of_the_nine(reference: Reference, covariance: FloatArray) -> FloatArray:
@@ -85,9 +87,3 @@ def _of_the_nine(reference: Reference, covariance: FloatArray) -> FloatArray:
 
 def _places(joint: str) -> list[int]:
     return [LANDMARKS.index(f"{side}_{joint}") for side in ("left", "right")]
-
-
-def _rms(squares: FloatArray) -> float:
-    """Root of the mean of the squares that are known; NaN where none is."""
-    known = squares[np.isfinite(squares)]
-    return float(np.sqrt(known.mean())) if known.size else float("nan")

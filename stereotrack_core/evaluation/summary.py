@@ -15,6 +15,20 @@ LOST_ANGLE = np.deg2rad(45.0)
 """An arm segment farther off than this is lost."""
 
 
+MEASURES: tuple[tuple[str, str, str], ...] = (
+    ("torso_position", "torso position", "mm"),
+    ("torso_long", "torso long axis", "deg"),
+    ("torso_cross", "torso cross axis", "deg"),
+    ("upper_arms", "upper arms", "deg"),
+    ("forearms", "forearms", "deg"),
+    ("left_upper_arm", "left upper arm", "deg"),
+    ("right_upper_arm", "right upper arm", "deg"),
+    ("left_forearm", "left forearm", "deg"),
+    ("right_forearm", "right forearm", "deg"),
+)
+"""Name, label for people and unit of all that errors are told in."""
+
+
 @dataclass(frozen=True)
 class Statistics:
     """Mean, median and 95th percentile of one measure; NaN where nothing was scored."""
@@ -73,33 +87,37 @@ class Summary:
 
     def measure(self, name: str) -> Measure:
         """Return the measure of that name; KeyError where there is none."""
-        for measure in self.measures:
-            if measure.name == name:
-                return measure
-        raise KeyError(name)
+        return {measure.name: measure for measure in self.measures}[name]
 
 
 def summarise(errors: LimbErrors, name: str = "all") -> Summary:
     """Pool the errors over all frames, both arms together and each alone."""
-    upper, fore = np.rad2deg(errors.upper_arm), np.rad2deg(errors.forearm)
-    rows = (
-        ("torso_position", "torso position", "mm", 1000.0 * errors.torso_position),
-        ("torso_long", "torso long axis", "deg", np.rad2deg(errors.torso_long)),
-        ("torso_cross", "torso cross axis", "deg", np.rad2deg(errors.torso_cross)),
-        ("upper_arms", "upper arms", "deg", upper),
-        ("forearms", "forearms", "deg", fore),
-        ("left_upper_arm", "left upper arm", "deg", upper[:, 0]),
-        ("right_upper_arm", "right upper arm", "deg", upper[:, 1]),
-        ("left_forearm", "left forearm", "deg", fore[:, 0]),
-        ("right_forearm", "right forearm", "deg", fore[:, 1]),
-    )
+    values = values_of(errors)
     return Summary(
         name=name,
         frames=len(errors.frame),
         not_tracked=int(np.count_nonzero(~errors.tracked)),
-        measures=tuple(Measure(key, label, unit, statistics(v)) for key, label, unit, v in rows),
+        measures=tuple(
+            Measure(key, label, unit, statistics(values[key])) for key, label, unit in MEASURES
+        ),
         lost=lost_share(errors),
     )
+
+
+def values_of(errors: LimbErrors) -> dict[str, FloatArray]:
+    """Values (F,), or (F, 2) of both sides, of all :data:`MEASURES` in their units."""
+    upper, fore = np.rad2deg(errors.upper_arm), np.rad2deg(errors.forearm)
+    return {
+        "torso_position": 1000.0 * errors.torso_position,
+        "torso_long": np.rad2deg(errors.torso_long),
+        "torso_cross": np.rad2deg(errors.torso_cross),
+        "upper_arms": upper,
+        "forearms": fore,
+        "left_upper_arm": upper[:, 0],
+        "right_upper_arm": upper[:, 1],
+        "left_forearm": fore[:, 0],
+        "right_forearm": fore[:, 1],
+    }
 
 
 def summarise_segments(errors: LimbErrors, segments: Sequence[Segment]) -> tuple[Summary, ...]:
@@ -116,8 +134,13 @@ def statistics(values: FloatArray) -> Statistics:
     return Statistics(float(known.mean()), float(median), float(p95), int(known.size))
 
 
+def root_mean(squares: FloatArray) -> float:
+    """Root of the mean of the squares that are not NaN; NaN where there is none."""
+    return float(np.sqrt(statistics(squares).mean))
+
+
 def lost_share(errors: LimbErrors) -> float:
     """Share (0 to 1) of scored upper arms and forearms more than 45 degrees off."""
-    angles = np.concatenate([errors.upper_arm.ravel(), errors.forearm.ravel()])
+    angles = errors.arm_segments
     known = angles[~np.isnan(angles)]
     return float((known > LOST_ANGLE).mean()) if known.size else float("nan")

@@ -1,5 +1,6 @@
 """``stereotrack report``: one page that stands alone, and a PDF."""
 
+import dataclasses
 import re
 import shutil
 
@@ -8,7 +9,7 @@ import pytest
 
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.interop.reference_npz import write_reference
-from stereotrack_core.interop.run_npz import read_npz
+from stereotrack_core.interop.run_npz import read_npz, write_npz
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.runs import keep_run
 from stereotrack_core.recording.folder import open_recording
@@ -128,3 +129,13 @@ def test_what_cannot_be_is_said_in_one_sentence(run, tracked, tmp_path, monkeypa
     assert ended.err.startswith("stereotrack: ")
     assert "Traceback" not in ended.err
     assert not list(tmp_path.iterdir())
+
+
+def test_a_preset_of_ones_own_is_not_said_to_be_ours(run, tracked, tmp_path):
+    stored = read_npz(tracked)
+    meta = {**stored.meta, "preset": "evening"}
+    write_npz(tmp_path / "own.npz", dataclasses.replace(stored, meta=meta))
+    assert run("report", tmp_path / "own.npz", "-o", tmp_path / "own.html").status == 0
+    page = (tmp_path / "own.html").read_text("utf-8")
+    assert "All as in preset" not in page
+    assert "preset evening, which is not one of this program" in page

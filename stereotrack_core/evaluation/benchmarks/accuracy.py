@@ -16,7 +16,7 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.evaluation.errors import errors_against
+from stereotrack_core.evaluation.errors import errors_against, knows_something
 from stereotrack_core.evaluation.summary import Summary, summarise
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
@@ -262,8 +262,7 @@ def _reference_within(recording: Recording, frames: range) -> LandmarkTrajectory
             remedy="Choose recordings with a reference.csv; see `stereotrack info`.",
         )
     inside = (reference.frame >= frames.start) & (reference.frame < frames.stop)
-    known = np.isfinite(reference.points).all(axis=-1).any(axis=-1)
-    if not np.any(inside & known):
+    if not np.any(inside & knows_something(reference)):
         raise InputError(
             "the reference knows none of the frames",
             where=str(recording.folder),

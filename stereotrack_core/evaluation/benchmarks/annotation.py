@@ -21,12 +21,13 @@ from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.fit.start import pose_at, standing
 from stereotrack_core.annotation.fit.trajectory import Clouds
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.arrays import BoolArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import body_model, placed_cones
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.body.visibility import segment_blocked
 from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.circumstances import in_image
 from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.evaluation.summary import Summary, summarise
 from stereotrack_core.geometry.camera import Camera
@@ -146,16 +147,8 @@ def seen_landmarks(recording: Recording, cameras: Sequence[Camera]) -> BoolArray
             sight = place - points
             sight = sight / np.linalg.norm(sight, axis=1, keepdims=True)
             covered = segment_blocked(points + COVERED * sight, place, placed)
-            seen[k, c] = _in_image(camera, points) & ~covered
+            seen[k, c] = in_image(camera, points) & ~covered
     return seen
-
-
-def _in_image(camera: Camera, points: FloatArray) -> BoolArray:
-    pixels = camera.project(points)
-    with np.errstate(invalid="ignore"):
-        inside = (pixels > -0.5) & (pixels < np.array([camera.width, camera.height]) - 0.5)
-    result: BoolArray = np.logical_and.reduce(inside, axis=1)
-    return result
 
 
 def simulated_clicks(recording: Recording, case: AnnotationCase, seed: int) -> SimulatedClicks:

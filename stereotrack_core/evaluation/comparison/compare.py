@@ -16,7 +16,7 @@ from stereotrack_core.evaluation.comparison.measures import (
     measures_of_signs,
 )
 from stereotrack_core.evaluation.comparison.paired import Paired, paired
-from stereotrack_core.evaluation.errors import errors_against
+from stereotrack_core.evaluation.errors import errors_against, knows_something, points_at
 from stereotrack_core.evaluation.summary import Summary, summarise
 from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
@@ -71,10 +71,7 @@ class Pair:
 
     def measure(self, name: str) -> MeasuredDifference:
         """The measure of that name; KeyError where there is none."""
-        for measure in self.measures:
-            if measure.name == name:
-                return measure
-        raise KeyError(name)
+        return {measure.name: measure for measure in self.measures}[name]
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +136,7 @@ def compare(
             remedy="Compare runs of the same recording, over frames that all of them have.",
         )
     chosen = [_at(candidate, shared) for candidate in candidates]
-    truth = None if reference is None else _points_at(reference, shared)
+    truth = _truth_at(reference, shared)
     measured = [_measures(candidate, truth) for candidate in chosen]
     first = chosen[0]
     pairs = (
@@ -179,8 +176,7 @@ def measured(
     shared = shared_frames((candidate,), reference, frames)
     if not len(shared):
         return ()
-    truth = None if reference is None else _points_at(reference, shared)
-    return _measures(_at(candidate, shared), truth)
+    return _measures(_at(candidate, shared), _truth_at(reference, shared))
 
 
 def shared_frames(
@@ -191,8 +187,7 @@ def shared_frames(
     """Frames that all of them have and, where there is a reference, it knows."""
     several = [candidate.trajectory.frame for candidate in candidates]
     if reference is not None:
-        known = np.isfinite(reference.points).all(axis=-1).any(axis=-1)
-        several.append(reference.frame[known])
+        several.append(reference.frame[knows_something(reference)])
     shared: IntArray = reduce(np.intersect1d, several)
     if frames is not None:
         shared = shared[(shared >= frames.start) & (shared < frames.stop)]
@@ -209,9 +204,10 @@ def _at(candidate: Candidate, frames: IntArray) -> Candidate:
     )
 
 
-def _points_at(reference: LandmarkTrajectory, frames: IntArray) -> LandmarkTrajectory:
-    rows = np.searchsorted(reference.frame, frames)
-    return LandmarkTrajectory(frames, reference.points[rows])
+def _truth_at(reference: LandmarkTrajectory | None, frames: IntArray) -> LandmarkTrajectory | None:
+    if reference is None:
+        return None
+    return LandmarkTrajectory(frames, points_at(reference, frames))
 
 
 def _measures(candidate: Candidate, truth: LandmarkTrajectory | None) -> tuple[MeasuredSeries, ...]:

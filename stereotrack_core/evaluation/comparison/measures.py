@@ -9,7 +9,7 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.evaluation.comparison.paired import Series
 from stereotrack_core.evaluation.errors import LimbErrors
-from stereotrack_core.evaluation.summary import LOST_ANGLE
+from stereotrack_core.evaluation.summary import LOST_ANGLE, MEASURES, values_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,22 +37,13 @@ class MeasuredSeries:
 
 def measures_of_errors(errors: LimbErrors) -> tuple[MeasuredSeries, ...]:
     """Everything that ``evaluate`` prints: its means are the means of these series."""
-    upper, fore = np.rad2deg(errors.upper_arm), np.rad2deg(errors.forearm)
-    segments = np.column_stack([errors.upper_arm, errors.forearm])
+    values = values_of(errors)
+    segments = errors.arm_segments
     lost: FloatArray = np.where(np.isnan(segments), np.nan, 100.0 * (segments > LOST_ANGLE))
-    rows = (
-        ("torso_position", "torso position", "mm", 1000.0 * errors.torso_position),
-        ("torso_long", "torso long axis", "deg", np.rad2deg(errors.torso_long)),
-        ("torso_cross", "torso cross axis", "deg", np.rad2deg(errors.torso_cross)),
-        ("upper_arms", "upper arms", "deg", upper),
-        ("forearms", "forearms", "deg", fore),
-        ("left_upper_arm", "left upper arm", "deg", upper[:, 0]),
-        ("right_upper_arm", "right upper arm", "deg", upper[:, 1]),
-        ("left_forearm", "left forearm", "deg", fore[:, 0]),
-        ("right_forearm", "right forearm", "deg", fore[:, 1]),
-        ("lost", "arm segments lost", "%", lost),
+    return (
+        *(MeasuredSeries(*measure, Series.of(values[measure[0]])) for measure in MEASURES),
+        MeasuredSeries("lost", "arm segments lost", "%", Series.of(lost)),
     )
-    return tuple(MeasuredSeries(name, label, unit, Series.of(v)) for name, label, unit, v in rows)
 
 
 def measures_of_signs(

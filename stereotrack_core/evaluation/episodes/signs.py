@@ -3,83 +3,82 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d, median_filter, uniform_filter1d
+from numpy.lib.stride_tricks import sliding_window_view
+from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d, uniform_filter1d
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
-from stereotrack_core.evaluation.episodes.closeness import to_other_arm, to_torso, turns
+from stereotrack_core.evaluation.episodes.closeness import turns
 from stereotrack_core.tracking.lost.signs import NEIGHBOUR
 from stereotrack_core.tracking.run import Run
 
-EPISODE_SIGNS: tuple[str, ...] = (
-    "lost",
+LOST_SIGNS: tuple[str, ...] = (
     "lost around",
     "lost most around",
+    "lost least around",
+    "lost for long",
     "lost of the neighbour",
-    "lost of the other arm",
+    "lost usually",
+)
+"""Signs of a run that says how likely limbs are lost."""
+
+OTHER_SIGNS: tuple[str, ...] = (
     "sigma",
     "sigma around",
     "unexplained",
     "unexplained more than usual",
     "innovation",
     "residual",
-    "near the other arm",
-    "near the torso",
-    "turn",
-    "turn most around",
-    "jerk most around",
+    "turned before",
+    "turns after",
 )
+"""Signs that every run has."""
+
+EPISODE_SIGNS: tuple[str, ...] = (*LOST_SIGNS, *OTHER_SIGNS)
 """What is known of a limb, in the order of the coefficients; see :func:`episode_signs`."""
 
-_AROUND = 0.35
-"""Seconds before and after a frame that count as around it."""
+_AROUND, _LONG, _USUAL = 0.35, 1.5, 4.0
+"""Seconds before and after a frame that count as around it, as long, and as usual."""
 
-_USUAL = 4.0
-"""Seconds before and after a frame over which the usual is taken."""
-
-_NEAR = 0.25
-"""Metres from which a limb counts as near."""
-
-OTHER_ARM = (0, 0, 3, 2, 5, 4)
+_ENDS = 1.0
+"""Seconds before and after a frame within which a limb that goes astray turns abruptly."""
 
 
 def episode_signs(run: Run, fps: float) -> FloatArray:
     """Signs (F, 6, len(EPISODE_SIGNS)) of the limbs in each frame of a run.
 
-    The logit of the probability that the limb is lost: in the frame, its mean and its largest
-    value around it, and those of the neighbouring limb and of the same limb of the other arm; the
+    Of the logit of the probability that the limb is lost: mean, largest and smallest value around
+    the frame, mean over long, mean around of the neighbouring limb's, and median of the run. The
     logarithm of the limb's standard deviation, in the frame and around it; the share of the cloud
     that the model leaves unexplained, alone and over the usual; logarithms of innovation and
-    residual over the usual ones; by how much the limb is nearer than 25 centimetres to the other
-    arm and to the torso, in decimetres; logarithms of the angle that it turned since the frame
-    before, alone and the largest around, and of the largest change of direction of such turns.
-    NaN where the run does not say: in frames that are not tracked, and for torso and head.
+    residual over the usual ones; logarithms of the largest angle that the limb turned from one
+    frame to the next within a second before and after: a limb that goes astray, or comes back,
+    turns abruptly. NaN where the run does not say: in frames that are not tracked, and for torso
+    and head.
     """
-    around = 2 * max(1, round(_AROUND * fps)) + 1
-    usual = 2 * max(1, round(_USUAL * fps)) + 1
+    around, long, usual = (2 * max(1, round(s * fps)) + 1 for s in (_AROUND, _LONG, _USUAL))
     lost = _logit(run.limb_lost)
+    mean = uniform_filter1d(lost, around, axis=0, mode="nearest")
     sigma = np.log(np.clip(np.nan_to_num(run.limb_sigma_deg, nan=20.0), 0.3, 90.0))
-    turn = np.nan_to_num(turns(run.frame.astype(np.float64), run.landmarks))
-    jerk = np.abs(np.diff(turn, axis=0, prepend=turn[:1]))
+    turn = np.log1p(np.nan_to_num(turns(run.frame.astype(np.float64), run.landmarks)))
     cover = np.minimum(np.nan_to_num(run.coverage, nan=1.0), 1.0)
+    known = lost[run.tracked] if run.tracked.any() else lost
     columns = (
-        lost,
-        uniform_filter1d(lost, around, axis=0, mode="nearest"),
+        mean,
         maximum_filter1d(lost, around, axis=0, mode="nearest"),
-        lost[:, list(NEIGHBOUR)],
-        lost[:, list(OTHER_ARM)],
+        minimum_filter1d(lost, around, axis=0, mode="nearest"),
+        uniform_filter1d(lost, long, axis=0, mode="nearest"),
+        mean[:, list(NEIGHBOUR)],
+        np.broadcast_to(np.median(known, axis=0), lost.shape),
         sigma,
         uniform_filter1d(sigma, around, axis=0, mode="nearest"),
         _each(cover),
         _each(cover - median_filter(cover, usual, mode="nearest")),
         _each(_over_usual(run.innovation, usual)),
         _each(_over_usual(run.residual, usual)),
-        10.0 * np.clip(_NEAR - np.nan_to_num(to_other_arm(run.landmarks), nan=1.0), 0.0, None),
-        10.0 * np.clip(_NEAR - np.nan_to_num(to_torso(run.landmarks), nan=1.0), 0.0, None),
-        np.log1p(turn),
-        np.log1p(maximum_filter1d(turn, around, axis=0, mode="nearest")),
-        np.log1p(maximum_filter1d(jerk, around, axis=0, mode="nearest")),
+        _largest_before(turn, max(1, round(_ENDS * fps))),
+        _largest_before(turn[::-1], max(1, round(_ENDS * fps)))[::-1],
     )
     signs = np.stack(columns, axis=-1)
     signs[~run.tracked] = np.nan
@@ -91,6 +90,13 @@ def _logit(chance: FloatArray) -> FloatArray:
     """Logits (F, 6), at most 7; 0 where no chance is known in all of the run."""
     held = np.clip(np.nan_to_num(chance, nan=0.5), 1e-3, 1.0 - 1e-3)
     result: FloatArray = np.log(held / (1.0 - held))
+    return result
+
+
+def _largest_before(values: FloatArray, frames: int) -> FloatArray:
+    """Largest of each value (F, 6) and of the `frames` before it; none is below 0."""
+    padded = np.pad(values, ((frames, 0), (0, 0)))
+    result: FloatArray = sliding_window_view(padded, frames + 1, axis=0).max(axis=-1)
     return result
 
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.evaluation.joint_angles.definitions import ANGLES, AngleDefinition
-from stereotrack_core.evaluation.joint_angles.series import JointAngles, wrapped
+from stereotrack_core.evaluation.joint_angles.geometry import wrapped
+from stereotrack_core.evaluation.joint_angles.series import JointAngles
 
 
 @dataclass(frozen=True)

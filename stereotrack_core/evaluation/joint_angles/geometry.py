@@ -13,6 +13,7 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.evaluation.joint_angles.definitions import (
+    ANGLES,
     NAMES,
     NEAR_POLE,
     NEARLY_SIDEWAYS,
@@ -21,6 +22,7 @@ from stereotrack_core.evaluation.joint_angles.definitions import (
 )
 from stereotrack_core.recording.landmarks import LANDMARKS
 
+_TURNS = np.array([angle.lowest is not None for angle in ANGLES])
 _MIRROR = np.array([-1.0, 1.0, 1.0])
 """Mirrors a vector of the torso's frame at the person's plane of symmetry."""
 
@@ -84,6 +86,13 @@ def within_limits(angles: FloatArray) -> FloatArray:
         straight = np.sin(of(f"{side}_elbow_flexion")) < np.sin(NEARLY_STRAIGHT)
         blank(f"{side}_shoulder_plane", at_pole)
         blank(f"{side}_shoulder_rotation", at_pole | straight)
+    return result
+
+
+def wrapped(difference: FloatArray) -> FloatArray:
+    """Differences (..., A) of angles, the short way round where an angle can go round."""
+    around = np.arctan2(np.sin(difference), np.cos(difference))
+    result: FloatArray = np.where(_TURNS, around, difference)
     return result
 
 

@@ -96,10 +96,7 @@ class StretchMotion:
 
     def of(self, name: str) -> AngleRange:
         """The range of an angle by its name; KeyError where there is none."""
-        for one in self.ranges:
-            if one.angle.name == name:
-                return one
-        raise KeyError(name)
+        return {one.angle.name: one for one in self.ranges}[name]
 
 
 def range_of_motion(

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from stereotrack_core.annotation.reference import Reference
-from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.skeleton import HEAD, PARTS
 from stereotrack_core.evaluation.joint_angles.definitions import ANGLES, NAMES
 from stereotrack_core.evaluation.joint_angles.geometry import angles_of_landmarks
@@ -102,7 +102,7 @@ def _unwrapped(frame: IntArray, angle: FloatArray, lowest: float, *, continues: 
     return result
 
 
-def stretches(frame: IntArray, known: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> list[slice]:
+def stretches(frame: IntArray, known: BoolArray) -> list[slice]:
     """Places of successive frames (F,) that are all known (F,), as slices."""
     places = np.flatnonzero(known)
     if not len(places):
@@ -110,14 +110,6 @@ def stretches(frame: IntArray, known: np.ndarray[tuple[int], np.dtype[np.bool_]]
     follows = (np.diff(places) == 1) & (np.diff(frame[places]) == 1)
     ends = [0, *(np.flatnonzero(~follows) + 1), len(places)]
     return [slice(int(places[a]), int(places[b - 1]) + 1) for a, b in pairwise(ends)]
-
-
-def wrapped(difference: FloatArray) -> FloatArray:
-    """Differences (..., A) of angles, the short way round where an angle can go round."""
-    turns = np.array([definition.lowest is not None for definition in ANGLES])
-    around = np.arctan2(np.sin(difference), np.cos(difference))
-    result: FloatArray = np.where(turns, around, difference)
-    return result
 
 
 def column(angles: FloatArray, name: str) -> FloatArray:

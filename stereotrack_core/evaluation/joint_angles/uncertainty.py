@@ -20,15 +20,14 @@ from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import BodyModel, landmarks
 from stereotrack_core.body.skeleton import HEAD
-from stereotrack_core.evaluation.joint_angles.definitions import ANGLES, NAMES
-from stereotrack_core.evaluation.joint_angles.geometry import raw_angles
+from stereotrack_core.evaluation.joint_angles.definitions import NAMES
+from stereotrack_core.evaluation.joint_angles.geometry import raw_angles, wrapped
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.chain_covariance import AXES_KEY, CHAIN_AXES, joints_named
 from stereotrack_core.tracking.estimate import OVERCONFIDENCE
 from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.stored import body_of_run
 
-_TURNS = np.array([angle.lowest is not None for angle in ANGLES])
 _OF_INTEREST = (*THESIS_JOINTS, HEAD)
 
 
@@ -76,7 +75,7 @@ def sigma_of_reference(reference: Reference) -> FloatArray | None:
             for sign in (1.0, -1.0):
                 moved = points.copy()
                 moved[:, place] += sign * column
-                total += 0.5 * _short(raw_angles(moved) - at) ** 2
+                total += 0.5 * wrapped(raw_angles(moved) - at) ** 2
     result: FloatArray = np.sqrt(total)
     return result
 
@@ -99,7 +98,7 @@ def _sigma(
         moved = pose_of_state(x + delta, joints)
     else:
         moved = displaced(pose, steps, tuple(kept))
-    change = _short(raw_angles(landmarks(body, moved)) - raw_angles(landmarks(body, pose)))
+    change = wrapped(raw_angles(landmarks(body, moved)) - raw_angles(landmarks(body, pose)))
     result: FloatArray = np.sqrt(0.5 * np.sum(change**2, axis=0))
     return result
 
@@ -130,10 +129,4 @@ def _roots(covariances: FloatArray) -> FloatArray:
     values, vectors = np.linalg.eigh(np.where(known[..., None, None], covariances, 0.0))
     result: FloatArray = vectors * np.sqrt(np.maximum(values, 0.0))[..., None, :]
     result[~known] = np.nan
-    return result
-
-
-def _short(change: FloatArray) -> FloatArray:
-    around = np.arctan2(np.sin(change), np.cos(change))
-    result: FloatArray = np.where(_TURNS, around, change)
     return result

@@ -20,6 +20,7 @@ from stereotrack_core.evaluation.report.tables import Row, number, table
 from stereotrack_core.recording.consistency import FILES
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.finding import Finding
+from stereotrack_core.tracking.presets import PRESETS
 from stereotrack_core.tracking.repeating import changed_parameters
 from stereotrack_core.tracking.settings import Settings
 
@@ -89,8 +90,11 @@ def parameters(reported: Reported) -> list[Html]:
             for key, (usual, value) in changed.items()
         ]
         parts.append(table(("parameter", ">value", "unit", ">preset"), lines))
+    elif name in PRESETS:
+        parts.append(paragraph(f"All as in preset {name}."))
     else:
-        parts.append(paragraph(f"All as in preset {name or 'unknown'}."))
+        said = f"preset {name}, which is not one of this program's" if name else "no preset"
+        parts.append(paragraph(f"Made from {said}; coloured below is what is not the default."))
     every = []
     for key, value in stored.items():
         row = rows.get(key)

@@ -13,15 +13,15 @@ from stereotrack_core.evaluation.episodes.episode import Episode
 from stereotrack_core.evaluation.errors import LimbErrors
 from stereotrack_core.evaluation.limb_colours import LIMB_COLOURS
 from stereotrack_core.evaluation.report.drawing import Kind, drawn_axes, image_of
+from stereotrack_core.evaluation.summary import LOST_ANGLE
 from stereotrack_core.recording.description import Segment
 from stereotrack_core.tracking.run import Run
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_ORDER = (*("torso", "left_upper_arm", "right_upper_arm", "left_forearm", "right_forearm"),)
+_ORDER = ("torso", "left_upper_arm", "right_upper_arm", "left_forearm", "right_forearm")
 _WIDTH, _HEIGHT = 9.0, 1.25
-_LOST = 45.0
 
 
 def limb_curves(
@@ -49,7 +49,7 @@ def limb_curves(
             ax.fill_between(*sigma, color="#57606a", alpha=0.18, linewidth=0)
             degrees = np.degrees(errors.of_limb(limb))
             ax.plot(*_with_gaps(errors.frame, degrees), color=colour, linewidth=1.4)
-            ax.axhline(_LOST, color="#57606a", linewidth=0.7, linestyle=":")
+            ax.axhline(float(np.degrees(LOST_ANGLE)), color="#57606a", linewidth=0.7, linestyle=":")
         for episode in episodes:
             if limb in episode.limbs:
                 ax.axvspan(episode.first, episode.last + 1, color="#f3d9c9", linewidth=0, zorder=0)

@@ -15,7 +15,7 @@ from stereotrack_core.evaluation.reference_quality import stated
 from stereotrack_core.evaluation.report.html import Html, heading, paragraph, picture
 from stereotrack_core.evaluation.report.reported import Accuracy, Reported, ShownEpisode
 from stereotrack_core.evaluation.report.tables import Row, number, table
-from stereotrack_core.evaluation.summary import Summary
+from stereotrack_core.evaluation.summary import LOST_ANGLE, Summary, root_mean
 from stereotrack_core.tracking.run import Run
 
 _DEGREES = 180.0 / math.pi
@@ -123,7 +123,11 @@ def reference(reported: Reported) -> list[Html]:
     if states.limb_sigma_deg is not None:
         sigma = states.limb_sigma_deg[inside]
         rows = [
-            (limb.replace("_", " "), number(_rms(sigma[:, i])), number(_most(sigma[:, i])))
+            (
+                limb.replace("_", " "),
+                number(root_mean(np.square(sigma[:, i]))),
+                number(float(np.fmax.reduce(sigma[:, i], initial=np.nan))),
+            )
             for i, limb in enumerate(LIMBS)
         ]
         parts.append(table(("limb", ">good to [deg]", ">worst frame [deg]"), rows))
@@ -141,7 +145,7 @@ def honesty(reported: Reported) -> list[Html]:
     for i, limb in enumerate(LIMBS):
         if known[:, i].any():
             share = 100.0 * float((run.limb_lost[known[:, i], i] > CALLED).mean())
-            sigma = _rms(run.limb_sigma_deg[run.tracked, i])
+            sigma = root_mean(np.square(run.limb_sigma_deg[run.tracked, i]))
             rows.append((limb.replace("_", " "), number(share), number(sigma)))
     parts.append(table(("limb", ">called lost [% of frames]", ">stated error [deg]"), rows))
     if accuracy is not None and accuracy.doubts is not None:
@@ -237,11 +241,12 @@ def _within_two(run: Run, accuracy: Accuracy) -> str:
     shares = []
     for i, limb in enumerate(LIMBS):
         degrees, sigma = np.degrees(found.of_limb(limb))[other], run.limb_sigma_deg[own, i]
-        known = np.isfinite(degrees) & np.isfinite(sigma) & (degrees <= 45.0)
+        known = np.isfinite(degrees) & np.isfinite(sigma) & (degrees <= np.degrees(LOST_ANGLE))
         if known.any():
             share = 100.0 * float((degrees[known] <= 2.0 * sigma[known]).mean())
             shares.append(f"{limb.replace('_', ' ')} {share:.0f} %")
-    return f"Errors within twice what the run states, lost limbs left out: {', '.join(shares)}."
+    told = ", ".join(shares) or "the run states none where the reference knows"
+    return f"Errors within twice what the run states, lost limbs left out: {told}."
 
 
 def _strip(shown: ShownEpisode) -> Html:
@@ -268,13 +273,3 @@ def _sides(motions: Sequence[StretchMotion]) -> Html:
         if side.left.frames and side.right.frames
     ]  # fmt: skip
     return table(("stretch", "range of", ">left", ">right", ">left − right", ">±"), rows)
-
-
-def _rms(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(np.square(known)))) if known.size else float("nan")
-
-
-def _most(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> float:
-    known = values[np.isfinite(values)]
-    return float(known.max()) if known.size else float("nan")

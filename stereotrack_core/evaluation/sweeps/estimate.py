@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from statistics import fmean
 
 from stereotrack_core.evaluation.sweeps.jobs import Job
 from stereotrack_core.evaluation.sweeps.results import JobResult
@@ -40,10 +41,6 @@ def expected_seconds(
     total = 0.0
     for job in waiting:
         own = same.get((job.folder, len(job.views)))
-        each = _mean(own) if own else _mean(per_view) * len(job.views)
+        each = fmean(own) if own else fmean(per_view) * len(job.views)
         total += each * len(job.frames)
     return total / max(1, workers)
-
-
-def _mean(values: list[float]) -> float:
-    return sum(values) / len(values)

@@ -9,9 +9,9 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
+from stereotrack_core.evaluation import summary
 from stereotrack_core.evaluation.doubts import doubts_against
 from stereotrack_core.evaluation.errors import errors_against
-from stereotrack_core.evaluation.summary import summarise
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.run import Run
 
@@ -47,21 +47,8 @@ class SweepMeasure:
         return f"{self.label} [{self.unit}]" if self.unit else self.label
 
 
-_ERRORS = (
-    ("torso_position", "torso position", "mm"),
-    ("torso_long", "torso long axis", "deg"),
-    ("torso_cross", "torso cross axis", "deg"),
-    ("upper_arms", "upper arms", "deg"),
-    ("forearms", "forearms", "deg"),
-    ("left_upper_arm", "left upper arm", "deg"),
-    ("right_upper_arm", "right upper arm", "deg"),
-    ("left_forearm", "left forearm", "deg"),
-    ("right_forearm", "right forearm", "deg"),
-)
-
-
 def _errors() -> Iterator[SweepMeasure]:
-    for name, label, unit in _ERRORS:
+    for name, label, unit in summary.MEASURES:
         yield SweepMeasure(name, f"{label}, mean", unit, from_reference=True, short=label)
         yield SweepMeasure(f"{name}_median", f"{label}, median", unit, from_reference=True)
         yield SweepMeasure(f"{name}_p95", f"{label}, 95 %", unit, from_reference=True)
@@ -120,17 +107,17 @@ def _errors_of(run: Run, reference: LandmarkTrajectory | None) -> Mapping[str, f
     )
     if not len(errors.frame):
         return {}
-    summary = summarise(errors)
+    pooled = summary.summarise(errors)
     values: dict[str, float] = {}
-    for measure in summary.measures:
+    for measure in pooled.measures:
         figures = measure.statistics
         values[measure.name] = figures.mean
         values[f"{measure.name}_median"] = figures.median
         values[f"{measure.name}_p95"] = figures.p95
     doubts = doubts_against(run.frame, run.limb_lost, errors)
     return values | {
-        "lost": 100.0 * summary.lost,
-        "not_tracked": 100.0 * summary.not_tracked / summary.frames,
+        "lost": 100.0 * pooled.lost,
+        "not_tracked": 100.0 * pooled.not_tracked / pooled.frames,
         "lost_precision": 100.0 * doubts.precision,
         "lost_recall": 100.0 * doubts.recall,
     }
@@ -150,5 +137,4 @@ def _signs(run: Run) -> Mapping[str, float]:
 
 
 def _mean(values: FloatArray) -> float:
-    known = values[np.isfinite(values)]
-    return float(known.mean()) if known.size else float("nan")
+    return summary.statistics(values).mean

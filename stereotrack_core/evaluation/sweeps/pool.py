@@ -8,10 +8,9 @@ import signal
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
-from types import TracebackType
 from typing import Any
 
 import cv2
@@ -71,12 +70,7 @@ class LocalWorkers:
     def __enter__(self) -> LocalWorkers:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     @property
@@ -159,13 +153,7 @@ class LocalWorkers:
         if not result.done and not result.final and batch.tried < self._retries:
             batches.put_back(job, batch.tried + 1)
             return
-        watcher.on_result(
-            job,
-            JobResult(
-                result.identity, result.status, result.measures, result.frames, result.error,
-                result.final, batch.tried + 1,
-            ),
-        )  # fmt: skip
+        watcher.on_result(job, replace(result, attempts=batch.tried + 1))
 
     def _lost(self, worker: _Worker, batches: Batches, watcher: Watcher) -> None:
         """A process has ended in the middle: its jobs are tried again, each alone."""

@@ -17,11 +17,14 @@ from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.evaluation.joint_angles.definitions import ANGLES, NAMES
-from stereotrack_core.evaluation.joint_angles.geometry import angles_of_landmarks, raw_angles
+from stereotrack_core.evaluation.joint_angles.geometry import (
+    angles_of_landmarks,
+    raw_angles,
+    wrapped,
+)
 from stereotrack_core.evaluation.joint_angles.series import (
     angles_of_reference,
     angles_of_run,
-    wrapped,
 )
 from stereotrack_core.evaluation.joint_angles.uncertainty import sigma_of_reference, sigma_of_run
 from stereotrack_core.interop.landmark_pose import pose_of_landmarks
