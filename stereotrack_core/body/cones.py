@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -69,6 +70,12 @@ class Cones:
 
     def __len__(self) -> int:
         return len(self.part)
+
+    @cached_property
+    def shape(self) -> FloatArray:
+        """Radii at base and end, height, flatness, and whether base and end are round (C, 6)."""
+        sizes = [self.r1, self.r2, self.height, self.flatness, self.round_base, self.round_end]
+        return np.column_stack(sizes).astype(np.float64)
 
     def __getitem__(self, index: BoolArray | slice) -> Cones:
         """Some of the cones."""

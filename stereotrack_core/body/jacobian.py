@@ -72,6 +72,55 @@ def point_jacobian(
     return J
 
 
+def points_along(
+    points: FloatArray, directions: FloatArray, part: IntArray, frames: PartFrames
+) -> FloatArray:
+    """Places n . p(x) of points on fixed directions, for stacked poses.
+
+    Parameters
+    ----------
+    points : (m, 3) float64
+        In the frames of their parts.
+    directions : (m, 3) float64, world
+    part : (m,) int64
+    frames : PartFrames
+        Of S poses.
+
+    Returns
+    -------
+    (S, m) float64, metres
+    """
+    along = np.empty((len(frames.origins), len(part)))
+    _project(
+        np.ascontiguousarray(points),
+        np.ascontiguousarray(directions),
+        part,
+        np.ascontiguousarray(frames.rotations),
+        np.ascontiguousarray(frames.origins),
+        along,
+    )
+    return along
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _project(
+    points: Any, directions: Any, part: Any, rotations: Any, origins: Any, along: Any
+) -> None:
+    turned = np.empty(9)
+    for i in range(points.shape[0]):
+        p = part[i]
+        for j in range(3):
+            for k in range(3):
+                turned[3 * j + k] = directions[i, j] * points[i, k]
+        for s in range(rotations.shape[0]):
+            total = 0.0
+            for j in range(3):
+                total += directions[i, j] * origins[s, p, j]
+                for k in range(3):
+                    total += turned[3 * j + k] * rotations[s, p, j, k]
+            along[s, i] = total
+
+
 @numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def _fill(
     points: Any,

@@ -11,8 +11,9 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.pose import Pose
-from stereotrack_core.body.skeleton import PARTS, TORSO
-from stereotrack_core.geometry.rotation import rotation_from_vector, vector_from_rotation
+from stereotrack_core.body.pose_kernels import displace
+from stereotrack_core.body.skeleton import PARTS
+from stereotrack_core.geometry.rotation import vector_from_rotation
 
 
 def error_names(joints: tuple[int, ...]) -> tuple[str, ...]:
@@ -38,14 +39,12 @@ def displaced(pose: Pose, delta: FloatArray, joints: tuple[int, ...]) -> Pose:
     Pose
         Stacked as `delta` is.
     """
-    lead = delta.shape[:-1]
-    rotations = np.broadcast_to(pose.rotations, (*lead, *pose.rotations.shape)).copy()
-    rotations[..., TORSO, :, :] = rotation_from_vector(delta[..., 3:6]) @ pose.torso
-    tangents = np.zeros((*lead, len(joints), 3))
-    tangents[..., :2] = delta[..., 6:].reshape(*lead, len(joints), 2)
-    parts = list(joints)
-    rotations[..., parts, :, :] = pose.rotations[parts] @ rotation_from_vector(tangents)
-    return Pose(pose.position + delta[..., :3], rotations)
+    lead, shape = delta.shape[:-1], pose.rotations.shape
+    stack = np.ascontiguousarray(delta, dtype=np.float64).reshape(-1, delta.shape[-1])
+    rotations = np.empty((len(stack), *shape))
+    turned = np.array(joints, dtype=np.int64)
+    displace(np.ascontiguousarray(pose.rotations), turned, stack, rotations)
+    return Pose(pose.position + delta[..., :3], rotations.reshape(*lead, *shape))
 
 
 def difference(to: Pose, origin: Pose, joints: tuple[int, ...]) -> FloatArray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -24,6 +25,12 @@ class BodyModel:
     def frames(self, pose: Pose) -> PartFrames:
         """Frames of all parts; see :func:`part_frames`."""
         return part_frames(self.skeleton, pose)
+
+    @cached_property
+    def torso(self) -> PlacedCones:
+        """The torso's large cone in the torso's own frame."""
+        cones = self.cones[:1]
+        return PlacedCones(cones.rotations, cones.origins, cones)
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
-from stereotrack_core.body.pose_kernels import chain, turn_towards
+from stereotrack_core.body.pose_kernels import chain, localise, turn_towards
 from stereotrack_core.body.skeleton import (
     HEAD,
     LEFT_UPPER_ARM,
@@ -68,6 +68,12 @@ class PartFrames:
         """World points (..., N, 3) of points (N, 3) in the frames of parts (N,)."""
         turned = np.einsum("...nij,nj->...ni", self.rotations[..., part, :, :], points)
         result: FloatArray = turned + self.origins[..., part, :]
+        return result
+
+    def local(self, part: IntArray, points: FloatArray) -> FloatArray:
+        """Places (N, 3) in the frames of parts (N,) of world points (N, 3), for one pose."""
+        result = np.empty((len(points), 3))
+        localise(points, part, self.rotations, self.origins, result)
         return result
 
 

@@ -14,7 +14,9 @@ import numba
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.body.cones import Cones
 from stereotrack_core.body.model import BodyModel, PlacedCones
+from stereotrack_core.body.pose import PartFrames
 
 _NO_PENALTY = np.zeros((0, 0))
 
@@ -43,11 +45,39 @@ class Feet:
 
 def cone_table(placed: PlacedCones) -> FloatArray:
     """One row (18,) for each cone with all that the compiled loops need."""
-    cones = placed.cones
-    ends = [cones.round_base.astype(np.float64), cones.round_end.astype(np.float64)]
-    shape = [cones.r1, cones.r2, cones.height, cones.flatness, *ends]
-    flat = placed.rotations.reshape(len(cones), 9)
-    return np.ascontiguousarray(np.column_stack([flat, placed.origins, *shape]))
+    flat = placed.rotations.reshape(len(placed.cones), 9)
+    return np.ascontiguousarray(np.column_stack([flat, placed.origins, placed.cones.shape]))
+
+
+def cone_tables(cones: Cones, frames: PartFrames) -> FloatArray:
+    """Tables (..., C, 18) of cones in one pose or in a stack of poses; see :func:`cone_table`."""
+    lead = frames.origins.shape[:-2]
+    rotations = np.ascontiguousarray(frames.rotations).reshape(-1, *frames.rotations.shape[-3:])
+    origins = np.ascontiguousarray(frames.origins).reshape(-1, *frames.origins.shape[-2:])
+    tables = np.empty((len(origins), len(cones), 18))
+    _place(cones.part, cones.rotations, cones.origins, cones.shape, rotations, origins, tables)
+    return tables.reshape(*lead, len(cones), 18)
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _place(
+    part: Any, turns: Any, places: Any, shape: Any, rotations: Any, origins: Any, tables: Any
+) -> None:
+    """Fill tables (K, C, 18) of cones that stand on their parts, in K poses."""
+    for k in range(tables.shape[0]):
+        for c in range(tables.shape[1]):
+            R, row = rotations[k, part[c]], tables[k, c]
+            for i in range(3):
+                for j in range(3):
+                    row[3 * i + j] = (
+                        R[i, 0] * turns[c, 0, j]
+                        + R[i, 1] * turns[c, 1, j]
+                        + R[i, 2] * turns[c, 2, j]
+                    )
+                row[9 + i] = origins[k, part[c], i] + (
+                    R[i, 0] * places[c, 0] + R[i, 1] * places[c, 1] + R[i, 2] * places[c, 2]
+                )
+            row[12:] = shape[c]
 
 
 def nearest_on_surface(
@@ -135,6 +165,16 @@ def _ball(r: float, centre: float, s: float, px: float, py: float, pz: float) ->
     return sign * d, fx, fy, fz, sign * dx / d, sign * dy / d, sign * dz / d
 
 
+@numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
+def _is_farther(row: Any, px: float, py: float, pz: float, limit: float) -> Any:
+    """Whether a round cone is surely farther than a limit: the cylinder around it is."""
+    if row[15] != 1.0:
+        return False
+    past = max(-pz, pz - row[14], 0.0)
+    room = limit + max(row[12], row[13])
+    return px * px + py * py + past * past > room * room
+
+
 @numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def _nearest(
     points: Any,
@@ -155,6 +195,8 @@ def _nearest(
             px = row[0] * x + row[3] * y + row[6] * z
             py = row[1] * x + row[4] * y + row[7] * z
             pz = row[2] * x + row[5] * y + row[8] * z
+            if _is_farther(row, px, py, pz, reach if judged else best):
+                continue
             d, fx, fy, fz, nx, ny, nz = cone_foot(row, px, py, pz)
             off = abs(d)
             if judged:

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import cv2
+import numpy as np
 
 from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray, IntArray
 from stereotrack_core.geometry.transform import RigidTransform
@@ -12,6 +16,10 @@ from stereotrack_core.recording.detections import Detection
 _DEPTH_CAMERA_SCALE = 75.0
 """Focal length times base line (pixels, metres) of the stereo camera whose uncertainty of range
 a depth camera is taken to have."""
+
+
+_SPECKS = np.ones((5, 5), np.uint8)
+"""What is smaller than this many pixels is nobody."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +88,17 @@ class ViewDepth:
     silhouette: BoolArray | None = None
     outline: BoolArray | None = None
     picture: ImageArray | None = None
+
+    @property
+    def person(self) -> BoolArray:
+        """Pixels (H, W) of the person: the outline where it is known."""
+        return self.foreground if self.outline is None else self.outline
+
+    @cached_property
+    def extent(self) -> tuple[int, int, int, int] | None:
+        """Left, top, right and bottom, half-open, of the person without specks; None: nobody."""
+        left, top, width, height = cv2.boundingRect(cv2.erode(self.person.view(np.uint8), _SPECKS))
+        return (left, top, left + width, top + height) if width else None
 
 
 @dataclass(frozen=True, eq=False)

@@ -280,10 +280,10 @@ class ViewChain:
 
         After the background, because then only the foreground has to be searched.
         """
-        columns, rows = np.flatnonzero(chosen.any(axis=0)), np.flatnonzero(chosen.any(axis=1))
-        if self._p.speckle_size == 0 or len(columns) == 0:
+        left, top, width, height = cv2.boundingRect(chosen.view(np.uint8))
+        if self._p.speckle_size == 0 or not width:
             return
-        box = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
+        box = slice(top, top + height), slice(left, left + width)
         disparity, chosen = disparity[box], chosen[box]
         steps = np.where(chosen, disparity * np.float32(STEPS), np.float32(_NO_STEPS))
         patches = np.minimum(steps, np.float32(np.iinfo(np.int16).max)).astype(np.int16)

@@ -109,8 +109,13 @@ def posterior(
         To be added to x_i: the minimum of both quadratic forms.
     P : (n, n) float64
     """
+    # LAPACK itself: what SciPy and NumPy check around it takes longer than these small matrices.
     total = P0_inverse + gathered.A
-    factor = scipy.linalg.cho_factor(total)
-    dx = scipy.linalg.cho_solve(factor, P0_inverse @ from_prior + gathered.b)
-    P = scipy.linalg.cho_solve(factor, np.eye(len(dx)))
-    return dx, 0.5 * (P + P.T)
+    dx = P0_inverse @ from_prior + gathered.b
+    factor, failed = scipy.linalg.lapack.dpotrf(total, lower=1)
+    if failed:
+        raise np.linalg.LinAlgError("prior and measurements together are not positive definite")
+    dx, _ = scipy.linalg.lapack.dpotrs(factor, dx, lower=1)
+    P, _ = scipy.linalg.lapack.dpotri(factor, lower=1)
+    lower = np.tril(P, -1)
+    return dx, lower + lower.T + np.diag(np.diagonal(P))

@@ -61,11 +61,16 @@ def skew(vector: FloatArray) -> FloatArray:
 def angle_between(a: FloatArray, b: FloatArray) -> FloatArray:
     """Angle in radians between vectors (..., 3); NaN where one of them has no length or is NaN.
 
-    Uses atan2 of cross and dot product, which is exact for small angles too.
+    Twice the angle at the base of the rhombus that both span when made equally long, which is
+    exact for small angles and for those near half a turn (W. Kahan).
     """
     u, v = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
-    sine = np.linalg.norm(np.cross(u, v), axis=-1)
-    cosine = np.einsum("...i,...i->...", u, v)
-    angle: FloatArray = np.arctan2(sine, cosine)
-    lengthless = (np.einsum("...i,...i->...", u, u) == 0) | (np.einsum("...i,...i->...", v, v) == 0)
-    return np.where(lengthless, np.nan, angle)
+    long_u, long_v = _length(u), _length(v)
+    same_u, same_v = u * long_v[..., None], v * long_u[..., None]
+    angle: FloatArray = 2.0 * np.arctan2(_length(same_u - same_v), _length(same_u + same_v))
+    return np.where((long_u == 0) | (long_v == 0), np.nan, angle)
+
+
+def _length(vector: FloatArray) -> FloatArray:
+    length: FloatArray = np.sqrt(np.einsum("...i,...i->...", vector, vector))
+    return length

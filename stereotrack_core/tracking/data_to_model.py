@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
-from stereotrack_core.body.jacobian import Columns, point_jacobian
+from stereotrack_core.body.jacobian import Columns, point_jacobian, points_along
 from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import PartFrames
-from stereotrack_core.body.skeleton import PARTS
 from stereotrack_core.body.surface import Feet, nearest_on_surface, parts_of_cones
 
 
@@ -54,16 +53,7 @@ class SurfaceResidual:
 
     def predicted(self, frames: PartFrames) -> FloatArray:
         """The feet on the same directions (S, m) for stacked poses: z_hat = n . foot(x)."""
-        result = np.empty((len(frames.origins), len(self.part)))
-        for part in range(len(PARTS)):
-            first, end = np.searchsorted(self.part, [part, part + 1])
-            if first == end:
-                continue
-            n, foot = self.direction[first:end], self.foot_in_part[first:end]
-            turned = (n[:, :, None] * foot[:, None, :]).reshape(-1, 9)
-            rotations = frames.rotations[:, part].reshape(-1, 9)
-            result[:, first:end] = rotations @ turned.T + frames.origins[:, part] @ n.T
-        return result
+        return points_along(self.foot_in_part, self.direction, self.part, frames)
 
 
 @dataclass(frozen=True)
@@ -122,7 +112,6 @@ def residual_of_feet(
     order = order[part[order] >= 0]
     part, e = part[order], feet.distance[order]
     foot = feet.foot[order]
-    rotation = frames.rotations[part]
     squared = trust.scale**2
     weight = (squared / (squared + e**2)) ** 2
     crowd = max(1.0, len(data) / trust.effective)
@@ -130,7 +119,7 @@ def residual_of_feet(
         data=data[order],
         part=part,
         foot=foot,
-        foot_in_part=np.einsum("mji,mj->mi", rotation, foot - frames.origins[part]),
+        foot_in_part=frames.local(part, foot),
         direction=feet.direction[order],
         distance=e,
         variance=trust.sigma**2 * crowd / np.maximum(weight, 1e-6),

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import TypeAlias
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray
+from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.jacobian import Columns, point_jacobian
-from stereotrack_core.body.model import BodyModel, placed_cones
+from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import HANGING, PartFrames, Pose
 from stereotrack_core.body.skeleton import (
     FOREARMS,
@@ -24,6 +25,8 @@ from stereotrack_core.body.skeleton import (
 from stereotrack_core.body.surface import nearest_on_surface
 from stereotrack_core.tracking.arms_apart import ApartResidual, arms_apart
 from stereotrack_core.tracking.parameters import TrackingParameters
+
+_PARENTS = np.array(PARENTS, dtype=np.int64)
 
 _REST_SIGMA = {
     HEAD: np.radians(20.0),
@@ -41,55 +44,55 @@ _ELBOW_SIGMA = np.radians(3.0)
 
 @dataclass(frozen=True, eq=False)
 class DirectionResidual:
-    """Components of a part's direction across an axis that is fixed to its parent.
+    """Components of parts' directions across axes that are fixed to their parents.
 
     Attributes
     ----------
-    part, parent : int
+    part, parent : (m,) int64
     across : (m, 3) float64
-        Unit vectors in the parent's frame.
+        Unit vectors in the parents' frames.
     measured, variance : (m,) float64
     """
 
-    part: int
-    parent: int
+    part: IntArray
+    parent: IntArray
     across: FloatArray
     measured: FloatArray
     variance: FloatArray
 
     def jacobian(self, frames: PartFrames, columns: Columns) -> FloatArray:
-        """Derivatives (m, n): only the part's own joint turns it against its parent."""
-        J = np.zeros((len(self.measured), columns.n))
-        own = frames.rotations[self.parent].T @ frames.rotations[self.part]
-        at = columns.first[self.part]
-        if at >= 0:
-            J[:, at] = -self.across @ own[:, 1]
-            J[:, at + 1] = self.across @ own[:, 0]
+        """Derivatives (m, n): only a part's own joint turns it against its parent."""
+        J = np.zeros((len(self.part), columns.n))
+        rows = np.flatnonzero(columns.first[self.part] >= 0)
+        part, at = self.part[rows], columns.first[self.part[rows]]
+        across = np.einsum("mij,mj->mi", frames.rotations[self.parent[rows]], self.across[rows])
+        along = np.einsum("mi,mij->mj", across, frames.rotations[part])
+        J[rows, at], J[rows, at + 1] = -along[:, 1], along[:, 0]
         return J
 
     def predicted(self, frames: PartFrames) -> FloatArray:
         """Components (S, m)."""
-        direction = frames.rotations[:, self.part, :, 2]
-        local = np.einsum("sji,sj->si", frames.rotations[:, self.parent], direction)
-        result: FloatArray = local @ self.across.T
+        across = np.einsum("smij,mj->smi", frames.rotations[:, self.parent], self.across)
+        along = frames.rotations[..., 2][:, self.part]
+        result: FloatArray = np.einsum("smi,smi->sm", across, along)
         return result
 
 
 @dataclass(frozen=True, eq=False)
 class ClearanceResidual:
-    """Distances of points of a part from the torso, along fixed directions of the torso's frame.
+    """Distances of points of parts from the torso, along fixed directions of the torso's frame.
 
     Attributes
     ----------
-    part : int
+    part : (m,) int64
     points : (m, 3) float64
-        In the frame of the part.
+        In the frames of the parts.
     outward : (m, 3) float64
         In the torso's frame.
     measured, variance : (m,) float64
     """
 
-    part: int
+    part: IntArray
     points: FloatArray
     outward: FloatArray
     measured: FloatArray
@@ -97,17 +100,15 @@ class ClearanceResidual:
 
     def jacobian(self, frames: PartFrames, columns: Columns) -> FloatArray:
         """Derivatives (m, n): the torso's own movement changes nothing."""
-        part = np.full(len(self.points), self.part, dtype=np.int64)
-        world = frames.apply(part, self.points)
+        world = frames.apply(self.part, self.points)
         outward = self.outward @ frames.rotations[TORSO].T
-        J = point_jacobian(world, outward, part, frames, columns)
+        J = point_jacobian(world, outward, self.part, frames, columns)
         J[:, :6] = 0.0
         return J
 
     def predicted(self, frames: PartFrames) -> FloatArray:
         """Places along the outward directions (S, m)."""
-        turned = np.einsum("sij,mj->smi", frames.rotations[:, self.part], self.points)
-        world = turned + frames.origins[:, self.part, None] - frames.origins[:, TORSO, None]
+        world = frames.apply(self.part, self.points) - frames.origins[:, TORSO, None]
         local = np.einsum("sji,smj->smi", frames.rotations[:, TORSO], world)
         result: FloatArray = np.einsum("smi,mi->sm", local, self.outward)
         return result
@@ -120,7 +121,7 @@ def limit_residuals(
     body: BodyModel, pose: Pose, parameters: TrackingParameters, joints: tuple[int, ...]
 ) -> tuple[Limit, ...]:
     """Rows for the limits that a pose violates, and for limbs that should rest."""
-    rows: list[Limit] = [_resting(part) for part in joints if part in _REST_SIGMA]
+    rows: list[Limit] = [*_resting(joints)]
     rows += _folded_elbows(pose, np.radians(parameters.least_elbow_angle))
     rows += _collisions(body, pose, parameters.clearance)
     if parameters.arms_apart > 0.0:
@@ -128,10 +129,16 @@ def limit_residuals(
     return tuple(rows)
 
 
-def _resting(part: int) -> DirectionResidual:
-    rest = HANGING if PARENTS[part] == TORSO and part != HEAD else np.eye(3)
-    variance = np.full(2, _REST_SIGMA[part] ** 2)
-    return DirectionResidual(part, PARENTS[part], rest[:, :2].T, np.zeros(2), variance)
+@cache
+def _resting(joints: tuple[int, ...]) -> tuple[DirectionResidual, ...]:
+    """Two rows for every limb that should rest, whatever the pose."""
+    part = np.repeat([joint for joint in joints if joint in _REST_SIGMA], 2).astype(np.int64)
+    if not len(part):
+        return ()
+    axes = [np.eye(3) if joint == HEAD else HANGING for joint in part]
+    across = np.array([axis[:, k % 2] for k, axis in enumerate(axes)])
+    variance = np.array([_REST_SIGMA[joint] ** 2 for joint in part.tolist()])
+    return (DirectionResidual(part, _PARENTS[part], across, np.zeros(len(part)), variance),)
 
 
 def _folded_elbows(pose: Pose, least_angle: float) -> list[DirectionResidual]:
@@ -144,9 +151,9 @@ def _folded_elbows(pose: Pose, least_angle: float) -> list[DirectionResidual]:
         if excess > 0.0:
             side = along[:2] / max(float(np.linalg.norm(along[:2])), 1e-9)
             further = np.append(np.cos(bend) * side, -np.sin(bend))[None]
-            variance = np.full(1, _ELBOW_SIGMA**2)
+            part, variance = np.full(1, fore, dtype=np.int64), np.full(1, _ELBOW_SIGMA**2)
             back = np.array([-excess])
-            rows.append(DirectionResidual(fore, PARENTS[fore], further, back, variance))
+            rows.append(DirectionResidual(part, _PARENTS[part], further, back, variance))
     return rows
 
 
@@ -162,22 +169,15 @@ def _collisions(body: BodyModel, pose: Pose, clearance: float) -> list[Clearance
     if clearance <= 0.0:
         return []
     frames = body.frames(pose)
-    length = body.skeleton.lengths[FOREARMS[0]]
-    points = np.linspace(0.0, length, _CHECKED)[:, None] * np.array([0.0, 0.0, 1.0])
-    world = np.concatenate(
-        [points @ frames.rotations[fore].T + frames.origins[fore] for fore in FOREARMS]
-    )
-    feet = nearest_on_surface(world, placed_cones(body, frames)[:1], 0.5)
-    to_torso = frames.rotations[TORSO]
-    outward = feet.direction @ to_torso
-    foot = (feet.foot - frames.origins[TORSO]) @ to_torso
-    at_limit = np.einsum("mi,mi->m", outward, foot) + clearance
-    close = ((feet.cone == 0) & (feet.distance < clearance)).reshape(len(FOREARMS), -1)
-    rows = []
-    for side, fore in enumerate(FOREARMS):
-        kept = np.flatnonzero(close[side])
-        if len(kept):
-            at = kept + side * _CHECKED
-            variance = np.full(len(kept), _COLLISION_SIGMA**2)
-            rows.append(ClearanceResidual(fore, points[kept], outward[at], at_limit[at], variance))
-    return rows
+    part = np.repeat(np.array(FOREARMS, dtype=np.int64), _CHECKED)
+    points = np.zeros((len(part), 3))
+    points[:, 2] = np.tile(np.linspace(0.0, body.skeleton.lengths[FOREARMS[0]], _CHECKED), 2)
+    local = (frames.apply(part, points) - frames.origins[TORSO]) @ frames.rotations[TORSO]
+    feet = nearest_on_surface(local, body.torso, 0.5)
+    close = np.flatnonzero((feet.cone == 0) & (feet.distance < clearance))
+    if not len(close):
+        return []
+    outward = feet.direction[close]
+    at_limit = np.einsum("mi,mi->m", outward, feet.foot[close]) + clearance
+    variance = np.full(len(close), _COLLISION_SIGMA**2)
+    return [ClearanceResidual(part[close], points[close], outward, at_limit, variance)]

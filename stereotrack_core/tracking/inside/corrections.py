@@ -215,10 +215,10 @@ def _kind_of(residual: Residual) -> tuple[str, IntArray, str]:
         case ApartResidual():
             return "arms", residual.left, "m"
         case ClearanceResidual():
-            return "torso", np.full(count, residual.part, dtype=np.int64), "m"
+            return "torso", residual.part, "m"
         case DirectionResidual():
-            kind = "elbow" if residual.part in FOREARMS else "rest"
-            return kind, np.full(count, residual.part, dtype=np.int64), "rad"
+            kind = "elbow" if residual.part[0] in FOREARMS else "rest"
+            return kind, residual.part, "rad"
         case DetectionResidual():
             unit = "m" if residual.camera is None else "px"
             return "detection", np.full(count, residual.part, dtype=np.int64), unit

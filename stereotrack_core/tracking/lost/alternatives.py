@@ -7,7 +7,7 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import BodyModel
-from stereotrack_core.body.pose import PartFrames, Pose
+from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.geometry.rotation import rotation_from_vector
@@ -80,7 +80,7 @@ def elsewhere(cloud: Cloud, body: BodyModel, pose: Pose, own: FloatArray) -> Flo
             arms = arms[np.flatnonzero(anatomy_cost(scene, shape, arms) < least).tolist()]
             if not len(arms):
                 continue
-            poses = [with_arm(pose, side, u, f) for u, f in zip(arms.upper, arms.fore, strict=True)]
+            poses = with_arm(pose, side, arms.upper, arms.fore)
             gain = _gains(pictures, body, pose, poses, moved) / own[list(moved)].sum()
             result[limb] = gain.max(), np.log(np.mean(np.exp(np.minimum(gain, 1.0) / _TEMPERATURE)))
     return result
@@ -90,28 +90,22 @@ def _gains(
     pictures: tuple[SeenPicture, ...],
     body: BodyModel,
     pose: Pose,
-    poses: list[Pose],
+    poses: Pose,
     moved: tuple[int, ...],
 ) -> FloatArray:
     """Square metres (K,), a mean over views, by which less disagrees in each of the poses."""
     chosen = np.isin(body.cones.part, moved)
-    rest = outline_table(body, body.frames(pose), ~chosen)
-    behind = [seen.drawn(rest) for seen in pictures]
-    nothing = [np.zeros_like(drawn) for drawn in behind]
-    areas = [seen.area(pose.position) for seen in pictures]
-
-    def unlike(at: PartFrames) -> float:
-        table = outline_table(body, at, chosen)
-        return sum(
-            area * _LIKENESS.unlike(seen, drawn, seen.drawn(table), empty)
-            for seen, drawn, empty, area in zip(pictures, behind, nothing, areas, strict=True)
-        )
-
-    rotations = np.stack([each.rotations for each in (pose, *poses)])
-    frames = body.frames(Pose(np.broadcast_to(pose.position, (len(rotations), 3)), rotations))
-    each = zip(frames.rotations, frames.origins, strict=True)
-    costs = np.array([unlike(PartFrames(turn, origin)) for turn, origin in each])
-    gains: FloatArray = (costs[0] - costs[1:]) / len(pictures)
+    here = body.frames(pose)
+    rest = outline_table(body.cones[~chosen], here)
+    cones = body.cones[chosen]
+    tables = [outline_table(cones, here)[None], outline_table(cones, body.frames(poses))]
+    limbs, total = np.concatenate(tables), np.zeros(len(poses.position) + 1)
+    for seen in pictures:
+        behind = seen.drawn(rest)
+        nothing = np.zeros_like(behind)[None]
+        unlike = _LIKENESS.unlike_pairs(seen, behind, seen.drawn_each(limbs), nothing)
+        total += seen.area(pose.position) * unlike[:, 0]
+    gains: FloatArray = (total[0] - total[1:]) / len(pictures)
     return gains
 
 

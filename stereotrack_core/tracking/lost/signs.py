@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import PartFrames, Pose
@@ -172,8 +172,7 @@ def _looks(
     body: BodyModel, frames: PartFrames, pictures: tuple[SeenPicture, ...]
 ) -> tuple[FloatArray, FloatArray]:
     """Looks (V, P, 6) and unexplained pixels (V, 6) of the limbs in all views."""
-    every: BoolArray = np.ones(len(body.cones.part), dtype=np.bool_)
-    table, part = outline_table(body, frames, every), body.cones.part.astype(np.int64)
+    table, part = outline_table(body.cones, frames), body.cones.part
     images = np.empty((len(table), COLUMNS))
     looks = np.zeros((len(pictures), len(PARTS), 6))
     unexplained = np.zeros((len(pictures), len(LIMBS)))

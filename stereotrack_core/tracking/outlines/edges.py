@@ -64,11 +64,10 @@ def edge_maps(cloud: Cloud) -> tuple[EdgeMap, ...]:
 
 def _signed_distances(outline: BoolArray) -> tuple[Float32Array, int, int] | None:
     """Signed distances around the larger patches, and the left and top of that region."""
-    rows, columns = np.flatnonzero(outline.any(axis=1)), np.flatnonzero(outline.any(axis=0))
-    if not len(rows):
+    x, y, width, height = cv2.boundingRect(outline.view(np.uint8))
+    if not width:
         return None
-    x, y = int(columns[0]), int(rows[0])
-    cut = outline[y : rows[-1] + 1, x : columns[-1] + 1].astype(np.uint8)
+    cut = outline[y : y + height, x : x + width].astype(np.uint8)
     count, found, stats, _ = cv2.connectedComponentsWithStats(cut)
     large = np.flatnonzero(stats[1:, cv2.CC_STAT_AREA] >= _LEAST_PATCH) + 1
     if not len(large):

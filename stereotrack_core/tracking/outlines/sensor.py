@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
-from stereotrack_core.body.model import BodyModel, placed_cones
+from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import FOREARMS, HEAD, PARTS, TORSO, UPPER_ARMS
-from stereotrack_core.body.surface import Feet, cone_table, parts_of_cones
+from stereotrack_core.body.surface import Feet, cone_tables, parts_of_cones
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.data_to_model import SurfaceResidual, Trust, residual_of_feet
 from stereotrack_core.tracking.outlines.edges import EdgeMap, edge_maps
@@ -57,7 +57,7 @@ def outlines_of(
     edges: tuple[EdgeMap, ...], body: BodyModel, frames: PartFrames, trust: OutlineTrust
 ) -> Outlines:
     """Measure the outlines of one pose against the edges of all views."""
-    table = cone_table(placed_cones(body, frames))
+    table = cone_tables(body.cones, frames)
     measured, limb = _MEASURED[body.cones.part], _LIMB[body.cones.part]
     room = 2 * len(_ALONG) * len(table)
     found = []

@@ -13,7 +13,7 @@ from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose, t_pose
 from stereotrack_core.body.skeleton import FOREARMS
-from stereotrack_core.body.surface import cone_foot
+from stereotrack_core.body.surface import cone_foot, cone_tables
 from stereotrack_core.tracking.limits import limit_residuals
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.residuals import Residual
@@ -68,7 +68,7 @@ class PoseEnergy:
         p = self.parameters
         poses = displaced(centre, deltas, self.joints)
         frames = self.body.frames(poses)
-        tables = cone_tables(self.body, frames)
+        tables = cone_tables(self.body.cones, frames)
         result = np.empty(len(deltas))
         _robust_sums(np.ascontiguousarray(data), tables, p.reach, p.robust_wide**2, result)
         crowd = max(1.0, len(data) / p.effective_points)
@@ -101,18 +101,6 @@ class PoseEnergy:
             nu = residual.measured - residual.predicted(own)[0]
             total += 0.5 * float(np.sum(nu**2 / residual.variance))
         return total
-
-
-def cone_tables(body: BodyModel, frames: PartFrames) -> FloatArray:
-    """Tables (K, C, 18) of stacked poses; see :func:`cone_table`."""
-    cones = body.cones
-    of_part = frames.rotations[:, cones.part]
-    rotations = (of_part @ cones.rotations).reshape(len(of_part), len(cones), 9)
-    origins = np.einsum("kcij,cj->kci", of_part, cones.origins) + frames.origins[:, cones.part]
-    ends = [cones.round_base.astype(np.float64), cones.round_end.astype(np.float64)]
-    shape = np.column_stack([cones.r1, cones.r2, cones.height, cones.flatness, *ends])
-    shapes = np.broadcast_to(shape, (len(of_part), *shape.shape))
-    return np.ascontiguousarray(np.concatenate([rotations, origins, shapes], axis=2))
 
 
 @numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]

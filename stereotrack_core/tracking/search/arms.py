@@ -50,12 +50,15 @@ def arm_of_pose(frames: PartFrames, side: int) -> Arms:
 
 
 def with_arm(pose: Pose, side: int, upper: FloatArray, fore: FloatArray) -> Pose:
-    """Pose with one arm turned to the directions (3,) of a proposal, torso's frame."""
-    rotations = pose.rotations.copy()
+    """Pose, or poses, with one arm turned to directions (..., 3) of proposals, torso's frame."""
+    lead = upper.shape[:-1]
+    rotations = np.broadcast_to(pose.rotations, (*lead, *pose.rotations.shape)).copy()
     u, f = UPPER_ARMS[side], FOREARMS[side]
-    rotations[u] = rotation_towards(rotations[u], upper)
-    rotations[f] = rotation_towards(rotations[f], fore @ rotations[u])
-    return Pose(pose.position, rotations)
+    turned = rotation_towards(pose.rotations[u], upper)
+    in_upper = np.einsum("...i,...ij->...j", fore, turned)
+    rotations[..., u, :, :] = turned
+    rotations[..., f, :, :] = rotation_towards(pose.rotations[f], in_upper)
+    return Pose(np.broadcast_to(pose.position, (*lead, 3)), rotations)
 
 
 @dataclass(frozen=True, eq=False)

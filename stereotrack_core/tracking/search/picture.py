@@ -4,25 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
-from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray
-from stereotrack_core.body.model import BodyModel, placed_cones
+from stereotrack_core.arrays import Float32Array, FloatArray
+from stereotrack_core.body.cones import Cones
 from stereotrack_core.body.pose import PartFrames
-from stereotrack_core.body.surface import cone_table
+from stereotrack_core.body.surface import cone_tables
 from stereotrack_core.depth.cloud import Cloud, ViewDepth
 from stereotrack_core.tracking.search.picture_kernels import (
-    COLUMNS,
-    cone_images,
-    disagreement,
-    draw,
+    disagreements,
+    draw_each,
 )
 
 _AROUND = 25
 """Pixels around the person that are compared."""
-
-_SPECKS = np.ones((5, 5), np.uint8)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,12 +50,16 @@ class SeenPicture:
     scale: float
 
     def drawn(self, table: FloatArray) -> Float32Array:
-        """Inverse ranges (h, w) of cones; 0 where there are none."""
-        images = np.empty((len(table), COLUMNS))
-        cone_images(table, self.camera_from_world, self.pinhole, self.eye, images)
-        picture = np.zeros(self.measured.shape, dtype=np.float32)
-        draw(images, self.left, self.top, self.step, picture)
+        """Inverse ranges (h, w) of cones (C, 18); 0 where there are none."""
+        picture: Float32Array = self.drawn_each(table[None])[0]
         return picture
+
+    def drawn_each(self, tables: FloatArray) -> Float32Array:
+        """Inverse ranges (K, h, w) of cones in K poses (K, C, 18), each by itself."""
+        pictures = np.zeros((len(tables), *self.measured.shape), dtype=np.float32)
+        box = self.left, self.top, self.step
+        draw_each(tables, self.camera_from_world, self.pinhole, self.eye, box, pictures)
+        return pictures
 
     def area(self, place: FloatArray) -> float:
         """Square metres that a pixel shows at a place (3,), world."""
@@ -75,19 +74,17 @@ def seen_pictures(cloud: Cloud, step: int) -> tuple[SeenPicture, ...]:
 
 
 def _seen_picture(depth: ViewDepth, step: int) -> SeenPicture | None:
-    person = depth.foreground if depth.outline is None else depth.outline
-    large = cv2.erode(person.astype(np.uint8), _SPECKS)
-    rows, columns = np.flatnonzero(large.any(axis=1)), np.flatnonzero(large.any(axis=0))
-    if not len(rows):
+    if depth.extent is None:
         return None
-    top, left = max(0, rows[0] - _AROUND), max(0, columns[0] - _AROUND)
-    box = slice(top, rows[-1] + _AROUND, step), slice(left, columns[-1] + _AROUND, step)
+    left, top, right, bottom = depth.extent
+    left, top = max(0, left - _AROUND), max(0, top - _AROUND)
+    box = slice(top, bottom - 1 + _AROUND, step), slice(left, right - 1 + _AROUND, step)
     ranges, g = depth.range_z[box], depth.geometry
     known = ranges > 0.0
     to_camera = g.world_from_depth.inverse()
     return SeenPicture(
         measured=np.where(known, 1.0 / np.where(known, ranges, 1.0), 0.0).astype(np.float32),
-        person=np.ascontiguousarray(person[box]).astype(np.int8),
+        person=np.ascontiguousarray(depth.person[box]).astype(np.int8),
         left=float(left),
         top=float(top),
         step=float(step),
@@ -98,10 +95,10 @@ def _seen_picture(depth: ViewDepth, step: int) -> SeenPicture | None:
     )
 
 
-def outline_table(body: BodyModel, frames: PartFrames, chosen: BoolArray) -> FloatArray:
-    """Table of some cones, as thick as their outlines are; see :func:`cone_table`."""
-    table = cone_table(placed_cones(body, frames)[chosen])
-    table[:, 12:14] = np.maximum(table[:, 12:14] + body.cones.outline[chosen, :1], 0.01)
+def outline_table(cones: Cones, frames: PartFrames) -> FloatArray:
+    """Tables (..., C, 18) of cones, as thick as their outlines are; see :func:`cone_tables`."""
+    table = cone_tables(cones, frames)
+    table[..., 12:14] = np.maximum(table[..., 12:14] + cones.outline[:, :1], 0.01)
     return table
 
 
@@ -128,15 +125,13 @@ class Likeness:
         right: Float32Array,
     ) -> float:
         """Pixels in which a body does not look as measured."""
-        return float(
-            disagreement(
-                rest,
-                left,
-                right,
-                seen.measured,
-                seen.person,
-                seen.scale,
-                self.sigma**2,
-                self.unknown,
-            )
-        )
+        return float(self.unlike_pairs(seen, rest, left[None], right[None])[0, 0])
+
+    def unlike_pairs(
+        self, seen: SeenPicture, rest: Float32Array, left: Float32Array, right: Float32Array
+    ) -> FloatArray:
+        """The same (K, L) for all pairs of left (K, h, w) and right (L, h, w) arms."""
+        pixels = np.empty((len(left), len(right)))
+        as_seen = seen.measured, seen.person, seen.scale
+        disagreements(rest, left, right, *as_seen, self.sigma**2, self.unknown, pixels)
+        return pixels

@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 import numba
+import numpy as np
 
 COLUMNS = 11
 """Numbers of a cone's image: column, row, radius, inverse range, bulge at both ends; in front."""
@@ -92,7 +93,16 @@ def draw(images: Any, left: float, top: float, step: float, picture: Any) -> Non
 
 
 @numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def disagreement(
+def draw_each(tables: Any, place: Any, pinhole: Any, eye: Any, box: Any, pictures: Any) -> None:
+    """Draw cones in K poses (K, C, 18) into pictures (K, h, w); `box` is left, top and step."""
+    images = np.empty((tables.shape[1], COLUMNS))
+    for k in range(tables.shape[0]):
+        cone_images(tables[k], place, pinhole, eye, images)
+        draw(images, box[0], box[1], box[2], pictures[k])
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def disagreements(
     rest: Any,
     left: Any,
     right: Any,
@@ -101,13 +111,16 @@ def disagreement(
     scale: float,
     squared_sigma: float,
     unknown: float,
-) -> float:
-    """Sum over the pixels by how much a body does not look as measured, 0 to 1 each.
+    pixels: Any,
+) -> None:
+    """Fill sums over the pixels by how much bodies do not look as measured, 0 to 1 each.
 
     Parameters
     ----------
-    rest, left, right : (h, w) float32
-        Inverse ranges of trunk, head and legs, and of both arms.
+    rest : (h, w) float32
+        Inverse ranges of trunk, head and legs.
+    left, right : (K, h, w) and (L, h, w) float32
+        Those of arms.
     measured : (h, w) float32, 1/metres
         0 where not known.
     person : (h, w) int8
@@ -117,18 +130,22 @@ def disagreement(
     squared_sigma : float, pixels squared
     unknown : float
         Of a body where the person is but nothing was measured.
+    pixels : (K, L) float64
+        Filled in, for all pairs of arms.
     """
-    total = 0.0
-    for i in range(rest.shape[0]):
-        for j in range(rest.shape[1]):
-            model = max(rest[i, j], left[i, j], right[i, j])
-            if model == 0.0:
-                total += person[i, j]
-            elif person[i, j] == 0:
-                total += 1.0
-            elif measured[i, j] > 0.0:
-                e = scale * (model - measured[i, j])
-                total += e * e / (e * e + squared_sigma)
-            else:
-                total += unknown
-    return total
+    for k in range(left.shape[0]):
+        for m in range(right.shape[0]):
+            total = 0.0
+            for i in range(rest.shape[0]):
+                for j in range(rest.shape[1]):
+                    model = max(rest[i, j], left[k, i, j], right[m, i, j])
+                    if model == 0.0:
+                        total += person[i, j]
+                    elif person[i, j] == 0:
+                        total += 1.0
+                    elif measured[i, j] > 0.0:
+                        e = scale * (model - measured[i, j])
+                        total += e * e / (e * e + squared_sigma)
+                    else:
+                        total += unknown
+            pixels[k, m] = total

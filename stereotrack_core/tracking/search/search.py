@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray
-from stereotrack_core.body.model import BodyModel, PlacedCones, placed_cones
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import FOREARMS, TORSO, UPPER_ARMS
 from stereotrack_core.body.surface import nearest_on_surface
@@ -70,6 +71,11 @@ class Evidence:
     weight: float
     pictures: tuple[SeenPicture, ...]
 
+    @cached_property
+    def side_by_side(self) -> FloatArray:
+        """The points' coordinates (3, N)."""
+        return np.ascontiguousarray(self.points.T)
+
 
 class ArmSearch:
     """Search for arms of one body.
@@ -90,8 +96,9 @@ class ArmSearch:
         self._apart = arms_apart
         self.shapes = (arm_shape(body, LEFT), arm_shape(body, RIGHT))
         self._likeness = Likeness(parameters.picture_sigma, parameters.picture_unknown)
-        self._of_arm = [np.isin(body.cones.part, [UPPER_ARMS[s], FOREARMS[s]]) for s in (0, 1)]
-        self._trunk = ~(self._of_arm[LEFT] | self._of_arm[RIGHT])
+        of_arm = [np.isin(body.cones.part, [UPPER_ARMS[s], FOREARMS[s]]) for s in (LEFT, RIGHT)]
+        self._arms = [body.cones[chosen] for chosen in of_arm]
+        self._trunk = replace(body, cones=body.cones[~(of_arm[LEFT] | of_arm[RIGHT])])
         self._reach = max(shape.reach for shape in self.shapes) + 0.1
 
     def evidence(self, cloud: Cloud, pose: Pose, rng: np.random.Generator) -> Evidence:
@@ -104,7 +111,7 @@ class ArmSearch:
         wanted = p.search_data
         if len(near) > wanted:
             near = np.sort(rng.choice(near, wanted, replace=False))
-        feet = nearest_on_surface(cloud.points[near], self._rest(frames), np.inf)
+        feet = nearest_on_surface(cloud.points[near], placed_cones(self._trunk, frames), np.inf)
         return Evidence(
             np.ascontiguousarray(torso[near]),
             np.abs(feet.distance),
@@ -155,8 +162,7 @@ class ArmSearch:
         total += evidence.weight * np.sum(squared / (squared + _SQUARED_SCALE))
         if not evidence.pictures:
             return float(total)
-        drawn = [self._drawn(evidence, frames, chosen) for chosen in self._of_arm]
-        return float(total + self._unlike(evidence, pose, *drawn))
+        return float(total + self._unlike(evidence, frames, frames, frames)[0, 0])
 
     def terms(self, evidence: Evidence, predicted: Pose, pose: Pose) -> dict[str, float]:
         """What :meth:`cost` of a pose is made of, by name."""
@@ -171,8 +177,7 @@ class ArmSearch:
             for name, cost in of_arm.items():
                 found[name] += float(cost[0])
         found["crossing"] = float(self._crossing(*arms)[0, 0])
-        drawn = [self._drawn(evidence, frames, chosen) for chosen in self._of_arm]
-        found["pictures"] = self._unlike(evidence, pose, *drawn)
+        found["pictures"] = float(self._unlike(evidence, frames, frames, frames)[0, 0])
         return found
 
     def arm_terms(
@@ -191,27 +196,20 @@ class ArmSearch:
             "change": change_cost(expected, arms),
         }
 
-    def _drawn(
-        self, evidence: Evidence, frames: PartFrames, chosen: BoolArray
-    ) -> tuple[Float32Array, ...]:
-        """Some cones as all views should see them."""
-        table = outline_table(self.body, frames, chosen)
-        return tuple(seen.drawn(table) for seen in evidence.pictures)
-
     def _unlike(
-        self,
-        evidence: Evidence,
-        pose: Pose,
-        left: tuple[Float32Array, ...],
-        right: tuple[Float32Array, ...],
-        rest: tuple[Float32Array, ...] | None = None,
-    ) -> float:
-        """Cost of what views should see of a pose and do not."""
-        if rest is None:
-            rest = self._drawn(evidence, self.body.frames(pose), self._trunk)
-        total = 0.0
-        for seen, *drawn in zip(evidence.pictures, rest, left, right, strict=True):
-            total += seen.area(pose.position) * self._likeness.unlike(seen, *drawn)
+        self, evidence: Evidence, frames: PartFrames, left: PartFrames, right: PartFrames
+    ) -> FloatArray:
+        """Cost (K, L) of what views should see of K left and L right arms and do not."""
+        rest = outline_table(self._trunk.cones, frames)
+        arms = [
+            outline_table(cones, posed).reshape(-1, len(cones), 18)
+            for cones, posed in zip(self._arms, (left, right), strict=True)
+        ]
+        total: FloatArray = np.zeros((len(arms[LEFT]), len(arms[RIGHT])))
+        for seen in evidence.pictures:
+            drawn = [seen.drawn_each(tables) for tables in arms]
+            pixels = self._likeness.unlike_pairs(seen, seen.drawn(rest), *drawn)
+            total += seen.area(frames.origins[TORSO]) * pixels
         return self.parameters.picture_cost * total
 
     def _best_of(
@@ -258,16 +256,11 @@ class ArmSearch:
 
     def _unlike_pairs(self, evidence: Evidence, pose: Pose, left: Arms, right: Arms) -> FloatArray:
         """Cost (K, L) of what views should see of the pairs and do not."""
-        if not evidence.pictures:
-            return np.zeros((len(left), len(right)))
-        rest = self._drawn(evidence, self.body.frames(pose), self._trunk)
-        drawn: list[list[tuple[Float32Array, ...]]] = []
-        for side, arms in ((LEFT, left), (RIGHT, right)):
-            poses = [with_arm(pose, side, arms.upper[k], arms.fore[k]) for k in range(len(arms))]
-            frames = [self.body.frames(turned) for turned in poses]
-            drawn.append([self._drawn(evidence, each, self._of_arm[side]) for each in frames])
-        costs = [[self._unlike(evidence, pose, a, b, rest) for b in drawn[1]] for a in drawn[0]]
-        return np.array(costs)
+        posed = [
+            self.body.frames(with_arm(pose, side, arms.upper, arms.fore))
+            for side, arms in ((LEFT, left), (RIGHT, right))
+        ]
+        return self._unlike(evidence, self.body.frames(pose), *posed)
 
     def _crossing(self, left: Arms, right: Arms) -> FloatArray:
         nodes = self.shapes[LEFT].nodes(left), self.shapes[RIGHT].nodes(right)
@@ -281,8 +274,5 @@ class ArmSearch:
 
     def _distances(self, evidence: Evidence, shape: ArmShape, arms: Arms) -> FloatArray:
         result = np.empty((len(arms), len(evidence.points)))
-        arm_distances(evidence.points, shape.nodes(arms), shape.radii, result)
+        arm_distances(evidence.side_by_side, shape.nodes(arms), shape.radii, result)
         return result
-
-    def _rest(self, frames: PartFrames) -> PlacedCones:
-        return placed_cones(self.body, frames)[self._trunk]

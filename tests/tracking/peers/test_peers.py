@@ -147,7 +147,8 @@ class Pointing:
 
     def residuals(self, body, pose):
         across, said = np.eye(3)[:2], np.array([np.sin(0.35), 0.0])
-        return (DirectionResidual(LEFT_FOREARM, LEFT_UPPER_ARM, across, said, np.full(2, 0.02**2)),)
+        part, parent = np.full(2, LEFT_FOREARM), np.full(2, LEFT_UPPER_ARM)
+        return (DirectionResidual(part, parent, across, said, np.full(2, 0.02**2)),)
 
 
 @EACH

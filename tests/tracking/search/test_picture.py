@@ -13,7 +13,7 @@ from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.body.surface import cone_table
 from stereotrack_core.tracking.search.picture import Likeness, outline_table, seen_pictures
-from stereotrack_core.tracking.search.picture_kernels import disagreement
+from stereotrack_core.tracking.search.picture_kernels import disagreements
 from tests.oracle.raycast import cast
 from tests.tracking.scenes import POSES, pose_with_arms
 from tests.tracking.views import HEIGHT, WIDTH, cloud_of_body, cloud_seen, solids
@@ -21,7 +21,6 @@ from tests.tracking.views import HEIGHT, WIDTH, cloud_of_body, cloud_seen, solid
 BODY = body_model(AVERAGE)
 LIKENESS = Likeness(sigma=0.5, unknown=0.1)
 OF_ARM = [np.isin(BODY.cones.part, [UPPER_ARMS[side], FOREARMS[side]]) for side in (0, 1)]
-EVERY = np.ones(len(BODY.cones), dtype=bool)
 
 
 @pytest.fixture(scope="module")
@@ -37,12 +36,12 @@ def _unlike(pictures, pose, likeness=LIKENESS):
     """Pixels of all views that speak against a pose."""
     frames = BODY.frames(pose)
     chosen = ~(OF_ARM[0] | OF_ARM[1]), *OF_ARM
-    tables = [outline_table(BODY, frames, which) for which in chosen]
+    tables = [outline_table(BODY.cones[which], frames) for which in chosen]
     return sum(likeness.unlike(seen, *(seen.drawn(t) for t in tables)) for seen in pictures)
 
 
 def _pixels_drawn(pictures, pose):
-    table = outline_table(BODY, BODY.frames(pose), EVERY)
+    table = outline_table(BODY.cones, BODY.frames(pose))
     return sum(np.count_nonzero(seen.drawn(table)) for seen in pictures)
 
 
@@ -120,7 +119,7 @@ def test_a_body_is_drawn_where_rays_hit_it(clouds, name):
     for seen, depth in zip(
         seen_pictures(clouds[name], 3), clouds[name].depths.values(), strict=True
     ):
-        drawn = seen.drawn(outline_table(BODY, frames, EVERY))
+        drawn = seen.drawn(outline_table(BODY.cones, frames))
         bodies = solids(placed_cones(BODY, frames), BODY.cones.outline)
         exact = _cast_like(seen, bodies, depth.geometry)
         both = (drawn > 0.0) & np.isfinite(exact)
@@ -135,26 +134,25 @@ def test_nearer_cones_hide_farther_ones(clouds):
     (seen, *_) = seen_pictures(clouds["reaching"], 3)
     frames = BODY.frames(POSES["reaching"])
     each = [
-        seen.drawn(outline_table(BODY, frames, np.arange(len(EVERY)) == c))
-        for c in range(len(EVERY))
+        seen.drawn(outline_table(BODY.cones[c : c + 1], frames)) for c in range(len(BODY.cones))
     ]
-    together = seen.drawn(outline_table(BODY, frames, EVERY))
+    together = seen.drawn(outline_table(BODY.cones, frames))
     np.testing.assert_array_equal(together, np.max(each, axis=0))
 
 
 def test_cones_behind_the_camera_are_not_drawn(clouds):
     for seen in seen_pictures(clouds["t"], 3):
         behind = _moved(POSES["t"], 2.0 * (seen.eye - POSES["t"].position))
-        assert not seen.drawn(outline_table(BODY, BODY.frames(behind), EVERY)).any()
+        assert not seen.drawn(outline_table(BODY.cones, BODY.frames(behind))).any()
 
 
 def test_a_table_is_as_thick_as_the_outline_and_never_vanishes():
     frames = BODY.frames(POSES["t"])
     plain = cone_table(placed_cones(BODY, frames))
-    table = outline_table(BODY, frames, EVERY)
+    table = outline_table(BODY.cones, frames)
     np.testing.assert_allclose(table[:, 12:14], plain[:, 12:14] + BODY.cones.outline[:, :1])
     thin = dataclasses.replace(BODY.cones, outline=BODY.cones.outline - 1.0)
-    table = outline_table(dataclasses.replace(BODY, cones=thin), frames, EVERY)
+    table = outline_table(thin, frames)
     np.testing.assert_array_equal(table[:, 12:14], 0.01)
 
 
@@ -183,9 +181,15 @@ def test_an_arm_elsewhere_looks_different(clouds):
     assert costs[2] > 1.5 * costs[0]
 
 
+def _disagreement(rest, left, right, *as_seen):
+    pixels = np.empty((1, 1))
+    disagreements(rest, left[None], right[None], *as_seen, pixels)
+    return pixels[0, 0]
+
+
 def _pixel(model, measured, person, *, sigma=0.5, unknown=0.1, scale=100.0):
     nothing = np.zeros((1, 1), dtype=np.float32)
-    return disagreement(
+    return _disagreement(
         np.full((1, 1), model, dtype=np.float32),
         nothing,
         nothing,
@@ -225,8 +229,8 @@ def test_the_nearest_of_trunk_and_arms_is_what_a_view_sees():
     far, near = (np.full((2, 2), value, dtype=np.float32) for value in (0.3, 0.5))
     person = np.ones((2, 2), dtype=np.int8)
     for order in ((near, far, far), (far, near, far), (far, far, near)):
-        assert disagreement(*order, near, person, 100.0, 0.25, 0.1) == 0.0
-        assert disagreement(*order, far, person, 100.0, 0.25, 0.1) > 3.9
+        assert _disagreement(*order, near, person, 100.0, 0.25, 0.1) == 0.0
+        assert _disagreement(*order, far, person, 100.0, 0.25, 0.1) > 3.9
 
 
 def test_pixels_without_a_range_count_a_little(clouds):
@@ -239,8 +243,7 @@ def test_pixels_without_a_range_count_a_little(clouds):
     none, some = (_unlike(pictures, POSES["t"], Likeness(0.5, share)) for share in (0.0, 0.1))
     common = sum(
         np.count_nonzero(
-            (seen.drawn(outline_table(BODY, BODY.frames(POSES["t"]), EVERY)) > 0)
-            & (seen.person > 0)
+            (seen.drawn(outline_table(BODY.cones, BODY.frames(POSES["t"]))) > 0) & (seen.person > 0)
         )
         for seen in pictures
     )
