@@ -16,13 +16,14 @@ from stereotrack_core.body.model import BodyModel, body_model
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.recording.depth_views import usable_views
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.inside.beginning import Beginning, Known, Way, beginning_at
 from stereotrack_core.tracking.inside.look import copy_of, watched_step
 from stereotrack_core.tracking.inside.trace import FrameTrace, movement
 from stereotrack_core.tracking.manifold_tracker import ManifoldTracker
-from stereotrack_core.tracking.pipeline import Pipeline, usable_views
+from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.repeating import recipe_of
 from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.thesis import ThesisTracker

@@ -213,8 +213,8 @@ def _scores(
     recording: Recording, contestants: list[Contestant], seeds: list[int], args: Namespace
 ) -> Sequence[Score]:
     from stereotrack_core.evaluation.benchmarks.accuracy import accuracy
+    from stereotrack_core.recording.depth_views import usable_views
     from stereotrack_core.recording.reader import FrameReader
-    from stereotrack_core.tracking.pipeline import usable_views
 
     views = usable_views(recording, views_of(recording, args.views))
     with FrameReader(recording, views=views, read_ahead=0) as reader:

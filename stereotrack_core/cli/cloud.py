@@ -37,9 +37,9 @@ def run(args: Namespace) -> int:
     """Make the cloud and write it."""
     from stereotrack_core.depth.chain import DepthChain
     from stereotrack_core.interop.ply import write_cloud
+    from stereotrack_core.recording.depth_views import usable_views
     from stereotrack_core.recording.folder import open_recording
     from stereotrack_core.recording.reader import FrameReader
-    from stereotrack_core.tracking.pipeline import usable_views
 
     if args.output.suffix.lower() != ".ply":
         raise InputError("only .ply can be written", where="-o", remedy="Name a .ply file.")

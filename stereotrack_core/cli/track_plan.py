@@ -66,7 +66,7 @@ def plan_of(args: Namespace, recording: Recording) -> Plan:
 
 def _plan(args: Namespace, recording: Recording) -> Plan:
     from stereotrack_core.cli.tracking_job import first_pose
-    from stereotrack_core.tracking.pipeline import usable_views
+    from stereotrack_core.recording.depth_views import usable_views
 
     preset = args.preset or PRESET
     settings = settings_of(preset, args.changes)
@@ -90,7 +90,7 @@ def _plan_like(args: Namespace, recording: Recording) -> Plan:
     """As the run says, with whatever the command line says otherwise."""
     from stereotrack_core.cli.tracking_job import first_pose
     from stereotrack_core.interop.run_file import read_run
-    from stereotrack_core.tracking.pipeline import usable_views
+    from stereotrack_core.recording.depth_views import usable_views
     from stereotrack_core.tracking.repeating import recipe_of, what_differs
 
     run = read_run(args.like)

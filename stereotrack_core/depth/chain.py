@@ -20,7 +20,7 @@ from stereotrack_core.depth.rectify import depth_rectification, stereo_rectifica
 from stereotrack_core.depth.sources import DepthSource, StereoSource
 from stereotrack_core.depth.stopwatch import Stopwatch, summed
 from stereotrack_core.depth.view_chain import ViewChain, ViewResult
-from stereotrack_core.errors import InputError
+from stereotrack_core.recording.depth_views import usable_views
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.frames import FrameSet, ViewImages
 
@@ -99,7 +99,7 @@ class DepthChain:
         make = sources or source_of
         self._chains = tuple(
             ViewChain(view.name, make(recording, view, parameters), parameters, colour=colour)
-            for view in _chosen_views(recording, views)
+            for view in map(recording.view, usable_views(recording, views))
         )
         self.colours = ColourCalibration.none(self.view_names)
         self._colour = colour
@@ -231,35 +231,6 @@ class DepthChain:
             seconds={**seen.seconds, **watch.seconds},
             colours=self.colours.of_pixels(depths, view[kept], pixels[kept]),
         )
-
-
-def _chosen_views(recording: Recording, names: Sequence[str] | None) -> list[View]:
-    known = [view.name for view in recording.views]
-    for name in names or ():
-        if name not in known:
-            raise InputError(
-                f"there is no view {name!r}",
-                where=recording.name,
-                remedy=f"Known are: {', '.join(known)}.",
-            )
-        if recording.view(name).kind == "mono":
-            raise InputError(
-                f"view {name} has a single camera and gives no depth",
-                where=recording.name,
-                remedy="Choose stereo and depth views.",
-            )
-    chosen = [
-        view
-        for view in recording.views
-        if view.kind != "mono" and (names is None or view.name in names)
-    ]
-    if not chosen:
-        raise InputError(
-            "no view gives depth",
-            where=recording.name,
-            remedy="Tracking needs at least one view of kind stereo or depth.",
-        )
-    return chosen
 
 
 def source_of(

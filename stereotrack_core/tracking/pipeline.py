@@ -4,32 +4,29 @@ from __future__ import annotations
 
 import dataclasses
 from collections import deque
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from datetime import UTC, datetime
-from types import MappingProxyType
 from typing import TypeAlias
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray
 from stereotrack_core.blas_threads import one_blas_thread
-from stereotrack_core.body.model import BodyModel, body_model, landmarks
+from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.depth.points import Volume
-from stereotrack_core.errors import InputError
 from stereotrack_core.recording.chroma import has_colours
+from stereotrack_core.recording.depth_views import usable_views
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.fingerprint import fingerprint
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.acquire import SeekingTracker
-from stereotrack_core.tracking.colours.tracker import ColouredTracker
 from stereotrack_core.tracking.estimate import Estimate, Tracker
+from stereotrack_core.tracking.estimators import seeker_for, tracker_for
 from stereotrack_core.tracking.first_pose import first_pose_from_images, first_pose_in
 from stereotrack_core.tracking.frame import Origin, TrackedFrame, run_of
 from stereotrack_core.tracking.initialise import t_pose_in_cloud
@@ -40,16 +37,11 @@ from stereotrack_core.tracking.lengths_fit import (
 )
 from stereotrack_core.tracking.outlines.edges import edge_maps
 from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.peers.annealed import AnnealedParticleTracker
-from stereotrack_core.tracking.peers.extended_kalman import ExtendedKalmanTracker
-from stereotrack_core.tracking.peers.limb_icp import LimbIcpTracker
-from stereotrack_core.tracking.peers.scalar_distance import ScalarDistanceTracker
 from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.shape_fit import SeenPose, fitted_shape
 from stereotrack_core.tracking.shared_clouds import SharedClouds, read_cloud
 from stereotrack_core.tracking.smoothing import error_state_of, smoothed
-from stereotrack_core.tracking.thesis import ThesisTracker
 
 FirstPose: TypeAlias = str | Pose
 """``"auto"``: found without help; ``"tpose"``: the T pose facing north; or a pose."""
@@ -63,30 +55,8 @@ LENGTH_FRAMES = 600
 _LEAST_SETTLED = 3
 """Frames without which a fit would be worse than the default shape."""
 
-_ESTIMATORS: Mapping[str, type[SeekingTracker]] = MappingProxyType(
-    {
-        "iterated": ColouredTracker,
-        "extended_kalman": ExtendedKalmanTracker,
-        "annealed_particles": AnnealedParticleTracker,
-        "limb_icp": LimbIcpTracker,
-        "scalar_distance": ScalarDistanceTracker,
-    }
-)
-
 _AHEAD = 2
 """Clouds that are made while the tracker works on an earlier one."""
-
-
-def tracker_for(
-    body: BodyModel, settings: Settings, cameras: FloatArray, fps: float, seed: int
-) -> Tracker:
-    """Make the tracker that the settings ask for; `cameras` (V, 3) are optical centres, world."""
-    p = settings.tracking
-    if p.matching == "model_to_data":
-        return ThesisTracker(body, p, cameras, fps, seed)
-    tracker = _ESTIMATORS[p.estimator](body, p, cameras, fps, seed)
-    tracker.volume = Volume.of(settings.depth)
-    return tracker
 
 
 class Pipeline:
@@ -272,14 +242,7 @@ class Pipeline:
         return self.settings.tracking.matching == "data_to_model"
 
     def _seeker(self) -> SeekingTracker:
-        """A tracker that only looks for first poses."""
-        p, body = self.settings.tracking, self.body
-        if not self._follows_data:
-            # The thesis begins from a known pose; its body, without legs, is not made for search.
-            p, body = TrackingParameters(), body_model(proportions_of(self.recording.subject))
-        seeker = SeekingTracker(body, p, self._cameras, self.recording.fps, self.seed)
-        seeker.volume = Volume.of(self.settings.depth)
-        return seeker
+        return seeker_for(self.body, self.settings, self._cameras, self.recording, self.seed)
 
     def _tracker(self) -> Tracker:
         return tracker_for(self.body, self.settings, self._cameras, self.recording.fps, self.seed)
@@ -357,27 +320,6 @@ class Pipeline:
             if found is not None:
                 return found
         return t_pose_in_cloud(self.body, cloud.points)
-
-
-def usable_views(recording: Recording, views: Sequence[str] | None) -> tuple[str, ...]:
-    """Names of the views that give depth and were asked for, in the recording's order."""
-    deep = tuple(view.name for view in recording.views if view.kind != "mono")
-    if not deep:
-        raise InputError(
-            "no view gives depth, so there is nothing to track",
-            where=str(recording.folder / "recording.toml"),
-            remedy="Tracking needs a view of kind stereo or depth; mono views can be annotated.",
-        )
-    if views is None:
-        return deep
-    unknown = [name for name in views if name not in deep]
-    if unknown or not views:
-        raise InputError(
-            f"there is no view with depth named {', '.join(unknown) or 'at all'}",
-            where="--views",
-            remedy=f"Known are: {', '.join(deep)}.",
-        )
-    return tuple(name for name in deep if name in views)
 
 
 def track(

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -203,15 +205,16 @@ def test_trimming_by_the_picture_narrows_the_border():
 
 def test_unknown_and_single_cameras_are_refused():
     recording = stereo_recording()
-    with pytest.raises(InputError, match="no view 'X'"):
+    with pytest.raises(InputError, match="no view with depth named X"):
         DepthChain(recording, DepthParameters(), views=["X"])
     mono = View("M", "mono", Stream("C", "-"))
     cameras = {"C": camera("C", (0, 0, 1))}
     alone = Recording(recording.folder, "mono", 10.0, (mono,), cameras)
     with pytest.raises(InputError, match="no view gives depth"):
         DepthChain(alone, DepthParameters())
-    with pytest.raises(InputError, match="single camera"):
-        DepthChain(alone, DepthParameters(), views=["M"])
+    both = replace(recording, views=(*recording.views, mono), cameras=recording.cameras | cameras)
+    with pytest.raises(InputError, match="no view with depth named M"):
+        DepthChain(both, DepthParameters(), views=["M"])
 
 
 def test_views_can_be_chosen():

@@ -10,9 +10,9 @@ from PySide6.QtTest import QTest
 from app.presenters.runs import RunEntry
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import proportions_of
+from stereotrack_core.recording.depth_views import usable_views
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.inside.beginning import Known, Way, beginning_at
-from stereotrack_core.tracking.pipeline import usable_views
 from stereotrack_core.tracking.presets import preset
 
 pytestmark = pytest.mark.window

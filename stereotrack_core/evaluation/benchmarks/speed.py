@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from stereotrack_core.evaluation.benchmarks.accuracy import Contestant
 from stereotrack_core.evaluation.benchmarks.chain_speed import chain_speed, timed_pass
 from stereotrack_core.evaluation.benchmarks.clock import median
+from stereotrack_core.recording.depth_views import usable_views
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.tracking.pipeline import usable_views
 
 
 @dataclass(frozen=True)

@@ -14,9 +14,11 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.evaluation.benchmarks.clock import median
+from stereotrack_core.recording.depth_views import usable_views
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.tracking.estimators import tracker_for
 from stereotrack_core.tracking.initialise import t_pose_in_cloud
-from stereotrack_core.tracking.pipeline import Pipeline, tracker_for, usable_views
+from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.shared_clouds import read_cloud

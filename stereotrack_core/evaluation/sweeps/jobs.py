@@ -14,9 +14,10 @@ import numpy as np
 from stereotrack_core import __version__
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.evaluation.sweeps.points import Point
+from stereotrack_core.recording.depth_views import usable_views
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.fingerprint import calibration_fingerprint, fingerprint
-from stereotrack_core.tracking.pipeline import FirstPose, usable_views
+from stereotrack_core.tracking.pipeline import FirstPose
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.settings import Settings
 

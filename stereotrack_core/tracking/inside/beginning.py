@@ -14,9 +14,9 @@ from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.acquire import SeekingTracker
 from stereotrack_core.tracking.estimate import Estimate
+from stereotrack_core.tracking.estimators import tracker_for
 from stereotrack_core.tracking.manifold_tracker import ManifoldTracker
 from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.pipeline import tracker_for
 from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.thesis import ThesisTracker
 

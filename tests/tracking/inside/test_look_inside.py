@@ -8,8 +8,8 @@ import pytest
 from stereotrack_core.body.angles import THESIS_JOINTS
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.tracking.estimators import tracker_for
 from stereotrack_core.tracking.inside.look import look_inside
-from stereotrack_core.tracking.pipeline import tracker_for
 from stereotrack_core.tracking.presets import preset
 from tests.tracking.scenes import CAMERAS, POSES, cloud_of, disturbed, surface_points
 

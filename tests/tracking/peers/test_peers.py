@@ -9,8 +9,8 @@ from stereotrack_core.body.angles import THESIS_JOINTS
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.skeleton import LEFT_FOREARM, LEFT_UPPER_ARM
+from stereotrack_core.tracking.estimators import tracker_for
 from stereotrack_core.tracking.limits import DirectionResidual
-from stereotrack_core.tracking.pipeline import tracker_for
 from stereotrack_core.tracking.presets import PEERS, preset
 from tests.tracking.scenes import (
     CAMERAS,
