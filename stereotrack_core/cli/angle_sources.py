@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
-    from stereotrack_core.annotation.reference import Reference
     from stereotrack_core.evaluation.joint_angles.series import JointAngles
     from stereotrack_core.recording.description import Recording, Segment
 
@@ -81,13 +80,6 @@ def write_angles(path: Path, angles: JointAngles, fps: float, cut_off: float | N
     motion = motion_of(angles, fps, CUT_OFF_HZ if cut_off is None else cut_off)
     write_text_table(path, csv_text(frame_columns(), frame_rows(angles, motion)))
     return len(angles.frame)
-
-
-def angles_of_stored_reference(reference: Reference) -> JointAngles:
-    """Angles of a reference of a project."""
-    from stereotrack_core.evaluation.joint_angles.series import angles_of_reference
-
-    return angles_of_reference(reference)
 
 
 def _read(path: Path) -> tuple[JointAngles, Recording | None, float | None]:

@@ -139,9 +139,12 @@ def _frames(text: str | None) -> range | None:
 
 
 def _warn(paths: Sequence[Path], stored: Sequence[Run], truth: Truth | None) -> None:
-    prints = {str(one.meta.get("fingerprint")) for one in stored}
+    prints = {str(one.meta["fingerprint"]) for one in stored if one.meta.get("fingerprint")}
     if len(prints) > 1:
-        say(f"These runs are of {len(prints)} recordings: {', '.join(map(str, paths))}.")
+        say(
+            f"These runs are of {len(prints)} recordings, so their differences mean nothing: "
+            f"{', '.join(map(str, paths))}."
+        )
     if truth is not None:
         warn_about_size(truth)
 

@@ -45,18 +45,11 @@ def comparison_table(comparison: Comparison, pair: Pair, title: str = "") -> Tab
 def apart_table(pair: Pair, title: str = "") -> Table:
     """How far two runs are from each other."""
     where = f"{title}: " if title else ""
-    rows = [
-        (
-            f"{measure.label} [{measure.unit}]",
-            *(
-                number(value)
-                for value in (
-                    *(measure.statistics.mean, measure.statistics.median, measure.statistics.p95),
-                )
-            ),
-        )
-        for measure in pair.apart.measures
-    ]
+    rows = []
+    for measure in pair.apart.measures:
+        figures = measure.statistics
+        cells = (number(value) for value in (figures.mean, figures.median, figures.p95))
+        rows.append((f"{measure.label} [{measure.unit}]", *cells))
     rows.append(("arm segments over 45 deg apart [%]", number(100.0 * pair.apart.lost), "", ""))
     heading = f"{where}{pair.second} from {pair.first}, how far apart they are"
     return Table(heading, ("measure", ">mean", ">median", ">95 %"), rows)

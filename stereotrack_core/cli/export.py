@@ -125,7 +125,8 @@ def _project_clicks(args: Namespace, project: Project) -> dict[str, Any]:
 
 
 def _project_reference(args: Namespace, project: Project) -> dict[str, Any]:
-    from stereotrack_core.cli.angle_sources import angles_of_stored_reference, write_angles
+    from stereotrack_core.cli.angle_sources import write_angles
+    from stereotrack_core.evaluation.joint_angles.series import angles_of_reference
     from stereotrack_core.interop.reference_npz import write_reference
     from stereotrack_core.interop.run_file import write_trajectory
 
@@ -137,7 +138,7 @@ def _project_reference(args: Namespace, project: Project) -> dict[str, Any]:
     else:
         fps = recording_of(project).fps if args.fps is None else args.fps
         if args.format == ANGLES:
-            write_angles(args.output, angles_of_stored_reference(reference), fps, None)
+            write_angles(args.output, angles_of_reference(reference), fps, None)
         else:
             write_trajectory(args.output, reference.trajectory(), fps)
     return {"files": {args.output: f"{len(reference.frame)} frames"}}

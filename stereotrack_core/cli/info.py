@@ -13,7 +13,7 @@ from stereotrack_core.cli.output import Table, put, put_json, put_table, say
 from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
-    from stereotrack_core.recording.description import Recording
+    from stereotrack_core.recording.description import Recording, View
     from stereotrack_core.recording.findings import Finding
 
 
@@ -64,22 +64,21 @@ def _content(folder: Path) -> dict[str, Any] | None:
         "frames": frames,
         "fps": recording.fps,
         "seconds": frames / recording.fps,
-        "views": [_view(recording, name, counts) for name in [v.name for v in recording.views]],
+        "views": [_view(recording, view, counts) for view in recording.views],
         "subject": recording.subject,
         "reference_frames": None if recording.reference is None else len(recording.reference.frame),
         "segments": recording.segments,
     }
 
 
-def _view(recording: Recording, name: str, counts: Any) -> dict[str, Any]:
-    view = recording.view(name)
+def _view(recording: Recording, view: View, counts: Any) -> dict[str, Any]:
     camera = recording.reference_camera(view)
     baseline = None
     if view.left is not None:
         other = recording.cameras[view.left.camera].position_world
         baseline = float(((other - camera.position_world) ** 2).sum() ** 0.5)
     return {
-        "name": name,
+        "name": view.name,
         "kind": view.kind,
         "size": [camera.width, camera.height],
         "focal_px": float(camera.matrix[0, 0]),
@@ -87,7 +86,9 @@ def _view(recording: Recording, name: str, counts: Any) -> dict[str, Any]:
         "position_m": camera.position_world,
         "background": view.image.background is not None,
         "mask": view.mask is not None,
-        "frames": {key: counts[name, key] for key in view.streams() if (name, key) in counts},
+        "frames": {
+            key: counts[view.name, key] for key in view.streams() if (view.name, key) in counts
+        },
     }
 
 

@@ -136,7 +136,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILED
     except PermissionError as error:
-        say(f"{PROGRAM}: {error.filename}: this may not be read or written. Ask for the right to.")
+        where = error.filename or "a file"
+        say(f"{PROGRAM}: {where}: this may not be read or written. Ask for the right to.")
         return WRONG_INPUT
     except Exception as error:  # noqa: BLE001 - the last resort: a sentence instead of a traceback
         return _unexpected(error, debug="--debug" in arguments)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import json
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +22,8 @@ from stereotrack_core.project.lock import ProjectLock
 
 JOB_COLUMN = "job"
 """Column of identities: what tells a sweep's table from others."""
+
+_LOCK_TRIES, _LOCK_SECONDS = 5, 0.1
 
 Ending: TypeAlias = Literal["", "done", "stopped", "failed"]
 
@@ -127,17 +131,14 @@ class SweepStore:
     def __init__(self, places: SweepPlaces) -> None:
         self.places = places
         _check_table(places.table)
+        self._lock = _locked(places.table)
         try:
-            self._lock = ProjectLock(places.table)
-        except BlockingIOError:
-            raise InputError(
-                "another sweep is writing this table at this moment",
-                where=str(places.table),
-                remedy="Wait until it has ended, or name another table.",
-            ) from None
-        places.stop_sign.unlink(missing_ok=True)
-        self.results = stored_results(places)
-        self._journal = Journal(places.journal)
+            places.stop_sign.unlink(missing_ok=True)
+            self.results = stored_results(places)
+            self._journal = Journal(places.journal)
+        except BaseException:
+            self._lock.release()
+            raise
 
     def keep(self, job: Job, result: JobResult) -> None:
         """Write a result to the journal."""
@@ -175,6 +176,19 @@ class SweepStore:
         self._journal.close()
         self.places.stop_sign.unlink(missing_ok=True)
         self._lock.release()
+
+
+def _locked(table: Path) -> ProjectLock:
+    """The lock of a table; whoever only asks whether a sweep is running has it for a moment."""
+    for _ in range(_LOCK_TRIES):
+        with contextlib.suppress(BlockingIOError):
+            return ProjectLock(table)
+        time.sleep(_LOCK_SECONDS)
+    raise InputError(
+        "another sweep is writing this table at this moment",
+        where=str(table),
+        remedy="Wait until it has ended, or name another table.",
+    )
 
 
 def table_of(

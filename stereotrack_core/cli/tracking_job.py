@@ -222,11 +222,12 @@ def first_pose(text: str, frame: int) -> FirstPose:
 
 def _pose_in_file(path: Path, frame: int) -> FirstPose:
     from stereotrack_core.interop.landmark_pose import pose_of_landmarks
+    from stereotrack_core.interop.reference_npz import is_reference
     from stereotrack_core.interop.run_file import read_run, read_trajectory
     from stereotrack_core.tracking.stored import pose_of_run
 
     pose = None
-    if path.suffix.lower() == ".npz":
+    if path.suffix.lower() == ".npz" and not is_reference(path):
         run = read_run(path)
         for i in np.flatnonzero(run.frame == frame):
             pose = pose_of_run(run, int(i))

@@ -181,9 +181,7 @@ class DeleteEntry(Edit):
             Where there is none of that name.
         """
         table = EDITED_TABLES[self.table]
-        before = state.row(table, (self.name,))
-        if before is None or before[-1]:
-            raise _missing(table, self.name)
+        before = row_of(state, table, self.name)
         yield Change(table, (self.name,), before, (*before[:2], stamp.who, stamp.at, 1))
 
 
@@ -217,10 +215,22 @@ class Choose(Edit):
         """
         table = EDITED_TABLES[self.table]
         if self.name is not None:
-            row = state.row(table, (self.name,))
-            if row is None or row[-1]:
-                raise _missing(table, self.name)
+            row_of(state, table, self.name)
         yield state.change(CHOICE, (self.table,), None if self.name is None else (self.name,))
+
+
+def row_of(state: State, table: Table, name: str) -> Row:
+    """Row of a named thing.
+
+    Raises
+    ------
+    InputError
+        Where there is none of that name.
+    """
+    row = state.row(table, (name,))
+    if row is None or row[-1]:
+        raise _missing(table, name)
+    return row
 
 
 def word_of(table: Table) -> str:

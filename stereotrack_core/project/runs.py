@@ -10,8 +10,14 @@ from typing import ClassVar
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_npz import run_bytes, run_of_bytes
 from stereotrack_core.project.edit import Edit, Stamp, State
-from stereotrack_core.project.entries import DeleteEntry, Entries, SaveEntry, facts_as_json
-from stereotrack_core.project.rows import Change, Row
+from stereotrack_core.project.entries import (
+    DeleteEntry,
+    Entries,
+    SaveEntry,
+    facts_as_json,
+    row_of,
+)
+from stereotrack_core.project.rows import Change
 from stereotrack_core.project.run_facts import RunFacts, facts_to_keep, run_facts
 from stereotrack_core.project.schema import RUN
 from stereotrack_core.tracking.run import Run
@@ -117,7 +123,7 @@ class RenameRun(Edit):
         InputError
             Where there is no run of that name, the new one is empty, or another run has it.
         """
-        row = _row(state, self.name)
+        row = row_of(state, RUN, self.name)
         if not self.new.strip():
             raise InputError("the run has no name", remedy="Give it one.")
         if self.new == self.name:
@@ -149,19 +155,9 @@ class NoteRun(Edit):
         InputError
             Where there is no run of that name.
         """
-        row = _row(state, self.name)
+        row = row_of(state, RUN, self.name)
         facts = json.loads(str(row[0]))
         facts.pop("note", None)
         if self.note.strip():
             facts["note"] = self.note.strip()
         yield Change(RUN, (self.name,), row, (facts_as_json(facts), *row[1:]))
-
-
-def _row(state: State, name: str) -> Row:
-    row = state.row(RUN, (name,))
-    if row is None or row[-1]:
-        raise InputError(
-            f"there is no run {name!r} in the project",
-            remedy="Look at the list of what is there.",
-        )
-    return row

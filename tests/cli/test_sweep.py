@@ -6,15 +6,24 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
 import pytest
 
 from stereotrack_core.cli import main, sweep
-from stereotrack_core.cli.sweep_files import SweepPlaces, is_running, read_state, stored_results
+from stereotrack_core.cli.sweep_files import (
+    SweepPlaces,
+    SweepStore,
+    is_running,
+    read_state,
+    stored_results,
+)
 from stereotrack_core.cli.sweep_words import in_words
+from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.sweeps.work import do_batch
+from stereotrack_core.project.lock import ProjectLock
 
 pytestmark = pytest.mark.xdist_group("cli")
 QUICK = (
@@ -214,6 +223,23 @@ def test_what_cannot_be_meant_is_refused(run, recording, tmp_path, arguments, wo
     assert words in ended.err
     assert "Traceback" not in ended.err
     assert not list(tmp_path.iterdir())
+
+
+def test_asking_whether_a_sweep_is_running_does_not_keep_one_from_beginning(tmp_path):
+    places = SweepPlaces(tmp_path / "sweep.csv")
+    asking = ProjectLock(places.table)
+    ends = threading.Timer(0.15, asking.release)
+    ends.start()
+    SweepStore(places).close()
+    ends.join()
+
+
+def test_a_sweep_that_cannot_begin_leaves_no_lock(tmp_path):
+    places = SweepPlaces(tmp_path / "sweep.csv")
+    places.journal.mkdir()
+    with pytest.raises(InputError, match="journal"):
+        SweepStore(places)
+    assert not is_running(places)
 
 
 def test_a_file_that_is_something_else_is_not_written_over(run, recording, tmp_path):

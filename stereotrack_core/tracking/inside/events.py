@@ -1,11 +1,11 @@
 """What a tracker has told of one frame, in its order; nothing is worked out here."""
 
-# ruff: noqa: D102 - what the methods mean stands at Observer
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.pose import Pose
@@ -170,6 +170,15 @@ Event: TypeAlias = (
 )
 
 
+def _kept(event: Callable[..., Event]) -> Callable[..., None]:
+    """A method of :class:`Observer` that keeps what it is told as an event of this kind."""
+
+    def keep(self: Recorder, *told: Any) -> None:
+        self.told.append((time.perf_counter(), event(*told)))
+
+    return keep
+
+
 class Recorder(Observer):
     """Keeps what it is told, with the time at which it was told.
 
@@ -182,57 +191,19 @@ class Recorder(Observer):
     def __init__(self) -> None:
         self.told: list[tuple[float, Event]] = []
 
-    def _keep(self, event: Event) -> None:
-        self.told.append((time.perf_counter(), event))
-
-    def sought(self, pose: Pose) -> None:
-        self._keep(Sought(pose))
-
-    def predicted(self, pose: Pose, P: FloatArray) -> None:
-        self._keep(Predicted(pose, P))
-
-    def predicted_state(self, x: FloatArray, P: FloatArray) -> None:
-        self._keep(PredictedState(x, P))
-
-    def sampled(self, points: SurfacePoints, inside: BoolArray, seen: BoolArray) -> None:
-        self._keep(Sampled(points, inside, seen))
-
-    def paired(self, sampled: SurfacePoints, pairs: Projection) -> None:
-        self._keep(Paired(sampled, pairs))
-
-    def corresponded(self, data: FloatArray, surface: SurfaceResidual) -> None:
-        self._keep(Corresponded(data, surface))
-
-    def correcting(
-        self, prior: Pose, P0: FloatArray, pose: Pose, P: FloatArray, rows: tuple[Residual, ...]
-    ) -> None:
-        self._keep(Correcting(prior, P0, pose, P, rows))
-
-    def corrected(self, pose: Pose, P: FloatArray, dx: FloatArray) -> None:
-        self._keep(Corrected(pose, P, dx))
-
-    def corrected_state(self, x: FloatArray, P: FloatArray) -> None:
-        self._keep(CorrectedState(x, P))
-
-    def widened(self, P0: FloatArray) -> None:
-        self._keep(Widened(P0))
-
-    def avoided(self, x: FloatArray) -> None:
-        self._keep(Avoided(x))
-
-    def searching(self, evidence: Evidence, predicted: Pose, present: Pose) -> None:
-        self._keep(Searching(evidence, predicted, present))
-
-    def proposed(
-        self, side: int, arms: Arms, kept: Arms, expected: Arms, other: FloatArray
-    ) -> None:
-        self._keep(Proposed(side, arms, kept, expected, other))
-
-    def refining(self, proposed: Pose) -> None:
-        self._keep(Refining(proposed))
-
-    def refined(self, pose: Pose, cost: float) -> None:
-        self._keep(Refined(pose, cost))
-
-    def searched(self, pose: Pose) -> None:
-        self._keep(Searched(pose))
+    sought = _kept(Sought)
+    predicted = _kept(Predicted)
+    predicted_state = _kept(PredictedState)
+    sampled = _kept(Sampled)
+    paired = _kept(Paired)
+    corresponded = _kept(Corresponded)
+    correcting = _kept(Correcting)
+    corrected = _kept(Corrected)
+    corrected_state = _kept(CorrectedState)
+    widened = _kept(Widened)
+    avoided = _kept(Avoided)
+    searching = _kept(Searching)
+    proposed = _kept(Proposed)
+    refining = _kept(Refining)
+    refined = _kept(Refined)
+    searched = _kept(Searched)
