@@ -7,7 +7,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stereotrack_core.cli.arguments import add_frames, add_json, check_output, frame_bounds
+from stereotrack_core.cli.arguments import (
+    add_frames,
+    add_json,
+    add_segments,
+    check_output,
+    frame_bounds,
+)
 from stereotrack_core.cli.command import OK, Command
 from stereotrack_core.cli.output import put_json, put_table, say
 from stereotrack_core.errors import InputError
@@ -28,9 +34,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         help="run or reference (.npz), or landmarks (.csv, .trc, .c3d)",
     )
     add_frames(parser)
-    parser.add_argument(
-        "--segments", action="store_true", help="also for each stretch of segments.csv"
-    )
+    add_segments(parser)
     parser.add_argument(
         "--cutoff",
         type=float,

@@ -61,13 +61,18 @@ def add_settings(parser: ArgumentParser) -> None:
         help="where all parameters come from (default: accurate); a file holds a preset of your "
         "own, as the workbench saves it",
     )
+    add_changes(parser, "change one parameter")
+
+
+def add_changes(parser: ArgumentParser, what: str) -> None:
+    """Add changes of parameters; `what` begins the help."""
     parser.add_argument(
         "--set",
         action="append",
         default=[],
         metavar="NAME=VALUE",
         dest="changes",
-        help="change one parameter; may be given several times",
+        help=f"{what}; may be given several times",
     )
 
 
@@ -85,6 +90,13 @@ def add_frames(parser: ArgumentParser) -> None:
         "--frames",
         metavar="A:B",
         help="only the frames from A up to, not including, B; either may be left out",
+    )
+
+
+def add_segments(parser: ArgumentParser) -> None:
+    """Add the choice of named stretches."""
+    parser.add_argument(
+        "--segments", action="store_true", help="also for each stretch of segments.csv"
     )
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stereotrack_core.cli.arguments import (
+    add_changes,
     add_frames,
     add_json,
     add_views,
@@ -50,14 +51,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
     _add_choice(parser)
     _add_kind(parser)
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        dest="changes",
-        help="change one parameter for all; may be given several times",
-    )
+    add_changes(parser, "change one parameter for all")
     parser.add_argument(
         "--speed-frames",
         type=int,

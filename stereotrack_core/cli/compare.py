@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stereotrack_core.cli.arguments import add_frames, add_json, frame_bounds
+from stereotrack_core.cli.arguments import add_frames, add_json, add_segments, frame_bounds
 from stereotrack_core.cli.command import OK, Command
 from stereotrack_core.cli.comparison_tables import (
     apart_table,
@@ -52,9 +52,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "compared with each other alone",
     )
     add_frames(parser)
-    parser.add_argument(
-        "--segments", action="store_true", help="also for each stretch of segments.csv"
-    )
+    add_segments(parser)
     add_json(parser)
 
 

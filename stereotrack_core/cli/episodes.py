@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stereotrack_core.cli.arguments import add_json, check_output
+from stereotrack_core.cli.arguments import add_changes, add_json, check_output
 from stereotrack_core.cli.command import FAILED, OK, Command
 from stereotrack_core.cli.output import Table, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
@@ -43,14 +43,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
     parser.add_argument("--limb", metavar="LIMB", help="only those of a limb, as left_forearm")
     parser.add_argument("--cause", metavar="CAUSE", help="only those of a cause, as crossing")
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        dest="changes",
-        help="change what counts as an episode, as episode_error=30; may be given several times",
-    )
+    add_changes(parser, "change what counts as an episode, as episode_error=30")
     parser.add_argument("--strips", type=Path, metavar="DIR", help="a strip of pictures of each")
     parser.add_argument("--video", type=Path, metavar="MP4", help="a video of them all")
     parser.add_argument("--view", metavar="VIEW", help="view of the strips; else the best one")

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stereotrack_core.cli.arguments import add_frames, add_json, frame_bounds
+from stereotrack_core.cli.arguments import add_frames, add_json, add_segments, frame_bounds
 from stereotrack_core.cli.command import OK, Command
 from stereotrack_core.cli.error_tables import (
     doubt_facts,
@@ -43,9 +43,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "`stereotrack fit`); a run knows its recording's own",
     )
     add_frames(parser)
-    parser.add_argument(
-        "--segments", action="store_true", help="also for each stretch of segments.csv"
-    )
+    add_segments(parser)
     add_json(parser)
 
 

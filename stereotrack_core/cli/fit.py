@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stereotrack_core.cli.arguments import (
+    add_changes,
     add_frames,
     add_json,
     add_recording,
@@ -86,14 +87,7 @@ def _add_choice(parser: ArgumentParser) -> None:
         help="lengths of the person: a subject.toml, or measured from the clicks (default: the "
         "recording's own, average where it has none)",
     )
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        dest="changes",
-        help="change one parameter of the fit; may be given several times",
-    )
+    add_changes(parser, "change one parameter of the fit")
 
 
 def run(args: Namespace) -> int:

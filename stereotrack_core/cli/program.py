@@ -139,6 +139,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         where = error.filename or "a file"
         say(f"{PROGRAM}: {where}: this may not be read or written. Ask for the right to.")
         return WRONG_INPUT
+    except OSError as error:
+        if error.filename is None or "--debug" in arguments:
+            return _unexpected(error, debug="--debug" in arguments)
+        remedy = "Look whether its drive is there and has room."
+        say(f"{PROGRAM}: {error.filename}: {error.strerror or error}. {remedy}")
+        return FAILED
     except Exception as error:  # noqa: BLE001 - the last resort: a sentence instead of a traceback
         return _unexpected(error, debug="--debug" in arguments)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from stereotrack_core.cli.arguments import add_json
+from stereotrack_core.cli.arguments import add_changes, add_json
 from stereotrack_core.cli.command import FAILED, OK, Command
 from stereotrack_core.cli.output import Table, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
@@ -25,14 +25,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--frames", type=int, default=120, metavar="120", help="number of frames")
     parser.add_argument("--views", default="NOSW", metavar="NOSW", help="views (default: NOSW)")
     parser.add_argument("--seed", type=int, default=0, metavar="0", help="seed of all that varies")
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        dest="changes",
-        help="change the scene, for example clothes=plain; may be given several times",
-    )
+    add_changes(parser, "change the scene, for example clothes=plain")
     add_json(parser)
 
 

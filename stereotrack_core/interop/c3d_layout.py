@@ -89,7 +89,7 @@ def _content(data: bytes, parameters: dict[str, _Parameter]) -> C3DContent:
     begin = _BLOCK * (start - 1)
     if begin < _BLOCK or begin + size * number.itemsize > len(data):
         raise ValueError("the file ends before its last frame")
-    values = np.frombuffer(data, number, size, begin).reshape(frames, -1)
+    values = np.frombuffer(data, number, size, begin).reshape(frames, 4 * count + analog)
     with np.errstate(invalid="ignore"):  # damaged floats may be signalling NaN
         rows = values[:, : 4 * count].reshape(frames, count, 4).astype(np.float64)
     points = rows[..., :3] if scale < 0 else rows[..., :3] * scale

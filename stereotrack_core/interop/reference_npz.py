@@ -91,6 +91,9 @@ def reference_of_bytes(data: bytes, where: str) -> Reference:
     """
     try:
         with np.load(io.BytesIO(data), allow_pickle=False) as stored:
+            meta = json.loads(str(stored["meta"]))
+            if stored["frame"].dtype.kind != "i" or not isinstance(meta, dict):
+                raise ValueError("its frames or its meta are no reference's")
             return Reference(
                 frame=stored["frame"],
                 points=stored["points"],
@@ -98,7 +101,7 @@ def reference_of_bytes(data: bytes, where: str) -> Reference:
                 limb_sigma_deg=stored.get("limb_sigma_deg"),
                 filled=stored.get("filled"),
                 landmark_names=tuple(str(one) for one in stored["landmark_names"]),
-                meta=json.loads(str(stored["meta"])),
+                meta=meta,
             )
     except (ValueError, KeyError, EOFError, TypeError, zipfile.BadZipFile, zlib.error) as error:
         raise InputError(

@@ -81,6 +81,9 @@ def failing(monkeypatch, error):
         (ZeroDivisionError("by zero"), 1, "--debug"),
         (MemoryError(), 1, "MemoryError: no details"),
         (BrokenPipeError(), 1, ""),
+        (OSError(28, "No space left on device", "run.npz"), 1, "run.npz: No space left on device."),
+        (OSError("a socket"), 1, "--debug"),
+        (PermissionError(13, "Permission denied"), 2, "a file: this may not be read"),
     ],
 )
 def test_errors_become_a_sentence_and_a_status(run, monkeypatch, error, status, words):

@@ -116,3 +116,14 @@ def test_damage_anywhere_gives_a_sentence_or_numbers(tmp_path, random, body_traj
         except InputError:
             refused += 1
     assert refused > 100
+
+
+def test_a_file_without_frames_has_none(tmp_path, random, body_trajectory):
+    path = tmp_path / "a.c3d"
+    write_c3d(path, body_trajectory(random, range(1)), 10.0)
+    data = bytearray(path.read_bytes())
+    data[6:10] = (1).to_bytes(2, "little") + (0).to_bytes(2, "little")  # ends before it begins
+    path.write_bytes(data)
+    found, fps = read_c3d(path)
+    assert found.points.shape == (0, len(LANDMARKS), 3)
+    assert fps == 10.0

@@ -71,6 +71,8 @@ class Memory:
             self.bytes = 0
 
     def _make_room(self, size: int) -> bool:
+        if size > self.limit:
+            return False  # nothing that could be given up would be enough
         for key in [key for key in self._kept if not self._held(key)]:
             if self.bytes + size <= self.limit:
                 break

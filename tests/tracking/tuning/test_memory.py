@@ -29,6 +29,14 @@ def test_what_is_held_stays_and_newcomers_are_not_kept_without_room():
     assert [key for key in "abcd" if key in memory] == ["b", "d"]
 
 
+def test_what_is_too_large_for_any_room_drives_nothing_out():
+    memory = Memory(10)
+    memory.put("a", "A", 8)
+    memory.put("b", "B", 11)
+    assert memory.get("a") == "A"
+    assert "b" not in memory
+
+
 @given(st.lists(st.tuples(st.integers(0, 5), st.integers(0, 40)), max_size=40))
 def test_the_limit_is_never_exceeded_and_bytes_are_counted_right(puts):
     memory, sizes = Memory(60), {}
