@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-import os
+import tempfile
 from argparse import ArgumentParser
 from collections.abc import Sequence
 from pathlib import Path
@@ -231,16 +231,18 @@ def check_output(path: Path, recording: Recording | None = None) -> Path:
         )
     if path.is_dir():
         raise InputError("this is a folder", where=str(path), remedy="Name a file in it.")
-    if not os.access(path.parent, os.W_OK):
-        raise InputError(
-            "nothing can be written to this folder",
-            where=str(path.parent),
-            remedy="Choose a folder that you may write to.",
-        )
     if recording is not None and path.resolve().is_relative_to(recording.folder.resolve()):
         raise InputError(
             "this is inside the recording, which is never written to",
             where=str(path),
             remedy="Choose a place outside the recording's folder.",
         )
+    try:
+        tempfile.TemporaryFile(dir=path.parent).close()
+    except OSError as error:
+        raise InputError(
+            f"nothing can be written to this folder ({error.strerror})",
+            where=str(path.parent),
+            remedy="Choose a folder that you may write to.",
+        ) from None
     return path

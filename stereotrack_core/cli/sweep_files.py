@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import json
 import time
@@ -181,9 +180,16 @@ class SweepStore:
 def _locked(table: Path) -> ProjectLock:
     """The lock of a table; whoever only asks whether a sweep is running has it for a moment."""
     for _ in range(_LOCK_TRIES):
-        with contextlib.suppress(BlockingIOError):
+        try:
             return ProjectLock(table)
-        time.sleep(_LOCK_SECONDS)
+        except BlockingIOError:
+            time.sleep(_LOCK_SECONDS)
+        except InputError as error:
+            raise InputError(
+                "nothing can be written beside the table",
+                where=error.where,
+                remedy="Choose a folder that you may write to.",
+            ) from error
     raise InputError(
         "another sweep is writing this table at this moment",
         where=str(table),

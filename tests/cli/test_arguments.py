@@ -73,3 +73,14 @@ def test_output_places(tmp_path):
         check_output(tmp_path / "absent" / "run.npz")
     with pytest.raises(InputError, match="this is a folder"):
         check_output(tmp_path)
+
+
+def test_a_folder_that_takes_no_file_is_refused_at_once(tmp_path, monkeypatch):
+    def refuse(**_):
+        raise PermissionError(13, "Permission denied")
+
+    assert check_output(tmp_path / "a.csv") == tmp_path / "a.csv"
+    assert not list(tmp_path.iterdir())
+    monkeypatch.setattr("tempfile.TemporaryFile", refuse)
+    with pytest.raises(InputError, match=r"nothing can be written .*Permission denied"):
+        check_output(tmp_path / "a.csv")
