@@ -3,7 +3,7 @@
 ``python tools/fit_episodes.py FOLDER`` simulates the recordings below into the folder (those that
 are there already are taken as they are), tracks each with several presets and choices of views, so
 that limbs are really lost, and rewrites ``stereotrack_core/evaluation/episodes/coefficients.py``.
-Runs that are in the folder already are taken as they are too. It takes about half an hour. The
+Runs that are in the folder already are taken as they are too. It takes about an hour. The
 recordings are others than those that ``tools/fit_lost_limbs.py`` fits on: what a tracker says of
 the recordings that it was fitted on is better than it is.
 """
@@ -12,18 +12,24 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 from logistic import fitted
 
-from stereotrack_core.arrays import FloatArray
+from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
-from stereotrack_core.evaluation.episodes.rules import EpisodeRules
-from stereotrack_core.evaluation.episodes.signs import EPISODE_SIGNS, episode_signs
-from stereotrack_core.evaluation.errors import errors_against
+from stereotrack_core.evaluation.episodes.find import Subject, stretches_by_truth
+from stereotrack_core.evaluation.episodes.signs import (
+    EPISODE_SIGNS,
+    FIT_SIGNS,
+    LOST_SIGNS,
+    TURN_SIGNS,
+    episode_signs,
+)
 from stereotrack_core.interop.run_npz import read_npz, write_npz
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.simulation.make import simulate
@@ -33,41 +39,59 @@ from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import Run
 
 WRITTEN = Path(__file__).parents[1] / "stereotrack_core/evaluation/episodes/coefficients.py"
-SAID = (
-    "lost", "lost around", "lost most around", "lost of the neighbour", "sigma", "sigma around",
-    "jerk most around",
-)  # fmt: skip
-"""Signs used where the run says how likely limbs are lost: that knows already what is near."""
+SAID = (*LOST_SIGNS, *TURN_SIGNS)
+"""Signs used where the run says how likely limbs are lost: that knows the others already."""
 
-UNSAID = tuple(sign for sign in EPISODE_SIGNS if not sign.startswith("lost"))
+UNSAID = (*TURN_SIGNS, *FIT_SIGNS)
 """Signs used where it does not."""
 
 SHRINKAGE = 30.0
 """Examples that speak for slopes of 0 in units of the signs' own spread."""
 
 
+Tracked: TypeAlias = tuple[tuple[str, str, int], ...]
+"""Preset, views and seed of the runs of a recording."""
+
+_MANY: Tracked = (
+    ("fast", "NOSW", 0), ("fast", "NS", 0), ("fast", "O", 0), ("thesis", "NOSW", 0),
+    ("thesis", "NS", 1), ("accurate", "OW", 0), ("accurate", "S", 0),
+)  # fmt: skip
+_QUICK: Tracked = (
+    ("fast", "NOSW", 0), ("fast", "NS", 0), ("thesis", "NOSW", 0), ("accurate", "OW", 0),
+)  # fmt: skip
+
+
+def _each_by(views: str) -> Tracked:
+    return tuple((used, views, 0) for used in ("fast", "thesis", "accurate"))
+
+
 @dataclass(frozen=True)
 class Simulated:
-    """A recording to simulate."""
+    """A recording to simulate, and how it is tracked."""
 
     person: str
     motion: str
     frames: int
     seed: int
-    options: Mapping[str, str | float]
+    options: Mapping[str, str | float] = field(default_factory=dict)
+    views: str = "NOSW"
+    tracked: Tracked = _MANY
 
 
 RECORDINGS: Mapping[str, Simulated] = {
     "hA": Simulated("P1", "travolta+cross-arms+whip", 130, 101, {"pace": 1.2}),
     "hB": Simulated("P3", "cross-arms+arms-at-sides+point", 120, 102, {"clothes": "plain"}),
     "hC": Simulated("P4", "tie-shoes+cross-arms+walk", 130, 103, {"clothes": "striped"}),
-    "hD": Simulated("P2", "whip+cross-arms+travolta", 120, 104, {}),
+    "hD": Simulated("P2", "whip+cross-arms+travolta", 120, 104),
+    "iA": Simulated("P1", "cross-arms", 78, 21, views="NS", tracked=_each_by("NS")),
+    "iB": Simulated("P4", "cross-arms", 78, 22, views="NO", tracked=_each_by("NO")),
+    "iC": Simulated("P3", "cross-arms", 78, 31, views="OW", tracked=_each_by("OW")),
+    "iD": Simulated("P2", "cross-arms", 78, 121, views="NS", tracked=_each_by("NS")),
+    "iE": Simulated("P4", "arms-at-sides", 60, 36, views="NO", tracked=_each_by("NO")),
+    "iF": Simulated("P2", "whip", 50, 23, {"pace": 3.0}, tracked=_QUICK),
+    "iG": Simulated("P3", "travolta", 50, 24, {"pace": 3.0}, tracked=_QUICK),
+    "iH": Simulated("P4", "travolta", 50, 123, {"pace": 3.0}, tracked=_QUICK),
 }
-TRACKED: tuple[tuple[str, str, int], ...] = (
-    ("fast", "NOSW", 0), ("fast", "NS", 0), ("fast", "O", 0), ("thesis", "NOSW", 0),
-    ("thesis", "NS", 1), ("accurate", "OW", 0), ("accurate", "S", 0),
-)  # fmt: skip
-"""Preset, views and seed of the runs of each recording."""
 
 
 def main(arguments: list[str]) -> int:
@@ -80,9 +104,9 @@ def main(arguments: list[str]) -> int:
             options = SceneOptions().replaced(**made.options)
             simulate(
                 place, person=made.person, motion=made.motion, frames=made.frames,
-                seed=made.seed, options=options,
+                views=made.views, seed=made.seed, options=options,
             )  # fmt: skip
-        for used, views, seed in TRACKED:
+        for used, views, seed in made.tracked:
             print(name, used, views, seed, flush=True)
             runs.append(tracked(folder, place, used, views, seed))
     WRITTEN.write_text(written(fitted_by_limb(runs)))
@@ -102,32 +126,28 @@ def tracked(folder: Path, place: Path, used: str, views: str, seed: int) -> tupl
     return read_npz(file), place
 
 
-def examples(run: Run, place: Path) -> tuple[FloatArray, FloatArray]:
-    """Signs (F, 6, S) and errors (F, 6) in degrees of a run's frames."""
+def examples(run: Run, place: Path) -> tuple[FloatArray, BoolArray]:
+    """Signs (F, 6, S) of a run's frames, and whether (F, 6) limbs are in episodes by error."""
     recording = open_recording(place)
-    if recording.reference is None:
-        raise ValueError(f"{place} has no reference")
-    errors = errors_against(run.trajectory(), recording.reference)
-    degrees = np.full((len(run.frame), len(LIMBS)), np.nan)
-    _, own, other = np.intersect1d(run.frame, errors.frame, return_indices=True)
-    for i, limb in enumerate(LIMBS):
-        degrees[own, i] = np.degrees(errors.of_limb(limb))[other]
-    return episode_signs(run, recording.fps), degrees
+    failing = np.zeros((len(run.frame), len(LIMBS)), dtype=np.bool_)
+    for episode in stretches_by_truth(Subject(run, recording.fps, recording.reference)):
+        inside = (run.frame >= episode.first) & (run.frame <= episode.last)
+        failing[np.ix_(inside, [LIMBS.index(limb) for limb in episode.limbs])] = True
+    return episode_signs(run, recording.fps), failing
 
 
 def fitted_by_limb(runs: list[tuple[Run, Path]]) -> dict[str, FloatArray]:
     """Coefficients (1 + S,) by their name."""
     found = [examples(run, place) for run, place in runs]
-    signs, degrees = (np.concatenate(part) for part in zip(*found, strict=True))
+    signs, failing = (np.concatenate(part) for part in zip(*found, strict=True))
     result = {}
     for name, limbs in (("UPPER_ARM", UPPER_ARMS), ("FOREARM", FOREARMS)):
         rows = signs[:, list(limbs)].reshape(-1, signs.shape[-1])
-        error = degrees[:, list(limbs)].ravel()
-        known = np.isfinite(error) & np.isfinite(rows).all(axis=1)
-        lost = error[known] > EpisodeRules().episode_error
+        known = np.isfinite(rows).all(axis=1)
+        fails = failing[:, list(limbs)].ravel()[known]
         for used, ending in ((SAID, ""), (UNSAID, "_WITHOUT_LOST")):
             taken = np.where([sign in used for sign in EPISODE_SIGNS], rows[known], 0.0)
-            result[f"{name}{ending}"] = fitted(taken, lost, SHRINKAGE)
+            result[f"{name}{ending}"] = fitted(taken, fails, SHRINKAGE, rising=True)
     return result
 
 

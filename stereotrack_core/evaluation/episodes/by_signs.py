@@ -25,7 +25,7 @@ def episodes_by_signs(
     enter = rules.episode_chance
     stretches = {
         limb: high_stretches(
-            run.frame, chance[:, i], enter, rules.episode_release * enter, least,
+            run.frame, chance[:, i], enter, rules.episode_calm * enter, least,
             frames_of(rules.episode_bridge, fps),
         )
         for i, limb in enumerate(LIMBS)

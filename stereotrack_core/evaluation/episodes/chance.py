@@ -14,11 +14,13 @@ from stereotrack_core.tracking.run import Run
 
 
 def lost_chances(run: Run, fps: float) -> FloatArray:
-    """Probability (F, 6) that each limb is off by more than 45 deg, by a run's own signs.
+    """Probability (F, 6) that each limb is in an episode by its error, by a run's own signs.
 
     A logistic regression over :func:`episode_signs`, one for the upper arms and one for the
     forearms, fitted on simulated recordings alone by ``tools/fit_episodes.py``. It differs from
-    ``Run.limb_lost``, which knows single frames only, by looking at what is before and after. A
+    ``Run.limb_lost``, which knows single frames only, by looking at what is before and after, and
+    by what it is the probability of: not of a limb that is off in this frame, but of one that is
+    in a stretch in which it is. A
     run that does not say how likely limbs are lost is judged by the other signs alone. In
     frames that are not tracked all limbs are lost; NaN for torso and head elsewhere, which were
     lost too rarely to learn from.

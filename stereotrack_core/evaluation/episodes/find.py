@@ -87,15 +87,25 @@ def find_episodes(
 
 def stretches_of(subject: Subject) -> tuple[Episode, ...]:
     """The episodes without their causes; a matter of milliseconds."""
-    run, fps = subject.run, subject.fps
-    if not len(run.frame):
+    if not len(subject.run.frame):
         return ()
-    found = list(episodes_by_signs(run, fps, subject.rules))
-    if subject.reference is not None:
-        done = np.isin(subject.reference.frame, run.frame)
-        own = LandmarkTrajectory(subject.reference.frame[done], subject.reference.points[done])
-        found += episodes_by_error(errors_against(run.trajectory(), own), fps, subject.rules)
-    return tuple(sorted(found, key=lambda e: (e.first, e.last, e.found, e.limbs)))
+    found = episodes_by_signs(subject.run, subject.fps, subject.rules)
+    return tuple(
+        sorted(
+            (*found, *stretches_by_truth(subject)),
+            key=lambda e: (e.first, e.last, e.found, e.limbs),
+        )
+    )
+
+
+def stretches_by_truth(subject: Subject) -> tuple[Episode, ...]:
+    """Those of them that the reference tells; none without one."""
+    run, reference = subject.run, subject.reference
+    if reference is None or not len(run.frame):
+        return ()
+    done = np.isin(reference.frame, run.frame)
+    own = LandmarkTrajectory(reference.frame[done], reference.points[done])
+    return episodes_by_error(errors_against(run.trajectory(), own), subject.fps, subject.rules)
 
 
 def explained(

@@ -21,8 +21,12 @@ class EpisodeRules(ParameterGroup):
         0.75, "Share of that error below which it ends.", group=_GROUP, minimum=0.1, maximum=1.0
     )
     episode_chance: float = parameter(
-        0.3, "Probability of a lost limb with which an episode without truth begins.",
+        0.6, "Probability of a failing limb with which an episode without truth begins.",
         group=_GROUP, minimum=0.01, maximum=0.99,
+    )  # fmt: skip
+    episode_calm: float = parameter(
+        0.5, "Share of that probability below which it ends.",
+        group=_GROUP, minimum=0.1, maximum=1.0,
     )  # fmt: skip
     episode_least: float = parameter(
         0.3, "What is shorter is no episode.", group=_GROUP, unit="s", minimum=0.0, maximum=60.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d, uniform_filter1d
+from scipy.ndimage import maximum_filter1d, median_filter, uniform_filter1d
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
@@ -13,33 +13,27 @@ from stereotrack_core.evaluation.episodes.closeness import turns
 from stereotrack_core.tracking.lost.signs import NEIGHBOUR
 from stereotrack_core.tracking.run import Run
 
-LOST_SIGNS: tuple[str, ...] = (
-    "lost around",
-    "lost most around",
-    "lost least around",
-    "lost for long",
-    "lost of the neighbour",
-    "lost usually",
-)
+LOST_SIGNS: tuple[str, ...] = ("lost around", "lost most around", "lost of the neighbour")
 """Signs of a run that says how likely limbs are lost."""
 
-OTHER_SIGNS: tuple[str, ...] = (
+TURN_SIGNS: tuple[str, ...] = ("turned before", "turns after")
+"""Signs of how abruptly a limb turns."""
+
+FIT_SIGNS: tuple[str, ...] = (
     "sigma",
     "sigma around",
     "unexplained",
     "unexplained more than usual",
     "innovation",
     "residual",
-    "turned before",
-    "turns after",
 )
-"""Signs that every run has."""
+"""Signs of how well the model fits, which every run has."""
 
-EPISODE_SIGNS: tuple[str, ...] = (*LOST_SIGNS, *OTHER_SIGNS)
+EPISODE_SIGNS: tuple[str, ...] = (*LOST_SIGNS, *TURN_SIGNS, *FIT_SIGNS)
 """What is known of a limb, in the order of the coefficients; see :func:`episode_signs`."""
 
-_AROUND, _LONG, _USUAL = 0.35, 1.5, 4.0
-"""Seconds before and after a frame that count as around it, as long, and as usual."""
+_AROUND, _USUAL = 0.35, 4.0
+"""Seconds before and after a frame that count as around it, and as usual."""
 
 _ENDS = 1.0
 """Seconds before and after a frame within which a limb that goes astray turns abruptly."""
@@ -48,37 +42,34 @@ _ENDS = 1.0
 def episode_signs(run: Run, fps: float) -> FloatArray:
     """Signs (F, 6, len(EPISODE_SIGNS)) of the limbs in each frame of a run.
 
-    Of the logit of the probability that the limb is lost: mean, largest and smallest value around
-    the frame, mean over long, mean around of the neighbouring limb's, and median of the run. The
-    logarithm of the limb's standard deviation, in the frame and around it; the share of the cloud
-    that the model leaves unexplained, alone and over the usual; logarithms of innovation and
-    residual over the usual ones; logarithms of the largest angle that the limb turned from one
-    frame to the next within a second before and after: a limb that goes astray, or comes back,
-    turns abruptly. NaN where the run does not say: in frames that are not tracked, and for torso
-    and head.
+    All say the more for a failing limb the larger they are. Of the logit of the probability that
+    the limb is lost: mean and largest value around the frame, and the mean of the neighbouring
+    limb. Logarithms of the largest angle that the limb turned from one frame to the next within a
+    second before and after: a limb that goes astray, or comes back, turns abruptly. The logarithm
+    of its standard deviation, in the frame and around it; the share of the cloud that the model
+    leaves unexplained, alone and over the usual; logarithms of innovation and residual over the
+    usual ones. NaN where the run does not say: in frames that are not tracked, and for torso and
+    head.
     """
-    around, long, usual = (2 * max(1, round(s * fps)) + 1 for s in (_AROUND, _LONG, _USUAL))
+    around, usual = (2 * max(1, round(s * fps)) + 1 for s in (_AROUND, _USUAL))
+    ends = max(1, round(_ENDS * fps))
     lost = _logit(run.limb_lost)
     mean = uniform_filter1d(lost, around, axis=0, mode="nearest")
-    sigma = np.log(np.clip(np.nan_to_num(run.limb_sigma_deg, nan=20.0), 0.3, 90.0))
     turn = np.log1p(np.nan_to_num(turns(run.frame.astype(np.float64), run.landmarks)))
+    sigma = np.log(np.clip(np.nan_to_num(run.limb_sigma_deg, nan=20.0), 0.3, 90.0))
     cover = np.minimum(np.nan_to_num(run.coverage, nan=1.0), 1.0)
-    known = lost[run.tracked] if run.tracked.any() else lost
     columns = (
         mean,
         maximum_filter1d(lost, around, axis=0, mode="nearest"),
-        minimum_filter1d(lost, around, axis=0, mode="nearest"),
-        uniform_filter1d(lost, long, axis=0, mode="nearest"),
         mean[:, list(NEIGHBOUR)],
-        np.broadcast_to(np.median(known, axis=0), lost.shape),
+        _largest_before(turn, ends),
+        _largest_before(turn[::-1], ends)[::-1],
         sigma,
         uniform_filter1d(sigma, around, axis=0, mode="nearest"),
         _each(cover),
         _each(cover - median_filter(cover, usual, mode="nearest")),
         _each(_over_usual(run.innovation, usual)),
         _each(_over_usual(run.residual, usual)),
-        _largest_before(turn, max(1, round(_ENDS * fps))),
-        _largest_before(turn[::-1], max(1, round(_ENDS * fps)))[::-1],
     )
     signs = np.stack(columns, axis=-1)
     signs[~run.tracked] = np.nan

@@ -29,7 +29,10 @@ def test_a_limb_far_off_for_long_enough_is_an_episode():
 
 
 def test_what_the_run_takes_for_lost_is_found_without_truth():
-    run, _ = made(lost=[("right_upper_arm", 15, 30, LOST), ("right_forearm", 15, 30, LOST)])
+    limbs = ("right_upper_arm", "right_forearm")
+    run, _ = made(
+        wrong=[(limb, 15, 30, 1.0) for limb in limbs], lost=[(limb, 15, 30, LOST) for limb in limbs]
+    )
     (episode,) = episodes(run)
     assert episode.found == "signs"
     assert episode.limbs == ("right_upper_arm", "right_forearm")
@@ -112,9 +115,22 @@ def test_a_view_that_gave_nothing_is_the_cause_where_the_run_says_so():
     assert "view N" in episode.verdict.words
 
 
+def test_an_arm_that_is_doubted_but_does_not_turn_abruptly_is_no_episode():
+    doubted = ("left_forearm", 20, 29, 0.6)
+    still, _ = made(lost=[doubted])
+    jumped, _ = made(wrong=[("left_forearm", 20, 29, 1.2)], lost=[doubted])
+    assert episodes(still) == ()
+    assert [e.limbs for e in episodes(jumped)] == [("left_forearm",)]
+
+
 def test_agreement_counts_episodes_that_share_a_frame_and_a_limb():
+    turned, off = 0.7, 1.2
     run, truth = made(
-        wrong=[("left_forearm", 10, 19, 1.2), ("right_forearm", 40, 49, 1.2)],
+        wrong=[
+            ("left_forearm", 10, 19, off),
+            ("right_forearm", 40, 49, off),
+            ("left_forearm", 42, 52, turned),
+        ],
         lost=[("left_forearm", 12, 24, LOST), ("left_forearm", 42, 52, LOST)],
     )
     found = episodes(run, truth)
