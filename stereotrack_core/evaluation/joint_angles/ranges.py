@@ -81,7 +81,7 @@ class StretchMotion:
     name : str
         The segment, or ``"all"``.
     first, end : int
-        Frames, half-open.
+        Frames of it that there are, half-open; as the segment has them where there is none.
     ranges : tuple of AngleRange
         In the order of :data:`ANGLES`.
     sides : tuple of SideDifference
@@ -132,7 +132,10 @@ def stretch_motion(angles: JointAngles, motion: Motion, stretch: Segment) -> Str
         for k, definition in enumerate(ANGLES)
     )
     sides = tuple(_difference(ranges[left], ranges[right]) for left, right in sided())
-    return StretchMotion(stretch.name, stretch.first, stretch.end, ranges, sides)
+    first, end = stretch.first, stretch.end
+    if inside.any():
+        first, end = int(angles.frame[inside][0]), int(angles.frame[inside][-1]) + 1
+    return StretchMotion(stretch.name, first, end, ranges, sides)
 
 
 def _range(

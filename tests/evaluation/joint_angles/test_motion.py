@@ -99,9 +99,13 @@ def test_ranges_are_taken_per_segment_and_left_against_right():
     other = NAMES.index("right_elbow_flexion")
     both.angle[:, other], both.sigma[:, other] = right, 0.04
     motion = motion_of(both, fps)
-    whole, still, after = range_of_motion(
-        both, motion, [Segment("quarter", 0, 25), Segment("after", 900, 950)]
-    )
+    named = [Segment("quarter", 0, 25), Segment("late", 380, 500), Segment("after", 900, 950)]
+    whole, still, late, after = range_of_motion(both, motion, named)
+    assert [(one.first, one.end) for one in (still, late, after)] == [
+        (0, 25),
+        (380, 400),
+        (900, 950),
+    ]
     assert (whole.name, whole.first, whole.end) == ("all", 0, 400)
     elbow = whole.of(NAME)
     assert elbow.range == pytest.approx(0.8, rel=0.01)
