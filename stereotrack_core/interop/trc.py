@@ -86,19 +86,9 @@ def read_trc(path: Path) -> tuple[LandmarkTrajectory, float]:
             where=f"{path}, line 4",
             remedy=f"The columns are named {', '.join(LANDMARKS)}.",
         )
-    found: dict[int, FloatArray] = {}
     try:
         fps = checked_fps(float(facts["DataRate"]))
-        for number, line in enumerate(lines[5:], start=6):
-            if any(cell.strip() for cell in line):
-                frame = whole_number(line[0].strip(), path, number, "frame")
-                if frame in found:
-                    raise InputError(
-                        f"line {number} gives frame {frame} twice",
-                        where=str(path),
-                        remedy="Delete one of the two lines.",
-                    )
-                found[frame] = _row(line, columns)
+        found = _frames(path, lines[5:], columns)
     except (KeyError, ValueError) as error:
         raise InputError(
             f"a number cannot be read ({error})",
@@ -111,6 +101,22 @@ def read_trc(path: Path) -> tuple[LandmarkTrajectory, float]:
         np.array(frames, dtype=np.int64), metres * points[..., _WORLD_FROM_TRC]
     )
     return trajectory, fps
+
+
+def _frames(path: Path, lines: list[list[str]], columns: dict[str, int]) -> dict[int, FloatArray]:
+    """Landmarks (9, 3) by frame, in the file's unit and axes."""
+    found: dict[int, FloatArray] = {}
+    for number, line in enumerate(lines, start=6):
+        if any(cell.strip() for cell in line):
+            frame = whole_number(line[0].strip(), path, number, "frame")
+            if frame in found:
+                raise InputError(
+                    f"line {number} gives frame {frame} twice",
+                    where=str(path),
+                    remedy="Delete one of the two lines.",
+                )
+            found[frame] = _row(line, columns)
+    return found
 
 
 def _row(line: list[str], columns: dict[str, int]) -> FloatArray:
