@@ -1,9 +1,8 @@
-"""The panels of reviewing: statistics, explanations, joint angles."""
+"""The panels of reviewing: statistics, explanations, joint angles, range of motion."""
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QSplitter, QWidget
+from PySide6.QtWidgets import QWidget
 
 from app.presenters.angle_curves import QUANTITIES, choices
 from app.presenters.explaining import KINDS
@@ -17,6 +16,7 @@ TITLES = {
     "statistics": "Statistics",
     "explanations": "Explanations",
     "angles": "Joint angles",
+    "motion": "Motion",
 }
 """Titles by the panels' names."""
 
@@ -29,17 +29,12 @@ class ReviewPanels:
         self.explanations = CloudPlot(KINDS)
         self.angles = AnglePlot(choices(), QUANTITIES)
         self.motion = MotionTable(CUT_OFF_HZ)
-        self._both = QSplitter(Qt.Orientation.Horizontal)
-        self._both.addWidget(self.angles)
-        self._both.addWidget(self.motion)
-        self._both.setStretchFactor(0, 1)
-        self._both.setStretchFactor(1, 0)
-        self._both.setSizes([840, 520])
 
     def widgets(self) -> dict[str, QWidget]:
         """What goes into docks, by name."""
         return {
             "statistics": self.statistics,
             "explanations": self.explanations,
-            "angles": self._both,
+            "angles": self.angles,
+            "motion": self.motion,
         }

@@ -55,6 +55,8 @@ class ReviewWork(QObject):
         panels.motion.cut_off_changed.connect(self.show_soon)
         panels.angles.visible_range_changed.connect(w.timeline.set_visible_range)
         w.timeline.visible_range_changed.connect(panels.angles.set_visible_range)
+        w.timeline.margins_changed.connect(panels.angles.set_margins)
+        panels.angles.set_margins(*w.timeline.margins)
         w.document.frame_changed.connect(panels.angles.set_frame)
         w.document.count_changed.connect(panels.angles.set_range)
         w.document.opened.connect(self._on_opened)
@@ -65,6 +67,7 @@ class ReviewWork(QObject):
         if recording is not None:
             highest = HIGHEST_SHARE * recording.fps
             self.panels.motion.set_highest_cut_off(CUT_OFF_HZ, highest)
+            self.panels.angles.set_range(self._w.document.frame_count)
 
     def add_buttons(self) -> None:
         """Offer the commands in their panels, once they are made."""
@@ -92,7 +95,7 @@ class ReviewWork(QObject):
             self._show_statistics()
         if self.panels.explanations.isVisible():
             self._show_explanations()
-        if self.panels.angles.isVisible():
+        if self.panels.angles.isVisible() or self.panels.motion.isVisible():
             self._show_angles()
 
     # ---- what is shown
@@ -166,6 +169,9 @@ class ReviewWork(QObject):
     def _on_angle(self, key: str) -> None:
         box = self.panels.angles.angle
         box.setCurrentIndex(box.findData(key))
+        dock = self._w.docks["angles"]
+        if not dock.isHidden():
+            dock.raise_()
 
     def move_threshold(self, degrees: float) -> None:
         """Raise or lower the threshold of the plot of errors."""
@@ -207,7 +213,7 @@ class ReviewWork(QObject):
         """Why there are no joint angles to be saved."""
         if self._moved():
             return ""
-        return "Open the panel Joint angles first; it works them out."
+        return "Open the panel Joint angles or Motion first; it works them out."
 
     def _ask(self, title: str, name: str) -> Path | None:
         recording = self._w.document.recording

@@ -52,7 +52,7 @@ TITLES = {
     "series": "One parameter",
     "episodes": "Episodes",
     **REVIEW_TITLES,
-    "numbers": "Numbers of the frame",
+    "numbers": "Numbers",
     "inside": "Inside the frame",
     "findings": "Findings",
     "rig": "Rig",
@@ -100,6 +100,8 @@ class PanelWindow(QMainWindow):
         )
         self.no_curves.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.no_curves.setProperty("role", "muted")
+        self.no_curves.setWordWrap(True)
+        self.no_curves.setContentsMargins(16, 0, 16, 0)
         self.plot_stack.addWidget(self.no_curves)
         self.docks: dict[str, QDockWidget] = {}
         for name, widget in self._panels().items():

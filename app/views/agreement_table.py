@@ -7,14 +7,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QColor, QPixmap
 from PySide6.QtWidgets import (
-    QAbstractItemView,
     QHeaderView,
     QTableWidget,
     QTableWidgetItem,
     QWidget,
 )
+
+from app.views.cells import LEFT, RIGHT, dress_table, make_bold, swatch
 
 _HEADINGS = (
     ("Landmark", ""),
@@ -75,19 +75,10 @@ class AgreementTable(QTableWidget):
         for column, (heading, tip) in enumerate(_HEADINGS):
             item = QTableWidgetItem(heading)
             item.setToolTip(tip)
-            side = Qt.AlignmentFlag.AlignRight if column else Qt.AlignmentFlag.AlignLeft
-            item.setTextAlignment(side | Qt.AlignmentFlag.AlignVCenter)
+            item.setTextAlignment(RIGHT if column else LEFT)
             self.setHorizontalHeaderItem(column, item)
-        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        self.setShowGrid(False)
-        self.setAlternatingRowColors(True)
-        self.setAccessibleName("Agreement by landmark")
-        self.verticalHeader().hide()
-        self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + 8)
-        header = self.horizontalHeader()
-        header.setHighlightSections(False)
-        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        dress_table(self, "Agreement by landmark")
+        self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
 
     def show_rows(self, rows: Sequence[AgreementRow]) -> None:
         """Show these landmarks."""
@@ -96,16 +87,11 @@ class AgreementTable(QTableWidget):
             texts = _texts(row)
             for column, text in enumerate(texts):
                 item = QTableWidgetItem(text)
-                side = Qt.AlignmentFlag.AlignRight if column else Qt.AlignmentFlag.AlignLeft
-                item.setTextAlignment(side | Qt.AlignmentFlag.AlignVCenter)
+                item.setTextAlignment(RIGHT if column else LEFT)
                 if not row.colour:
-                    font = item.font()
-                    font.setBold(True)
-                    item.setFont(font)
+                    make_bold(item)
                 if not column:
-                    swatch = QPixmap(10, 10)
-                    swatch.fill(QColor(row.colour) if row.colour else Qt.GlobalColor.transparent)
-                    item.setData(Qt.ItemDataRole.DecorationRole, swatch)
+                    item.setData(Qt.ItemDataRole.DecorationRole, swatch(row.colour))
                 self.setItem(place, column, item)
 
     def as_text(self) -> str:

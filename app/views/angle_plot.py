@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QEvent, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QKeyEvent
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
     QComboBox,
     QHBoxLayout,
@@ -19,13 +18,14 @@ from PySide6.QtWidgets import (
 
 from app.theme import current_theme
 from app.views.elided_label import ElidedLabel
+from app.views.frame_plot import FRAME_KEYS, FramePlot
 from app.views.line_styles import PEN_STYLES
+from app.views.plots import band, label_axis, shade
 from stereotrack_core.arrays import FloatArray, IntArray
 
 REFERENCE_STYLE = "reference"
 """Line style that no run has."""
 
-_SHADE = 50
 _STYLES: dict[str, Qt.PenStyle] = dict(PEN_STYLES.items()) | {
     REFERENCE_STYLE: Qt.PenStyle.DashDotDotLine
 }
@@ -60,22 +60,16 @@ class AngleCurve:
     sigma: FloatArray
 
 
-class AnglePlot(QWidget):
+class AnglePlot(FramePlot):
     """Curves with bands of one standard deviation, and a playhead.
 
     Signals
     -------
-    frame_requested : int
-        The person clicked at this frame.
     chosen : ()
-        Another angle or quantity shall be shown.
-    visible_range_changed : float, float
-        Borders of the frames that are seen, as in the timeline.
+        Another angle or quantity shall be shown; beside those of :class:`FramePlot`.
     """
 
-    frame_requested = Signal(int)
     chosen = Signal()
-    visible_range_changed = Signal(float, float)
 
     def __init__(
         self,
@@ -83,13 +77,10 @@ class AnglePlot(QWidget):
         quantities: Sequence[tuple[str, str]],
         parent: QWidget | None = None,
     ) -> None:
-        super().__init__(parent)
+        super().__init__("Plot of a joint angle over frames", parent)
         self._curves: tuple[AngleCurve, ...] = ()
         self._items: list[pg.GraphicsObject] = []
-        self._frame, self._frame_count = 0, 0
-        self._quiet = False
-        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.setAccessibleName("Plot of a joint angle over frames")
+        self.setAccessibleDescription(f"Click to go to a frame, wheel to zoom. {FRAME_KEYS}")
         self.angle = _choice("Joint angle", [(key, words) for key, words, _ in angles], self)
         for i, (_, _, tip) in enumerate(angles):
             self.angle.setItemData(i, tip, Qt.ItemDataRole.ToolTipRole)
@@ -100,23 +91,11 @@ class AnglePlot(QWidget):
         self.legend.setProperty("role", "muted")
         self.legend.setTextFormat(Qt.TextFormat.RichText)
         self.words = ElidedLabel(_NOTHING, self)
-        self.plot = pg.PlotWidget(self)
-        self.plot.setFocusProxy(self)
-        self.plot.setMenuEnabled(False)
-        self.plot.hideButtons()
-        self.plot.setMinimumHeight(60)
-        self._box = self.plot.getViewBox()
-        self._box.setMouseEnabled(x=True, y=False)
         self._region = pg.LinearRegionItem(movable=False)
         self._region.setZValue(-10)
         self._region.hide()
-        self.plot.addItem(self._region, ignoreBounds=True)
-        self._playhead = pg.InfiniteLine(0.0, angle=90)
-        self._playhead.setZValue(30)
-        self.plot.addItem(self._playhead, ignoreBounds=True)
+        self._plot.addItem(self._region, ignoreBounds=True)
         self._lay_out()
-        self._box.sigXRangeChanged.connect(self._on_range_changed)
-        self.plot.scene().sigMouseClicked.connect(self._on_clicked)
         self._dress()
 
     def _lay_out(self) -> None:
@@ -129,15 +108,9 @@ class AnglePlot(QWidget):
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
         layout.addLayout(head)
-        layout.addWidget(self.plot, 1)
+        layout.addWidget(self._plot, 1)
         self.words.setContentsMargins(8, 0, 8, 2)
         layout.addWidget(self.words)
-
-    def sizeHint(self) -> QSize:
-        return QSize(700, 200)
-
-    def minimumSizeHint(self) -> QSize:
-        return QSize(200, 110)
 
     # ---- what is shown
 
@@ -159,42 +132,22 @@ class AnglePlot(QWidget):
     def show_curves(self, curves: Sequence[AngleCurve], unit: str, words: str) -> None:
         """Draw these curves; `words` say how they were made."""
         for item in self._items:
-            self.plot.removeItem(item)
+            self._plot.removeItem(item)
         self._curves, self._items = tuple(curves), []
         for curve in curves:
             self._add_band(curve)
         for curve in curves:
             self._add(curve)
-        self.plot.setLabel("left", unit, color=current_theme().muted)
+        label_axis(self._plot, "left", unit)
         self.words.set_words(words if curves else _NOTHING)
         self._write_legend()
         self._fit_values()
-
-    def set_range(self, frame_count: int) -> None:
-        """Let the axis be that of a recording of `frame_count` frames."""
-        self._frame_count = frame_count
-        last = float(max(frame_count, 1))
-        self._quiet = True
-        self._box.setLimits(xMin=-0.5, xMax=last - 0.5, minXRange=min(4.0, last))
-        self._quiet = False
-        self.set_visible_range(0.0, last)
 
     def set_selection(self, selection: range | None) -> None:
         """Shade the selected frames."""
         self._region.setVisible(bool(selection))
         if selection:
             self._region.setRegion((selection.start - 0.5, selection.stop - 0.5))
-
-    def set_frame(self, frame: int) -> None:
-        """Move the playhead."""
-        self._frame = frame
-        self._playhead.setValue(frame)
-
-    def set_visible_range(self, first: float, last: float) -> None:
-        """Zoom to the frames from `first` up to `last` without emitting a signal."""
-        self._quiet = True
-        self._box.setXRange(first - 0.5, last - 0.5, padding=0)
-        self._quiet = False
 
     # ---- inside
 
@@ -203,20 +156,20 @@ class AnglePlot(QWidget):
         self._put(pg.PlotCurveItem(curve.frame, curve.value, pen=pen, connect="finite"))
 
     def _add_band(self, curve: AngleCurve) -> None:
-        colour = QColor(curve.colour)
-        colour.setAlpha(_SHADE)
         known = np.isfinite(curve.value) & np.isfinite(curve.sigma)
         ends = np.flatnonzero(np.diff(np.concatenate([[0], known.astype(np.int8), [0]])))
         # a band of its own for every stretch: gaps stay open
         for first, end in ends.reshape(-1, 2):
             own = slice(first, end)
-            x, y, s = curve.frame[own], curve.value[own], curve.sigma[own]
-            sides = [pg.PlotCurveItem(x, y + sign * s, pen=None) for sign in (-1.0, 1.0)]
-            for item in (*sides, pg.FillBetweenItem(*sides, brush=colour)):
+            value, sigma = curve.value[own], curve.sigma[own]
+            for item in band(curve.frame[own], value - sigma, value + sigma, curve.colour):
                 self._put(item)
 
+    def _is_empty(self) -> bool:
+        return not self._curves
+
     def _put(self, item: pg.GraphicsObject) -> None:
-        self.plot.addItem(item)
+        self._plot.addItem(item)
         self._items.append(item)
 
     def _write_legend(self) -> None:
@@ -233,51 +186,12 @@ class AnglePlot(QWidget):
             low, high = float(known.min()), float(known.max())
             self._box.setYRange(low, max(high, low + 1.0), padding=0.08)
 
-    def _on_range_changed(self) -> None:
-        if not self._quiet:
-            first, last = self._box.viewRange()[0]
-            self.visible_range_changed.emit(first + 0.5, last + 0.5)
-
-    def _on_clicked(self, event: object) -> None:
-        position = event.scenePos()  # type: ignore[attr-defined]
-        left = event.button() == Qt.MouseButton.LeftButton  # type: ignore[attr-defined]
-        if left and self._curves and self._box.sceneBoundingRect().contains(position):
-            self._request(round(self._box.mapSceneToView(position).x()))
-
-    def _request(self, frame: int) -> None:
-        frame = min(max(frame, 0), max(self._frame_count - 1, 0))
-        if frame != self._frame:
-            self.set_frame(frame)
-            self.frame_requested.emit(frame)
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        ten = 10 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1
-        if event.key() == Qt.Key.Key_Left:
-            self._request(self._frame - ten)
-        elif event.key() == Qt.Key.Key_Right:
-            self._request(self._frame + ten)
-        else:
-            super().keyPressEvent(event)
-
-    def changeEvent(self, event: QEvent) -> None:
-        if event.type() == QEvent.Type.PaletteChange:
-            self._dress()
-        super().changeEvent(event)
-
     def _dress(self) -> None:
-        theme = current_theme()
-        self.plot.setBackground(theme.plot_background)
-        for name in ("left", "bottom"):
-            axis = self.plot.getAxis(name)
-            axis.setPen(theme.plot_grid)
-            axis.setTextPen(theme.muted)
-            axis.setGrid(70)
-        self._playhead.setPen(pg.mkPen(theme.playhead, width=1.5))
-        shade = QColor(theme.accent)
-        shade.setAlpha(_SHADE)
-        self._region.setBrush(shade)
+        super()._dress()
+        accent = current_theme().accent
+        self._region.setBrush(shade(accent))
         for line in self._region.lines:
-            line.setPen(pg.mkPen(theme.accent))
+            line.setPen(pg.mkPen(accent))
 
 
 def _choice(name: str, options: Sequence[tuple[str, str]], parent: QWidget) -> QComboBox:

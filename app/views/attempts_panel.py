@@ -22,6 +22,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.theme import current_theme
+from app.views.cells import RIGHT, dress_table
 
 _WORTH_SAYING = 0.05
 _NAME_WIDTH = 172
@@ -97,14 +98,8 @@ class AttemptsPanel(QWidget):
         self.progress.setTextVisible(False)
         self.progress.setMaximumHeight(4)
         self.table = QTableWidget(self)
-        self.table.setAccessibleName("Attempts")
-        self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        dress_table(self.table, "Attempts")
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        self.table.setShowGrid(False)
-        self.table.setAlternatingRowColors(True)
-        self.table.setWordWrap(False)
-        self.table.verticalHeader().hide()
         self.table.verticalHeader().setDefaultSectionSize(38)
         self.table.itemSelectionChanged.connect(lambda: self.chosen.emit(self.row))
         self.table.cellDoubleClicked.connect(lambda row, _column: self.base_chosen.emit(row))
@@ -200,7 +195,7 @@ class AttemptsPanel(QWidget):
 
 def _value_item(value: float, change: float, is_base: bool, digits: int) -> QTableWidgetItem:
     item = QTableWidgetItem("…" if math.isnan(value) else f"{value:.{digits}f}")
-    item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+    item.setTextAlignment(RIGHT)
     item.setToolTip(_TIP)
     if not is_base and abs(change) >= _WORTH_SAYING:
         item.setText(f"{value:.{digits}f} ({change:+.{digits}f})")

@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
 
 from app.limb_colours import LIMB_COLOURS
 from app.theme import current_theme
+from app.views.cells import RIGHT
 from app.views.landmark_rows import BodyRow
 
 
@@ -82,7 +83,7 @@ class BodyPanel(QWidget):
             item.setText(column, text)
         item.setToolTip(2, row.words)
         item.setFont(1, self._digits)
-        item.setTextAlignment(1, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        item.setTextAlignment(1, RIGHT)
         swatch = LIMB_COLOURS.get(row.limb)
         item.setData(0, Qt.ItemDataRole.DecorationRole, QColor(swatch) if swatch else None)
         item.setForeground(1, QColor(theme.warning if row.doubtful else theme.text))

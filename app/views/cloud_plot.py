@@ -18,12 +18,12 @@ from app.views.elided_label import ElidedLabel
 from app.views.error_curves import Curve
 from app.views.limb_legend import LimbLegend
 from app.views.line_styles import PEN_STYLES, LineStyle
+from app.views.plots import band, dress_plot, new_plot, shade
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 
 _OTHERS: tuple[LineStyle, ...] = ("dash", "dot", "dashdot")
 _SYMBOLS = ("o", "x", "t", "s", "d")
 _FADED = 45
-_SHADE = 40
 _NOTHING = "Points come here when the tracker has run."
 
 
@@ -117,9 +117,7 @@ class CloudPlot(QWidget):
         self.kind.currentIndexChanged.connect(lambda _: self.kind_chosen.emit(self.kind_key))
         self.legend = LimbLegend(self)
         self.legend.toggled.connect(self._show_limbs)
-        self.plot = pg.PlotWidget(self)
-        self.plot.setMenuEnabled(False)
-        self.plot.hideButtons()
+        self.plot = new_plot(self)
         self.plot.setAccessibleName("Errors against what may explain them")
         self.plot.scene().sigMouseClicked.connect(self._on_plot_clicked)
         self.words = ElidedLabel(_NOTHING, self)
@@ -184,8 +182,7 @@ class CloudPlot(QWidget):
             own = known & (cloud.chosen == chosen)
             if not own.any():
                 continue
-            colour = QColor(cloud.colour)
-            colour.setAlpha((210 if some else 130) if chosen else _FADED)
+            colour = shade(cloud.colour, (210 if some else 130) if chosen else _FADED)
             item = pg.ScatterPlotItem(
                 x=cloud.x[own], y=cloud.y[own], data=cloud.frame[own],
                 size=6 if chosen and some else 4, symbol=_SYMBOLS[cloud.place % len(_SYMBOLS)],
@@ -199,11 +196,7 @@ class CloudPlot(QWidget):
         if len(cloud.curve_x) == 0:
             return
         if len(cloud.curve_x) > 1 and cloud.place == 0:
-            shade = QColor(cloud.colour)
-            shade.setAlpha(_SHADE)
-            ends = [pg.PlotCurveItem(cloud.curve_x, y, pen=None) for y in (cloud.low, cloud.high)]
-            band = pg.FillBetweenItem(*ends, brush=shade)
-            for item in (*ends, band):
+            for item in band(cloud.curve_x, cloud.low, cloud.high, cloud.colour):
                 self._put(cloud.limb, item)
         under = pg.mkPen(current_theme().plot_background, width=5)
         for pen in (under, _pen(cloud.colour, cloud.place, 2.5)):
@@ -268,13 +261,7 @@ class CloudPlot(QWidget):
         super().changeEvent(event)
 
     def _dress(self) -> None:
-        theme = current_theme()
-        self.plot.setBackground(theme.plot_background)
-        for name in ("left", "bottom"):
-            axis = self.plot.getAxis(name)
-            axis.setPen(theme.plot_grid)
-            axis.setTextPen(theme.muted)
-            axis.setGrid(70)
+        dress_plot(self.plot)
         self.legend.refresh()
 
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QColor, QPixmap
+from PySide6.QtGui import QColor
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 
 from app.limb_colours import LIMB_COLOURS
 from app.theme import current_theme
+from app.views.cells import RIGHT, dress_table, swatch
 from app.views.comparison_rows import ComparedCell, ComparedRow
 
 _NOTHING = "Numbers come here when there is a run; with several, how much they differ."
@@ -34,13 +35,9 @@ class ComparisonPanel(QWidget):
         self.words.setWordWrap(True)
         self.words.setContentsMargins(8, 6, 8, 2)
         self.table = QTableWidget(self)
-        self.table.setAccessibleName("Runs beside each other")
-        self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        dress_table(self.table, "Runs beside each other", room=4)
+        self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectItems)
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.ContiguousSelection)
-        self.table.setShowGrid(False)
-        self.table.setAlternatingRowColors(True)
-        self.table.verticalHeader().hide()
-        self.table.verticalHeader().setDefaultSectionSize(20)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(2)
@@ -91,15 +88,13 @@ class ComparisonPanel(QWidget):
 
 def _label_item(limb: str, label: str) -> QTableWidgetItem:
     item = QTableWidgetItem(label)
-    swatch = QPixmap(10, 10)
-    swatch.fill(QColor(LIMB_COLOURS[limb]) if limb else Qt.GlobalColor.transparent)
-    item.setData(Qt.ItemDataRole.DecorationRole, swatch)
+    item.setData(Qt.ItemDataRole.DecorationRole, swatch(LIMB_COLOURS.get(limb)))
     return item
 
 
 def _value_item(cell: ComparedCell) -> QTableWidgetItem:
     item = QTableWidgetItem(_words_of(cell))
-    item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+    item.setTextAlignment(RIGHT)
     _colour(item, cell)
     if cell.verdict:
         item.setToolTip(f"{cell.verdict[0].upper()}{cell.verdict[1:]}.")

@@ -11,6 +11,7 @@ from PySide6.QtGui import QColor, QFont
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView, QWidget
 
 from app.theme import current_theme
+from app.views.cells import RIGHT
 from stereotrack_core.project.merging import Decision
 
 _Index: TypeAlias = QModelIndex | QPersistentModelIndex
@@ -96,7 +97,7 @@ class DecisionModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.DisplayRole:
             return self._text(row, column)
         if role == Qt.ItemDataRole.TextAlignmentRole and column in (0, 6):
-            return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+            return RIGHT
         if role == Qt.ItemDataRole.ToolTipRole:
             return "A click on Mine, Theirs or Between decides; a double click goes to the frame."
         choice = _CHOICES.get(column)

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import QModelIndex, QSignalBlocker, Qt, Signal, Slot
-from PySide6.QtGui import QColor, QPixmap
 from PySide6.QtWidgets import (
     QComboBox,
     QHBoxLayout,
@@ -20,6 +19,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.limb_colours import LIMB_COLOURS, limb_words
+from app.views.cells import RIGHT, swatch
 from app.views.evidence_view import EvidenceView
 
 _COLUMNS = ("Frames", "Limbs", "Peak", "Probable cause", "Sure", "By")
@@ -237,8 +237,6 @@ def _item(place: int, row: EpisodeRow) -> QTreeWidgetItem:
         item.setData(column, _VALUE, value)
         item.setToolTip(column, f"{row.heading} Double-click or Enter goes there.")
     for column in (2, 4):
-        item.setTextAlignment(column, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-    swatch = QPixmap(10, 10)
-    swatch.fill(QColor(LIMB_COLOURS[row.limb]))
-    item.setData(1, Qt.ItemDataRole.DecorationRole, swatch)
+        item.setTextAlignment(column, RIGHT)
+    item.setData(1, Qt.ItemDataRole.DecorationRole, swatch(LIMB_COLOURS[row.limb]))
     return item

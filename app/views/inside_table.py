@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QSize, Qt
-from PySide6.QtGui import QColor, QPixmap, QResizeEvent, QWheelEvent
+from PySide6.QtGui import QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import (
-    QAbstractItemView,
     QHeaderView,
     QLabel,
     QTableWidget,
@@ -15,9 +14,8 @@ from PySide6.QtWidgets import (
 )
 
 from app.limb_colours import LIMB_COLOURS
+from app.views.cells import RIGHT, dress_table, make_bold, swatch
 from app.views.inside_content import Table
-
-_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
 class _Grid(QTableWidget):
@@ -56,18 +54,10 @@ class InsideTable(QWidget):
         self._title.setProperty("role", "muted")
         self._title.setWordWrap(True)
         self.grid = _Grid(self)
-        self.grid.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self.grid.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        self.grid.setShowGrid(False)
-        self.grid.setAlternatingRowColors(True)
-        self.grid.setTabKeyNavigation(False)
-        self.grid.setWordWrap(False)
+        dress_table(self.grid, "", room=5)
         self.grid.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.grid.verticalHeader().hide()
         self.grid.horizontalHeader().setMinimumSectionSize(24)
         self.grid.horizontalHeader().setStyleSheet("QHeaderView::section { padding: 2px 5px; }")
-        self.grid.horizontalHeader().setHighlightSections(False)
-        self.grid.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + 5)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 4, 0, 0)
         layout.setSpacing(2)
@@ -85,25 +75,18 @@ class InsideTable(QWidget):
             item = QTableWidgetItem(heading)
             item.setToolTip(shown.tips[column] if shown.tips else heading)
             if column:
-                item.setTextAlignment(_RIGHT)
+                item.setTextAlignment(RIGHT)
             self.grid.setHorizontalHeaderItem(column, item)
         for row, cells in enumerate(shown.rows):
             for column, text in enumerate(cells):
                 item = QTableWidgetItem(text)
                 item.setToolTip(text if not column else "")
                 if column:
-                    item.setTextAlignment(_RIGHT)
+                    item.setTextAlignment(RIGHT)
                 elif shown.limbs:
-                    item.setData(Qt.ItemDataRole.DecorationRole, _swatch(shown.limbs[row]))
+                    colour = LIMB_COLOURS.get(shown.limbs[row])
+                    item.setData(Qt.ItemDataRole.DecorationRole, swatch(colour))
                 if row in shown.strong:
-                    font = item.font()
-                    font.setBold(True)
-                    item.setFont(font)
+                    make_bold(item)
                 self.grid.setItem(row, column, item)
         self.grid.fit()
-
-
-def _swatch(limb: str) -> QPixmap:
-    swatch = QPixmap(10, 10)
-    swatch.fill(QColor(LIMB_COLOURS[limb]) if limb in LIMB_COLOURS else Qt.GlobalColor.transparent)
-    return swatch

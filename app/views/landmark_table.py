@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import Any, TypeAlias
 
 from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt, Signal
-from PySide6.QtGui import QColor, QPixmap
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QComboBox,
@@ -18,6 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from app.views.cells import RIGHT, swatch
 from stereotrack_core.annotation.landmark_set import Landmark
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.skeleton import PARTS
@@ -112,11 +112,9 @@ class LandmarkModel(QAbstractTableModel):
                 return f"{value:.0f}" if field in _OFFSETS else f"{value:.2f}"
             return value.replace("_", " ") if field in ("limb", "part", "mirror") else value
         if role == Qt.ItemDataRole.TextAlignmentRole and isinstance(self.value(one, field), float):
-            return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+            return RIGHT
         if role == Qt.ItemDataRole.DecorationRole and field == "colour":
-            swatch = QPixmap(14, 14)
-            swatch.fill(QColor(one.colour))
-            return swatch
+            return swatch(one.colour, 14)
         return _COLUMNS[index.column()][2] if role == Qt.ItemDataRole.ToolTipRole else None
 
     @staticmethod

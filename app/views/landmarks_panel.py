@@ -30,6 +30,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.theme import current_theme
+from app.views.cells import RIGHT, dress_table
 from app.views.landmark_rows import CELL_WORDS, CellState, LandmarkRow
 
 _Index: TypeAlias = QModelIndex | QPersistentModelIndex
@@ -108,7 +109,7 @@ class _Model(QAbstractTableModel):
             case Qt.ItemDataRole.FontRole if number:
                 return self._digits
             case Qt.ItemDataRole.TextAlignmentRole if number:
-                return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+                return RIGHT
             case Qt.ItemDataRole.TextAlignmentRole if column == _KEY:
                 return Qt.AlignmentFlag.AlignCenter
             case Qt.ItemDataRole.ForegroundRole if number and row.bad:
@@ -222,18 +223,10 @@ class LandmarksPanel(QWidget):
         self.table = QTableView(self)
         self.table.setModel(self._model)
         self.table.setItemDelegate(_Delegate(self.table))
-        self.table.setAccessibleName("Landmarks")
-        self.table.setShowGrid(False)
-        self.table.setWordWrap(False)
-        self.table.setFrameShape(QTableView.Shape.NoFrame)
-        self.table.setTabKeyNavigation(False)
-        self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        dress_table(self.table, "Landmarks", room=5)
+        self.table.setAlternatingRowColors(False)
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        self.table.verticalHeader().hide()
-        self.table.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + 5)
         header = self.table.horizontalHeader()
-        header.setHighlightSections(False)
         header.setMinimumSectionSize(24)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)

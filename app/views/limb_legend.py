@@ -21,6 +21,9 @@ from app.views.error_curves import Curve
 from app.views.line_styles import LineStyle, line_pixmap
 
 _SWATCH = QSize(14, 14)
+_GAP = 2
+_BESIDE = 44
+"""Pixels that a switch has beside its words: colour, padding, distance."""
 
 
 class LimbLegend(QWidget):
@@ -41,7 +44,7 @@ class LimbLegend(QWidget):
         self._labels: list[QLabel] = []
         self._row = QHBoxLayout(self)
         self._row.setContentsMargins(4, 2, 8, 2)
-        self._row.setSpacing(2)
+        self._row.setSpacing(_GAP)
         self._row.addStretch(1)
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
 
@@ -86,8 +89,8 @@ class LimbLegend(QWidget):
     def wanted_width(self) -> int:
         """Width in pixels at which every switch has its name beside it."""
         metrics = self.fontMetrics()
-        words = [limb_words(limb) for limb in self._buttons] + [name for name, _ in self._runs]
-        return sum(metrics.horizontalAdvance(word) + 38 for word in words)
+        limbs = sum(metrics.horizontalAdvance(limb_words(limb)) + _BESIDE for limb in self._buttons)
+        return limbs + sum(label.sizeHint().width() + _GAP for label in self._labels) + 12
 
     def _fit_width(self) -> None:
         # where it gets narrow the names go, and the colours stay with their tooltips

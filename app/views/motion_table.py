@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import QEvent, Qt, Signal
-from PySide6.QtGui import QAction, QColor, QPixmap
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QDoubleSpinBox,
@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.limb_colours import LIMB_COLOURS
+from app.views.cells import LEFT, RIGHT, dress_table, swatch
 from app.views.elided_label import ElidedLabel
 
 _NOTHING = "No joint angle is known in these frames."
@@ -64,16 +65,8 @@ class MotionTable(QWidget):
         super().__init__(parent)
         self.words = ElidedLabel(_NOTHING, self)
         self.table = QTableWidget(self)
-        self.table.setAccessibleName("Range of motion of every joint angle")
-        self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        dress_table(self.table, "Range of motion of every joint angle", room=4)
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        self.table.setFrameShape(QTableWidget.Shape.NoFrame)
-        self.table.setShowGrid(False)
-        self.table.setAlternatingRowColors(True)
-        self.table.setWordWrap(False)
-        self.table.verticalHeader().hide()
-        self.table.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + 4)
         self.table.cellClicked.connect(self._on_clicked)
         self.cut_off = QDoubleSpinBox(self)
         self.cut_off.setRange(0.1, 50.0)
@@ -123,12 +116,10 @@ class MotionTable(QWidget):
         self.table.setVisible(bool(rows))
         self.table.setColumnCount(1 + len(columns))
         self.table.setRowCount(len(rows))
-        right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-        left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
         for column, (heading, tip) in enumerate([("Angle", ""), *columns]):
             item = QTableWidgetItem(heading)
             item.setToolTip(tip)
-            item.setTextAlignment(right if column else left)
+            item.setTextAlignment(RIGHT if column else LEFT)
             self.table.setHorizontalHeaderItem(column, item)
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
@@ -138,15 +129,13 @@ class MotionTable(QWidget):
             self._write(place, row)
 
     def _write(self, place: int, row: MotionRow) -> None:
-        swatch = QPixmap(10, 10)
-        swatch.fill(QColor(LIMB_COLOURS[row.limb]))
         first = QTableWidgetItem(row.label)
-        first.setData(Qt.ItemDataRole.DecorationRole, swatch)
+        first.setData(Qt.ItemDataRole.DecorationRole, swatch(LIMB_COLOURS[row.limb]))
         items = [first, *(QTableWidgetItem(cell) for cell in row.cells)]
         for column, item in enumerate(items):
             item.setToolTip(row.hint)
             if column:
-                item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+                item.setTextAlignment(RIGHT)
             self.table.setItem(place, column, item)
 
     def _on_clicked(self, row: int, _column: int) -> None:

@@ -14,7 +14,7 @@ from PySide6.QtCore import (
     Signal,
     Slot,
 )
-from PySide6.QtGui import QColor, QFontMetrics, QPixmap, QResizeEvent
+from PySide6.QtGui import QColor, QFontMetrics, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QApplication,
@@ -30,6 +30,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.theme import current_theme
+from app.views.cells import swatch
 from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.annotation.suggestion import StopSign, Suggestion
 
@@ -118,9 +119,7 @@ class SuggestionModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return _alignment(column)
         if role == Qt.ItemDataRole.DecorationRole and column == 2:
-            swatch = QPixmap(10, 10)
-            swatch.fill(QColor(self._colours.get(one.landmark, "#808080")))
-            return swatch
+            return swatch(self._colours.get(one.landmark, "#808080"))
         if role == Qt.ItemDataRole.ForegroundRole:
             theme = current_theme()
             if one.key in self.visited:

@@ -15,7 +15,6 @@ from PySide6.QtCore import (
 )
 from PySide6.QtGui import QAction, QColor, QFontDatabase, QGuiApplication, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
-    QAbstractItemView,
     QHeaderView,
     QLabel,
     QStackedLayout,
@@ -28,6 +27,7 @@ from PySide6.QtWidgets import (
 
 from app.limb_colours import LIMB_COLOURS, limb_words
 from app.theme import current_theme
+from app.views.cells import LEFT, RIGHT, dress_table
 
 NumberRow: TypeAlias = tuple[str, str, str, str]
 """Limb (empty for none), label, value with its unit, and a hint in words."""
@@ -74,7 +74,7 @@ class _NumbersModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.ToolTipRole and section == _VALUE:
             return _VALUE_TIP
         if role == Qt.ItemDataRole.TextAlignmentRole and section == _VALUE:
-            return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+            return RIGHT
         return None
 
     def data(self, index: _Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
@@ -86,7 +86,7 @@ class _NumbersModel(QAbstractTableModel):
             case Qt.ItemDataRole.DecorationRole if column == _LIMB and limb in LIMB_COLOURS:
                 return QColor(LIMB_COLOURS[limb])
             case Qt.ItemDataRole.TextAlignmentRole if column == _VALUE:
-                return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+                return RIGHT
             case Qt.ItemDataRole.FontRole if column == _VALUE:
                 return self._digits
             case Qt.ItemDataRole.ForegroundRole if column == _HINT:
@@ -127,19 +127,9 @@ class NumbersPanel(QWidget):
         self._table = _Table(self)
         self._table.setModel(self._model)
         self._table.setItemDelegate(_RowDelegate(self._table))
-        self._table.setAccessibleName("Numbers of the frame")
-        self._table.setShowGrid(False)
-        self._table.setWordWrap(False)
-        self._table.setFrameShape(QTableView.Shape.NoFrame)
-        self._table.setAlternatingRowColors(True)
-        self._table.setTabKeyNavigation(False)
-        self._table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self._table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        self._table.verticalHeader().hide()
-        self._table.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + 8)
+        dress_table(self._table, "Numbers of the frame")
         header = self._table.horizontalHeader()
-        header.setHighlightSections(False)
-        header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+        header.setDefaultAlignment(LEFT)
         header.setMinimumSectionSize(28)
         header.setSectionResizeMode(_LIMB, QHeaderView.ResizeMode.Fixed)
         header.resizeSection(_LIMB, 28)

@@ -19,6 +19,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from app.views.cells import dress_table
+
 Rows = Sequence[tuple[str, str, str, bool]]
 
 
@@ -45,13 +47,9 @@ class RunDetails(QDialog):
         self.words.setWordWrap(True)
         self.words.setProperty("role", "muted")
         self.table = QTableWidget(0, 3, self)
-        self.table.setAccessibleName("What the runs were made with")
-        self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        dress_table(self.table, "What the runs were made with")
+        self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectItems)
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.ContiguousSelection)
-        self.table.setAlternatingRowColors(True)
-        self.table.setShowGrid(False)
-        self.table.verticalHeader().hide()
-        self.table.verticalHeader().setDefaultSectionSize(22)
         self._lay_out()
         self.first.currentIndexChanged.connect(self._ask)
         self.second.currentIndexChanged.connect(self._ask)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import QEvent, Qt
-from PySide6.QtGui import QAction, QColor, QPixmap
+from PySide6.QtGui import QAction, QColor, QFont
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHBoxLayout,
@@ -22,6 +22,7 @@ from PySide6.QtWidgets import (
 
 from app.limb_colours import LIMB_COLOURS
 from app.theme import current_theme
+from app.views.cells import RIGHT, swatch
 
 _NOTHING = "Statistics of every limb come here when the tracker has run."
 
@@ -136,21 +137,20 @@ class StatisticsPanel(QWidget):
         header.setMinimumSectionSize(36)
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
-        right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         for i, column in enumerate(columns, start=1):
             self.tree.headerItem().setToolTip(i, column.tip)
-            self.tree.headerItem().setTextAlignment(i, right)
+            self.tree.headerItem().setTextAlignment(i, RIGHT)
 
     def _write(self) -> None:
         heads = [self.tree.topLevelItem(i) for i in range(self.tree.topLevelItemCount())]
         was_open = {head.text(0): head.isExpanded() for head in heads if head is not None}
         self.tree.clear()
+        bold = QFont(self.tree.font())
+        bold.setBold(True)
         for group in self._shown:
             head = self._item(group.title, "", group.summary)
             head.setToolTip(0, group.hint)
-            font = head.font(0)
-            font.setBold(True)
-            head.setFont(0, font)
+            head.setFont(0, bold)
             for row in group.rows:
                 head.addChild(self._item(row.label, row.limb, row.values))
             self.tree.addTopLevelItem(head)
@@ -160,12 +160,9 @@ class StatisticsPanel(QWidget):
         texts = [_text(v, d) for v, d in zip(values, self._digits, strict=False)]
         item = QTreeWidgetItem([label, *texts])
         if limb:
-            swatch = QPixmap(10, 10)
-            swatch.fill(QColor(LIMB_COLOURS[limb]))
-            item.setData(0, Qt.ItemDataRole.DecorationRole, swatch)
+            item.setData(0, Qt.ItemDataRole.DecorationRole, swatch(LIMB_COLOURS[limb]))
         for column, value in enumerate(values, start=1):
-            right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-            item.setTextAlignment(column, right)
+            item.setTextAlignment(column, RIGHT)
             if math.isnan(value):
                 item.setForeground(column, QColor(current_theme().muted))
                 item.setToolTip(column, "not known")

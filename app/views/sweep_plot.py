@@ -12,6 +12,7 @@ from PySide6.QtGui import QColor, QFont
 from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
 
 from app.theme import current_theme
+from app.views.plots import dress_plot, label_axis, new_plot, shade
 from stereotrack_core.evaluation.sweeps.picture import words_of
 from stereotrack_core.evaluation.sweeps.table import Axis, Curve, Heat, best_cell
 
@@ -41,7 +42,7 @@ class SweepPlot(QWidget):
         super().__init__(parent)
         self._shown: tuple[Any, ...] = ()
         self._heat: Heat | None = None
-        self._curve_plot, self._heat_plot = pg.PlotWidget(), pg.PlotWidget()
+        self._curve_plot, self._heat_plot = new_plot(), new_plot()
         self._legend = self._curve_plot.addLegend(offset=(-10, 10))
         self._image = pg.ImageItem(axisOrder="row-major")
         self._numbers: list[pg.TextItem] = []
@@ -53,8 +54,6 @@ class SweepPlot(QWidget):
         self._marks: list[pg.ScatterPlotItem] = []
         self._stack = QStackedWidget()
         for plot in (self._curve_plot, self._heat_plot):
-            plot.setMenuEnabled(False)
-            plot.hideButtons()
             plot.scene().sigMouseClicked.connect(self._on_clicked)
             self._stack.addWidget(plot)
         layout = QVBoxLayout(self)
@@ -94,14 +93,9 @@ class SweepPlot(QWidget):
     # ---- drawing
 
     def _draw(self) -> None:
-        theme = current_theme()
         kind, *rest = self._shown
         self._stack.setCurrentWidget(self._curve_plot if kind == "curves" else self._heat_plot)
-        self._plot.setBackground(theme.plot_background)
-        for side in ("left", "bottom"):
-            pen = self._plot.getAxis(side)
-            pen.setPen(theme.plot_grid)
-            pen.setTextPen(theme.muted)
+        dress_plot(self._plot, grid=False)
         if kind == "curves":
             self._draw_curves(*rest)
         else:
@@ -138,8 +132,7 @@ class SweepPlot(QWidget):
         )
 
     def _draw_curve(self, axis: Axis, curve: Curve, colour: QColor, shift: float) -> None:
-        faint = QColor(colour)
-        faint.setAlphaF(0.45)
+        faint = shade(colour, 115)
         at = np.array([_place(axis, place) + shift for place in curve.at])
         half = np.nan_to_num(curve.spread)
         bars = pg.ErrorBarItem(
@@ -199,9 +192,8 @@ class SweepPlot(QWidget):
                 self._numbers.append(text)
 
     def _label(self, across: str, up: str) -> None:
-        muted = current_theme().muted
-        self._plot.setLabel("bottom", words_of(across), color=muted)
-        self._plot.setLabel("left", words_of(up), color=muted)
+        for side, name in (("bottom", across), ("left", up)):
+            label_axis(self._plot, side, words_of(name))
 
     def _across(self, x: float) -> float:
         if self._shown and self._shown[0] == "curves":

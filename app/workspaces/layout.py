@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from PySide6.QtCore import QSettings, Qt
 from PySide6.QtWidgets import QDockWidget, QMainWindow
 
-_VERSION = 4
+_VERSION = 5
 _USUAL_HEIGHT = 960
 
 
@@ -77,11 +77,12 @@ WORKSPACES: tuple[Workspace, ...] = (
         "Review",
         "Find and understand the stretches where tracking fails.",
         "threshold",
-        side=(("scene",), ("episodes", "statistics", "numbers", "comparison", "runs")),
+        side=(("scene",), ("episodes", "statistics", "numbers", "comparison", "motion", "runs")),
         bottom=(("plot", "explanations", "angles"), "timeline"),
         side_share=0.36,
-        bottom_heights=(290, 150),
+        bottom_heights=(260, 155),
         side_heights=(1, 2),
+        tall_side=True,
     ),
     Workspace(
         "tune",

@@ -127,6 +127,10 @@ def test_joint_angles_have_bands_and_the_reference_beside_them(reviewing, qtbot,
     plot = panels.angles
     plot.angle.setCurrentIndex(plot.angle.findData("shoulder_elevation"))
     settle(reviewing, qtbot)
+    (left, _), timeline = plot._box.viewRange()[0], reviewing.timeline
+    assert left == pytest.approx(timeline.scale.first - 0.5)
+    x = plot._plot.mapFromScene(plot._box.mapViewToScene(QPointF(4.0, 0.0))).x()
+    assert x == pytest.approx(timeline.scale.x_of(4.5), abs=4)  # a frame stands over its own
     styles = {(curve.name, curve.style) for curve in plot.shown_curves}
     assert styles == {("good", "solid"), ("wild", "dash"), ("reference", "reference")}
     good = next(c for c in plot.shown_curves if c.name == "good")
@@ -137,6 +141,8 @@ def test_joint_angles_have_bands_and_the_reference_beside_them(reviewing, qtbot,
     assert "cut-off 4 Hz" in plot.words.words
     assert panels.motion.cut_off.value() == 4.0  # 0.4 of ten frames per second
     assert np.abs(plot.shown_curves[0].value).max() < 30
+    show(reviewing, qtbot, "motion")
+    reviewing.docks["explanations"].raise_()
     table = panels.motion.table
     labels = [table.item(i, 0).text() for i in range(table.rowCount())]
     row = labels.index("right elbow flexion")
@@ -145,6 +151,7 @@ def test_joint_angles_have_bands_and_the_reference_beside_them(reviewing, qtbot,
     rect = table.visualItemRect(table.item(row, 0))
     QTest.mouseClick(table.viewport(), LEFT, pos=rect.center())
     assert plot.angle_key == "elbow_flexion"
+    qtbot.waitUntil(plot.isVisible, timeout=5_000)  # it comes to the front
     assert reviewing.review.why_no_angles() == ""
     reviewing.review.save_angles(tmp_path / "angles.csv")
     rows = list(csv.DictReader(StringIO((tmp_path / "angles.csv").read_text())))
@@ -153,7 +160,7 @@ def test_joint_angles_have_bands_and_the_reference_beside_them(reviewing, qtbot,
     run = made_run(reviewing.document.recording, frames=slice(0, 1))
     write_npz(tmp_path / "short.npz", run)
     reviewing.files.open_run(tmp_path / "short.npz")
-    for name in ("statistics", "explanations", "angles"):
+    for name in ("statistics", "explanations", "angles", "motion"):
         show(reviewing, qtbot, name)
         for _ in range(3):
             settle(reviewing, qtbot)
