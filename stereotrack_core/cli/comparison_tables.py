@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from stereotrack_core.cli.error_tables import error_facts
+from stereotrack_core.cli.error_tables import error_facts, measure_rows
 from stereotrack_core.cli.output import Table, number
 
 if TYPE_CHECKING:
@@ -45,11 +45,7 @@ def comparison_table(comparison: Comparison, pair: Pair, title: str = "") -> Tab
 def apart_table(pair: Pair, title: str = "") -> Table:
     """How far two runs are from each other."""
     where = f"{title}: " if title else ""
-    rows = []
-    for measure in pair.apart.measures:
-        figures = measure.statistics
-        cells = (number(value) for value in (figures.mean, figures.median, figures.p95))
-        rows.append((f"{measure.label} [{measure.unit}]", *cells))
+    rows = measure_rows(pair.apart)
     rows.append(("arm segments over 45 deg apart [%]", number(100.0 * pair.apart.lost), "", ""))
     heading = f"{where}{pair.second} from {pair.first}, how far apart they are"
     return Table(heading, ("measure", ">mean", ">median", ">95 %"), rows)

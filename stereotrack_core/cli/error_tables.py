@@ -23,11 +23,7 @@ def error_table(
 
     `quality` is how good the reference is, by measure (see :mod:`evaluation.reference_quality`).
     """
-    rows: list[tuple[str, ...]] = []
-    for measure in summary.measures:
-        figures = measure.statistics
-        values = (figures.mean, figures.median, figures.p95)
-        rows.append((f"{measure.label} [{measure.unit}]", *(number(value) for value in values)))
+    rows = measure_rows(summary)
     rows.append(("lost (arm segments over 45 deg off) [%]", number(100.0 * summary.lost), "", ""))
     if doubts is not None:
         called = f"{doubts.both} of {doubts.called}"
@@ -45,6 +41,16 @@ def error_table(
         rows = [(*row, cell) for row, cell in zip(rows, good, strict=True)]
         return Table(title, (*headings, ">reference good to"), rows)
     return Table(title, headings, rows)
+
+
+def measure_rows(summary: Summary) -> list[tuple[str, ...]]:
+    """Label, mean, median and 95th percentile of every measure."""
+    rows: list[tuple[str, ...]] = []
+    for measure in summary.measures:
+        figures = measure.statistics
+        values = (figures.mean, figures.median, figures.p95)
+        rows.append((f"{measure.label} [{measure.unit}]", *(number(value) for value in values)))
+    return rows
 
 
 def segment_table(summaries: Sequence[Summary]) -> Table:

@@ -175,12 +175,9 @@ def _detections_like(args: Namespace, recipe: Recipe, recording: Recording) -> D
 
 def _detections(path: Path | None, recording: Recording) -> Detections | None:
     """What ``--detections`` names, or the recording's own file; None where there is none."""
-    from stereotrack_core.recording.detection_csv import read_detections
+    from stereotrack_core.recording.detection_csv import own_detections, read_detections
 
-    own = recording.folder / "detections.csv"
-    if path is None and not own.is_file():
-        return None
-    return read_detections(own if path is None else path, recording)
+    return own_detections(recording) if path is None else read_detections(path, recording)
 
 
 def _count(recording: Recording, views: tuple[str, ...]) -> int:

@@ -65,13 +65,6 @@ class Clicks:
         row = self._access.row(_FRAME_BEFORE if backwards else _FRAME_AFTER, (frame,))
         return None if row is None else int(row[0])
 
-    def of_landmark(self, landmark: str, camera: str) -> tuple[Click, ...]:
-        """Clicks of a landmark in one camera, over the frames."""
-        return self._clicks(
-            f"{_FROM} WHERE landmark = ? AND camera = ? AND deleted = 0 ORDER BY frame",
-            *(landmark, camera),
-        )
-
     def all(self, *, with_deleted: bool = False) -> tuple[Click, ...]:
         """All clicks by frame."""
         condition = "" if with_deleted else "WHERE deleted = 0"

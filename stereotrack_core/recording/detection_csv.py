@@ -15,6 +15,9 @@ from stereotrack_core.recording.csv_table import LARGEST, read_rows
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import DETECTION_KINDS, Detection, Detections
 
+OWN_FILE = "detections.csv"
+"""File in a recording's folder that holds what a detector has seen."""
+
 COLUMNS = ("frame", "view", "kind", "x", "y", "z", "sigma", "confidence")
 
 
@@ -35,6 +38,18 @@ def read_detections(path: Path, recording: Recording) -> Detections:
     found = (_detection(path, line, cells, known) for line, cells in read_rows(path, COLUMNS))
     kept = (detection for detection in found if detection is not None)
     return Detections(kept, source=str(Path(path).resolve()))
+
+
+def own_detections(recording: Recording) -> Detections | None:
+    """What lies beside a recording as :data:`OWN_FILE`; None where there is nothing.
+
+    Raises
+    ------
+    InputError
+        See :func:`read_detections`.
+    """
+    path = recording.folder / OWN_FILE
+    return read_detections(path, recording) if path.is_file() else None
 
 
 def _detection(

@@ -15,7 +15,7 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import PARTS
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording, Subject
-from stereotrack_core.recording.detection_csv import read_detections
+from stereotrack_core.recording.detection_csv import OWN_FILE, read_detections
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.fingerprint import calibration_fingerprint, fingerprint
 from stereotrack_core.tracking.pipeline import FirstPose
@@ -87,7 +87,7 @@ class Recipe:
         if self.detections is None:
             return None, ""
         used = Path(str(self.detections.get("source", "")))
-        own = recording.folder / "detections.csv"
+        own = recording.folder / OWN_FILE
         found = read_detections(used if used.is_file() else own, recording)
         if found.fingerprint() == self.detections.get("fingerprint"):
             return found, ""

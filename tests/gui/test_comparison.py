@@ -17,7 +17,7 @@ from app.views.comparison_rows import ComparedCell, ComparedRow
 from stereotrack_core.body.angles import ALL_JOINTS, state_names
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import proportions_of
-from stereotrack_core.evaluation.comparison.compare import candidate_of_run, compare
+from stereotrack_core.evaluation.comparison.compare import Candidate, compare
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.run import Run
 
@@ -68,7 +68,8 @@ def test_the_panel_says_what_the_command_line_says(truth):
     entries = [entry(name, run) for name, run in zip("ab", runs, strict=True)]
     found = compared(entries, judged(entries[0], truth), None)
     core = compare(
-        [candidate_of_run(n, r) for n, r in zip("ab", runs, strict=True)], truth.trajectory
+        [Candidate(n, r.trajectory(), r.coverage) for n, r in zip("ab", runs, strict=True)],
+        truth.trajectory,
     )
     assert found.runs == ("a", "b")
     assert "150 frames" in found.words

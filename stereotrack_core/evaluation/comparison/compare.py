@@ -20,7 +20,6 @@ from stereotrack_core.evaluation.errors import errors_against, knows_something, 
 from stereotrack_core.evaluation.summary import Summary, summarise
 from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.tracking.run import Run
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,11 +97,6 @@ class Comparison:
         """Length of the shortest and of the longest blocks that an interval was made from."""
         lengths = [m.paired.block for pair in self.pairs for m in pair.measures if m.paired.enough]
         return (min(lengths), max(lengths)) if lengths else (0, 0)
-
-
-def candidate_of_run(name: str, run: Run) -> Candidate:
-    """A complete run, to be compared."""
-    return Candidate(name, run.trajectory(), run.coverage)
 
 
 def compare(

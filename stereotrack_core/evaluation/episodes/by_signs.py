@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.episodes.by_error import frames_of
-from stereotrack_core.evaluation.episodes.chance import lost_chances
+from stereotrack_core.evaluation.episodes.chance import Coefficients, lost_chances
 from stereotrack_core.evaluation.episodes.episode import Episode
 from stereotrack_core.evaluation.episodes.joining import joined
 from stereotrack_core.evaluation.episodes.rules import EpisodeRules
@@ -13,14 +13,14 @@ from stereotrack_core.tracking.run import Run
 
 
 def episodes_by_signs(
-    run: Run, fps: float, rules: EpisodeRules | None = None
+    run: Run, fps: float, rules: EpisodeRules | None = None, fitted: Coefficients | None = None
 ) -> tuple[Episode, ...]:
-    """Stretches in which a limb is probably lost, by :func:`lost_chances`.
+    """Stretches in which a limb probably fails, by :func:`lost_chances`.
 
-    What is not tracked is an episode of all limbs.
+    What is not tracked is an episode of all limbs. `fitted` replaces the coefficients.
     """
     rules = rules or EpisodeRules()
-    chance = lost_chances(run, fps)
+    chance = lost_chances(run, fps) if fitted is None else lost_chances(run, fps, fitted)
     least = max(1, frames_of(rules.episode_least, fps))
     enter = rules.episode_chance
     stretches = {

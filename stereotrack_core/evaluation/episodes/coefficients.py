@@ -1,12 +1,12 @@
 """Written by ``tools/fit_episodes.py``: a constant, a slope per sign."""
 
 UPPER_ARM = (
-    -3.3326,  # constant
-    0.0838,  # lost around
-    0.2612,  # lost most around
-    0.6225,  # lost of the neighbour
-    0.6222,  # turned before
-    0.6401,  # turns after
+    -2.0406,  # constant
+    0.1009,  # lost around
+    0.2777,  # lost most around
+    0.6577,  # lost of the neighbour
+    0.4993,  # turned before
+    0.3209,  # turns after
     0.0000,  # sigma
     0.0000,  # sigma around
     0.0000,  # unexplained
@@ -16,27 +16,27 @@ UPPER_ARM = (
 )
 
 UPPER_ARM_WITHOUT_LOST = (
-    -6.2965,  # constant
+    -4.8984,  # constant
     0.0000,  # lost around
     0.0000,  # lost most around
     0.0000,  # lost of the neighbour
-    0.8242,  # turned before
-    0.9146,  # turns after
+    0.5679,  # turned before
+    0.5482,  # turns after
     0.0000,  # sigma
     0.0000,  # sigma around
-    1.5077,  # unexplained
+    2.2725,  # unexplained
     0.0000,  # unexplained more than usual
     0.0000,  # innovation
-    0.4356,  # residual
+    0.3991,  # residual
 )
 
 FOREARM = (
-    -2.5579,  # constant
-    0.5838,  # lost around
-    0.2991,  # lost most around
-    0.0854,  # lost of the neighbour
-    0.4524,  # turned before
-    0.5210,  # turns after
+    -1.7078,  # constant
+    0.6368,  # lost around
+    0.2831,  # lost most around
+    0.1018,  # lost of the neighbour
+    0.3956,  # turned before
+    0.3237,  # turns after
     0.0000,  # sigma
     0.0000,  # sigma around
     0.0000,  # unexplained
@@ -46,16 +46,16 @@ FOREARM = (
 )
 
 FOREARM_WITHOUT_LOST = (
-    -6.7506,  # constant
+    -6.6745,  # constant
     0.0000,  # lost around
     0.0000,  # lost most around
     0.0000,  # lost of the neighbour
-    0.7351,  # turned before
-    0.7572,  # turns after
-    0.0272,  # sigma
-    0.3476,  # sigma around
-    2.0463,  # unexplained
+    0.5927,  # turned before
+    0.5150,  # turns after
+    0.0918,  # sigma
+    0.5567,  # sigma around
+    2.9733,  # unexplained
     0.0000,  # unexplained more than usual
-    0.0000,  # innovation
-    0.6866,  # residual
+    0.0001,  # innovation
+    0.6206,  # residual
 )

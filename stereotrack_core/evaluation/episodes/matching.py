@@ -5,6 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import maximum_bipartite_matching
+
 from stereotrack_core.evaluation.episodes.episode import Episode
 
 
@@ -22,12 +26,16 @@ class Agreement:
         Found without truth.
     right : int
         Those of them that overlap one found with truth, on the same limb.
+    pairs : int
+        Most of either that can be matched when each belongs to one other only: a long one that
+        is called and overlaps several true ones finds all of them, but makes one pair.
     """
 
     true: int = 0
     found: int = 0
     called: int = 0
     right: int = 0
+    pairs: int = 0
 
     @property
     def precision(self) -> float:
@@ -55,11 +63,15 @@ def agreement(
         What may be found, where that is more than what shall be: episodes by a lower threshold.
     """
     allowed = truth if right is None else right
+    overlap = np.array([[one.overlaps(other) for other in called] for one in truth], dtype=np.bool_)
+    overlap = overlap.reshape(len(truth), len(called))
+    matched = maximum_bipartite_matching(csr_array(overlap))
     return Agreement(
         true=len(truth),
-        found=sum(any(one.overlaps(other) for other in called) for one in truth),
+        found=int(overlap.any(axis=1).sum()),
         called=len(called),
         right=sum(any(one.overlaps(other) for other in allowed) for one in called),
+        pairs=int((matched >= 0).sum()),
     )
 
 
@@ -71,4 +83,5 @@ def pooled(parts: Iterable[Agreement]) -> Agreement:
         sum(part.found for part in every),
         sum(part.called for part in every),
         sum(part.right for part in every),
+        sum(part.pairs for part in every),
     )

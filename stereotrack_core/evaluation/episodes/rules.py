@@ -21,7 +21,7 @@ class EpisodeRules(ParameterGroup):
         0.75, "Share of that error below which it ends.", group=_GROUP, minimum=0.1, maximum=1.0
     )
     episode_chance: float = parameter(
-        0.6, "Probability of a failing limb with which an episode without truth begins.",
+        0.55, "Probability of a failing limb with which an episode without truth begins.",
         group=_GROUP, minimum=0.01, maximum=0.99,
     )  # fmt: skip
     episode_calm: float = parameter(

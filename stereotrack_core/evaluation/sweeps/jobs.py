@@ -16,13 +16,11 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.evaluation.sweeps.points import Point
 from stereotrack_core.recording.depth_views import usable_views
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.detection_csv import OWN_FILE
 from stereotrack_core.recording.fingerprint import calibration_fingerprint, fingerprint
 from stereotrack_core.tracking.pipeline import FirstPose
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.settings import Settings
-
-DETECTIONS = "detections.csv"
-"""File in a recording's folder that holds what a detector has seen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,7 +204,7 @@ class _Source:
 
 def _facts_of(recording: Recording, own_fingerprint: str) -> dict[str, Any]:
     """What the tracker is told of a recording, without its folder."""
-    detections = recording.folder / DETECTIONS
+    detections = recording.folder / OWN_FILE
     subject = recording.subject
     return {
         "fingerprint": own_fingerprint,

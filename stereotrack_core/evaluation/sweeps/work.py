@@ -12,12 +12,12 @@ from pathlib import Path
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.evaluation.sweeps.clouds import BatchClouds, CloudTaker
-from stereotrack_core.evaluation.sweeps.jobs import DETECTIONS, Job
+from stereotrack_core.evaluation.sweeps.jobs import Job
 from stereotrack_core.evaluation.sweeps.measures import measured
 from stereotrack_core.evaluation.sweeps.results import JobResult, failure
 from stereotrack_core.recording.chroma import has_colours
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.detection_csv import read_detections
+from stereotrack_core.recording.detection_csv import own_detections
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.fingerprint import fingerprint
 from stereotrack_core.recording.folder import open_recording
@@ -54,7 +54,7 @@ def do_batch(
     with ExitStack() as stack:
         try:
             recording = recording_of(jobs[0])
-            detections = _detections_of(recording)
+            detections = own_detections(recording) or Detections()
             clouds = _clouds_of(jobs[0], recording, stack)
         except Exception as error:  # noqa: BLE001 - told as the result of every job
             for job in jobs:
@@ -80,11 +80,6 @@ def recording_of(job: Job) -> Recording:
             remedy="Begin the sweep again, so that it is planned with the recording as it is now.",
         )
     return recording
-
-
-def _detections_of(recording: Recording) -> Detections:
-    path = recording.folder / DETECTIONS
-    return read_detections(path, recording) if path.is_file() else Detections()
 
 
 def _clouds_of(job: Job, recording: Recording, stack: ExitStack) -> BatchClouds:

@@ -10,7 +10,6 @@ from typing import TypeAlias
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.parameters import Value
-from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.settings import Settings
 
 StageKey: TypeAlias = tuple[tuple[str, Value], ...]
@@ -69,7 +68,6 @@ _OF_SHAPE = frozenset(
 """Parameters of body and tracking on which the body's shape depends."""
 
 _DEPTH = frozenset(row.name for row in DepthParameters.rows())
-_TRACKING = frozenset(row.name for row in TrackingParameters.rows())
 
 
 def stage_of(name: str) -> Stage:
