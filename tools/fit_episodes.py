@@ -11,7 +11,7 @@ the recordings that it was fitted on is better than it is.
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeAlias
@@ -21,8 +21,11 @@ from logistic import fitted
 
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
+from stereotrack_core.evaluation.episodes.by_signs import episodes_by_signs
+from stereotrack_core.evaluation.episodes.chance import ARM_HALVES, UNSAID
+from stereotrack_core.evaluation.episodes.episode import Episode
 from stereotrack_core.evaluation.episodes.find import Subject, stretches_by_truth
+from stereotrack_core.evaluation.episodes.matching import agreement, pooled
 from stereotrack_core.evaluation.episodes.signs import (
     EPISODE_SIGNS,
     FIT_SIGNS,
@@ -39,10 +42,10 @@ from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import Run
 
 WRITTEN = Path(__file__).parents[1] / "stereotrack_core/evaluation/episodes/coefficients.py"
-SAID = (*LOST_SIGNS, *TURN_SIGNS)
+SAID_SIGNS = (*LOST_SIGNS, *TURN_SIGNS)
 """Signs used where the run says how likely limbs are lost: that knows the others already."""
 
-UNSAID = (*TURN_SIGNS, *FIT_SIGNS)
+UNSAID_SIGNS = (*TURN_SIGNS, *FIT_SIGNS)
 """Signs used where it does not."""
 
 SHRINKAGE = 30.0
@@ -94,10 +97,33 @@ RECORDINGS: Mapping[str, Simulated] = {
 }
 
 
+@dataclass(frozen=True, eq=False)
+class Example:
+    """A run with what it is fitted to.
+
+    Attributes
+    ----------
+    recording : str
+    run : Run
+    fps : float
+    truth : tuple of Episode
+    signs : (F, 6, S) float64
+    failing : (F, 6) bool
+        Whether limbs are in episodes by error.
+    """
+
+    recording: str
+    run: Run
+    fps: float
+    truth: tuple[Episode, ...]
+    signs: FloatArray
+    failing: BoolArray
+
+
 def main(arguments: list[str]) -> int:
-    """Simulate and track what is missing, fit, write."""
+    """Simulate and track what is missing, fit, say how well it finds what was left out, write."""
     folder = Path(arguments[0])
-    runs = []
+    examples = []
     for name, made in RECORDINGS.items():
         place = folder / "sims" / name
         if not place.exists():
@@ -108,13 +134,14 @@ def main(arguments: list[str]) -> int:
             )  # fmt: skip
         for used, views, seed in made.tracked:
             print(name, used, views, seed, flush=True)
-            runs.append(tracked(folder, place, used, views, seed))
-    WRITTEN.write_text(written(fitted_by_limb(runs)))
+            examples.append(example(tracked(folder, place, used, views, seed), place))
+    print("each recording found by what the others teach:", left_out(examples))
+    WRITTEN.write_text(written(fitted_by_limb(examples)))
     return 0
 
 
-def tracked(folder: Path, place: Path, used: str, views: str, seed: int) -> tuple[Run, Path]:
-    """A run that begins in the T pose, and its recording's folder."""
+def tracked(folder: Path, place: Path, used: str, views: str, seed: int) -> Run:
+    """A run that begins in the T pose."""
     file = folder / "runs" / f"{place.name}_{used}_{views}_{seed}.npz"
     if not file.exists():
         file.parent.mkdir(exist_ok=True)
@@ -123,32 +150,48 @@ def tracked(folder: Path, place: Path, used: str, views: str, seed: int) -> tupl
             recording, preset(used), views=tuple(views), seed=seed, init="tpose", preset=used
         )
         write_npz(file, run)
-    return read_npz(file), place
+    return read_npz(file)
 
 
-def examples(run: Run, place: Path) -> tuple[FloatArray, BoolArray]:
-    """Signs (F, 6, S) of a run's frames, and whether (F, 6) limbs are in episodes by error."""
+def example(run: Run, place: Path) -> Example:
+    """A run of a recording with its signs and episodes by error."""
     recording = open_recording(place)
+    truth = stretches_by_truth(Subject(run, recording.fps, recording.reference))
     failing = np.zeros((len(run.frame), len(LIMBS)), dtype=np.bool_)
-    for episode in stretches_by_truth(Subject(run, recording.fps, recording.reference)):
+    for episode in truth:
         inside = (run.frame >= episode.first) & (run.frame <= episode.last)
         failing[np.ix_(inside, [LIMBS.index(limb) for limb in episode.limbs])] = True
-    return episode_signs(run, recording.fps), failing
+    signs = episode_signs(run, recording.fps)
+    return Example(place.name, run, recording.fps, truth, signs, failing)
 
 
-def fitted_by_limb(runs: list[tuple[Run, Path]]) -> dict[str, FloatArray]:
+def fitted_by_limb(examples: Sequence[Example]) -> dict[str, FloatArray]:
     """Coefficients (1 + S,) by their name."""
-    found = [examples(run, place) for run, place in runs]
-    signs, failing = (np.concatenate(part) for part in zip(*found, strict=True))
+    signs = np.concatenate([each.signs for each in examples])
+    failing = np.concatenate([each.failing for each in examples])
     result = {}
-    for name, limbs in (("UPPER_ARM", UPPER_ARMS), ("FOREARM", FOREARMS)):
+    for half, limbs in ARM_HALVES.items():
         rows = signs[:, list(limbs)].reshape(-1, signs.shape[-1])
         known = np.isfinite(rows).all(axis=1)
         fails = failing[:, list(limbs)].ravel()[known]
-        for used, ending in ((SAID, ""), (UNSAID, "_WITHOUT_LOST")):
+        for used, ending in ((SAID_SIGNS, ""), (UNSAID_SIGNS, UNSAID)):
             taken = np.where([sign in used for sign in EPISODE_SIGNS], rows[known], 0.0)
-            result[f"{name}{ending}"] = fitted(taken, fails, SHRINKAGE, rising=True)
+            result[f"{half}{ending}"] = fitted(taken, fails, SHRINKAGE, rising=True)
     return result
+
+
+def left_out(examples: Sequence[Example]) -> str:
+    """How well episodes of each recording are found by coefficients fitted on all others."""
+    parts = []
+    for name in sorted({each.recording for each in examples}):
+        fit = fitted_by_limb([each for each in examples if each.recording != name])
+        parts += [
+            agreement(each.truth, episodes_by_signs(each.run, each.fps, None, fit))
+            for each in examples
+            if each.recording == name
+        ]
+    all_of_them = pooled(parts)
+    return f"{all_of_them}, precision {all_of_them.precision:.2f}, recall {all_of_them.recall:.2f}"
 
 
 def written(coefficients: Mapping[str, FloatArray]) -> str:

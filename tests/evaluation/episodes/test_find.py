@@ -138,7 +138,19 @@ def test_agreement_counts_episodes_that_share_a_frame_and_a_limb():
     counted = agreement(by["truth"], by["signs"])
     assert (counted.true, counted.found, counted.called, counted.right) == (2, 1, 2, 1)
     assert counted.precision == counted.recall == 0.5
+    assert counted.pairs == 1
     nothing = agreement([], [])
     assert np.isnan(nothing.precision)
     assert np.isnan(nothing.recall)
     assert pooled([counted, counted]).true == 4
+    assert pooled([counted, counted]).pairs == 2
+
+
+def test_one_long_episode_finds_several_short_ones_but_makes_one_pair():
+    short = [("left_forearm", 5, 14, 1.2), ("left_forearm", 30, 39, 1.2)]
+    run, truth = made(wrong=short, lost=[("left_forearm", 5, 39, LOST)])
+    found = episodes(run, truth, episode_chance=0.1)
+    by = {how: [e for e in found if e.found == how] for how in ("truth", "signs")}
+    assert (len(by["truth"]), len(by["signs"])) == (2, 1)
+    counted = agreement(by["truth"], by["signs"])
+    assert (counted.found, counted.right, counted.pairs) == (2, 1, 1)
