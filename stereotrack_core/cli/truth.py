@@ -1,4 +1,4 @@
-"""What runs are measured against: a reference that is named, or that of their recording."""
+"""What belongs to a run: its recording, its segments, and the truth that it is measured against."""
 
 from __future__ import annotations
 

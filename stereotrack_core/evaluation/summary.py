@@ -15,7 +15,7 @@ LOST_ANGLE = np.deg2rad(45.0)
 """An arm segment farther off than this is lost."""
 
 
-MEASURES: tuple[tuple[str, str, str], ...] = (
+ERROR_MEASURES: tuple[tuple[str, str, str], ...] = (
     ("torso_position", "torso position", "mm"),
     ("torso_long", "torso long axis", "deg"),
     ("torso_cross", "torso cross axis", "deg"),
@@ -98,14 +98,15 @@ def summarise(errors: LimbErrors, name: str = "all") -> Summary:
         frames=len(errors.frame),
         not_tracked=int(np.count_nonzero(~errors.tracked)),
         measures=tuple(
-            Measure(key, label, unit, statistics(values[key])) for key, label, unit in MEASURES
+            Measure(key, label, unit, statistics(values[key]))
+            for key, label, unit in ERROR_MEASURES
         ),
         lost=lost_share(errors),
     )
 
 
 def values_of(errors: LimbErrors) -> dict[str, FloatArray]:
-    """Values (F,), or (F, 2) of both sides, of all :data:`MEASURES` in their units."""
+    """Values (F,), or (F, 2) of both sides, of all :data:`ERROR_MEASURES` in their units."""
     upper, fore = np.rad2deg(errors.upper_arm), np.rad2deg(errors.forearm)
     return {
         "torso_position": 1000.0 * errors.torso_position,

@@ -9,7 +9,7 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.evaluation.comparison.paired import Series
 from stereotrack_core.evaluation.errors import LimbErrors
-from stereotrack_core.evaluation.summary import LOST_ANGLE, MEASURES, values_of
+from stereotrack_core.evaluation.summary import ERROR_MEASURES, LOST_ANGLE, values_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +41,7 @@ def measures_of_errors(errors: LimbErrors) -> tuple[MeasuredSeries, ...]:
     segments = errors.arm_segments
     lost: FloatArray = np.where(np.isnan(segments), np.nan, 100.0 * (segments > LOST_ANGLE))
     return (
-        *(MeasuredSeries(*measure, Series.of(values[measure[0]])) for measure in MEASURES),
+        *(MeasuredSeries(*measure, Series.of(values[measure[0]])) for measure in ERROR_MEASURES),
         MeasuredSeries("lost", "arm segments lost", "%", Series.of(lost)),
     )
 

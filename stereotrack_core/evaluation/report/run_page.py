@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stereotrack_core.evaluation.report import circumstances, sections
+from stereotrack_core.evaluation.report import origin, sections
 from stereotrack_core.evaluation.report.curves import limb_curves
 from stereotrack_core.evaluation.report.drawing import Kind, mime
 from stereotrack_core.evaluation.report.html import Html, document, heading, picture
@@ -24,17 +24,17 @@ def run_page(reported: Reported, kind: Kind = "svg", *, for_print: bool = False)
     parts: list[Html] = [
         heading(1, title),
         sections.lead(reported),
-        *circumstances.recording(reported),
+        *origin.recording(reported),
         *sections.subject(reported),
-        *circumstances.calibration(reported),
+        *origin.calibration(reported),
         *sections.errors(reported),
         *_curves(reported, kind),
         *sections.episodes(reported),
         *sections.honesty(reported),
         *sections.motion(reported),
         *sections.reference(reported),
-        *circumstances.parameters(reported),
-        *circumstances.made(reported),
+        *origin.parameters(reported),
+        *origin.made(reported),
     ]
     return document(title, *parts, for_print=for_print)
 

@@ -48,7 +48,7 @@ class SweepMeasure:
 
 
 def _errors() -> Iterator[SweepMeasure]:
-    for name, label, unit in summary.MEASURES:
+    for name, label, unit in summary.ERROR_MEASURES:
         yield SweepMeasure(name, f"{label}, mean", unit, from_reference=True, short=label)
         yield SweepMeasure(f"{name}_median", f"{label}, median", unit, from_reference=True)
         yield SweepMeasure(f"{name}_p95", f"{label}, 95 %", unit, from_reference=True)

@@ -26,7 +26,7 @@ class Executor(Protocol):
     """Does jobs."""
 
     def do(self, jobs: Sequence[Job], watcher: Watcher) -> None:
-        """Do all jobs; returns when each has a result.
+        """Do all jobs, whose identities differ; returns when each has a result.
 
         Raises
         ------

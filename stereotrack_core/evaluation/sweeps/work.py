@@ -120,9 +120,9 @@ class _Batch:
                         on_frames(1)
                         if cancelled():
                             raise Cancelled
+            share = (time.perf_counter() - begun) / len(self._runs)
             for run in self._runs:
-                seconds = (time.perf_counter() - begun) / len(self._runs)
-                yield run.result(self._reference, seconds)
+                yield run.result(self._reference, share)
 
 
 class _OneRun:
@@ -161,7 +161,7 @@ class _OneRun:
         ----------
         reference : LandmarkTrajectory or None
         seconds : float
-            Share of the batch's wall time.
+            Share of the wall time in which the batch was tracked.
         """
         if self.error is None:
             try:
@@ -198,7 +198,9 @@ class _OneRun:
         return run_of(self._found, self._pipeline.origin())
 
     def _measured(self, reference: LandmarkTrajectory | None, seconds: float) -> JobResult:
+        begun = time.perf_counter()
         run = self._run()
+        seconds += time.perf_counter() - begun
         speed = len(run.frame) / self._alone if self._alone > 0 else float("nan")
         values = measured(run, reference) | {"frames_per_second": speed, "seconds": seconds}
         known = {name: value for name, value in values.items() if math.isfinite(value)}

@@ -19,7 +19,7 @@ from stereotrack_core.tracking.frame import Origin, TrackedFrame
 from stereotrack_core.tracking.lengths_fit import EstimatedLengths
 from stereotrack_core.tracking.pipeline import FirstPose, Pipeline
 from stereotrack_core.tracking.settings import Settings
-from stereotrack_core.tracking.tuning.clouds import CloudKey, CloudStore
+from stereotrack_core.tracking.tuning.clouds import CloudKey, CloudStore, never
 from stereotrack_core.tracking.tuning.stages import shape_key
 from stereotrack_core.tracking.tuning.work import Work, fits_shape
 
@@ -126,7 +126,7 @@ class AttemptPipeline(Pipeline):
         cancelled: Callable[[], bool] | None = None,
     ) -> None:
         self._attempt = attempt
-        self._cancelled = cancelled or _never
+        self._cancelled = cancelled or never
         self._shapes = store.shapes
         start = attempt.start
         first = attempt.init if start is None or start.first is None else start.first
@@ -292,7 +292,3 @@ def _be_as_certain(tracker: Tracker, P: FloatArray | None) -> None:
     own = getattr(tracker, "P", None)
     if P is not None and own is not None and own.shape == P.shape:
         tracker.P = P.copy()  # type: ignore[attr-defined]
-
-
-def _never() -> bool:
-    return False

@@ -108,7 +108,7 @@ class CloudStore:
         self.pictures = NumberedReader(reader, self)
         self.lock = threading.Lock()
         self.shapes: dict[Hashable, BodyParameters] = {}
-        self.cancelled: Callable[[], bool] = _never
+        self.cancelled: Callable[[], bool] = never
         self._rectified: dict[str, Rectification] = {}
         self._chains: OrderedDict[CloudKey, DepthChain] = OrderedDict()
 
@@ -140,7 +140,7 @@ class CloudStore:
         InputError
             For views without depth, and stereo cameras that cannot be rectified.
         """
-        wanted = cancelled or _never
+        wanted = cancelled or never
         self.memory.hold(_is_of(key, stretch))
         with self.lock:
             self.cancelled = wanted
@@ -290,5 +290,6 @@ def _is_of(key: CloudKey, stretch: range) -> Callable[[Any], bool]:
     return held
 
 
-def _never() -> bool:
+def never() -> bool:
+    """What asks nobody whether to stop."""
     return False
