@@ -9,10 +9,13 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray, IntArray
 
 LEAST = 15
-"""Values of which a median is stated."""
+"""Values that stand together for one point of the curve, at least."""
+
+LEAST_OF_A_PLACE = 5
+"""Values of which a median is stated where places are taken one by one."""
 
 _SHARE = 0.15
-"""Of all values, that stand together for one point of the curve."""
+"""Of all values, that stand together for one point of the curve where that is more."""
 
 _POINTS = 40
 _FEW = 6
@@ -51,9 +54,9 @@ def trend(x: FloatArray, y: FloatArray) -> Trend:
     x, y = x[known][order], y[known][order]
     places = np.unique(x)
     if len(places) <= _FEW:
-        groups = [y[x == place] for place in places]
-        enough = [(place, own) for place, own in zip(places, groups, strict=True) if len(own) >= 5]
-        return _stated([float(place) for place, _ in enough], [own for _, own in enough])
+        groups = {float(place): y[x == place] for place in places}
+        enough = {place: own for place, own in groups.items() if len(own) >= LEAST_OF_A_PLACE}
+        return _stated(list(enough), list(enough.values()))
     size = max(LEAST, round(_SHARE * len(x)))
     if len(x) < size:
         return _stated([], [])

@@ -114,4 +114,4 @@ def test_the_benchmark_fits_simulated_clicks(run, recording):
     assert rows[0]["clicks"] > rows[1]["clicks"] > rows[2]["clicks"]
     ended = run("benchmark", recording, "--annotation", "--ablation")
     assert ended.status == 2
-    assert "table of its own" in ended.err
+    assert "--ablation does not go with it" in ended.err
