@@ -13,7 +13,7 @@ help:
 	@echo 'make test-slow  the slow tests: accuracy, endurance, thousands of cases'
 	@echo 'make lint       lint, types and import contract alone'
 	@echo 'make docs       docs/parameters.md from the declared parameters'
-	@echo 'make pictures   the pictures of the README, made by the program'
+	@echo 'make pictures   the pictures of README and docs, made by the program'
 	@echo 'make lock       requirements.lock from pyproject.toml (make lock UPGRADE=--upgrade: newest)'
 	@echo 'make clean      remove the environment, caches and the demo recording'
 
@@ -41,7 +41,7 @@ docs: ready
 
 pictures: ready
 	$(PY) tools/write_pictures.py demo docs
-	$(PY) tools/shrink_pictures.py docs/workbench.png docs/comparison.png docs/review.png
+	$(PY) tools/shrink_pictures.py docs/workbench.png docs/comparison.png docs/review.png docs/report.png
 
 lock: ready
 	$(PY) -m venv --clear build/uv

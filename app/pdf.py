@@ -12,8 +12,10 @@ from PySide6.QtCore import QMarginsF, QRectF, QSizeF, Qt
 from PySide6.QtGui import (
     QFont,
     QGuiApplication,
+    QImage,
     QPageLayout,
     QPageSize,
+    QPaintDevice,
     QPainter,
     QPdfWriter,
     QTextDocument,
@@ -55,11 +57,7 @@ def _written(html: str, file: str, title: str) -> int:
     margins = QMarginsF(_MARGIN_MM, _MARGIN_MM, _MARGIN_MM, _MARGIN_MM)
     writer.setPageMargins(margins, QPageLayout.Unit.Millimeter)
     sheet = QRectF(0.0, 0.0, writer.width(), writer.height())
-    document = QTextDocument()
-    document.documentLayout().setPaintDevice(writer)
-    document.setDocumentMargin(0.0)
-    document.setHtml(_fitted(html, int(sheet.width())))
-    document.setPageSize(QSizeF(sheet.width(), sheet.height() - _FOOT))
+    document = _laid_out(html, writer, sheet)
     painter = QPainter()
     if not painter.begin(writer):
         raise OSError(f"nothing can be written to {file}")
@@ -70,6 +68,44 @@ def _written(html: str, file: str, title: str) -> int:
         _paint(painter, document, page, sheet, f"{title}   {page + 1} / {count}")
     painter.end()
     return count
+
+
+def page_picture(html: str, page: int, title: str = "", scale: float = 1.0) -> QImage:
+    """Picture of one page, as :func:`write_pdf` sets it; the first one is 0.
+
+    Raises
+    ------
+    IndexError
+        For a page that there is not.
+    """
+    whole = QPageSize(QPageSize.PageSizeId.A4).sizePixels(_DPI)
+    margin = _MARGIN_MM / 25.4 * _DPI
+    sheet = QRectF(0.0, 0.0, whole.width() - 2 * margin, whole.height() - 2 * margin)
+    picture = QImage(whole * scale, QImage.Format.Format_RGB32)
+    picture.setDotsPerMeterX(round(_DPI / 0.0254))
+    picture.setDotsPerMeterY(round(_DPI / 0.0254))
+    picture.fill(Qt.GlobalColor.white)
+    document = _laid_out(html, picture, sheet)
+    count = document.pageCount()
+    if not 0 <= page < count:
+        raise IndexError(f"page {page} of {count}")
+    painter = QPainter(picture)
+    painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+    painter.scale(scale, scale)
+    painter.translate(margin, margin)
+    _paint(painter, document, page, sheet, f"{title}   {page + 1} / {count}")
+    painter.end()
+    return picture
+
+
+def _laid_out(html: str, device: QPaintDevice, sheet: QRectF) -> QTextDocument:
+    """The page as a document whose pages leave room for a foot."""
+    document = QTextDocument()
+    document.documentLayout().setPaintDevice(device)
+    document.setDocumentMargin(0.0)
+    document.setHtml(_fitted(html, int(sheet.width())))
+    document.setPageSize(QSizeF(sheet.width(), sheet.height() - _FOOT))
+    return document
 
 
 def _paint(painter: QPainter, document: QTextDocument, page: int, sheet: QRectF, foot: str) -> None:

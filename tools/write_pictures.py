@@ -1,4 +1,4 @@
-"""The pictures of the README, made by the workbench on the demo.
+"""The pictures of the README and of the documentation, made by the workbench on the demo.
 
 ``python tools/write_pictures.py DEMO DOCS`` keeps recording and runs in the folder DEMO.
 """
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 FRAME = 60
 PRESETS = ("thesis", "accurate")
 SIZE = (1400, 840)
+REPORT_PAGE = 1
+"""The one with the curves; the first one is 0."""
 
 
 def main(demo: Path, docs: Path) -> int:
@@ -33,7 +35,10 @@ def main(demo: Path, docs: Path) -> int:
     docs.mkdir(parents=True, exist_ok=True)
     done = _picture(places.recording, runs[-1:], "track", docs / "workbench.png")
     done = _picture(places.recording, runs, "tune", docs / "comparison.png", "comparison") and done
-    done = _picture(places.recording, runs, "review", docs / "review.png", "episodes") and done
+    done = (
+        _picture(places.recording, runs[::-1], "review", docs / "review.png", "episodes") and done
+    )
+    done = _report_page(places.recording, runs[0], docs / "report.png") and done
     return 0 if done else 1
 
 
@@ -60,6 +65,25 @@ def _picture(
     window.document.opened.connect(window.docks[panel].raise_)
     window.files.open(recording, frame=FRAME, workspace=workspace)
     return program.picture(picture, SIZE)
+
+
+def _report_page(recording: Path, run: Path, picture: Path) -> bool:
+    """Write the page of the report on a run that has its curves."""
+    from app.pdf import page_picture
+    from stereotrack_core.evaluation.report.reported import Source, gathered
+    from stereotrack_core.evaluation.report.run_page import run_page
+    from stereotrack_core.interop.run_file import read_run
+    from stereotrack_core.recording.folder import open_recording
+
+    opened = open_recording(recording)
+    reported = gathered(
+        Source(
+            run.stem, read_run(run), opened, opened.reference, "the recording's reference",
+            command=f"stereotrack report {run.name} -o report.html",
+        )
+    )  # fmt: skip
+    page = run_page(reported, "png", for_print=True)
+    return page_picture(page, REPORT_PAGE, run.stem, 1.25).save(str(picture))
 
 
 def _open_runs(program: WindowProgram, runs: list[Path]) -> None:
