@@ -204,6 +204,6 @@ def lacking(jobs: Sequence[Job], version: str) -> str:
     for job in jobs:
         try:
             recording_of(job)
-        except InputError as error:
+        except (InputError, OSError) as error:
             return f"it cannot use the recording {job.recording}: {error}"
     return ""

@@ -85,6 +85,15 @@ def test_what_a_worker_lacks_is_said(plan, copied):
     assert "cannot use the recording cones" in lacking((job,), version)
 
 
+def test_a_worker_that_may_not_read_the_recording_says_so(plan, monkeypatch):
+    def refuse(_job):
+        raise PermissionError(13, "Permission denied", "recording.toml")
+
+    (job,) = plan(Point())
+    monkeypatch.setattr(cluster_module, "recording_of", refuse)
+    assert "Permission denied" in lacking((job,), cluster_module.__version__)
+
+
 def test_a_failure_by_chance_is_left_to_dask_to_repeat(plan, monkeypatch):
     (job,) = plan(Point())
     monkeypatch.setattr(cluster_module.cv2, "setNumThreads", lambda count: None)
