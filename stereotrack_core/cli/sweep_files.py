@@ -15,6 +15,7 @@ from stereotrack_core.evaluation.sweeps.jobs import Job
 from stereotrack_core.evaluation.sweeps.measures import MEASURES
 from stereotrack_core.evaluation.sweeps.points import varied_names
 from stereotrack_core.evaluation.sweeps.results import JobResult
+from stereotrack_core.interop.atomic import forget_unfinished
 from stereotrack_core.interop.journal import Journal, read_journal
 from stereotrack_core.interop.table_file import csv_text, read_csv_table, write_text_table
 from stereotrack_core.project.lock import ProjectLock
@@ -133,6 +134,8 @@ class SweepStore:
         self._lock = _locked(places.table)
         try:
             places.stop_sign.unlink(missing_ok=True)
+            for path in (places.table, places.state):
+                forget_unfinished(path)
             self.results = stored_results(places)
             self._journal = Journal(places.journal)
         except BaseException:

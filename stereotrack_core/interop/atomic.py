@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import os
 import uuid
 from collections.abc import Iterator
@@ -47,6 +48,16 @@ def replacing(path: Path) -> Iterator[Path]:
         ) from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def forget_unfinished(path: Path) -> None:
+    """Delete what programs have left that were killed while they wrote `path`.
+
+    To be called only while nobody else can be writing it.
+    """
+    unfinished = f".{glob.escape(path.stem)}-{'[0-9a-f]' * 32}{glob.escape(path.suffix)}"
+    for left in path.parent.glob(unfinished):
+        left.unlink(missing_ok=True)
 
 
 def _flush(path: Path) -> None:

@@ -23,6 +23,7 @@ from stereotrack_core.cli.sweep_files import (
 from stereotrack_core.cli.sweep_words import in_words
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.sweeps.work import do_batch
+from stereotrack_core.interop.atomic import replacing
 from stereotrack_core.project.lock import ProjectLock
 
 pytestmark = pytest.mark.xdist_group("cli")
@@ -232,6 +233,23 @@ def test_asking_whether_a_sweep_is_running_does_not_keep_one_from_beginning(tmp_
     ends.start()
     SweepStore(places).close()
     ends.join()
+
+
+def test_what_a_killed_sweep_left_half_written_is_cleared_away(tmp_path):
+    places = SweepPlaces(tmp_path / "mein [1] sweep.csv")
+    left = []
+    for path in (places.table, places.state):
+        with replacing(path) as temporary:
+            left.append(temporary)
+        path.unlink()
+    for path in left:
+        path.touch()
+    others = [tmp_path / ".mein [1] sweep-1.csv", tmp_path / "other.csv"]
+    for path in others:
+        path.touch()
+    SweepStore(places).close()
+    assert not any(path.exists() for path in left)
+    assert all(path.exists() for path in others)
 
 
 def test_a_sweep_that_cannot_begin_leaves_no_lock(tmp_path):
