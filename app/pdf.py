@@ -10,6 +10,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QMarginsF, QRectF, QSizeF, Qt
 from PySide6.QtGui import (
+    QAbstractTextDocumentLayout,
     QFont,
     QGuiApplication,
     QImage,
@@ -17,6 +18,7 @@ from PySide6.QtGui import (
     QPageSize,
     QPaintDevice,
     QPainter,
+    QPalette,
     QPdfWriter,
     QTextDocument,
 )
@@ -112,7 +114,13 @@ def _paint(painter: QPainter, document: QTextDocument, page: int, sheet: QRectF,
     height = sheet.height() - _FOOT
     painter.save()
     painter.translate(0.0, -page * height)
-    document.drawContents(painter, QRectF(0.0, page * height, sheet.width(), height))
+    part = QRectF(0.0, page * height, sheet.width(), height)
+    painter.setClipRect(part)
+    # paper is white, whatever the theme of the screen
+    context = QAbstractTextDocumentLayout.PaintContext()
+    context.clip = part
+    context.palette.setColor(QPalette.ColorRole.Text, Qt.GlobalColor.black)
+    document.documentLayout().draw(painter, context)
     painter.restore()
     painter.setFont(QFont(document.defaultFont().family(), 7))
     line = QRectF(0.0, height, sheet.width(), _FOOT)

@@ -23,6 +23,9 @@ from app.views.cells import RIGHT, swatch
 from app.views.evidence_view import EvidenceView
 
 _COLUMNS = ("Frames", "Limbs", "Peak", "Probable cause", "Sure", "By")
+_WIDEST = ("00000–00000", "", "100 %", "", "100 %", "error")
+"""What a column has room for; those without share the rest."""
+
 _VALUE = Qt.ItemDataRole.UserRole
 _PLACE = Qt.ItemDataRole.UserRole + 1
 
@@ -129,14 +132,13 @@ class EpisodesPanel(QWidget):
         header = tree.header()
         header.setStretchLastSection(False)
         header.setMinimumSectionSize(36)
-        for column in range(len(_COLUMNS)):
-            stretch = column in (1, 3)
-            header.setSectionResizeMode(
-                column,
-                QHeaderView.ResizeMode.Stretch
-                if stretch
-                else QHeaderView.ResizeMode.ResizeToContents,
-            )
+        words = tree.fontMetrics()
+        for column, widest in enumerate(_WIDEST):
+            if widest:  # Qt would leave room for a sign of sorting in each of them
+                header.setSectionResizeMode(column, QHeaderView.ResizeMode.Interactive)
+                header.resizeSection(column, words.horizontalAdvance(widest) + 20)
+            else:
+                header.setSectionResizeMode(column, QHeaderView.ResizeMode.Stretch)
         tree.currentItemChanged.connect(self._on_current)
         tree.itemActivated.connect(self._on_activated)
         return tree

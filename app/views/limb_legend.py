@@ -22,7 +22,7 @@ from app.views.line_styles import LineStyle, line_pixmap
 
 _SWATCH = QSize(14, 14)
 _GAP = 2
-_BESIDE = 44
+_BESIDE = 40
 """Pixels that a switch has beside its words: colour, padding, distance."""
 
 
