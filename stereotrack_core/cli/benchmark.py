@@ -188,18 +188,15 @@ def _contestants(presets: str | None, ablation: bool, changes: list[str]) -> lis
 
 def _recordings(folders: Sequence[Path]) -> list[Recording]:
     """Recordings with a reference; checked before anything long begins."""
+    from stereotrack_core.evaluation.errors import truth_of
+
     if not folders:
         places = demo_places(None)
         make_demo_recording(places)
         folders = [places.recording]
     recordings = recordings_of(folders)
     for recording in recordings:
-        if recording.reference is None:
-            raise InputError(
-                "the recording has no reference to measure against",
-                where=str(recording.folder),
-                remedy="Choose recordings with a reference.csv; see `stereotrack info`.",
-            )
+        truth_of(recording)  # refuses one without
     return recordings
 
 

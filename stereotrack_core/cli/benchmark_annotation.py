@@ -41,7 +41,8 @@ def _scores(
 ) -> list[AnnotationScore]:
     from stereotrack_core.annotation.fit.recorded_depth import recorded_depth
     from stereotrack_core.annotation.fit.settings import FitSettings
-    from stereotrack_core.evaluation.benchmarks.annotation import CASES, annotated, truth_of
+    from stereotrack_core.evaluation.benchmarks.annotation import CASES, annotated
+    from stereotrack_core.evaluation.errors import truth_of
 
     settings, found = FitSettings(), []
     recording = _cut(recording, frames)
@@ -67,7 +68,7 @@ def _scores(
 
 def _cut(recording: Recording, text: str | None) -> Recording:
     """The recording with the reference of some frames alone."""
-    from stereotrack_core.evaluation.benchmarks.annotation import truth_of
+    from stereotrack_core.evaluation.errors import truth_of
     from stereotrack_core.recording.landmarks import LandmarkTrajectory
     from stereotrack_core.recording.reader import FrameReader
 

@@ -12,7 +12,9 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.rotation import angle_between
+from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
 NOT_TRACKED_ANGLE = np.pi / 2
@@ -77,6 +79,23 @@ class LimbErrors:
             "left_forearm": self.forearm[:, 0],
             "right_forearm": self.forearm[:, 1],
         }[limb]
+
+
+def truth_of(recording: Recording) -> LandmarkTrajectory:
+    """The recording's own reference.
+
+    Raises
+    ------
+    InputError
+        Where it has none.
+    """
+    if recording.reference is None:
+        raise InputError(
+            "the recording has no reference to measure against",
+            where=str(recording.folder),
+            remedy="Choose recordings with a reference.csv; see `stereotrack info`.",
+        )
+    return recording.reference
 
 
 def errors_against(trajectory: LandmarkTrajectory, reference: LandmarkTrajectory) -> LimbErrors:

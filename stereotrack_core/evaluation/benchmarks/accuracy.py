@@ -16,7 +16,7 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.evaluation.errors import errors_against, knows_something
+from stereotrack_core.evaluation.errors import errors_against, knows_something, truth_of
 from stereotrack_core.evaluation.summary import Summary, summarise
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
@@ -254,13 +254,7 @@ def _seen(settings: Settings) -> tuple[DepthParameters, bool]:
 
 
 def _reference_within(recording: Recording, frames: range) -> LandmarkTrajectory:
-    reference = recording.reference
-    if reference is None:
-        raise InputError(
-            "the recording has no reference to measure against",
-            where=str(recording.folder),
-            remedy="Choose recordings with a reference.csv; see `stereotrack info`.",
-        )
+    reference = truth_of(recording)
     inside = (reference.frame >= frames.start) & (reference.frame < frames.stop)
     if not np.any(inside & knows_something(reference)):
         raise InputError(

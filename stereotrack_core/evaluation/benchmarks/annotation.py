@@ -26,9 +26,8 @@ from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import body_model, placed_cones
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.body.visibility import segment_blocked
-from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.circumstances import in_image
-from stereotrack_core.evaluation.errors import errors_against
+from stereotrack_core.evaluation.errors import errors_against, truth_of
 from stereotrack_core.evaluation.summary import Summary, summarise
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording
@@ -115,23 +114,6 @@ class AnnotationScore:
     mistakes: int
     found: float
     accused: float
-
-
-def truth_of(recording: Recording) -> LandmarkTrajectory:
-    """The recording's reference.
-
-    Raises
-    ------
-    InputError
-        Where it has none.
-    """
-    if recording.reference is None:
-        raise InputError(
-            "the recording has no reference to simulate clicks from",
-            where=str(recording.folder),
-            remedy="Choose recordings with a reference.csv; see `stereotrack info`.",
-        )
-    return recording.reference
 
 
 def seen_landmarks(recording: Recording, cameras: Sequence[Camera]) -> BoolArray:
