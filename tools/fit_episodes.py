@@ -160,7 +160,7 @@ def example(run: Run, place: Path) -> Example:
     failing = np.zeros((len(run.frame), len(LIMBS)), dtype=np.bool_)
     for episode in truth:
         inside = (run.frame >= episode.first) & (run.frame <= episode.last)
-        failing[np.ix_(inside, [LIMBS.index(limb) for limb in episode.limbs])] = True
+        failing |= inside[:, None] & np.isin(LIMBS, episode.limbs)
     signs = episode_signs(run, recording.fps)
     return Example(place.name, run, recording.fps, truth, signs, failing)
 
@@ -185,8 +185,9 @@ def left_out(examples: Sequence[Example]) -> str:
     parts = []
     for name in sorted({each.recording for each in examples}):
         fit = fitted_by_limb([each for each in examples if each.recording != name])
+        coefficients = {half: slopes.tolist() for half, slopes in fit.items()}
         parts += [
-            agreement(each.truth, episodes_by_signs(each.run, each.fps, None, fit))
+            agreement(each.truth, episodes_by_signs(each.run, each.fps, None, coefficients))
             for each in examples
             if each.recording == name
         ]
