@@ -26,7 +26,7 @@ def _outside(points, settings) -> np.ndarray:
 WHOLE = -0.25
 """Metres from the side, inside, from which the whole trunk is in the volume."""
 
-FOUND_WITHIN = 7
+FOUND_WITHIN = 5
 """Frames after the trunk is in the volume again."""
 
 
