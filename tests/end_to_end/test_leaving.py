@@ -30,13 +30,8 @@ FOUND_WITHIN = 5
 """Frames after the trunk is in the volume again."""
 
 
-_FOUND_ONCE_MORE = pytest.mark.xfail(
-    reason="fast finds who is nearly gone once more, in one frame and half a metre off", strict=True
-)
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["accurate", pytest.param("fast", marks=_FOUND_ONCE_MORE)])
+@pytest.mark.parametrize("name", ["accurate", "fast"])
 def test_away_is_not_tracked_and_back_is_found_again(name, tmp_path, run):
     folder, place = tmp_path / "leaving", tmp_path / "run.npz"
     motion = ("--motion", "leave-and-return+cross-arms", "--frames", 130, "--views", "NS")

@@ -306,7 +306,7 @@ def test_trajectories_are_told_from_clicks(recording, tmp_path):
     assert not is_trajectory(path)
     assert is_trajectory(tmp_path / "a.trc")
     assert not is_trajectory(tmp_path / "a.json")
-    with pytest.raises(InputError, match="no such file"):
+    with pytest.raises(InputError, match="the file does not exist"):
         is_trajectory(tmp_path / "absent.csv")
     path.write_text("frame,view,landmark,x,y,visibility\n0,S,head,1,2,2\n")
     with pytest.raises(InputError, match="itself"):
