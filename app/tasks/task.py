@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from PySide6.QtCore import QObject, Signal, Slot
+from PySide6.QtCore import QObject, Qt, Signal, Slot
 
 from stereotrack_core.errors import Cancelled
 
@@ -29,7 +29,8 @@ class CancelToken:
 class Task(QObject):
     """One piece of work in a thread of its own.
 
-    Signals arrive in the thread that made the task.
+    Signals are sent in the thread that made the task, from its event loop: whoever connects to
+    them right after the start misses none, however quickly the work is done.
 
     Parameters
     ----------
@@ -51,9 +52,11 @@ class Task(QObject):
     failed = Signal(object)
     stopped = Signal()
     ended = Signal()
+    _over = Signal(str, object)
 
     def __init__(self, title: str, work: Callable[[Task], Any]) -> None:
         super().__init__()
+        self._over.connect(self._tell, Qt.ConnectionType.QueuedConnection)
         self.title = title
         self.token = CancelToken()
         self.share = 0.0
@@ -88,11 +91,20 @@ class Task(QObject):
         try:
             result = self._work(self)
         except Cancelled:
-            self.stopped.emit()
+            self._over.emit("stopped", None)
         except Exception as error:  # noqa: BLE001 - handed to the window, which shows and logs it
-            self.failed.emit(error)
+            self._over.emit("failed", error)
         else:
-            self.finished.emit(result)
+            self._over.emit("finished", result)
+
+    @Slot(str, object)
+    def _tell(self, how: str, what: object) -> None:
+        if how == "stopped":
+            self.stopped.emit()
+        elif how == "failed":
+            self.failed.emit(what)
+        else:
+            self.finished.emit(what)
         self.ended.emit()
 
 
