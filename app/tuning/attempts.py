@@ -183,6 +183,7 @@ class AttemptPresenter(QObject):
         self._worker = AttemptWorker([attempt], store, before)
         self._worker.advanced.connect(self._collect)
         self._worker.ended.connect(self._collect)
+        self._worker.start()
         self._runs.add(self._entry, active=self._runs.active is None)
 
     def cancel(self) -> AttemptWorker | None:

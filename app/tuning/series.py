@@ -167,6 +167,7 @@ class SeriesPresenter(QObject):
         worker = AttemptWorker(attempts, store)
         worker.advanced.connect(self._collect)
         worker.ended.connect(self._collect)
+        worker.start()
         self._worker = worker
         self._task = self._tasks.begin(f"trying {row.name.replace('_', ' ')}", self._watch(worker))
         self.changed.emit()

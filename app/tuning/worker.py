@@ -74,6 +74,9 @@ class AttemptWorker(QObject):
         self._lock = threading.Lock()
         self._results: list[tuple[int, TrackedFrame]] = []
         self._thread = threading.Thread(target=self._run, name="attempt", daemon=True)
+
+    def start(self) -> None:
+        """Begin; to be called once whoever wants to be told is connected."""
         self._thread.start()
 
     def cancel(self) -> None:

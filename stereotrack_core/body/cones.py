@@ -72,10 +72,10 @@ class Cones:
         return len(self.part)
 
     @cached_property
-    def shape(self) -> FloatArray:
+    def sizes(self) -> FloatArray:
         """Radii at base and end, height, flatness, and whether base and end are round (C, 6)."""
-        sizes = [self.r1, self.r2, self.height, self.flatness, self.round_base, self.round_end]
-        return np.column_stack(sizes).astype(np.float64)
+        columns = [self.r1, self.r2, self.height, self.flatness, self.round_base, self.round_end]
+        return np.column_stack(columns).astype(np.float64)
 
     def __getitem__(self, index: BoolArray | slice) -> Cones:
         """Some of the cones."""

@@ -46,7 +46,7 @@ class Feet:
 def cone_table(placed: PlacedCones) -> FloatArray:
     """One row (18,) for each cone with all that the compiled loops need."""
     flat = placed.rotations.reshape(len(placed.cones), 9)
-    return np.ascontiguousarray(np.column_stack([flat, placed.origins, placed.cones.shape]))
+    return np.ascontiguousarray(np.column_stack([flat, placed.origins, placed.cones.sizes]))
 
 
 def cone_tables(cones: Cones, frames: PartFrames) -> FloatArray:
@@ -55,13 +55,13 @@ def cone_tables(cones: Cones, frames: PartFrames) -> FloatArray:
     rotations = np.ascontiguousarray(frames.rotations).reshape(-1, *frames.rotations.shape[-3:])
     origins = np.ascontiguousarray(frames.origins).reshape(-1, *frames.origins.shape[-2:])
     tables = np.empty((len(origins), len(cones), 18))
-    _place(cones.part, cones.rotations, cones.origins, cones.shape, rotations, origins, tables)
+    _place(cones.part, cones.rotations, cones.origins, cones.sizes, rotations, origins, tables)
     return tables.reshape(*lead, len(cones), 18)
 
 
 @numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def _place(
-    part: Any, turns: Any, places: Any, shape: Any, rotations: Any, origins: Any, tables: Any
+    part: Any, turns: Any, places: Any, sizes: Any, rotations: Any, origins: Any, tables: Any
 ) -> None:
     """Fill tables (K, C, 18) of cones that stand on their parts, in K poses."""
     for k in range(tables.shape[0]):
@@ -77,7 +77,7 @@ def _place(
                 row[9 + i] = origins[k, part[c], i] + (
                     R[i, 0] * places[c, 0] + R[i, 1] * places[c, 1] + R[i, 2] * places[c, 2]
                 )
-            row[12:] = shape[c]
+            row[12:] = sizes[c]
 
 
 def nearest_on_surface(

@@ -14,10 +14,6 @@ from stereotrack_core.project.schema import CLICK
 
 _FROM = f"SELECT {COLUMNS} FROM click"  # noqa: S608 - constants
 _AGAIN = f"SELECT {COLUMNS} FROM repeat_click"  # noqa: S608 - constants
-_FRAME_AFTER = "SELECT frame FROM click WHERE frame > ? AND deleted = 0 ORDER BY frame LIMIT 1"
-_FRAME_BEFORE = (
-    "SELECT frame FROM click WHERE frame < ? AND deleted = 0 ORDER BY frame DESC LIMIT 1"
-)
 
 
 class Clicks:
@@ -59,11 +55,6 @@ class Clicks:
             *(key.landmark, key.camera, key.frame),
         )
         return found[0] if found else None
-
-    def nearest_frame(self, frame: int, *, backwards: bool = False) -> int | None:
-        """The next (previous) frame that has a click; None where there is none."""
-        row = self._access.row(_FRAME_BEFORE if backwards else _FRAME_AFTER, (frame,))
-        return None if row is None else int(row[0])
 
     def all(self, *, with_deleted: bool = False) -> tuple[Click, ...]:
         """All clicks by frame."""

@@ -13,7 +13,7 @@ from typing import Literal, TypeAlias
 from stereotrack_core.annotation.agreement import Difference, differences
 from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.click_edits import PlaceClicks, PlaceRepeats
+from stereotrack_core.project.click_edits import PlaceClicks
 
 Side: TypeAlias = Literal["mine", "theirs"]
 
@@ -111,8 +111,3 @@ def incoming(
 
 def _with_marks_of(mine: Click | None, click: Click) -> Click:
     return click if mine is None else replace(click, flag=mine.flag, sigma=mine.sigma)
-
-
-def as_repeat(theirs: Iterable[Click], round_number: int) -> PlaceRepeats:
-    """The edit that takes clicks in as a second reading, beside the first one."""
-    return PlaceRepeats(round_number, tuple(click for click in theirs if not click.deleted))

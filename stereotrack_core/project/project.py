@@ -182,11 +182,6 @@ class Project:
 
         return forget
 
-    def annotators(self) -> tuple[str, ...]:
-        """Everyone who has made an edit, in the order of their first one."""
-        rows = self._access.rows("SELECT name FROM annotator ORDER BY first_at, name")
-        return tuple(row[0] for row in rows)
-
     def chosen(self, entries: Entries) -> str | None:
         """Name of the one that is used (:class:`entries.Choose`); None where none is."""
         row = self._access.read(CHOICE, (entries.table_name,))

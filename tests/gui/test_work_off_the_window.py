@@ -3,6 +3,7 @@
 import pytest
 
 from app.tasks.task import TaskList
+from app.tuning.worker import AttemptWorker
 from stereotrack_core.errors import Cancelled, InputError
 
 
@@ -30,3 +31,12 @@ def test_who_connects_after_the_end_is_told_as_well(qtbot, error, how):
     assert told == [how, "ended"]
     assert done == ([3] if error is None else [])
     assert tasks.tasks == ()
+
+
+def test_an_attempt_begins_when_its_end_can_be_told(qtbot):
+    worker, told = AttemptWorker((), store=None), []
+    assert not worker.done
+    worker.ended.connect(lambda: told.append("ended"))
+    worker.start()
+    qtbot.waitUntil(lambda: told == ["ended"], timeout=10_000)
+    assert worker.done

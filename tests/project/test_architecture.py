@@ -21,6 +21,13 @@ def sources(*folders: str) -> list[Path]:
     return [path for folder in folders for path in sorted((ROOT / folder).rglob("*.py"))]
 
 
+def nodes(*folders: str) -> Iterator[tuple[Path, ast.AST]]:
+    """Every piece of syntax with the file that it is in."""
+    for path in sources(*folders):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            yield path, node
+
+
 def lines_of(path: Path) -> list[str]:
     return path.read_text(encoding="utf-8").splitlines()
 
@@ -58,8 +65,7 @@ def _returns_a_table(statement: ast.stmt) -> bool:
 def test_every_error_for_a_person_says_what_to_do():
     silent = [
         f"{name_of(path)}:{node.lineno}"
-        for path in sources("stereotrack_core")
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for path, node in nodes("stereotrack_core")
         if isinstance(node, ast.Call)
         and isinstance(node.func, ast.Name)
         and node.func.id == "InputError"
@@ -107,8 +113,7 @@ def test_the_core_keeps_no_global_state():
     """No ``global`` statement: what lives longer than a call belongs to an object."""
     found = [
         f"{name_of(path)}:{node.lineno}"
-        for path in sources("stereotrack_core")
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for path, node in nodes("stereotrack_core")
         if isinstance(node, ast.Global)
     ]
     assert not found

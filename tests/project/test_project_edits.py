@@ -224,9 +224,6 @@ def test_the_nearest_clicks_are_found_in_both_directions(project):
     assert project.clicks.nearest(here).frame == 9
     assert project.clicks.nearest(here, backwards=True).frame == 2
     assert project.clicks.nearest(replace(ELBOW, frame=9).key) is None
-    assert project.clicks.nearest_frame(2) == 7
-    assert project.clicks.nearest_frame(7, backwards=True) == 2
-    assert project.clicks.nearest_frame(2, backwards=True) is None
 
 
 def test_predictions_never_touch_clicks(project):

@@ -88,7 +88,6 @@ def use_everything(project: Project) -> None:
         lambda: load_subject(project.subjects, "P"),
         project.clicks.again,
         project.recording_place,
-        project.annotators,
         lambda: project.view_settings.get("frame"),
         project.check,
         project.undo,

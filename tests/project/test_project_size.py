@@ -56,7 +56,6 @@ def test_the_statements_above_are_those_that_are_used(project, monkeypatch):
         project.clicks.at(5)
         project.clicks.at(5, "S_cam")
         project.clicks.nearest(ClickKey(5, "S_cam", "head"))
-        project.clicks.nearest_frame(5, backwards=True)
         project.predictions.at(5)
         project.apply(MoveClicks((Click(5, "S_cam", "head", (1.0, 2.0)).key,), (1.0, 0.0)))
         project.undo()

@@ -117,20 +117,19 @@ class Likeness:
     sigma: float
     unknown: float
 
-    def unlike(
-        self,
-        seen: SeenPicture,
-        rest: Float32Array,
-        left: Float32Array,
-        right: Float32Array,
-    ) -> float:
-        """Pixels in which a body does not look as measured."""
-        return float(self.unlike_pairs(seen, rest, left[None], right[None])[0, 0])
-
     def unlike_pairs(
         self, seen: SeenPicture, rest: Float32Array, left: Float32Array, right: Float32Array
     ) -> FloatArray:
-        """The same (K, L) for all pairs of left (K, h, w) and right (L, h, w) arms."""
+        """Pixels (K, L) in which bodies do not look as measured.
+
+        Parameters
+        ----------
+        seen : SeenPicture
+        rest : (h, w) float32
+            Trunk, head and legs as :meth:`SeenPicture.drawn` draws them.
+        left, right : (K, h, w) and (L, h, w) float32
+            Arms, of which all pairs are taken.
+        """
         pixels = np.empty((len(left), len(right)))
         as_seen = seen.measured, seen.person, seen.scale
         disagreements(rest, left, right, *as_seen, self.sigma**2, self.unknown, pixels)

@@ -256,6 +256,8 @@ class ArmSearch:
 
     def _unlike_pairs(self, evidence: Evidence, pose: Pose, left: Arms, right: Arms) -> FloatArray:
         """Cost (K, L) of what views should see of the pairs and do not."""
+        if not evidence.pictures:
+            return np.zeros((len(left), len(right)))
         posed = [
             self.body.frames(with_arm(pose, side, arms.upper, arms.fore))
             for side, arms in ((LEFT, left), (RIGHT, right))

@@ -37,7 +37,12 @@ def _unlike(pictures, pose, likeness=LIKENESS):
     frames = BODY.frames(pose)
     chosen = ~(OF_ARM[0] | OF_ARM[1]), *OF_ARM
     tables = [outline_table(BODY.cones[which], frames) for which in chosen]
-    return sum(likeness.unlike(seen, *(seen.drawn(t) for t in tables)) for seen in pictures)
+    return sum(unlike(likeness, seen, *(seen.drawn(t) for t in tables)) for seen in pictures)
+
+
+def unlike(likeness, seen, rest, left, right):
+    """Pixels in which one body does not look as measured."""
+    return likeness.unlike_pairs(seen, rest, left[None], right[None])[0, 0]
 
 
 def _pixels_drawn(pictures, pose):

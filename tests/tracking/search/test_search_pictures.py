@@ -10,6 +10,7 @@ from stereotrack_core.tracking.search.parameters import SearchParameters
 from stereotrack_core.tracking.search.picture import Likeness, outline_table, seen_pictures
 from stereotrack_core.tracking.search.search import ArmSearch
 from tests.tracking.scenes import POSES, pose_with_arms
+from tests.tracking.search.test_picture import unlike
 from tests.tracking.views import cloud_of_body, cloud_seen
 
 BODY = body_model(AVERAGE)
@@ -51,7 +52,7 @@ def test_what_pictures_say_is_in_square_metres_of_all_views(cloud):
     for seen in seen_pictures(cloud, p.picture_step):
         R = seen.camera_from_world[2, :3]
         depth = R @ (BENT.position - seen.eye)
-        pixels = likeness.unlike(seen, *(seen.drawn(table) for table in tables))
+        pixels = unlike(likeness, seen, *(seen.drawn(table) for table in tables))
         total += pixels * (p.picture_step * depth / seen.pinhole[0]) ** 2
     assert _of_pictures(cloud, BENT) == pytest.approx(p.picture_cost * total, rel=1e-6)
 
