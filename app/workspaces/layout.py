@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from PySide6.QtCore import QSettings, Qt
 from PySide6.QtWidgets import QDockWidget, QMainWindow
 
-_VERSION = 5
+_VERSION = 6
 _USUAL_HEIGHT = 960
 
 
@@ -118,8 +118,7 @@ def workspace_named(name: str) -> Workspace | None:
 
 def arrange(window: QMainWindow, docks: dict[str, QDockWidget], space: Workspace) -> None:
     """Put the panels where the workspace has them by default."""
-    for dock in docks.values():
-        window.removeDockWidget(dock)
+    _clear(window)
     area = Qt.DockWidgetArea
     corner = area.RightDockWidgetArea if space.tall_side else area.BottomDockWidgetArea
     window.setCorner(Qt.Corner.BottomRightCorner, corner)
@@ -139,6 +138,13 @@ def arrange(window: QMainWindow, docks: dict[str, QDockWidget], space: Workspace
             docks[name].show()
         docks[first].raise_()
     _resize(window, docks, space)
+
+
+def _clear(window: QMainWindow) -> None:
+    """Take all panels away; Qt keeps their places, and brings those back that were shown."""
+    for dock in window.findChildren(QDockWidget):
+        dock.hide()
+        window.removeDockWidget(dock)
 
 
 def _arrange_side(window: QMainWindow, docks: dict[str, QDockWidget], space: Workspace) -> None:
@@ -185,8 +191,7 @@ def restore_layout(window: QMainWindow, settings: QSettings, space: Workspace) -
     state = settings.value(f"workspaces/{space.name}")
     if state is None:
         return False
-    for dock in window.findChildren(QDockWidget):
-        window.removeDockWidget(dock)
+    _clear(window)
     return window.restoreState(state, _VERSION)
 
 

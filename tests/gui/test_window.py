@@ -193,6 +193,16 @@ def test_a_changed_workspace_is_kept_and_can_be_reset(opened, qtbot):
     assert not opened.docks["numbers"].isHidden()
 
 
+def test_a_workspace_comes_back_as_it_was_left(opened):
+    def shown():
+        return {name for name, dock in opened.docks.items() if not dock.isHidden()}
+
+    first = {}
+    for space in (*WORKSPACES, *WORKSPACES[::-1]):
+        opened.show_workspace_named(space.name)
+        assert shown() == first.setdefault(space.name, shown()), space.name
+
+
 def test_m_shows_the_active_view_alone(opened, qtbot):
     qtbot.mouseClick(opened.grid.tiles["S"].camera, Qt.MouseButton.LeftButton)
     press(qtbot, opened, Qt.Key.Key_M)
