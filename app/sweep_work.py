@@ -80,6 +80,10 @@ class SweepWork(QObject):
         if name in PRESETS:
             w.parameters.preset_requested.emit(name)
         own = parameters_of(values)
+        if not own and name not in PRESETS:
+            said = ", ".join(f"{one} {value}" for one, value in values.items())
+            w.statusBar().showMessage(f"The parameter panel has nothing of this: {said}.", 6000)
+            return
         try:
             w.parameters.settings_changed.emit(w.track.settings.replaced(**own))
         except InputError as error:
@@ -127,11 +131,7 @@ class SweepWork(QObject):
         if recording is not None and not form.recordings():
             form.add_recording(recording.folder.resolve())
         if not form.table.text():
-            now = self.presenter.now
-            folder = (
-                self._w.projects.folder() if hasattr(self._w.projects, "folder") else Path.home()
-            )
-            form.table.setText(str(now.table or folder / "sweep.csv"))
+            form.table.setText(str(self.presenter.now.table or self._proposed_table()))
         selection = self._w.timeline.selection
         if selection and not form.frames.text():
             form.frames.setText(f"{selection.start}:{selection.stop}")

@@ -18,11 +18,15 @@ from stereotrack_core.cli.sweep_plan import (
     SweepCount,
     check_numbers,
     count_of,
+    first_points,
+    judged_by,
     sweep_planner,
     sweep_points,
+    sweep_ranges,
 )
 from stereotrack_core.cli.sweep_words import in_words
 from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.sweeps.measures import MEASURES
 from stereotrack_core.evaluation.sweeps.points import SPECIAL, parameter_rows
 
 _LOOK_SECONDS = 0.1
@@ -33,6 +37,52 @@ _CODE = (
 
 
 @dataclass(frozen=True)
+class PointsWish:
+    """Which points are tried.
+
+    Attributes
+    ----------
+    way : str
+        ``grid``, ``list`` or ``search``.
+    varied : tuple of (str, str)
+        Names with their values, joined by commas; of a search, with their ranges.
+    file : str
+        The list.
+    trials : int
+        Points of a search.
+    minimise : str
+        Measure that a search goes by; empty: the usual one.
+    """
+
+    way: str = "grid"
+    varied: tuple[tuple[str, str], ...] = ()
+    file: str = ""
+    trials: int = 30
+    minimise: str = ""
+
+    def arguments(self) -> list[str]:
+        """What says so on the command line.
+
+        Raises
+        ------
+        InputError
+            Where something is missing.
+        """
+        named = [f"{name}={values}" for name, values in self.varied]
+        if self.way == "grid":
+            return [word for one in named for word in ("--grid", one)]
+        if self.way == "list":
+            if not self.file:
+                raise InputError("no list of points is chosen", remedy="Choose a file.")
+            return ["--list", self.file]
+        if not named:
+            raise InputError("nothing is searched for", remedy="Add a parameter and its range.")
+        words = [word for one in named for word in ("--search", one)]
+        words += ["--trials", str(self.trials)]
+        return [*words, "--minimise", self.minimise] if self.minimise else words
+
+
+@dataclass(frozen=True)
 class SweepWish:
     """What the dialog says.
 
@@ -40,8 +90,7 @@ class SweepWish:
     ----------
     recordings : tuple of str
         Folders.
-    varied : tuple of (str, str)
-        Names with their values, joined by commas.
+    points : PointsWish
     seeds, frames, table, scheduler : str
         As on the command line; no scheduler: this machine.
     preset : str
@@ -51,7 +100,7 @@ class SweepWish:
     """
 
     recordings: tuple[str, ...]
-    varied: tuple[tuple[str, str], ...]
+    points: PointsWish
     seeds: str
     frames: str
     table: str
@@ -73,9 +122,7 @@ class SweepWish:
         if not self.table.strip():
             raise InputError("the table has no name", remedy="Choose a file.")
         words = ["sweep", *self.recordings, "-o", self.table.strip(), "--preset", self.preset]
-        words += ["--seeds", self.seeds.strip() or "0"]
-        for name, values in self.varied:
-            words += ["--grid", f"{name}={values}"]
+        words += ["--seeds", self.seeds.strip() or "0", *self.points.arguments()]
         for change in self.changes:
             words += ["--set", change]
         if self.frames.strip():
@@ -95,7 +142,11 @@ def count_of_wish(wish: SweepWish) -> SweepCount:
     """
     args = parser().parse_args(wish.arguments())
     check_numbers(args)
-    jobs = sweep_planner(recordings_of(args.recordings), args).jobs(sweep_points(args))
+    recordings = recordings_of(args.recordings)
+    judged_by(args.minimise, recordings)
+    ranges = sweep_ranges(args)
+    points = first_points(ranges, args) if ranges else sweep_points(args)
+    jobs = sweep_planner(recordings, args).jobs(points)
     count, _ = count_of(jobs, stored_results(SweepPlaces(args.output)), max(1, wish.workers))
     return count
 
@@ -160,6 +211,13 @@ def names_to_vary() -> tuple[tuple[str, str], ...]:
     rows = parameter_rows().values()
     special = [(name, words) for name, words in SPECIAL.items() if name not in ("seed", "frames")]
     return (*special, *((row.name, row.help) for row in rows))
+
+
+def measures_to_judge_by() -> tuple[tuple[str, str], ...]:
+    """Measures that a search can go by, with words; the first one leaves it to the program."""
+    best = {True: "the more the better", False: "the less the better"}
+    named = ((one.name, f"{one.title}, {best[one.more_is_better]}") for one in MEASURES)
+    return (("", "the usual measure"), *named)
 
 
 def hint_for(name: str) -> str:

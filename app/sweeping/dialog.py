@@ -85,7 +85,7 @@ class SweepDialog(QDialog):
         self.resize(980, 620)
         self._timer = QTimer(self, singleShot=True, interval=_COUNT_AFTER_MS)
         self._timer.timeout.connect(self._count)
-        self.form.changed.connect(self._timer.start)
+        self.form.changed.connect(self._count_soon)
         presenter.changed.connect(self._show_now)
         self._show_now(presenter.now)
 
@@ -120,6 +120,12 @@ class SweepDialog(QDialog):
         return buttons
 
     # ---- counting
+
+    @Slot()
+    def _count_soon(self) -> None:
+        """Count when nothing is typed for a moment; what was counted before is greyed."""
+        self.count_label.setEnabled(False)
+        self._timer.start()
 
     @Slot()
     def _count(self) -> None:
@@ -158,6 +164,8 @@ class SweepDialog(QDialog):
         self._counting = None
         if self._count_again:
             self._count()
+        else:
+            self.count_label.setEnabled(not self._timer.isActive())
 
     @Slot()
     def _measure(self) -> None:

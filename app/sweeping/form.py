@@ -23,8 +23,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.presenters.sweep_plan import SweepWish, hint_for, names_to_vary
-from app.views.sweep_values import SweepValues
+from app.presenters.sweep_plan import SweepWish
+from app.sweeping.points import SweepPoints
 from stereotrack_core.evaluation.sweeps.pool import usable_cores
 
 
@@ -41,21 +41,14 @@ class SweepForm(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._preset, self._changes = "accurate", tuple[str, ...]()
-        self.values = SweepValues(names_to_vary(), hint_for)
-        self.values.changed.connect(self.changed)
-        self.besides = QLabel()
-        self.besides.setProperty("role", "muted")
-        self.besides.setWordWrap(True)
-        varied = QGroupBox("What is tried: every combination of these values")
-        column = QVBoxLayout(varied)
-        column.addWidget(self.values, 1)
-        column.addWidget(self.besides)
+        self.points = SweepPoints()
+        self.points.changed.connect(self.changed)
         right = QVBoxLayout()
         right.addWidget(self._on_what())
         right.addWidget(self._where())
         right.addStretch(1)
         fields = QHBoxLayout()
-        fields.addWidget(varied, 3)
+        fields.addWidget(self.points, 3)
         fields.addLayout(right, 2)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -65,11 +58,7 @@ class SweepForm(QWidget):
     def show_base(self, preset: str, changes: Sequence[str]) -> None:
         """Say what all runs begin with: a preset, and ``NAME=VALUE`` for what differs from it."""
         self._preset, self._changes = preset, tuple(changes)
-        said = f"All else is as in the parameter panel: {preset}"
-        if changes:
-            named = ", ".join(change.replace("_", " ").replace("=", " ") for change in changes[:4])
-            said += f" with {named}" + (" and more" if len(changes) > 4 else "")
-        self.besides.setText(f"{said}.")
+        self.points.show_base(preset, changes)
 
     def add_recording(self, folder: Path) -> None:
         """Add a recording to those that are tracked."""
@@ -90,7 +79,7 @@ class SweepForm(QWidget):
         """Everything that the fields say."""
         return SweepWish(
             recordings=self.recordings(),
-            varied=self.values.varied(),
+            points=self.points.wish(),
             seeds=self.seeds.text(),
             frames=self.frames.text(),
             table=self.table.text(),

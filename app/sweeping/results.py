@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.presenters.counting import counted
+from app.presenters.sweep_best import AVERAGED, best_rows
 from app.views.sweep_plot import SweepPlot
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.sweeps.measures import measure_named
@@ -36,6 +37,7 @@ from stereotrack_core.interop.atomic import replacing
 from stereotrack_core.interop.table_file import read_csv_table
 
 _LOOK_MS = 1000
+_MOST_COLOURS = 8
 _FAVOURITES = ("forearms", "coverage")
 _TOLD = ("torso_position", "upper_arms", "forearms", "lost", "coverage", "frames_per_second")
 
@@ -69,7 +71,7 @@ class SweepResults(QDialog):
         top.addWidget(open_button)
         self.plot = SweepPlot()
         self.plot.rows_chosen.connect(self.choose)
-        self.chosen_label = QLabel("Click a point to see its values.")
+        self.chosen_label = QLabel()
         self.chosen_label.setWordWrap(True)
         self.chosen_label.setMinimumHeight(2 * self.fontMetrics().lineSpacing() + 4)
         self.take_button = QPushButton("&Take over into the parameter panel")
@@ -79,8 +81,15 @@ class SweepResults(QDialog):
         self.averaged_label = QLabel()
         self.averaged_label.setProperty("role", "muted")
         self.averaged_label.setWordWrap(True)
+        self.best_button = QPushButton("&Best point")
+        self.best_button.setAutoDefault(False)
+        self.best_button.setToolTip(
+            "Show the values that give the best mean of the measure over recordings and seeds"
+        )
+        self.best_button.clicked.connect(self.choose_best)
         below = QHBoxLayout()
         below.addWidget(self.chosen_label, 1)
+        below.addWidget(self.best_button)
         below.addWidget(self.take_button)
         layout = QVBoxLayout(self)
         layout.addLayout(top)
@@ -108,6 +117,10 @@ class SweepResults(QDialog):
         first = path != self.path
         self.path, self.table = path, table
         self._fill(table, keep=not first)
+        if first:
+            self._chosen = {}
+            self.chosen_label.setText("Click a point to see its values.")
+            self.take_button.setEnabled(False)
         settled = ", ".join(f"{name} {value}" for name, value in table.settled.items())
         failed = f"; {table.failed} failed and are left out" if table.failed else ""
         self.file_label.setText(
@@ -151,6 +164,12 @@ class SweepResults(QDialog):
         )
         self.take_button.setEnabled(bool(self._chosen))
 
+    @Slot()
+    def choose_best(self) -> None:
+        """Show the point that has the best mean of the measure that is drawn."""
+        if self.table is not None:
+            self.choose(best_rows(self.table, self.measure.currentData()))
+
     def save_picture(self, path: Path) -> None:
         """Write what is shown as a picture for a paper.
 
@@ -185,6 +204,7 @@ class SweepResults(QDialog):
             row.addWidget(QLabel(words))
             row.addWidget(box)
             box.setAccessibleName(words)
+            box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
             box.activated.connect(self.draw)
         self.kind.setToolTip("Curves over one parameter, or a map over two")
         self.second.setToolTip("In curves: what tells them apart by colour; in a map: upwards")
@@ -216,9 +236,10 @@ class SweepResults(QDialog):
             self.measure.addItem(words_of(name), name)
         favourite = next((one for one in _FAVOURITES if one in table.measures), None)
         # recordings and seeds are what is averaged over, unless somebody asks for them
-        chosen = [name for name in names if name not in ("recording", "seed")] or list(names)
+        chosen = [name for name in names if name not in AVERAGED] or list(names)
         _show(self.across, old[0], chosen[0] if chosen else None)
-        _show(self.second, old[1], chosen[1] if len(chosen) > 1 else "")
+        few = [name for name in chosen[1:] if len(table.values(name)) <= _MOST_COLOURS]
+        _show(self.second, old[1], few[0] if few else "")
         _show(self.measure, measure, favourite)
 
     @Slot()

@@ -17,13 +17,15 @@ from stereotrack_core.evaluation.sweeps.picture import words_of
 from stereotrack_core.evaluation.sweeps.table import Axis, Curve, Heat, best_cell
 
 _MOST_NUMBERS = 80
+_MOST_TICKS = 12
+_LONGEST_TICK = 18
 _LEGEND_SHARE = 0.32
 """Of the width of the curves, that the legend has beside them."""
 
 _ASIDE = 0.06
 """Of the distance between values, that one curve stands aside of the next."""
 
-_SHADES = {True: (0.3, 0.95), False: (0.05, 0.75)}
+_SHADES = {True: (0.42, 0.95), False: (0.05, 0.75)}
 """Part of the colour map that can be seen on a dark and on a bright ground."""
 
 
@@ -54,6 +56,8 @@ class SweepPlot(QWidget):
         self._marks: list[pg.ScatterPlotItem] = []
         self._stack = QStackedWidget()
         for plot in (self._curve_plot, self._heat_plot):
+            plot.getAxis("bottom").enableAutoSIPrefix(False)
+            plot.getPlotItem().layout.setContentsMargins(6.0, 3.0, 8.0, 6.0)
             plot.scene().sigMouseClicked.connect(self._on_clicked)
             self._stack.addWidget(plot)
         layout = QVBoxLayout(self)
@@ -113,22 +117,25 @@ class SweepPlot(QWidget):
             self._draw_curve(axis, curve, colour, shift)
         self._legend.setVisible(len(curves) > 1)
         self._legend.setLabelTextColor(current_theme().text)
-        ticks = [(_place(axis, place), value or "–") for value, place in axis.places.items()]
-        self._plot.getAxis("bottom").setTicks([_thinned(ticks)])
+        self._plot.getAxis("bottom").setTicks([_ticks(axis)])
         self._plot.getAxis("left").setTicks(None)
-        self._show_all(axis, curves)
+        self._show_all(axis, curves, max(aside, default=0.0))
 
-    def _show_all(self, axis: Axis, curves: tuple[Curve, ...]) -> None:
+    def _show_all(self, axis: Axis, curves: tuple[Curve, ...], aside: float) -> None:
         """Let everything be seen, beside the legend where there is one."""
         places = [_place(axis, value) for value in axis.places.values()]
         wide = _extent(axis)
-        right = max(places) + (_LEGEND_SHARE if len(curves) > 1 else 0.06) * wide
+        # half a step beside words, so that they can be read
+        edge = aside + (0.5 if axis.words else 0.06 * wide)
+        right = max(places) + edge
+        if len(curves) > 1:
+            right += _LEGEND_SHARE * (right - min(places) + edge)
         whole = np.concatenate([np.append(c.y, c.mean + np.nan_to_num(c.spread)) for c in curves])
         below = np.concatenate([c.mean - np.nan_to_num(c.spread) for c in curves])
         low, high = min(whole.min(), below.min()), whole.max()
         room = 0.05 * (high - low) or 1.0
         self._plot.setRange(
-            xRange=(min(places) - 0.06 * wide, right), yRange=(low - room, high + room), padding=0
+            xRange=(min(places) - edge, right), yRange=(low - room, high + room), padding=0
         )
 
     def _draw_curve(self, axis: Axis, curve: Curve, colour: QColor, shift: float) -> None:
@@ -148,10 +155,12 @@ class SweepPlot(QWidget):
             x=at, y=curve.mean, data=[curve.row[curve.x == place].tolist() for place in curve.at],
             size=10, brush=colour, pen=current_theme().plot_background,
         )  # fmt: skip
-        for item in (bars, points, line, means):
+        # a search tries other values each time: no line leads from one to the next
+        joined = axis.words or len(curve.at) <= _MOST_TICKS
+        for item in (bars, points, *([line] if joined else []), means):
             self._plot.addItem(item)
         if curve.label:
-            self._legend.addItem(line, curve.label)
+            self._legend.addItem(line, _short(curve.label, 2 * _LONGEST_TICK))
         self._marks += [means, points]
 
     def _draw_heat(self, names: tuple[str, str], measure: str, heat: Heat) -> None:
@@ -166,7 +175,7 @@ class SweepPlot(QWidget):
         self._bar.axis.setTextPen(theme.muted)
         self._write_numbers(heat, measure, (low + high) / 2.0)
         for side, values in (("bottom", heat.x), ("left", heat.y)):
-            ticks = [(float(i), value or "–") for i, value in enumerate(values)]
+            ticks = [(float(i), _short(value)) for i, value in enumerate(values)]
             self._plot.getAxis(side).setTicks([_thinned(ticks)])
         self._plot.setRange(
             xRange=(-0.5, len(heat.x) - 0.5), yRange=(-0.5, len(heat.y) - 0.5), padding=0
@@ -244,9 +253,34 @@ def _extent(axis: Axis) -> float:
     return max(places) - min(places) or 1.0
 
 
+def _ticks(axis: Axis) -> list[tuple[float, str]]:
+    """A tick at each value where they are few or words, else at round numbers."""
+    places = axis.places
+    if axis.words or len(places) <= _MOST_TICKS:
+        return _thinned([(_place(axis, place), _short(value)) for value, place in places.items()])
+    low, high = min(places.values()), max(places.values())
+    if not axis.log:
+        step = 10.0 ** np.floor(np.log10(high - low))
+        step *= next(part for part in (1.0, 0.5, 0.2, 0.1) if (high - low) / (part * step) >= 4.0)
+        numbers = np.arange(np.ceil(low / step), np.floor(high / step) + 1.0) * step
+    else:
+        decades = np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)) + 1.0)
+        numbers = np.outer(10.0**decades, (1.0, 2.0, 5.0)).ravel()
+        numbers = numbers[(numbers >= low) & (numbers <= high)]
+    return [(_place(axis, number), f"{number:g}") for number in numbers]
+
+
+def _short(value: str, longest: int = _LONGEST_TICK) -> str:
+    """A value that has room; the ends of names say most."""
+    if len(value) > longest:
+        half = (longest - 1) // 2
+        return f"{value[:half]}…{value[-half:]}"
+    return value or "–"
+
+
 def _thinned(ticks: list[tuple[float, str]]) -> list[tuple[float, str]]:
     """Ticks that have room; all are there where they are few."""
-    step = max(1, len(ticks) // 12)
+    step = max(1, len(ticks) // _MOST_TICKS)
     return ticks[::step]
 
 

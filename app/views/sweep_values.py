@@ -31,6 +31,8 @@ class SweepValues(QWidget):
         What can be varied, with a sentence about it.
     hint : callable
         Which values a name takes, in words.
+    form : str
+        How values are written.
 
     Signals
     -------
@@ -43,11 +45,12 @@ class SweepValues(QWidget):
         self,
         names: Sequence[tuple[str, str]],
         hint: Callable[[str], str],
+        form: str = "a,b,c",
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
         self._about = dict(names)
-        self._hint = hint
+        self._hint, self._form = hint, form
         self._fields: dict[str, QLineEdit] = {}
         self._lines: dict[str, list[QWidget]] = {}
         self._inside = QWidget()
@@ -111,7 +114,7 @@ class SweepValues(QWidget):
         label.setToolTip(self._about[name])
         field = QLineEdit()
         field.setAccessibleName(f"Values of {label.text()}")
-        field.setPlaceholderText("values, with commas between them")
+        field.setPlaceholderText(self._form)
         field.setToolTip(f"{self._about[name]} {self._hint(name)}")
         field.textEdited.connect(self.changed)
         hint = QLabel(self._hint(name))

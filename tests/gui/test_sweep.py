@@ -1,6 +1,7 @@
 """Sweeps in the window: asked for, computed by a process of their own, plotted, taken over."""
 
 import csv
+from dataclasses import replace
 
 import pytest
 from PySide6.QtCore import QPoint, QSettings, Qt
@@ -9,6 +10,7 @@ from PySide6.QtWidgets import QApplication
 
 from app.presenters import sweeps as sweeps_module
 from app.presenters.sweep_plan import (
+    PointsWish,
     SweepWish,
     count_of_wish,
     count_words,
@@ -18,6 +20,7 @@ from app.presenters.sweep_plan import (
 from app.presenters.sweeps import SweepNow, SweepPresenter
 from app.sweeping import dialog as dialog_module
 from app.sweeping.dialog import SweepDialog
+from app.sweeping.points import SweepPoints
 from app.sweeping.results import SweepResults
 from app.tasks.task import TaskList
 from app.views.sweep_values import SweepValues
@@ -70,7 +73,8 @@ def test_values_are_added_by_keys_and_taken_away(shown, qtbot):
 
 def wish_for(recording, tmp_path):
     return SweepWish(
-        recordings=(str(recording),), varied=(("iterations", "2,3"),), seeds="0,1",
+        recordings=(str(recording),), seeds="0,1",
+        points=PointsWish(varied=(("iterations", "2,3"),)),
         frames="0:3", table=str(tmp_path / "a.csv"), scheduler="", preset="fast",
         changes=("reach=0.2",), workers=2,
     )  # fmt: skip
@@ -84,7 +88,32 @@ def test_a_wish_is_a_command(tmp_path, small_recording):
     assert words.startswith("4 runs (2 points). To track: 12 frames")
     assert "not known yet" in words
     with pytest.raises(InputError, match="no recording"):
-        SweepWish((), (), "0", "", "a.csv", "", "fast", (), 1).arguments()
+        SweepWish((), PointsWish(), "0", "", "a.csv", "", "fast", (), 1).arguments()
+
+
+def test_lists_and_searches_are_asked_for_like_grids(shown, tmp_path, small_recording):
+    points = shown(SweepPoints())
+    points.way.setCurrentIndex(points.way.findData("list"))
+    with pytest.raises(InputError, match="no list"):
+        points.wish().arguments()
+    listed = tmp_path / "points.csv"
+    listed.write_text("iterations,views\n2,NS\n3,\n4,\n")
+    points.file.setText(str(listed))
+    wish = replace(wish_for(small_recording, tmp_path), points=points.wish())
+    assert (count_of_wish(wish).points, count_of_wish(wish).jobs) == (3, 6)
+    points.way.setCurrentIndex(points.way.findData("search"))
+    with pytest.raises(InputError, match="nothing is searched"):
+        points.wish().arguments()
+    points.ranges.add("reach", "0.1:0.5")
+    points.trials.setValue(4)
+    points.judge.setCurrentIndex(points.judge.findData("lost"))
+    assert points.wish().arguments() == [
+        "--search", "reach=0.1:0.5", "--trials", "4", "--minimise", "lost"
+    ]  # fmt: skip
+    wish = replace(wish, points=points.wish())
+    assert (count_of_wish(wish).points, count_of_wish(wish).jobs) == (4, 8)
+    points.way.setCurrentIndex(0)
+    assert points.wish().arguments() == []
 
 
 def test_points_and_fields_tell_their_runs(shown, qtbot, table, tmp_path):
@@ -104,6 +133,8 @@ def test_points_and_fields_tell_their_runs(shown, qtbot, table, tmp_path):
     with qtbot.waitSignal(results.taken_over) as taken:
         qtbot.mouseClick(results.take_button, Qt.MouseButton.LeftButton)
     assert taken.args[0] == {"data_points": "900"}
+    qtbot.mouseClick(results.best_button, Qt.MouseButton.LeftButton)
+    assert "data points 900, preset accurate</b>, 2 runs" in results.chosen_label.text()
     results.kind.setCurrentIndex(1)
     results.second.setCurrentIndex(results.second.findData("preset"))
     results.draw()
@@ -140,18 +171,18 @@ def test_a_sweep_is_asked_for_and_computed_and_its_values_taken_over(
     form = dialog.form
     assert len(form.recordings()) == 1
     form.show_base("fast", ["search_arms=no", "data_points=200", "fit_shape=no"])
-    form.values.add("iterations", "2")
+    form.points.values.add("iterations", "2")
     form.frames.setText("0:2")
     form.seeds.setText("0")
     form.table.setText(str(tmp_path / "window.csv"))
     form.processes.setValue(1)
     form.changed.emit()
     qtbot.waitUntil(lambda: dialog.settled and "1 run" in dialog.count_label.text(), timeout=20_000)
-    form.values.field("iterations").setText("many")
+    form.points.values.field("iterations").setText("many")
     form.changed.emit()
     qtbot.waitUntil(lambda: "not a valid value" in dialog.error_label.text(), timeout=20_000)
     assert not dialog.begin_button.isEnabled()
-    form.values.field("iterations").setText("2")
+    form.points.values.field("iterations").setText("2")
     form.changed.emit()
     qtbot.waitUntil(lambda: dialog.settled and dialog.begin_button.isEnabled(), timeout=20_000)
     assert dialog.measure_button.isVisible()
