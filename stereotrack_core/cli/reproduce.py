@@ -52,6 +52,7 @@ def run(args: Namespace) -> int:
     from stereotrack_core.cli.reproduction.work import track_all
     from stereotrack_core.cli.reproduction.writing import print_results, write_results
     from stereotrack_core.evaluation.reproduction.plan import groups
+    from stereotrack_core.worker_processes import Lost
 
     presets = _presets(args.presets)
     for name in ("seeds", "workers"):
@@ -66,8 +67,12 @@ def run(args: Namespace) -> int:
             write_results(places, recordings, planned, presets, short=args.short)
 
         track_all(places, recordings, planned, args.workers, write)
-    except Cancelled:
+    except (Cancelled, KeyboardInterrupt):
         say(f"Stopped. What is finished is in {places.folder}; the same command goes on from it.")
+        return FAILED
+    except Lost as lost:
+        say(f"Stopped twice at the same runs: {lost}. Fewer --workers need less memory; the same "
+            "command goes on.")  # fmt: skip
         return FAILED
     results = write_results(places, recordings, planned, presets, short=args.short, last=True)
     print_results(results, places, as_json=args.json)

@@ -2,29 +2,25 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import signal
-import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing.managers import SyncManager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from stereotrack_core.cli.output import say
 from stereotrack_core.cli.progress import stoppable
 from stereotrack_core.cli.reproduction.pace import pace
 from stereotrack_core.cli.reproduction.places import Places, kept_run
 from stereotrack_core.errors import Cancelled
+from stereotrack_core.worker_processes import Asker, Lost, WorkerProcess, end, with_words
 
 if TYPE_CHECKING:
-    from threading import Event
-
     from stereotrack_core.body.pose import Pose
     from stereotrack_core.evaluation.reproduction.plan import Group
     from stereotrack_core.recording.description import Recording, Subject
 
-_POLL = 0.5
+    _Task: TypeAlias = tuple[Places, Sequence[Path], Group]
+
+_LOOK_SECONDS = 0.2
 
 
 def track_all(
@@ -62,7 +58,8 @@ def track_all(
                 _track_group(places, folders, group, going.advance, stopped)
                 note(group)
         else:
-            _in_processes(places, folders, left, workers, note, stopped)
+            tasks = [(places, folders, group) for group in left]
+            _Crew(tasks, workers).work(going.advance, note, stopped)
 
 
 def missing_runs(
@@ -92,9 +89,13 @@ def _track_group(
     """Track a group and write its runs."""
     from stereotrack_core.evaluation.reproduction.plan import averaged_subject
     from stereotrack_core.evaluation.reproduction.tracking import track_group
+    from stereotrack_core.interop.atomic import forget_unfinished
     from stereotrack_core.interop.run_npz import write_npz
     from stereotrack_core.recording.folder import open_recording
 
+    paths = {entry: places.run(group.recording, entry) for entry in group.entries}
+    for path in paths.values():
+        forget_unfinished(path)
     recordings = [open_recording(folder) for folder in folders]
     recording = next(one for one in recordings if one.name == group.recording)
     average: Subject = averaged_subject([one.subject for one in recordings])
@@ -108,9 +109,8 @@ def _track_group(
         cancelled=cancelled,
     )
     for entry, run in made:
-        path = places.run(group.recording, entry)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_npz(path, run)
+        paths[entry].parent.mkdir(parents=True, exist_ok=True)
+        write_npz(paths[entry], run)
 
 
 def reference_poses(recording: Recording) -> dict[int, Pose]:
@@ -131,46 +131,74 @@ def reference_poses(recording: Recording) -> dict[int, Pose]:
     return {frame: pose_of_landmarks(at[frame]) for frame in wanted if frame in at}
 
 
-def _in_processes(
-    places: Places,
-    folders: Sequence[Path],
-    groups: Sequence[Group],
-    workers: int,
-    note: Callable[[Group], None],
-    stopped: Callable[[], bool],
-) -> None:
-    context = multiprocessing.get_context("spawn")
-    manager = SyncManager(ctx=context)
-    manager.start(_ignore_interrupts)
-    with manager:
-        stop = manager.Event()
-        with ProcessPoolExecutor(workers, context, _ignore_interrupts) as pool:
-            waiting = {pool.submit(_work, places, folders, g, stop): g for g in groups}
-            try:
-                while waiting:
-                    done = [future for future in waiting if future.done()]
-                    for future in done:
-                        group = waiting.pop(future)
-                        future.result()
-                        note(group)
-                    if stopped():
-                        say("Stopping; every process ends the step that it is at.")
-                        raise Cancelled
-                    if not done:
-                        time.sleep(_POLL)
-            except BaseException:
-                stop.set()
-                pool.shutdown(cancel_futures=True)
+class _Crew:
+    """Processes that track groups of runs, each group anew where its process is lost."""
+
+    def __init__(self, tasks: Sequence[_Task], workers: int) -> None:
+        self._waiting = list(tasks)
+        self._workers = workers
+        self._again: set[Group] = set()
+        self._at: dict[WorkerProcess, _Task] = {}
+        self._frames: dict[WorkerProcess, int] = {}
+
+    def work(
+        self,
+        on_frame: Callable[[int], None],
+        note: Callable[[Group], None],
+        stopped: Callable[[], bool],
+    ) -> None:
+        """Do everything; ends all processes, however it ends."""
+        try:
+            while self._waiting or self._at:
+                self._hand_out()
+                for worker in with_words(list(self._at), _LOOK_SECONDS):
+                    self._listen(worker, note)
+                on_frame(sum(self._frames.values()))
+                if stopped():
+                    raise Cancelled
+        finally:
+            end(list(self._frames))
+
+    def _hand_out(self) -> None:
+        while self._waiting and len(self._at) < self._workers:
+            idle = [worker for worker in self._frames if not worker.busy]
+            worker = idle[0] if idle else WorkerProcess(_work, self._workers)
+            self._frames[worker] = 0
+            self._at[worker] = self._waiting.pop(0)
+            worker.give(self._at[worker])
+
+    def _listen(self, worker: WorkerProcess, note: Callable[[Group], None]) -> None:
+        group = self._at[worker][-1]
+        try:
+            for word in worker.words():
+                if isinstance(word, Exception):
+                    raise word
+                self._frames[worker] += word
+        except Lost as lost:
+            if group in self._again:
                 raise
+            say(f"{group.recording}: {lost}; its runs are begun again.")
+            self._again.add(group)
+            self._waiting.append(self._at.pop(worker))
+            del self._frames[worker]
+            end([worker])
+            return
+        if not worker.busy:
+            del self._at[worker]
+            self._frames[worker] = 0
+            note(group)
 
 
-def _ignore_interrupts() -> None:
-    """Ctrl-C reaches every process of a terminal; only the first one decides."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+def _work(task: _Task, asker: Asker) -> None:
+    places, folders, group = task
+    done = 0
 
+    def on_frame(frames: int) -> None:
+        nonlocal done
+        asker.on_frames(frames - done)
+        done = frames
 
-def _work(places: Places, folders: Sequence[Path], group: Group, stop: Event) -> None:
-    _track_group(places, folders, group, lambda _: None, stop.is_set)
+    _track_group(places, folders, group, on_frame, asker.gone)
 
 
 def _frames(recording: Recording) -> int:

@@ -1,0 +1,214 @@
+"""Processes of this machine that do one task after the other, each on its share of the cores.
+
+Unlike :class:`concurrent.futures.ProcessPoolExecutor` they can be ended at any moment, tell how
+far they are, and one of them that is killed takes no other with it.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import pickle
+import signal
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from multiprocessing.connection import Connection, wait
+from typing import Any, TypeVar
+
+import cv2
+
+from stereotrack_core.blas_threads import one_blas_thread
+from stereotrack_core.errors import Cancelled
+
+_TELL_SECONDS = 0.2
+_LAST_WORD_SECONDS = 5.0
+_CONTEXT = multiprocessing.get_context("spawn")
+
+
+class Asker:
+    """Whoever wants a task done, as the process at work knows it."""
+
+    def __init__(self, pipe: Connection) -> None:
+        self._pipe = pipe
+        self._parent = multiprocessing.parent_process()
+        self._untold = 0
+        self._told = 0.0
+
+    def on_frames(self, count: int) -> None:
+        """So many frames more are done; told some times a second."""
+        self._untold += count
+        if time.monotonic() - self._told > _TELL_SECONDS:
+            self._tell_frames()
+
+    def tell(self, word: Any) -> None:
+        """Tell something that is neither a number nor None; numbers that wait go first."""
+        self._tell_frames()
+        self._pipe.send(word)
+
+    def gone(self) -> bool:
+        """Whether nobody wants it any more."""
+        return self._parent is not None and not self._parent.is_alive()
+
+    def _tell_frames(self) -> None:
+        if self._untold:
+            self._pipe.send(self._untold)
+            self._untold, self._told = 0, time.monotonic()
+
+
+class Lost(Exception):
+    """A process has ended by itself in the middle of a task.
+
+    Parameters
+    ----------
+    code : int or None
+        How it ended, as :attr:`multiprocessing.Process.exitcode`.
+    """
+
+    def __init__(self, code: int | None) -> None:
+        super().__init__(f"the process that tracked it has ended by itself (exit code {code})")
+
+
+class WorkerProcess:
+    """A process that waits for tasks.
+
+    Parameters
+    ----------
+    do : callable
+        What it does with a task: a function of a module, called with the task and an
+        :class:`Asker`. What it raises is told as a word.
+    count : int
+        Processes that share the machine's cores.
+    """
+
+    def __init__(self, do: Callable[[Any, Asker], None], count: int) -> None:
+        self.pipe, theirs = _CONTEXT.Pipe()
+        threads = max(1, usable_cores() // count)
+        self._process = _CONTEXT.Process(target=_serve, args=(theirs, do, threads), daemon=True)
+        libraries = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+        limits = {**dict.fromkeys(libraries, "1"), "NUMBA_NUM_THREADS": str(threads)}
+        with _environment(limits), _out_of_reach_of_interrupts():
+            self._process.start()
+        theirs.close()
+        self.busy = False
+
+    @property
+    def pid(self) -> int | None:
+        """Number of the process."""
+        return self._process.pid
+
+    def give(self, task: Any) -> None:
+        """Let it do a task; one that has died is found out by listening to it."""
+        self.busy = True
+        with suppress(BrokenPipeError, ConnectionResetError):
+            self.pipe.send(task)
+
+    def words(self) -> Iterator[Any]:
+        """What it has told since it was last listened to.
+
+        Numbers are frames done, exceptions what a task failed of, all else is what the task
+        tells. After the task's last word it is no longer busy.
+
+        Raises
+        ------
+        Lost
+            Where it has ended; it must be ended nevertheless.
+        """
+        try:
+            while self.pipe.poll():
+                word = self.pipe.recv()
+                if word is None:
+                    self.busy = False
+                else:
+                    yield word
+        except (EOFError, ConnectionResetError):
+            self._process.join(_LAST_WORD_SECONDS)
+            raise Lost(self._process.exitcode) from None
+
+
+_AnyWorker = TypeVar("_AnyWorker", bound=WorkerProcess)
+
+
+def with_words(workers: Sequence[_AnyWorker], seconds: float) -> list[_AnyWorker]:
+    """Those that have something to tell, or have died; waits for the first so long at most."""
+    ready = wait([worker.pipe for worker in workers], seconds)
+    return [worker for worker in workers if worker.pipe in ready]
+
+
+def end(workers: Sequence[WorkerProcess]) -> None:
+    """End processes at once; what they are at is lost."""
+    for worker in workers:
+        worker._process.terminate()
+    for worker in workers:
+        worker._process.join(_LAST_WORD_SECONDS)
+        if worker._process.is_alive():
+            worker._process.kill()
+            worker._process.join()
+        worker.pipe.close()
+
+
+def usable_cores() -> int:
+    """Cores that this program may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+@contextmanager
+def _environment(values: Mapping[str, str]) -> Iterator[None]:
+    """Set variables that a process inherits: libraries look at them when they are loaded."""
+    before = {name: os.environ.get(name) for name in values}
+    os.environ.update(values)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+@contextmanager
+def _out_of_reach_of_interrupts() -> Iterator[None]:
+    """Start processes that Ctrl-C never reaches, not even while they load what they need.
+
+    A terminal sends it to every process; only the one that asks for work decides.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    from multiprocessing import resource_tracker
+
+    resource_tracker.ensure_running()  # starting it later would let interrupts through again
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _serve(pipe: Connection, do: Callable[[Any, Asker], None], threads: int) -> None:
+    """Do tasks until nobody asks any more, or whoever asked is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    cv2.setNumThreads(threads)
+    asker = Asker(pipe)
+    with one_blas_thread(), suppress(EOFError, BrokenPipeError, ConnectionResetError, Cancelled):
+        while True:
+            task = pipe.recv()
+            try:
+                do(task, asker)
+            except (BrokenPipeError, ConnectionResetError, Cancelled):
+                raise
+            except Exception as error:  # noqa: BLE001 - told to whoever asked
+                asker.tell(_portable(error))
+            pipe.send(None)
+
+
+def _portable(error: Exception) -> Exception:
+    """An exception that can be sent; one that says the same where it cannot."""
+    try:
+        pickle.loads(pickle.dumps(error))  # noqa: S301 - our own object
+    except Exception:  # noqa: BLE001 - whatever it may be that pickle cannot take
+        return RuntimeError(f"{type(error).__name__}: {error}")
+    return error

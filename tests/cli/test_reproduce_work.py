@@ -1,0 +1,106 @@
+"""``stereotrack reproduce`` with several processes: lost ones, and stopping."""
+
+import multiprocessing
+import os
+import signal
+
+import numpy as np
+import pytest
+
+from stereotrack_core.cli.reproduction import work
+from stereotrack_core.cli.reproduction.places import Places, kept_run
+from stereotrack_core.errors import Cancelled
+from stereotrack_core.evaluation.reproduction.plan import Entry, Group, Way
+from stereotrack_core.interop.run_npz import read_npz
+from stereotrack_core.recording.fingerprint import fingerprint
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.worker_processes import Lost
+
+
+@pytest.fixture
+def job(recording, tmp_path):
+    """A recording and two groups of runs, to be tracked by two processes."""
+    opened = open_recording(recording)
+    groups = [Group(opened.name, (Entry(Way("fast"), seed),)) for seed in (0, 1)]
+    return Places(tmp_path / "ö made"), opened, groups
+
+
+def track(job, on_group=lambda: None):
+    places, recording, groups = job
+    work.track_all(places, [recording], groups, 2, on_group)
+
+
+def no_process_is_left():
+    return not multiprocessing.active_children()
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="there is no such signal")
+def test_runs_of_a_killed_process_are_made_anew_and_leave_nothing_half_written(
+    job, monkeypatch, capsys
+):
+    places, recording, groups = job
+    path = places.run(recording.name, groups[0].entries[0])
+    path.parent.mkdir(parents=True)
+    half = path.with_name(f".{path.stem}-{'0' * 32}{path.suffix}")
+    half.touch()
+    killed = []
+
+    def kill_one(workers, seconds):
+        if not killed:
+            killed.append(workers[0].pid)
+            os.kill(killed[0], signal.SIGKILL)
+        return with_words(workers, seconds)
+
+    with_words = work.with_words
+    monkeypatch.setattr(work, "with_words", kill_one)
+    told = []
+    track(job, lambda: told.append(True))
+    assert len(told) == 2
+    assert "exit code -9" in capsys.readouterr().err
+    assert no_process_is_left()
+    assert sorted(one.name for one in path.parent.iterdir()) == [
+        *("fast-seed0.npz", "fast-seed1.npz"),
+    ]
+    for group in groups:
+        (entry,) = group.entries
+        assert kept_run(places, recording, fingerprint(recording), entry) is not None
+    assert np.isfinite(read_npz(path).landmarks).any()
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="there is no such signal")
+def test_a_group_that_is_lost_twice_ends_the_work(job, monkeypatch):
+    def kill_all(workers, seconds):
+        for worker in workers:
+            os.kill(worker.pid, signal.SIGKILL)
+        return with_words(workers, seconds)
+
+    with_words = work.with_words
+    monkeypatch.setattr(work, "with_words", kill_all)
+    with pytest.raises(Lost):
+        track(job)
+    assert no_process_is_left()
+
+
+def test_what_is_wrong_in_a_process_is_said_here(job):
+    places = job[0]
+    places.folder.mkdir()
+    (places.folder / "runs").write_text("in the way")
+    with pytest.raises(OSError, match="runs"):
+        track(job)
+    assert no_process_is_left()
+
+
+@pytest.mark.parametrize("times", [1, 2])
+def test_interrupts_end_every_process_and_keep_what_is_finished(job, times, monkeypatch):
+    def interrupt(workers, seconds):
+        for _ in range(times):
+            os.kill(os.getpid(), signal.SIGINT)
+        return with_words(workers, seconds)
+
+    with_words = work.with_words
+    monkeypatch.setattr(work, "with_words", interrupt)
+    with pytest.raises((Cancelled, KeyboardInterrupt)):
+        track(job)
+    assert no_process_is_left()
+    places, recording, groups = job
+    assert work.missing_runs(places, [recording], groups) == tuple(groups)

@@ -1,0 +1,100 @@
+"""Processes that do tasks: what they tell, how they are lost, and how they end."""
+
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+
+import pytest
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.worker_processes import Lost, WorkerProcess, end, with_words
+
+
+def do(task, asker):
+    """What the processes of these tests do."""
+    if task == "wrong":
+        raise InputError("this cannot be", where="here", remedy="Do it otherwise.")
+    if task == "odd":
+        raise ValueError(lambda: "cannot be sent")
+    if task == "die":
+        os._exit(7)
+    for _ in range(int(task)):
+        asker.on_frames(1)
+    asker.tell({"task": task})
+
+
+@pytest.fixture
+def worker():
+    made = WorkerProcess(do, 1)
+    yield made
+    end([made])
+
+
+def all_words(worker, task):
+    worker.give(task)
+    heard = []
+    while worker.busy:
+        for one in with_words([worker], 10):
+            heard += one.words()
+    return heard
+
+
+def test_tasks_one_after_the_other_with_frames_counted(worker):
+    for task in ("3", "40"):
+        *frames, last = all_words(worker, task)
+        assert sum(frames) == int(task)
+        assert last == {"task": task}
+
+
+def test_what_a_task_fails_of_is_told_and_the_process_goes_on(worker):
+    (wrong,) = all_words(worker, "wrong")
+    assert isinstance(wrong, InputError)
+    assert (str(wrong), wrong.where) == ("here: this cannot be. Do it otherwise.", "here")
+    (odd,) = all_words(worker, "odd")
+    assert isinstance(odd, RuntimeError)
+    assert str(odd).startswith("ValueError")
+    assert all_words(worker, "0") == [{"task": "0"}]
+
+
+def test_a_process_that_ends_by_itself_is_lost(worker):
+    with pytest.raises(Lost, match="exit code 7"):
+        all_words(worker, "die")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are sent otherwise there")
+@pytest.mark.parametrize("seconds", [0.0, 0.3, 1.5], ids=["started", "loading", "waiting"])
+def test_interrupts_of_the_terminal_reach_only_the_one_that_asks(tmp_path, seconds):
+    script = tmp_path / "asker.py"
+    script.write_text(
+        textwrap.dedent("""
+        import time
+        from stereotrack_core.worker_processes import WorkerProcess, end
+        if __name__ == "__main__":
+            workers = [WorkerProcess(print, 2) for _ in range(2)]
+            print(*(worker.pid for worker in workers), flush=True)
+            try:
+                time.sleep(60)
+            except KeyboardInterrupt:
+                print("stopped", flush=True)
+            finally:
+                end(workers)
+        """)
+    )
+    with subprocess.Popen(
+        [sys.executable, str(script)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    ) as asker:
+        pids = [int(word) for word in asker.stdout.readline().split()]
+        time.sleep(seconds)
+        os.killpg(asker.pid, signal.SIGINT)
+        out, err = asker.communicate(timeout=60)
+    assert (out, err) == ("stopped\n", "")
+    for pid in pids:
+        with pytest.raises(ProcessLookupError):
+            os.kill(pid, 0)
