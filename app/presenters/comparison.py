@@ -87,10 +87,12 @@ def compared(shown: Sequence[RunEntry], truth: Judgement, selection: range | Non
         return ComparedRuns(f"{error.what[0].upper()}{error.what[1:]}.", "", names, ())
     count = len(found.frames)
     frames = f"{count} frame{'' if count == 1 else 's'} that all runs have{where}"
-    words = (
-        f"Means over {frames}{_against(truth)}; in brackets the difference from the first run and "
-        "its 95 % interval."
+    told = (
+        "the difference from the first run has its 95 % interval in brackets"
+        if len(candidates) == 2
+        else "in brackets the difference from the first run"
     )
+    words = f"Means over {frames}{_against(truth)}; {told}."
     return ComparedRuns(words, how_it_is_made(found), names, _rows(found, truth))
 
 

@@ -95,7 +95,7 @@ def _predict(trace: FrameTrace, step: Step) -> StepContent:
         step,
         trace,
         " ".join(trace.notes),
-        tables=(deviations_table(before, predicted, names, ("Frame before", "Predicted")),),
+        tables=(deviations_table(before, predicted, names, ("Before", "Predicted")),),
         maps=covariance_maps(before, predicted, names, ("Correlations before", "Predicted")),
     )
 
@@ -174,8 +174,8 @@ def _parts_table(points: Points) -> Table:
         "1: full trust, 0: none; it falls with the distance",
         "Standard deviation that a measurement is taken to have",
     )
-    headings = ("Part", "Pairs", "Mean mm", "RMS mm", "Weight", "σ mm")
-    return Table("Pairs by part", headings, tuple(rows), tuple(limbs), tips=tips)
+    headings = ("Part", "Pairs", "Mean", "RMS", "Weight", "σ")
+    return Table("Pairs by part, lengths in mm", headings, tuple(rows), tuple(limbs), tips=tips)
 
 
 def _rows_table(rows: tuple[Rows, ...]) -> Table:

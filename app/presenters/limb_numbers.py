@@ -96,7 +96,7 @@ def groups(numbers: Sequence[StretchNumbers]) -> tuple[StatisticsGroup, ...]:
     result = []
     for i, one in enumerate(numbers):
         other = one.run != numbers[0].run
-        title = one.run if other else one.stretch.name
+        title = f"{one.run}, {one.stretch.name}" if other else one.stretch.name
         rows = tuple(_row(row) for row in one.limbs if row.limb != ALL_ARMS)
         pooled = next(_row(row).values for row in one.limbs if row.limb == ALL_ARMS)
         frames = f"frames {one.stretch.first} – {one.stretch.end - 1}"
@@ -113,10 +113,10 @@ def words(numbers: Sequence[StretchNumbers], judgement: Judgement) -> str:
     where = f"{numbers[0].stretch.name}, frames {first} – {end - 1}"
     if judgement.truth is None:
         return (
-            f"Standard deviation as the tracker itself states it, degrees, {where}: there is no "
-            "reference to measure errors against."
+            f"Standard deviation of {numbers[0].run} as the tracker itself states it, degrees, "
+            f"{where}: there is no reference to measure errors against."
         )
-    return f"Angular error against {judgement.truth.words}, degrees, {where}."
+    return f"Angular error of {numbers[0].run} against {judgement.truth.words}, degrees, {where}."
 
 
 def as_csv(numbers: Sequence[StretchNumbers], threshold: float) -> str:

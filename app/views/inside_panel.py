@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import QEvent, QSize, Qt, Signal
-from PySide6.QtGui import QAction, QColor, QFontMetrics
+from PySide6.QtGui import QAction, QColor
 from PySide6.QtWidgets import (
     QButtonGroup,
     QHBoxLayout,
@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.theme import current_theme
+from app.views.elided_label import ElidedLabel
 from app.views.heat_map import HeatMapView
 from app.views.histogram_view import HistogramView
 from app.views.inside_content import StepContent, StepName
@@ -51,7 +52,7 @@ class InsidePanel(QWidget):
         self.steps.setMinimumWidth(110)
         self.steps.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.steps.currentItemChanged.connect(self._on_chosen)
-        self.beginning = _Elided(self)
+        self.beginning = ElidedLabel(parent=self)
         self.page = StepPage(self)
         self._filling = False
         self._names: tuple[StepName, ...] = ()
@@ -73,7 +74,7 @@ class InsidePanel(QWidget):
         split.addWidget(self.page)
         split.setStretchFactor(0, 0)
         split.setStretchFactor(1, 1)
-        split.setSizes([150, 400])
+        split.setSizes([136, 400])
         split.setChildrenCollapsible(False)
         top = QHBoxLayout()
         top.setContentsMargins(6, 2, 4, 0)
@@ -158,7 +159,7 @@ class StepPage(QScrollArea):
         self.setFrameShape(QScrollArea.Shape.NoFrame)
         page = QWidget()
         self._column = QVBoxLayout(page)
-        self._column.setContentsMargins(8, 4, 8, 8)
+        self._column.setContentsMargins(6, 4, 4, 8)
         self._column.setSpacing(4)
         self.title, self.words, self.source = QLabel(), QLabel(), QLabel()
         self.title.setProperty("role", "heading")
@@ -251,27 +252,3 @@ class StepPage(QScrollArea):
             table.setVisible(there)
             if there:
                 table.show_table(content.tables[index])
-
-
-class _Elided(QLabel):
-    """One line that is cut where there is no room; whole in its tip."""
-
-    def __init__(self, parent: QWidget) -> None:
-        super().__init__(parent)
-        self._words = ""
-        self.setProperty("role", "muted")
-        self.setMinimumWidth(40)
-
-    def set_words(self, words: str) -> None:
-        self._words = words
-        self.setToolTip(words)
-        self.setAccessibleName(words)
-        self._fit()
-
-    def resizeEvent(self, event: object) -> None:
-        super().resizeEvent(event)  # type: ignore[arg-type]
-        self._fit()
-
-    def _fit(self) -> None:
-        metrics = QFontMetrics(self.font())
-        self.setText(metrics.elidedText(self._words, Qt.TextElideMode.ElideRight, self.width()))

@@ -17,6 +17,8 @@ from app.limb_colours import LIMB_COLOURS
 from app.views.cells import RIGHT, dress_table, make_bold, swatch
 from app.views.inside_content import Table
 
+_NARROWEST_WORDS = 72
+
 
 class _Grid(QTableWidget):
     """Scrolls with the page, not by itself."""
@@ -40,8 +42,9 @@ class _Grid(QTableWidget):
         if not header.count():
             return
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        if header.length() < self.viewport().width():
-            header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        left = self.viewport().width() - header.length() + header.sectionSize(0)
+        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Fixed)
+        header.resizeSection(0, max(left, _NARROWEST_WORDS))
         self.setFixedHeight(self.sizeHint().height())
 
 
@@ -55,6 +58,7 @@ class InsideTable(QWidget):
         self._title.setWordWrap(True)
         self.grid = _Grid(self)
         dress_table(self.grid, "", room=5)
+        self.grid.setTextElideMode(Qt.TextElideMode.ElideMiddle)  # names differ at their ends
         self.grid.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.grid.horizontalHeader().setMinimumSectionSize(24)
         self.grid.horizontalHeader().setStyleSheet("QHeaderView::section { padding: 2px 5px; }")

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal, Slot
-from PySide6.QtGui import QIcon
+from PySide6.QtGui import QIcon, QResizeEvent
 from PySide6.QtWidgets import (
     QHBoxLayout,
     QHeaderView,
@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 from app.views.line_styles import LineStyle, line_pixmap
 
 _HEADINGS = ("Run", "Frames", "Arm error", "Time", "Seed", "Tracked")
-_NAME_WIDTH = 170
+_NARROWEST_NAME = 170
 
 
 @dataclass(frozen=True)
@@ -99,8 +99,8 @@ class RunsPanel(QWidget):
         header.setStretchLastSection(False)
         for column in range(1, len(_HEADINGS)):
             header.setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Interactive)
-        header.resizeSection(0, _NAME_WIDTH)
+        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Fixed)
+        self.tree.setTextElideMode(Qt.TextElideMode.ElideMiddle)
         self._rows: tuple[RunRow, ...] = ()
         self._noted_row = -1
         self._none = QLabel("No run yet. Run the tracker, or open a run file.")
@@ -157,6 +157,19 @@ class RunsPanel(QWidget):
                 self.tree.addTopLevelItem(QTreeWidgetItem())
             for place, row in enumerate(rows):
                 self._fill(self.tree.topLevelItem(place), row)
+        for column, heading in enumerate(("time", "seed", "when"), start=3):
+            self.tree.setColumnHidden(column, not any(getattr(row, heading) for row in rows))
+        self._fit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        """Give names the room that numbers leave."""
+        header = self.tree.header()
+        others = header.length() - header.sectionSize(0)
+        header.resizeSection(0, max(_NARROWEST_NAME, self.tree.viewport().width() - others))
 
     def _fill(self, item: QTreeWidgetItem | None, row: RunRow) -> None:
         if item is None:

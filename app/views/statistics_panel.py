@@ -90,6 +90,8 @@ class StatisticsPanel(QWidget):
         self.tree.setAlternatingRowColors(True)
         self.tree.setUniformRowHeights(True)
         self.tree.setIndentation(8)
+        self.tree.setTextElideMode(Qt.TextElideMode.ElideMiddle)
+        self.tree.header().setStyleSheet("QHeaderView::section { padding: 3px 4px; }")
         self.tree.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self._buttons = QHBoxLayout()
         self._buttons.setSpacing(0)

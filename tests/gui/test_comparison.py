@@ -132,8 +132,9 @@ def test_the_panel_says_differences_and_nothing_where_nothing_is(qtbot, qapp):
     row = ComparedRow("torso", "torso [°]", (ComparedCell(7.5), better))
     panel.show_numbers("words", ("a", "b"), (row,), "how it is made")
     assert panel.table.item(0, 1).text() == "7.5"
-    assert panel.table.item(0, 2).text() == "6.0   (-1.5; -2.0 to -1.0)"
-    assert panel.table.item(0, 3).text() == better.verdict
+    assert panel.table.item(0, 2).text() == "6.0"
+    assert panel.table.item(0, 3).text() == "-1.5 (-2.0 to -1.0)"
+    assert panel.table.item(0, 4).text() == better.verdict
     assert panel.words.toolTip() == "how it is made"
     plain = panel.table.item(0, 1).foreground().color()
     assert panel.table.item(0, 2).foreground().color() != plain
@@ -141,8 +142,20 @@ def test_the_panel_says_differences_and_nothing_where_nothing_is(qtbot, qapp):
     panel.show_numbers(
         "words", ("a", "b", "c"), (replace(row, cells=(*row.cells[:1], unsure, unsure)),)
     )
-    assert panel.table.item(0, 2).text() == "6.0   (-1.5)"
+    assert panel.table.item(0, 2).text() == "6.0 (-1.5)"
     assert panel.table.item(0, 2).foreground().color() == plain
     assert panel.table.columnCount() == 4
     panel.show_numbers("", (), ())
     assert panel.table.isHidden()
+
+
+@pytest.mark.window
+def test_two_runs_with_long_names_fit_a_narrow_panel(shown):
+    panel = shown(ComparisonPanel(), 480, 300)
+    cell = ComparedCell(106.0, -21.5, -22.0, -11.0, True, "b is better by 21.5 deg (11 to 22)")
+    row = ComparedRow("left_upper_arm", "left upper arm [°]", (ComparedCell(127.5), cell))
+    panel.show_numbers("words", ("a-name-of-a-run-that-is-long", "another-such-name"), (row,))
+    assert panel.table.isColumnHidden(4)
+    assert panel.table.horizontalHeader().length() <= panel.table.viewport().width()
+    panel.resize(900, 300)
+    assert not panel.table.isColumnHidden(4)

@@ -58,12 +58,12 @@ def test_statistics_are_of_the_selection_obey_the_threshold_and_are_saved(
     show(reviewing, qtbot, "statistics")
     panel = reviewing.review.panels.statistics
     rows = tree_rows(panel)
-    assert list(rows)[:2] == ["whole recording", "wild"]
-    assert rows["wild"][5] != "0.0"  # lost in two frames of eight
+    assert list(rows)[:2] == ["whole recording", "wild, whole recording"]
+    assert rows["wild, whole recording"][5] != "0.0"  # lost in two frames of eight
     assert rows["whole recording"][5] == "0.0"
-    assert "against the recording's reference" in panel.words.text()
+    assert "of good against the recording's reference" in panel.words.text()
     select(reviewing, qtbot, range(4))
-    assert tree_rows(panel)["wild"][5] == "0.0"
+    assert tree_rows(panel)["wild, selection"][5] == "0.0"
     assert "frames 0 – 3" in panel.words.text()
     reviewing.actions_book.action("threshold_down").trigger()
     settle(reviewing, qtbot)
