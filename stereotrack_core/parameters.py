@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any, TypeVar, get_type_hints
 
-from stereotrack_core.errors import InputError
+from stereotrack_core.errors import InputError, did_you_mean
 
 Value = bool | int | float | str
 ParametersT = TypeVar("ParametersT", bound="ParameterGroup")
@@ -197,7 +197,8 @@ class ParameterGroup:
                 raise InputError(
                     f"there is no parameter {name!r}",
                     where="--set",
-                    remedy=f"Known are: {', '.join(sorted(known))}.",
+                    remedy=did_you_mean(name, known).rstrip()
+                    or f"Known are: {', '.join(sorted(known))}.",
                 )
         return self._replaced(values)
 

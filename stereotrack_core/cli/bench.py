@@ -56,6 +56,8 @@ def run(args: Namespace) -> int:
     for name in ("frames", "rounds"):
         if getattr(args, name) < 1:
             raise InputError("at least 1 is needed", where=f"--{name}", remedy="Give 1 or more.")
+    if args.recording is not None:
+        _check_recording(args.recording)
     parts = args.only or PARTS
     load = _load_per_core()
     if load > _BUSY:
@@ -90,6 +92,13 @@ def _load_per_core() -> float:
     if not hasattr(os, "getloadavg"):
         return 0.0
     return os.getloadavg()[0] / (os.cpu_count() or 1)
+
+
+def _check_recording(folder: Path) -> None:
+    """Refuse at once what is no recording."""
+    from stereotrack_core.recording.folder import open_recording
+
+    open_recording(folder)
 
 
 def _recording(given: Path | None) -> Path:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from stereotrack_core.cli.arguments import add_changes, add_json, check_output
 from stereotrack_core.cli.command import FAILED, OK, Command
-from stereotrack_core.cli.output import Table, put_json, put_table, say
+from stereotrack_core.cli.output import Table, put, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.errors import Cancelled, InputError
 
@@ -66,8 +66,10 @@ def run(args: Namespace) -> int:
     agreed = _agreed(every) if subject.reference is not None else None
     if args.json:
         put_json(_facts(args, subject, chosen, agreed))
-    else:
+    elif chosen:
         put_table(_table(args, subject, chosen, agreed))
+    else:
+        put(f"{_heading(args, 0, agreed)}.")
     try:
         return _export(args, subject, chosen)
     except Cancelled:
@@ -185,14 +187,19 @@ def _table(
         )
         for e in chosen
     ]
-    title = f"{len(chosen)} episodes of {args.run_file}"
-    if agreed is not None:
-        title += (
-            f"; without truth {agreed.found} of {agreed.true} are found, {agreed.right} of "
-            f"{agreed.called} found are right"
-        )
     columns = ("frames", "seconds", "limbs", "found by", ">peak", "cause", ">sure", "in words")
-    return Table(title, columns, rows)
+    return Table(_heading(args, len(chosen), agreed), columns, rows)
+
+
+def _heading(args: Namespace, count: int, agreed: Agreement | None) -> str:
+    """How many episodes there are, and how many of the run's are found without truth."""
+    heading = f"{count or 'No'} episode{'' if count == 1 else 's'} of {args.run_file}"
+    if agreed is None or not (agreed.true or agreed.called):
+        return heading
+    return (
+        f"{heading}; without truth {agreed.found} of {agreed.true} are found, {agreed.right} of "
+        f"{agreed.called} found are right"
+    )
 
 
 def _export(args: Namespace, subject: Subject, chosen: Sequence[Episode]) -> int:

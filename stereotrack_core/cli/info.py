@@ -49,11 +49,13 @@ def run(args: Namespace) -> int:
 
 def _content(folder: Path) -> dict[str, Any] | None:
     """What the recording holds; None where it cannot be opened (the findings say why)."""
+    from stereotrack_core.recording.detection_csv import own_detections
     from stereotrack_core.recording.folder import open_recording
     from stereotrack_core.recording.reader import FrameReader
 
     try:
         recording = open_recording(folder)
+        detections = own_detections(recording)
         with FrameReader(recording, read_ahead=0) as reader:
             frames = reader.frame_count
             counts = reader.stream_counts()
@@ -68,6 +70,7 @@ def _content(folder: Path) -> dict[str, Any] | None:
         "subject": recording.subject,
         "reference_frames": None if recording.reference is None else len(recording.reference.frame),
         "segments": recording.segments,
+        "detections": None if detections is None else len(detections),
     }
 
 
@@ -113,6 +116,8 @@ def _facts(content: dict[str, Any]) -> list[tuple[str, str]]:
     rows.append(("reference", "none" if known is None else f"{known} frames"))
     segments = [f"{s.name} {s.first}:{s.end}" for s in content["segments"]]
     rows.append(("segments", ", ".join(segments) or "none"))
+    if content["detections"] is not None:
+        rows.append(("detections", str(content["detections"])))
     return rows
 
 

@@ -34,7 +34,7 @@ from stereotrack_core.cli import (
 )
 from stereotrack_core.cli.command import FAILED, OK, WRONG_INPUT, Command
 from stereotrack_core.cli.output import put, say
-from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.errors import Cancelled, InputError, did_you_mean
 
 PROGRAM = "stereotrack"
 
@@ -119,6 +119,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         put(command_list())
         return OK
     try:
+        _check_command(arguments[0])
         args = parser().parse_args(arguments)
         status: int = args.run(args)
         return status
@@ -147,6 +148,15 @@ def main(argv: Sequence[str] | None = None) -> int:
         return FAILED
     except Exception as error:  # noqa: BLE001 - the last resort: a sentence instead of a traceback
         return _unexpected(error, debug="--debug" in arguments)
+
+
+def _check_command(name: str) -> None:
+    known = [command.name for command in COMMANDS]
+    if name not in known and not name.startswith("-"):
+        raise InputError(
+            f"there is no command {name!r}",
+            remedy=f"{did_you_mean(name, known)}`{PROGRAM} help` lists all.",
+        )
 
 
 def _unexpected(error: Exception, *, debug: bool) -> int:

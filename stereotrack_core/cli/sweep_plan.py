@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from stereotrack_core.cli.arguments import frames_within, seeds_of, settings_of, views_of
 from stereotrack_core.cli.tracking_job import first_pose
-from stereotrack_core.errors import InputError
+from stereotrack_core.errors import InputError, did_you_mean
 from stereotrack_core.evaluation.sweeps.estimate import expected_seconds
 from stereotrack_core.evaluation.sweeps.jobs import Base, Job, Planner, Reading
 from stereotrack_core.evaluation.sweeps.measures import MEASURES, measure_named
@@ -147,10 +147,11 @@ def judged_by(asked: str | None, recordings: Sequence[Recording]) -> str:
         return "coverage" if without else "forearms"
     measure = measure_named(asked)
     if measure is None:
+        names = [one.name for one in MEASURES]
         raise InputError(
             f"there is no measure {asked!r}",
             where="--minimise",
-            remedy=f"Known are: {', '.join(one.name for one in MEASURES)}.",
+            remedy=f"{did_you_mean(asked, names)}Known are: {', '.join(names)}.",
         )
     if measure.from_reference and without:
         raise InputError(

@@ -103,6 +103,8 @@ def read_run(path: Path) -> Run:
         For a file that is not a complete run.
     """
     path = Path(path)
+    if not path.is_file():
+        raise InputError("there is no such file", where=str(path), remedy="Check the path.")
     if path.suffix.lower() != ".npz":
         raise InputError(
             "this file does not hold a complete run",

@@ -18,6 +18,7 @@ from stereotrack_core.recording.content_checks import (
     check_times,
 )
 from stereotrack_core.recording.description import Recording, Stream, View
+from stereotrack_core.recording.detection_csv import own_detections
 from stereotrack_core.recording.finding import Finding, Severity
 from stereotrack_core.recording.folder import describe
 from stereotrack_core.recording.image_checks import check_images
@@ -67,6 +68,7 @@ def _check(recording: Recording, *, readable: bool, paced: bool, deep: bool) -> 
     if frame_count:
         yield from check_segments(recording, frame_count)
         yield from check_reference(recording, frame_count)
+    yield from _check_detections(recording)
     if deep and readable and frame_count:
         yield from check_images(recording)
     if deep and frame_count:
@@ -125,6 +127,13 @@ def _check_video(
         return
     seconds = np.array(times.times(), dtype=np.float64) * video.seconds_per_tick
     yield from check_times(f"{where}.frames", seconds, fps)
+
+
+def _check_detections(recording: Recording) -> Iterator[Finding]:
+    try:
+        own_detections(recording)
+    except InputError as error:
+        yield Finding.of(error)
 
 
 def _check_background(view: View) -> Iterator[Finding]:

@@ -36,6 +36,12 @@ def test_chain_alone(run, recording):
         assert row["ratio"] == pytest.approx(row["seconds"] / row["matching_seconds"])
 
 
+def test_what_is_no_recording_is_said_before_anything_is_measured(run, tmp_path):
+    ended = run("bench", tmp_path)
+    assert ended.status == 2
+    assert ended.err.startswith("stereotrack: ")
+
+
 def window(monkeypatch, stdout="", *, present=True, fails=False):
     def measured(command, **_):
         assert command[1:3] == ["-m", "app.bench"]

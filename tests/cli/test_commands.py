@@ -292,6 +292,20 @@ def test_info(run, recording, tmp_path):
     assert run("info", tmp_path / "none").status == 2
 
 
+def test_info_looks_at_detections(run, recording, tmp_path):
+    copy = tmp_path / "copy"
+    shutil.copytree(recording, copy)
+    header = "frame,view,kind,x,y,z,sigma,confidence\n"
+    (copy / "detections.csv").write_text(f"{header}1,,head,0,0,1.6,0.05,1\n")
+    ended = run("info", copy, "--json")
+    assert (ended.status, ended.json["content"]["detections"]) == (0, 1)
+    assert "detections" in run("info", copy).out
+    (copy / "detections.csv").write_text(f"{header}1,,nose,0,0,1.6,0.05,1\n")
+    ended = run("info", copy, "--json")
+    (finding,) = (one for one in ended.json["findings"] if one["severity"] == "error")
+    assert (ended.status, finding["what"]) == (2, "line 2 has 'nose' as kind")
+
+
 def test_demo_headless(run, recording, tmp_path):
     shutil.copytree(recording, tmp_path / "demo" / "recording")
     ended = run("demo", tmp_path / "demo", "--headless", "--preset", "fast")

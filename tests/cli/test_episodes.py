@@ -24,7 +24,7 @@ def failing(tmp_path_factory):
 def test_the_table_tells_frames_limbs_peak_and_cause(run, failing):
     ended = run("episodes", failing / "run.npz")
     assert ended.status == 0
-    assert "1 episodes of" in ended.out
+    assert "1 episode of" in ended.out
     assert "4-9" in ended.out
     assert "left forearm" in ended.out
     assert "80°" in ended.out
@@ -51,6 +51,12 @@ def test_filters_and_rules(run, failing):
     assert count("--limb", "torso") == count("--found", "signs") == 0
     assert count("--set", "episode_error=120") == 0
     assert count("--set", "episode_least=1") == 0
+
+
+def test_no_episode_is_said_in_one_sentence(run, failing):
+    ended = run("episodes", failing / "run.npz", "--no-pictures", "--set", "episode_error=120")
+    assert ended.status == 0
+    assert ended.out == f"No episodes of {failing / 'run.npz'}.\n"
 
 
 def test_strips_and_a_video_are_written(run, failing, tmp_path):

@@ -45,6 +45,7 @@ def test_version(run):
     ("arguments", "words"),
     [
         (["fly"], "'fly'"),
+        (["trak"], "Did you mean track? "),
         (["help", "fly"], "'fly'"),
         (["track"], "RECORDING"),
         (["track", "a", "-o", "b.npz", "--what"], "--what"),

@@ -160,6 +160,9 @@ def test_suffixes(tmp_path, random, make_run):
     for name in ("run.pkl", "run"):
         with pytest.raises(InputError, match="suffix"):
             write_run(tmp_path / name, run)
+    with pytest.raises(InputError, match="no such file"):
+        read_run(tmp_path / "run.csv")
+    (tmp_path / "run.csv").touch()
     with pytest.raises(InputError, match="complete run"):
         read_run(tmp_path / "run.csv")
     with pytest.raises(InputError, match="suffix"):

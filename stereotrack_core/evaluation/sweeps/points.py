@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from stereotrack_core.errors import InputError
+from stereotrack_core.errors import InputError, did_you_mean
 from stereotrack_core.parameters import ParameterRow, Value
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.settings import Settings
@@ -79,12 +79,11 @@ def checked_name(name: str, where: str) -> str:
     """
     rows = parameter_rows()
     if name not in rows and name not in SPECIAL:
-        close = [known for known in (*SPECIAL, *rows) if name and (name in known or known in name)]
-        remedy = f"Did you mean {', '.join(close[:6])}? " if close else ""
         raise InputError(
             f"there is no parameter {name!r}",
             where=where,
-            remedy=f"{remedy}docs/parameters.md lists all; further there are {', '.join(SPECIAL)}.",
+            remedy=f"{did_you_mean(name, (*SPECIAL, *rows))}docs/parameters.md lists all; further "
+            f"there are {', '.join(SPECIAL)}.",
         )
     return name
 

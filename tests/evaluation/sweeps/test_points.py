@@ -31,6 +31,7 @@ def test_values_are_read_by_their_rows():
         ("model_points=24,24.0,x", "whole number"),
         ("model_points=24,24", "twice"),
         ("points=3", "model_points"),
+        ("model_pionts=3", "Did you mean model_points[?] docs"),
         ("preset=best", "accurate, thesis, fast"),
         ("seed=-1", "from 0"),
         ("views=,N", "missing"),
