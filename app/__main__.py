@@ -16,7 +16,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     everything else, and a demo without a window, is done by the command line, which knows
     nothing of Qt.
     """
-    arguments = list(sys.argv[1:] if argv is None else argv)
+    try:
+        return _run(list(sys.argv[1:] if argv is None else argv))
+    except KeyboardInterrupt:  # while what is needed is still being loaded
+        sys.stderr.write("Stopped.\n")
+        return 1
+
+
+def _run(arguments: list[str]) -> int:
     command = arguments[0] if arguments else ""
     in_window = not arguments or command in _WINDOW_COMMANDS
     headless = "--headless" in arguments and not any(

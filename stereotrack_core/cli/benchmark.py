@@ -27,7 +27,7 @@ from stereotrack_core.cli.benchmark_tables import (
 )
 from stereotrack_core.cli.command import OK, Command
 from stereotrack_core.cli.demo import demo_places, make_demo_recording
-from stereotrack_core.cli.output import Table, put_json, put_table, say
+from stereotrack_core.cli.output import Table, counted, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.errors import InputError
 
@@ -212,8 +212,8 @@ def _scores(
         frames = frames_within(args.frames, reader.frame_count)
     total = len(frames) * len(contestants) * len(seeds)
     say(
-        f"Tracking {recording.name}: {len(frames)} frames, {len(contestants)} ways, "
-        f"{len(seeds)} seeds."
+        f"Tracking {recording.name}: {len(frames)} frames, {counted(len(contestants), 'way')}, "
+        f"{counted(len(seeds), 'seed')}."
     )
     with progress("Tracking", total) as show, stoppable() as stopped:
         return accuracy(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from stereotrack_core.cli.arguments import add_changes, add_json, check_output
 from stereotrack_core.cli.command import FAILED, OK, Command
-from stereotrack_core.cli.output import Table, put, put_json, put_table, say
+from stereotrack_core.cli.output import Table, counted, put, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.errors import Cancelled, InputError
 
@@ -193,7 +193,7 @@ def _table(
 
 def _heading(args: Namespace, count: int, agreed: Agreement | None) -> str:
     """How many episodes there are, and how many of the run's are found without truth."""
-    heading = f"{count or 'No'} episode{'' if count == 1 else 's'} of {args.run_file}"
+    heading = f"{counted(count, 'episode') if count else 'No episodes'} of {args.run_file}"
     if agreed is None or not (agreed.true or agreed.called):
         return heading
     return (
@@ -205,6 +205,9 @@ def _heading(args: Namespace, count: int, agreed: Agreement | None) -> str:
 def _export(args: Namespace, subject: Subject, chosen: Sequence[Episode]) -> int:
     recording = subject.recording
     if recording is None:
+        return OK
+    if not chosen and (args.strips is not None or args.video is not None):
+        say("There is nothing to draw, so nothing was written.")
         return OK
     if args.strips is not None:
         _write_strips(args, subject, recording, chosen)
@@ -223,7 +226,7 @@ def _write_strips(
             args.strips, subject, recording, chosen, view=args.view,
             report=lambda share, _: show(round(100 * share)), cancelled=stopped,
         )  # fmt: skip
-    say(f"{count} strips are in {args.strips}.")
+    say(f"{counted(count, 'strip')} written to {args.strips}.")
 
 
 def _write_video(
@@ -231,9 +234,6 @@ def _write_video(
 ) -> None:
     from stereotrack_core.evaluation.episodes.export import film_of
 
-    if not chosen:
-        say("There is no episode, so no video was written.")
-        return
     with progress("Drawing the video", 100) as show, stoppable() as stopped:
         film_of(
             path, subject, recording, chosen, lambda share, _: show(round(100 * share)), stopped

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from stereotrack_core.cli.arguments import add_json, add_recording
 from stereotrack_core.cli.command import OK, WRONG_INPUT, Command
-from stereotrack_core.cli.output import Table, put, put_json, put_table, say
+from stereotrack_core.cli.output import Table, counted, put, put_json, put_table, say
 from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def run(args: Namespace) -> int:
         _print(content, findings)
     errors = Counter(finding.severity for finding in findings)["error"]
     if errors:
-        say(f"{errors} {'error' if errors == 1 else 'errors'} in {folder}.")
+        say(f"{counted(errors, 'error')} in {folder}.")
     return WRONG_INPUT if errors else OK
 
 

@@ -102,3 +102,8 @@ def put_table(table: Table) -> None:
 def number(value: float, digits: int = 1) -> str:
     """Number for a table; a dash where there is none."""
     return f"{value:.{digits}f}" if math.isfinite(value) else "-"
+
+
+def counted(count: int, word: str) -> str:
+    """``1 run``, ``2 runs``."""
+    return f"{count} {word}{'' if count == 1 else 's'}"

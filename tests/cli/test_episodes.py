@@ -69,7 +69,7 @@ def test_strips_and_a_video_are_written(run, failing, tmp_path):
     assert len(names) == 1
     assert names[0].startswith("0004-0009-left-forearm-")
     assert (tmp_path / "all.mp4").stat().st_size > 1000
-    assert "1 strips are in" in ended.err
+    assert "1 strip written to" in ended.err
 
 
 def test_a_run_alone_with_a_reference(run, failing, tmp_path):

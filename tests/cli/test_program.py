@@ -148,3 +148,14 @@ def test_stoppable_outside_the_main_thread():
     thread.start()
     thread.join()
     assert answers == [False]
+
+
+def test_an_interrupt_while_the_program_is_being_loaded_leaves_no_traceback(monkeypatch, capsys):
+    from app.__main__ import main
+
+    def interrupted(_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("stereotrack_core.cli.main", interrupted)
+    assert main(["info", "anything"]) == 1
+    assert capsys.readouterr().err == "Stopped.\n"

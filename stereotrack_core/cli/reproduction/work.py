@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-from stereotrack_core.cli.output import say
+from stereotrack_core.cli.output import counted, say
 from stereotrack_core.cli.progress import stoppable
 from stereotrack_core.cli.reproduction.pace import pace
 from stereotrack_core.cli.reproduction.places import Places, kept_run
@@ -43,13 +43,13 @@ def track_all(
     total = sum(cost.values())
     if not left:
         return
-    say(f"Tracking {_runs(sum(len(g.entries) for g in left))}, {total} frames in all.")
+    say(f"Tracking {counted(sum(len(g.entries) for g in left), 'run')}, {total} frames in all.")
     folders = [recording.folder for recording in recordings]
     with pace("Tracking", total) as going, stoppable() as stopped:
 
         def note(group: Group) -> None:
             going.next(cost[group])
-            runs = f"{_runs(len(group.entries))} like {group.entries[0].name}"
+            runs = f"{counted(len(group.entries), 'run')} like {group.entries[0].name}"
             say(f"{group.recording}: {runs} done; {going.words()}.")
             on_group()
 
@@ -203,7 +203,3 @@ def _work(task: _Task, asker: Asker) -> None:
 
 def _frames(recording: Recording) -> int:
     return 0 if recording.reference is None else len(recording.reference.frame)
-
-
-def _runs(count: int) -> str:
-    return "1 run" if count == 1 else f"{count} runs"
