@@ -256,6 +256,7 @@ class AnnotateControl(QObject):
     def _on_workspace(self) -> None:
         why_not = self._w.project.why_no_edit() if self.active else ""
         self._w.grid.set_clicking(self.active, why_not)
+        self._w.body_panel.with_depth.setEnabled(self._w.clouds.available)
         self.facts.set_active(self.active)
         self.show()
 

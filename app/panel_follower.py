@@ -18,6 +18,7 @@ from app.presenters.status import number_rows, status_words
 from app.theme import current_theme
 from app.views.error_plot import ErrorPlot
 from app.views.scene_content import Ellipsoid
+from app.views.scene_surroundings import frustum_corners, frustum_depth
 from app.window_panels import TITLES
 from stereotrack_core.body.mesh import PartMesh
 
@@ -91,9 +92,11 @@ class PanelFollower(QObject):
         """Let the scene hold the whole rig, or the person."""
         recording = self._w.document.recording
         if cameras and recording is not None:
-            places = [camera.position_world for camera in recording.cameras.values()]
+            rig = tuple(recording.cameras.values())
+            places = [camera.position_world for camera in rig]
             middle = np.mean(places, axis=0) * (1.0, 1.0, 0.0)
-            self._w.scene.hold(np.array([*places, middle]))
+            pictures = [frustum_corners(camera, frustum_depth(rig)) for camera in rig]
+            self._w.scene.hold(np.vstack([places, middle, *pictures]))
         elif self._rig_held:
             self._w.scene.hold(None)
         self._rig_held = cameras

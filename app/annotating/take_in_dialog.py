@@ -102,11 +102,12 @@ class TakeInDialog(QDialog):
         self._deciding = self._deciding_row()
         layout.addWidget(self._deciding)
         layout.addWidget(self.table, 1)
+        layout.addStretch()
         layout.addWidget(self.outcome)
         layout.addWidget(self.failure)
         layout.addWidget(self.buttons)
-        self.resize(860, 560)
         self._show(shown)
+        self.resize(860, 560 if shown.conflicts else 200)
 
     @property
     def shown(self) -> TakeIn:

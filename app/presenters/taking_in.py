@@ -138,7 +138,8 @@ class TakeIn:
         taken = self.taken()
         kept = len(self._rows) - (taken - len(self.incoming.new) * self.with_new)
         words = f"{counted(taken, 'click')} will be written"
-        return f"{words}, {counted(kept, 'conflict')} left as the project has it."
+        left = f", {counted(kept, 'conflict')} left as the project has it" if kept else ""
+        return f"{words}{left}."
 
     def problem_words(self) -> tuple[str, ...]:
         """What could not be read, line by line."""

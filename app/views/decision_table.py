@@ -164,7 +164,8 @@ class DecisionTable(QTableView):
 
     def _place_columns(self) -> None:
         click = "000.0, 000.0"
-        widest = ("00000", "W_right", "left shoulder", f"{click}  guessed", click, "between", "")
+        place = f"{click}  guessed"
+        widest = ("00000", "W_right", "left shoulder", place, place, "between", "")
         header = self.horizontalHeader()
         metrics = self.fontMetrics()
         header.setSectionResizeMode(QHeaderView.ResizeMode.Interactive)

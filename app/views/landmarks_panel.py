@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from typing import Any, TypeAlias
 
@@ -47,6 +48,13 @@ class _Model(QAbstractTableModel):
         self.cameras: tuple[str, ...] = ()
         self._digits = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
 
+    @property
+    def headings(self) -> tuple[str, ...]:
+        """Names of the cameras without what all of them begin with."""
+        same = os.path.commonprefix(self.cameras).rstrip("0123456789")  # noqa: RUF071 - letters are meant
+        whole = len(self.cameras) < 2 or any(name == same for name in self.cameras)
+        return self.cameras if whole else tuple(name[len(same) :] for name in self.cameras)
+
     def rowCount(self, parent: _Index | None = None) -> int:
         return 0 if parent is not None and parent.isValid() else len(self.rows)
 
@@ -73,7 +81,7 @@ class _Model(QAbstractTableModel):
     ) -> Any:
         if orientation != Qt.Orientation.Horizontal:
             return None
-        headings = ("", "Landmark", *self.cameras, "px", "mm")
+        headings = ("", "Landmark", *self.headings, "px", "mm")
         tips = (
             "Key that chooses the landmark",
             "Choosing it here lets the next click place it",
@@ -228,6 +236,7 @@ class LandmarksPanel(QWidget):
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         header = self.table.horizontalHeader()
         header.setMinimumSectionSize(24)
+        header.setStyleSheet("QHeaderView::section { padding: 3px 4px; }")
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.addWidget(self.table)
@@ -254,9 +263,9 @@ class LandmarksPanel(QWidget):
         header.setSectionResizeMode(_LABEL, mode.Stretch)
         header.resizeSection(_KEY, 26)
         metrics = self.fontMetrics()
-        for column, name in enumerate(self._model.cameras, start=_FIRST_CAMERA):
-            header.resizeSection(column, max(28, metrics.horizontalAdvance(name) + 20))
-        numbers = metrics.horizontalAdvance("888.8") + 18
+        for column, name in enumerate(self._model.headings, start=_FIRST_CAMERA):
+            header.resizeSection(column, max(26, metrics.horizontalAdvance(name) + 12))
+        numbers = metrics.horizontalAdvance("888.8") + 14
         for column in range(_FIRST_CAMERA + len(self._model.cameras), self._model.columnCount()):
             header.resizeSection(column, numbers)
 

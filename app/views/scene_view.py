@@ -130,7 +130,7 @@ class SceneView(QWidget):
         self.show_scene(SceneContent())
 
     def hold(self, points: FloatArray | None) -> None:
-        """Let the standard views hold these points (K, 3), world, instead of the body."""
+        """Let the standard views hold these points (K, 3), world, beside the body."""
         self._held = points
         self.set_view("home")
 
@@ -172,7 +172,9 @@ class SceneView(QWidget):
 
     def _standard(self, view: str) -> Orbit:
         aspect = self.width() / max(self.height(), 1)
-        points = self._held if self._held is not None else self._content.body_points()
+        points = self._content.body_points()
+        if self._held is not None:
+            points = np.vstack([self._held, points])
         return orbit_around(points, view, aspect)
 
     def _turn_to(self, orbit: Orbit) -> None:

@@ -9,6 +9,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QInputDialog
 
+from app.views.landmarks_panel import LandmarksPanel
 from stereotrack_core.annotation.click import UNCERTAIN, ClickKey, Visibility
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.project.project import Project
@@ -49,6 +50,21 @@ def test_every_landmark_has_its_key(annotating):
         table = annotating.landmarks_panel.table
         assert table.currentIndex().row() == place
         assert table.model().index(place, 0).data() == str(place + 1)
+
+
+def test_columns_of_cameras_are_called_by_what_differs(shown):
+    panel = shown(LandmarksPanel(), 355, 200)
+    for names, short in (
+        (("cam01", "cam02", "cam10"), ["01", "02", "10"]),
+        (("N", "O"), ["N", "O"]),
+        (("cam", "camera"), ["cam", "camera"]),
+    ):
+        panel.show_rows(names, ())
+        model = panel.table.model()
+        columns = range(2, 2 + len(names))
+        assert [model.headerData(i, Qt.Orientation.Horizontal) for i in columns] == short
+        tip = model.headerData(2, Qt.Orientation.Horizontal, Qt.ItemDataRole.ToolTipRole)
+        assert tip.endswith(names[0])
 
 
 def test_the_panel_chooses_too(annotating, qtbot):

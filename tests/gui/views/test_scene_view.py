@@ -414,3 +414,15 @@ class TestWithoutOpenGL:
         with qtbot.waitSignal(blind.limb_clicked) as caught:
             qtbot.mouseClick(blind, Qt.MouseButton.LeftButton, pos=QPoint(150, 100))
         assert caught.args == ["torso"]
+
+
+def test_a_rig_is_held_beside_the_body(shown):
+    scene = shown(SceneView(), 600, 250)
+    corner = np.array([[2.0, 2.0, 2.4], [-2.0, -2.0, 0.0]])
+    scene.hold(corner)
+    scene.show_scene(SceneContent(meshes=MESHES))
+    scene.set_view("home")
+    points = np.vstack([corner, *(mesh.vertices for mesh in MESHES)])
+    x, y = scene.orbit.project(points, 600, 250).T
+    assert ((x > 0) & (x < 600)).all()
+    assert ((y > 0) & (y < 250)).all()
