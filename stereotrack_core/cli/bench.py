@@ -43,10 +43,18 @@ def add_arguments(parser: ArgumentParser) -> None:
         help="only this benchmark; may be given several times",
     )
     parser.add_argument(
-        "--frames", type=int, default=40, metavar="40", help="frame sets in a round of the chain"
+        "--frames",
+        type=int,
+        default=40,
+        metavar="N",
+        help="frame sets in a round of the chain (default: 40)",
     )
     parser.add_argument(
-        "--rounds", type=int, default=5, metavar="5", help="rounds of the chain; medians are told"
+        "--rounds",
+        type=int,
+        default=5,
+        metavar="N",
+        help="rounds of the chain, of which medians are told (default: 5)",
     )
     add_json(parser)
 

@@ -56,8 +56,8 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--speed-frames",
         type=int,
         default=20,
-        metavar="20",
-        help="frame sets that the speed is measured on; 0 leaves it out",
+        metavar="N",
+        help="frame sets that the speed is measured on (default: 20); 0 leaves it out",
     )
     parser.add_argument(
         "-o",
@@ -98,7 +98,7 @@ def _add_choice(parser: ArgumentParser) -> None:
     )
     parser.add_argument(
         "--seeds",
-        metavar="0,1,2,3,4",
+        metavar="0,1,2",
         help="seeds, joined by commas (default: 0,1,2,3,4; for annotation 0)",
     )
     add_frames(parser)
@@ -107,8 +107,8 @@ def _add_choice(parser: ArgumentParser) -> None:
         "--init",
         choices=("auto", "tpose"),
         default="auto",
-        help="where the first pose comes from: found without help (default), or the T pose facing "
-        "north",
+        help="where the first pose comes from: found without help (auto), or the T pose facing "
+        "north (default: auto)",
     )
 
 

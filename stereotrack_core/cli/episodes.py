@@ -35,18 +35,25 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--reference",
         type=Path,
-        metavar="CSV",
-        help="landmarks taken as truth; the recording's own where it has one",
+        metavar="FILE",
+        help="landmarks taken as truth (.csv, .trc, .c3d, .npz); the recording's own where it has "
+        "one",
     )
     parser.add_argument(
         "--found", choices=("truth", "signs"), help="only those found with truth, or without"
     )
-    parser.add_argument("--limb", metavar="LIMB", help="only those of a limb, as left_forearm")
-    parser.add_argument("--cause", metavar="CAUSE", help="only those of a cause, as crossing")
-    add_changes(parser, "change what counts as an episode, as episode_error=30")
-    parser.add_argument("--strips", type=Path, metavar="DIR", help="a strip of pictures of each")
+    parser.add_argument(
+        "--limb", metavar="LIMB", help="only those of a limb, for example left_forearm"
+    )
+    parser.add_argument(
+        "--cause", metavar="CAUSE", help="only those of a cause, for example crossing"
+    )
+    add_changes(parser, "change what counts as an episode, for example episode_error=30")
+    parser.add_argument(
+        "--strips", type=Path, metavar="DIR", help="folder for a strip of pictures of each"
+    )
     parser.add_argument("--video", type=Path, metavar="MP4", help="a video of them all")
-    parser.add_argument("--view", metavar="VIEW", help="view of the strips; else the best one")
+    parser.add_argument("--view", metavar="VIEW", help="view of the strips (default: the best one)")
     add_json(parser)
 
 

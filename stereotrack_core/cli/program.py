@@ -47,7 +47,9 @@ class _Parser(ArgumentParser):
 
 
 def _add_no_arguments(parser: ArgumentParser) -> None:
-    parser.add_argument("command_name", nargs="?", metavar="COMMAND", help="help on this command")
+    parser.add_argument(
+        "command_name", nargs="?", metavar="COMMAND", help="a command (default: the list)"
+    )
 
 
 def _help(args: Namespace) -> int:
@@ -57,7 +59,13 @@ def _help(args: Namespace) -> int:
     return main([args.command_name, "--help"])
 
 
-HELP = Command("help", "this list, or the help of one command", "", _add_no_arguments, _help)
+HELP = Command(
+    name="help",
+    summary="this list, or the help of one command",
+    description="Print the list of commands, or the help of one command.",
+    add_arguments=_add_no_arguments,
+    run=_help,
+)
 
 COMMANDS: tuple[Command, ...] = (
     workbench.COMMAND,

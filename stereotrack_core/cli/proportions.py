@@ -38,7 +38,9 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_settings(parser)
     add_frames(parser)
     add_views(parser)
-    parser.add_argument("--seed", type=int, default=0, metavar="0", help="of the random numbers")
+    parser.add_argument(
+        "--seed", type=int, default=0, metavar="N", help="seed of all that is random (default: 0)"
+    )
     parser.add_argument(
         "--init",
         default="auto",

@@ -29,18 +29,18 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--presets",
         default="thesis,accurate",
-        metavar="thesis,accurate",
+        metavar="a,b",
         help="presets, joined by commas (default: thesis,accurate)",
     )
     parser.add_argument(
         "--seeds",
         type=int,
         default=5,
-        metavar="5",
+        metavar="N",
         help="runs of preset thesis, which draws points at random (default: 5); others run once",
     )
     parser.add_argument(
-        "--workers", type=int, default=1, metavar="1", help="processes that track (default: 1)"
+        "--workers", type=int, default=1, metavar="N", help="processes that track (default: 1)"
     )
     add_json(parser)
 

@@ -15,16 +15,23 @@ from stereotrack_core.errors import Cancelled
 def add_arguments(parser: ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("folder", type=Path, metavar="DIR", help="new folder for the recording")
-    parser.add_argument("--person", default="P1", metavar="P1", help="P1 to P4 (default: P1)")
+    parser.add_argument("--person", default="P1", metavar="NAME", help="P1 to P4 (default: P1)")
     parser.add_argument(
         "--motion",
         default="cross-arms",
         metavar="NAME",
-        help="named motion, or several joined by + (default: cross-arms)",
+        help="named motion, or several joined by + (default: cross-arms); an unknown name lists "
+        "them all",
     )
-    parser.add_argument("--frames", type=int, default=120, metavar="120", help="number of frames")
-    parser.add_argument("--views", default="NOSW", metavar="NOSW", help="views (default: NOSW)")
-    parser.add_argument("--seed", type=int, default=0, metavar="0", help="seed of all that varies")
+    parser.add_argument(
+        "--frames", type=int, default=120, metavar="N", help="number of frames (default: 120)"
+    )
+    parser.add_argument(
+        "--views", default="NOSW", metavar="NS", help="views, run together (default: NOSW)"
+    )
+    parser.add_argument(
+        "--seed", type=int, default=0, metavar="N", help="seed of all that is random (default: 0)"
+    )
     add_changes(parser, "change the scene, for example clothes=plain")
     add_json(parser)
 

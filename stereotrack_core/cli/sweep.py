@@ -37,7 +37,9 @@ _LONGEST_PROBE = 10
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("recordings", type=Path, nargs="+", metavar="RECORDING")
+    parser.add_argument(
+        "recordings", type=Path, nargs="+", metavar="RECORDING", help="recordings to track"
+    )
     parser.add_argument(
         "-o",
         "--output",
@@ -55,7 +57,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--init",
         default="auto",
         metavar="auto|tpose|FILE",
-        help="where the first pose comes from, as for `stereotrack track`",
+        help="where the first pose comes from, as for track (default: auto)",
     )
     parser.add_argument("--smooth", action="store_true", help="go over runs backwards as well")
     _add_workers(parser)
@@ -88,7 +90,11 @@ def _add_points(parser: ArgumentParser) -> None:
         help="look for the best value between two, or among NAME=a,b,c; may be given several times",
     )
     parser.add_argument(
-        "--trials", type=int, default=_TRIALS, metavar="N", help="points that a search tries (30)"
+        "--trials",
+        type=int,
+        default=_TRIALS,
+        metavar="N",
+        help=f"points that a search tries (default: {_TRIALS})",
     )
     parser.add_argument(
         "--search-seed", type=int, default=0, metavar="N", help="seed of the search (default: 0)"

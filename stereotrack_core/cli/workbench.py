@@ -12,8 +12,18 @@ from stereotrack_core.errors import InputError
 def add_arguments(parser: ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("path", type=Path, metavar="PATH", help="recording folder or project file")
-    parser.add_argument("--workspace", metavar="NAME", help="workspace to start in")
-    parser.add_argument("--frame", type=int, default=0, metavar="N", help="frame to start at")
+    parser.add_argument(
+        "--workspace",
+        metavar="NAME",
+        help="annotate, track, review, tune or calibrate (default: as it was left)",
+    )
+    parser.add_argument(
+        "--frame",
+        type=int,
+        default=0,
+        metavar="N",
+        help="frame to start at, from 0 (default: as it was left)",
+    )
     parser.add_argument(
         "--screenshot",
         type=Path,

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import threading
+from argparse import ArgumentParser
 
 import pytest
 
@@ -159,3 +160,19 @@ def test_an_interrupt_while_the_program_is_being_loaded_leaves_no_traceback(monk
     monkeypatch.setattr("stereotrack_core.cli.main", interrupted)
     assert main(["info", "anything"]) == 1
     assert capsys.readouterr().err == "Stopped.\n"
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_help_says_every_default(name):
+    command = next(one for one in program.COMMANDS if one.name == name)
+    parser = ArgumentParser()
+    command.add_arguments(parser)
+    options = [one for one in parser._actions if one.dest != "help"]
+    assert not [one.dest for one in options if not one.help]
+    silent = [
+        one.option_strings
+        for one in options
+        if not (one.default is None or one.default is False or one.default == [])
+        and "default: " not in one.help
+    ]
+    assert not silent
