@@ -186,7 +186,7 @@ class FileWork(QObject):
                 Message(
                     "warning",
                     f"this run was tracked in the recording {made_of}, not in {recording.name}",
-                    str(path),
+                    path.name,
                     "Its curves may mean nothing here.",
                 )
             )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from html import escape
 
 import numpy as np
 import pyqtgraph as pg
@@ -17,7 +18,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.theme import current_theme
-from app.views.elided_label import ElidedLabel
+from app.views.elided_label import ElidedLabel, shortened
 from app.views.frame_plot import FRAME_KEYS, FramePlot
 from app.views.line_styles import PEN_STYLES
 from app.views.plots import band, label_axis, shade
@@ -58,6 +59,9 @@ class AngleCurve:
     frame: IntArray
     value: FloatArray
     sigma: FloatArray
+
+
+_MOST_LETTERS = 24
 
 
 class AnglePlot(FramePlot):
@@ -176,7 +180,8 @@ class AnglePlot(FramePlot):
         sides = {c.label: c.colour for c in self._curves if c.label}
         runs = {c.name: c.style for c in self._curves}
         parts = [f'<span style="color:{colour}">━━</span> {side}' for side, colour in sides.items()]
-        parts += [f"{_SIGNS[style]} {name}" for name, style in runs.items()]
+        names = {name: escape(shortened(name, _MOST_LETTERS)) for name in runs}
+        parts += [f"{_SIGNS[style]} {names[name]}" for name, style in runs.items()]
         self.legend.setText(" &nbsp; ".join(parts))
 
     def _fit_values(self) -> None:

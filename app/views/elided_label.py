@@ -1,10 +1,18 @@
-"""A line of words that is cut where there is no room, and whole in its tip."""
+"""Words that are cut where there is no room, and whole in their tip."""
 
 from __future__ import annotations
 
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
+
+
+def shortened(name: str, most: int) -> str:
+    """A name of at most so many letters; those at both ends tell names apart best."""
+    if len(name) <= most:
+        return name
+    behind = (most - 1) // 2
+    return f"{name[: most - 1 - behind]}…{name[-behind:]}"
 
 
 class ElidedLabel(QLabel):

@@ -23,7 +23,7 @@ from app.views.cells import RIGHT, swatch
 from app.views.evidence_view import EvidenceView
 
 _COLUMNS = ("Frames", "Limbs", "Peak", "Probable cause", "Sure", "By")
-_WIDEST = ("00000–00000", "", "100 %", "", "100 %", "error")
+_WIDEST = ("0000–0000", "", "100 %", "", "100 %", "error")
 """What a column has room for; those without share the rest."""
 
 _VALUE = Qt.ItemDataRole.UserRole
@@ -132,11 +132,12 @@ class EpisodesPanel(QWidget):
         header = tree.header()
         header.setStretchLastSection(False)
         header.setMinimumSectionSize(36)
+        header.setStyleSheet("QHeaderView::section { padding: 3px 4px; }")
         words = tree.fontMetrics()
         for column, widest in enumerate(_WIDEST):
             if widest:  # Qt would leave room for a sign of sorting in each of them
                 header.setSectionResizeMode(column, QHeaderView.ResizeMode.Interactive)
-                header.resizeSection(column, words.horizontalAdvance(widest) + 20)
+                header.resizeSection(column, words.horizontalAdvance(widest) + 12)
             else:
                 header.setSectionResizeMode(column, QHeaderView.ResizeMode.Stretch)
         tree.currentItemChanged.connect(self._on_current)

@@ -17,11 +17,13 @@ from PySide6.QtWidgets import (
 
 from app.limb_colours import EXTRA_COLOURS, limb_words
 from app.theme import current_theme
+from app.views.elided_label import shortened
 from app.views.error_curves import Curve
 from app.views.line_styles import LineStyle, line_pixmap
 
 _SWATCH = QSize(14, 14)
 _GAP = 2
+_MOST_LETTERS = 24
 _BESIDE = 40
 """Pixels that a switch has beside its words: colour, padding, distance."""
 
@@ -127,7 +129,8 @@ class LimbLegend(QWidget):
             self._drop(label)
         self._labels = []
         for name, style in self._runs:
-            for label in (QLabel(self), QLabel(name, self)):
+            for label in (QLabel(self), QLabel(shortened(name, _MOST_LETTERS), self)):
+                label.setToolTip(name)
                 self._labels.append(label)
                 self._row.addWidget(label)
             self._labels[-2].setPixmap(

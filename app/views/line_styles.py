@@ -7,6 +7,8 @@ from typing import Literal, TypeAlias
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen, QPixmap
 
+from app.views.elided_label import shortened
+
 LineStyle: TypeAlias = Literal["solid", "dash", "dot", "dashdot"]
 
 PEN_STYLES: dict[LineStyle, Qt.PenStyle] = {
@@ -41,7 +43,7 @@ def paint_runs_legend(
     if len(runs) < 2:
         return
     metrics = painter.fontMetrics()
-    names = [_shortened(name) for name, _ in runs]
+    names = [shortened(name, _MOST_LETTERS) for name, _ in runs]
     width = _LINE + 3 * _GAP + max(metrics.horizontalAdvance(name) for name in names)
     box = QRectF(
         area.left() + _GAP, area.bottom() - _GAP - _ROW * len(runs) - 4, width, _ROW * len(runs) + 4
@@ -59,7 +61,3 @@ def paint_runs_legend(
         words = QRectF(line.right() + _GAP, line.top(), width, _ROW)
         painter.drawText(words, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft, name)
     painter.restore()
-
-
-def _shortened(name: str) -> str:
-    return name if len(name) <= _MOST_LETTERS else f"{name[: _MOST_LETTERS - 1]}…"

@@ -167,9 +167,15 @@ class RunsPanel(QWidget):
 
     def _fit(self) -> None:
         """Give names the room that numbers leave."""
-        header = self.tree.header()
-        others = header.length() - header.sectionSize(0)
-        header.resizeSection(0, max(_NARROWEST_NAME, self.tree.viewport().width() - others))
+        tree, header = self.tree, self.tree.header()
+        others = sum(
+            max(tree.sizeHintForColumn(column), header.sectionSizeHint(column))
+            for column in range(1, len(_HEADINGS))
+            if not tree.isColumnHidden(column)
+        )
+        bar = tree.verticalScrollBar()
+        room = self.width() - 2 * tree.frameWidth() - (bar.width() if bar.isVisible() else 0)
+        header.resizeSection(0, max(_NARROWEST_NAME, room - others))
 
     def _fill(self, item: QTreeWidgetItem | None, row: RunRow) -> None:
         if item is None:

@@ -12,6 +12,7 @@ from PySide6.QtGui import QColor, QFont
 from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
 
 from app.theme import current_theme
+from app.views.elided_label import shortened
 from app.views.plots import dress_plot, label_axis, new_plot, shade
 from stereotrack_core.evaluation.sweeps.picture import words_of
 from stereotrack_core.evaluation.sweeps.table import Axis, Curve, Heat, best_cell
@@ -271,11 +272,8 @@ def _ticks(axis: Axis) -> list[tuple[float, str]]:
 
 
 def _short(value: str, longest: int = _LONGEST_TICK) -> str:
-    """A value that has room; the ends of names say most."""
-    if len(value) > longest:
-        half = (longest - 1) // 2
-        return f"{value[:half]}…{value[-half:]}"
-    return value or "–"
+    """A value that has room."""
+    return shortened(value, longest) or "–"
 
 
 def _thinned(ticks: list[tuple[float, str]]) -> list[tuple[float, str]]:
