@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import threading
@@ -48,6 +49,9 @@ def stoppable() -> Iterator[Callable[[], bool]]:
         if asked.is_set():
             signal.default_int_handler(number, frame)
         asked.set()
+        if number == signal.SIGINT and sys.stderr.isatty():
+            # not through the stream, which may be in the middle of a line of its own
+            os.write(sys.stderr.fileno(), b"\nStopping; Ctrl-C once more stops at once.\n")
 
     wanted = (signal.SIGINT, signal.SIGTERM)
     before = {number: signal.signal(number, stop) for number in wanted}

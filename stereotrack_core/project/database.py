@@ -83,7 +83,8 @@ def check_header(path: Path) -> None:
         raise InputError(
             "there is no such file",
             where=str(path),
-            remedy="Correct the path, or make a new project.",
+            remedy="Correct the path. The workbench makes a project beside a recording that is "
+            "opened in it: `stereotrack open RECORDING`.",
         ) from None
     except OSError as error:
         raise InputError(

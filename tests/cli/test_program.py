@@ -138,6 +138,17 @@ def test_first_interrupt_asks_and_second_stops():
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
+def test_on_a_terminal_it_is_said_how_to_stop_at_once(monkeypatch):
+    reading, writing = os.pipe()
+    with os.fdopen(writing, "w") as terminal, os.fdopen(reading) as screen:
+        monkeypatch.setattr(terminal, "isatty", lambda: True, raising=False)
+        monkeypatch.setattr(sys, "stderr", terminal)
+        with stoppable():
+            os.kill(os.getpid(), signal.SIGINT)
+        terminal.close()
+        assert screen.read() == "\nStopping; Ctrl-C once more stops at once.\n"
+
+
 def test_stoppable_outside_the_main_thread():
     answers = []
 

@@ -141,7 +141,10 @@ def _first_frames(episode: Episode, where: Whereabouts) -> list[Evidence]:
     after = (episode.first - where.begun) / where.fps
     if after > _FIRST:
         return []
-    words = f"it begins {max(0, episode.first - where.begun)} frames after the first tracked frame"
+    later = max(0, episode.first - where.begun)
+    words = "it begins with the first tracked frame"
+    if later:
+        words = f"it begins {later} frame{'' if later == 1 else 's'} after the first tracked frame"
     return [Evidence("initialisation", 0.9, after, "s", words)]
 
 
