@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import importlib.util
 import re
+import tomllib
 from pathlib import Path
+
+from stereotrack_core.cli.program import COMMANDS
+from stereotrack_core.recording.calibration import read_calibration
+from stereotrack_core.recording.subject_file import read_subject
+from stereotrack_core.recording.toml_table import Table
+from stereotrack_core.recording.view_table import parse_view
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -39,3 +46,45 @@ def test_make_help_names_every_command_for_people():
 def test_pictures_are_small_enough_for_a_repository():
     pictures = sorted((ROOT / "docs").glob("*.png"))
     assert [path.name for path in pictures if path.stat().st_size > 300_000] == []
+
+
+def test_links_between_the_pages_lead_somewhere():
+    lost = [
+        f"{page.name}: {target}"
+        for page in sorted((ROOT / "docs").glob("*.md"))
+        for target in re.findall(r"\]\(([^)#]+)\)", page.read_text(encoding="utf-8"))
+        if "://" not in target and not (page.parent / target).is_file()
+    ]
+    assert lost == []
+
+
+def test_every_page_is_reached_from_the_readme():
+    found: set[str] = set()
+    waiting = [ROOT / "README.md"]
+    while waiting:
+        page = waiting.pop()
+        links = re.findall(r"\]\(([^)#]+\.md)\)", page.read_text(encoding="utf-8"))
+        names = {Path(link).name for link in links if "://" not in link} - found
+        found |= names
+        waiting += [ROOT / "docs" / name for name in names]
+    assert found == {page.name for page in (ROOT / "docs").glob("*.md")}
+
+
+def test_the_readme_names_every_command():
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    missing = [one.name for one in COMMANDS if f"`stereotrack {one.name}" not in text]
+    assert missing == ["help"]  # `--help` is named instead
+
+
+def test_the_recording_that_is_described_can_be_read(tmp_path):
+    text = (ROOT / "docs" / "recording.md").read_text(encoding="utf-8")
+    described, calibration, lengths = re.findall(r"```toml\n(.*?)```", text, flags=re.DOTALL)
+    complaints: list[Exception] = []
+    views = tomllib.loads(described)["views"]
+    read = [parse_view(Table(view, "recording.md", complaints)) for view in views]
+    assert complaints == []
+    assert [view.kind for view in read] == ["stereo", "depth", "mono"]
+    (tmp_path / "calibration.toml").write_text(calibration)
+    assert list(read_calibration(tmp_path / "calibration.toml")) == ["N_left"]
+    (tmp_path / "subject.toml").write_text(lengths)
+    assert None not in vars(read_subject(tmp_path / "subject.toml")).values()
