@@ -11,6 +11,7 @@ from app.actions import ActionBook, Command
 from app.annotating.panels import AnnotationPanels
 from app.annotating.prediction_commands import prediction_commands
 from app.presenters.blind_repeats import USUAL_SHARE
+from app.presenters.counting import frames_in_words
 from app.presenters.selection import (
     Selection,
     clear_clicks,
@@ -151,15 +152,17 @@ def _selection(p: AnnotationPanels) -> list[Command]:
 
 def _keyframes(p: AnnotationPanels) -> list[Command]:
     def ask_step() -> None:
+        chosen = p.selection()
+        where = frames_in_words(chosen.frames)
+        if not p.timeline.selection and p.frame_count:
+            chosen, where = Selection(range(p.frame_count)), "the whole recording"
         dialog = QInputDialog(p.window)
         dialog.setWindowTitle("Keyframes")
-        dialog.setLabelText(f"A keyframe every so many frames, in {p.selection().words()}:")
+        dialog.setLabelText(f"A keyframe every so many frames, in {where}:")
         dialog.setInputMode(QInputDialog.InputMode.IntInput)
         dialog.setIntRange(1, 100_000)
         dialog.setIntValue(10)
-        dialog.intValueSelected.connect(
-            lambda step: p.do(lambda: keyframes_every(p.selection(), step))
-        )
+        dialog.intValueSelected.connect(lambda step: p.do(lambda: keyframes_every(chosen, step)))
         dialog.open()
 
     def edit(make: Callable[[Project, Selection], Edit]) -> None:
@@ -171,7 +174,8 @@ def _keyframes(p: AnnotationPanels) -> list[Command]:
     return [
         Command(
             "annotate-keyframes", _SELECTION, "Keyframes every …", "Choose which of the selected "
-            "frames shall be annotated.", ask_step, why_not=lambda: _no_edit(p), section=True,
+            "frames, or of all, shall be annotated.", ask_step, why_not=lambda: _no_edit(p),
+            section=True,
         ),
         Command(
             "annotate-done", _SELECTION, "Keyframe is done", "Say of the selected keyframes, or of "

@@ -184,6 +184,7 @@ class NextPanel(QWidget):
         self._dress_tree()
         self._lay_out()
         self._sign: StopSign | None = None
+        self._doubted = False
         self.show_ranking((), None, {})
 
     def _dress_tree(self) -> None:
@@ -256,6 +257,9 @@ class NextPanel(QWidget):
         self.next_button.setEnabled(bool(rows))
         if sign is not None:
             words = sign.words()
+            self._doubted = sign.reached and any(one.click_there for one in rows)
+            if self._doubted:
+                words += ", once the clicks are right that lie far off"
             self.sign.setText(f"{words[:1].upper()}{words[1:]}.")
             self._dress_sign()
 
@@ -289,7 +293,8 @@ class NextPanel(QWidget):
     def _dress_sign(self) -> None:
         theme = current_theme()
         reached = self._sign is not None and self._sign.reached
-        sheet = f"color: {theme.good if reached else theme.text}; font-weight: 600;"
+        colour = theme.text if not reached else theme.warning if self._doubted else theme.good
+        sheet = f"color: {colour}; font-weight: 600;"
         if sheet != self.sign.styleSheet():
             self.sign.setStyleSheet(sheet)
 

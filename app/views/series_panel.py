@@ -109,6 +109,7 @@ class SeriesPanel(QWidget):
         completer.setFilterMode(Qt.MatchFlag.MatchContains)
         completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
         self.parameter.setCompleter(completer)
+        self._on_parameter()
 
     @property
     def row(self) -> ParameterRow | None:
@@ -126,18 +127,16 @@ class SeriesPanel(QWidget):
         if row is None:
             return
         number = row.type in (int, float)
-        for widget in (self.low, self.high, self.count, self.by_factors):
-            widget.setEnabled(number)
-        self.unit.setText(row.unit)
+        for widget in (self.low, self._to, self.high, self.count, self.by_factors):
+            widget.setVisible(number)
+        words = ", ".join(row.choices) if row.choices else "yes and no"
+        self.unit.setText(row.unit if number else f"each of: {words}")
         self.parameter.setToolTip(row.help)
         if number:
             low, high = usual_range(row, value)
             self.low.setText(value_text(low))
             self.high.setText(value_text(high))
             self.by_factors.setChecked(low > 0 and row.type is float)
-        else:
-            self.low.clear()
-            self.high.clear()
 
     def refuse(self, sentence: str) -> None:
         """Say why it cannot begin."""
@@ -210,7 +209,8 @@ class SeriesPanel(QWidget):
         first, second, last = QHBoxLayout(), QHBoxLayout(), QHBoxLayout()
         first.addWidget(self.parameter, 1)
         first.addWidget(self.begin)
-        for widget in (self.low, QLabel("to", self), self.high, self.unit):
+        self._to = QLabel("to", self)
+        for widget in (self.low, self._to, self.high, self.unit):
             second.addWidget(widget)
         second.addStretch(1)
         second.addWidget(self.by_factors)

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
+from PySide6.QtWidgets import QInputDialog
 
 from app.views.timeline_lanes import Mark
 from stereotrack_core.annotation.click import ClickKey
@@ -167,3 +168,18 @@ def test_a_window_that_is_killed_loses_no_click_that_was_on_screen(
     window.actions_book.refresh()
     trigger(window, "undo")
     assert project.clicks.count() == count - 1
+
+
+def test_keyframes_are_of_the_selection_or_else_of_the_whole_recording(annotating):
+    def ask(step):
+        annotating.actions_book.action("annotate-keyframes").trigger()
+        dialog = annotating.findChildren(QInputDialog)[-1]
+        dialog.setIntValue(step)
+        dialog.accept()
+        return dialog.labelText(), [
+            one.frame for one in annotating.project.project.marks.keyframes()
+        ]
+
+    assert ask(4) == ("A keyframe every so many frames, in the whole recording:", [0, 4])
+    annotating.timeline._select(range(5, 8))
+    assert ask(2) == ("A keyframe every so many frames, in frames 5 – 7:", [0, 4, 5, 7])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -142,6 +143,14 @@ def test_words_of_the_sign_and_of_the_rows(panel):
     assert panel.model.index(0, 3).data() == "3.20"
     assert panel.model.index(0, 4).data() == "14.3"
     assert panel.model.index(1, 5).data() == "look again: probably a mistake: 40 px off"
+
+
+def test_enough_is_said_with_a_doubt_where_clicks_lie_far_off(panel):
+    reached = replace(SIGN, frames_missing=0)
+    panel.show_ranking(ROWS, reached, COLOURS)
+    assert panel.sign.text().endswith("that is enough, once the clicks are right that lie far off.")
+    panel.show_ranking([one for one in ROWS if not one.click_there], reached, COLOURS)
+    assert panel.sign.text().endswith("that is enough.")
 
 
 def test_a_narrow_panel_still_says_why(qtbot, panel):

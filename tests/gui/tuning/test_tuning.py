@@ -176,7 +176,11 @@ def test_differences_of_settings_are_from_preset_run_or_thesis(tuning, qtbot):
 def test_values_of_one_parameter_beside_each_other(tuning, qtbot):
     panel, series = tuning.series_panel, tuning.tuning.series
     tuning.docks["series"].raise_()
+    panel.choose("sampling")
+    assert panel.low.isHidden()
+    assert panel.unit.text().startswith("each of: ")
     panel.choose("sigma_joint")
+    assert not panel.low.isHidden()
     panel.low.setText("5")
     panel.high.setText("500")
     QTest.mouseClick(panel.begin, Qt.MouseButton.LeftButton)
