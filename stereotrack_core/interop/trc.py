@@ -86,15 +86,23 @@ def read_trc(path: Path) -> tuple[LandmarkTrajectory, float]:
             where=f"{path}, line 4",
             remedy=f"The columns are named {', '.join(LANDMARKS)}.",
         )
+    rate = facts.get("DataRate", "")
     try:
-        fps = checked_fps(float(facts["DataRate"]))
-        found = _frames(path, lines[5:], columns)
-    except (KeyError, ValueError) as error:
+        fps = checked_fps(float(rate))
+    except ValueError:
         raise InputError(
-            f"a number cannot be read ({error})",
+            f"{rate!r} is no frame rate",
+            where=f"{path}, DataRate",
+            remedy="Write frames per second.",
+        ) from None
+    found = _frames(path, lines[5:], columns)
+    stated = facts.get("NumFrames", "").strip()
+    if stated.isdecimal() and len(found) < int(stated):
+        raise InputError(
+            f"the file ends after {len(found)} of its {stated} frames",
             where=str(path),
-            remedy="Write numbers with decimal points, and nothing where one is not known.",
-        ) from error
+            remedy="Take another copy of it, or export it again.",
+        )
     frames = sorted(found)
     points = np.array([found[frame] for frame in frames]).reshape(-1, len(LANDMARKS), 3)
     trajectory = LandmarkTrajectory(
@@ -115,7 +123,14 @@ def _frames(path: Path, lines: list[list[str]], columns: dict[str, int]) -> dict
                     where=str(path),
                     remedy="Delete one of the two lines.",
                 )
-            found[frame] = _row(line, columns)
+            try:
+                found[frame] = _row(line, columns)
+            except ValueError as error:
+                raise InputError(
+                    f"line {number} has a value that is no number ({error})",
+                    where=str(path),
+                    remedy="Write numbers with decimal points, and nothing where one is not known.",
+                ) from None
     return found
 
 

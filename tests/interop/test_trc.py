@@ -46,7 +46,7 @@ def test_millimetres_blank_line_and_foreign_columns(tmp_path, random, body_traje
     [
         ("PathFileType", "frame", "not a TRC file"),
         ("\tm\t", "\tfeet\t", "unit 'feet'"),
-        ("1.5", "one and a half", "cannot be read"),
+        ("1.5", "one and a half", "no number"),
         ("left_", "links_", None),
         ("_", "", "nine landmarks"),
     ],
@@ -110,3 +110,20 @@ def test_numbers_that_are_not_finite_are_not_known(tmp_path, random, body_trajec
     path.write_text("\n".join(lines))
     found, _ = read_trc(path)
     assert np.isnan(found.points[0, LANDMARKS.index("left_shoulder")]).all()
+
+
+def test_files_that_are_cut_off_or_hold_no_number_are_refused(tmp_path, random, body_trajectory):
+    path = tmp_path / "a.trc"
+    write_trc(path, body_trajectory(random, range(3)), 30.0)
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join(lines[:-1]))
+    with pytest.raises(InputError, match="ends after 2 of its 3 frames"):
+        read_trc(path)
+    lines[6] = "\t".join([*lines[6].split("\t")[:2], "abc", *lines[6].split("\t")[3:]])
+    path.write_text("\n".join(lines))
+    with pytest.raises(InputError, match=r"line 7 .* no number .*'abc'"):
+        read_trc(path)
+    lines[2] = lines[2].replace("30", "often", 1)
+    path.write_text("\n".join(lines))
+    with pytest.raises(InputError, match="'often' is no frame rate"):
+        read_trc(path)
