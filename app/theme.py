@@ -20,6 +20,7 @@ ThemeName: TypeAlias = Literal["dark", "light", "system"]
 THEME_NAMES: tuple[ThemeName, ...] = ("dark", "light", "system")
 
 _SHOWN = "stereotrack_theme"
+_STYLED = "stereotrack_styled"
 _CHOSEN = "stereotrack_theme_choice"
 
 
@@ -131,8 +132,9 @@ def apply_theme(app: QApplication, name: ThemeName) -> None:
 
 def _show(app: QApplication, theme: Theme) -> None:
     app.setProperty(_SHOWN, theme.name)
-    if app.style().name().lower() != "fusion":
+    if not app.property(_STYLED):  # the style of a style sheet hides what it is built on
         app.setStyle("Fusion")
+        app.setProperty(_STYLED, True)
     pyqtgraph.setConfigOptions(
         background=theme.plot_background, foreground=theme.muted, antialias=True
     )

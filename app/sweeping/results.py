@@ -156,7 +156,7 @@ class SweepResults(QDialog):
             name: value for name, value in table.chosen(rows).items() if name != "recording"
         }
         named = ", ".join(
-            f"{name.replace('_', ' ')} {value}" for name, value in self._chosen.items()
+            f"{name.replace('_', ' ')} {_rounded(value)}" for name, value in self._chosen.items()
         )
         told = [_figures(table, rows, name) for name in _TOLD if name in table.measures]
         self.chosen_label.setText(
@@ -282,6 +282,14 @@ class SweepResults(QDialog):
 def _show(box: QComboBox, old: str | None, otherwise: str | None) -> None:
     place = box.findData(old) if old is not None else -1
     box.setCurrentIndex(place if place >= 0 else max(0, box.findData(otherwise)))
+
+
+def _rounded(value: str) -> str:
+    """A number with the digits that say something; words as they are."""
+    try:
+        return f"{float(value):.4g}" if "." in value else value
+    except ValueError:
+        return value
 
 
 def _figures(table: SweepTable, rows: tuple[int, ...], name: str) -> str:
