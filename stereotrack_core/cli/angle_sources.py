@@ -89,7 +89,11 @@ def _read(path: Path) -> tuple[JointAngles, Recording | None, float | None]:
         angles_of_run,
         angles_of_trajectory,
     )
-    from stereotrack_core.interop.reference_npz import is_reference, read_reference
+    from stereotrack_core.interop.reference_npz import (
+        fps_of_reference,
+        is_reference,
+        read_reference,
+    )
     from stereotrack_core.interop.run_file import read_run, read_timed_trajectory
     from stereotrack_core.tracking.stored import fps_of_run
 
@@ -100,7 +104,7 @@ def _read(path: Path) -> tuple[JointAngles, Recording | None, float | None]:
         reference = read_reference(path)
         folder = reference.meta.get("recording_folder")
         place = Path(str(folder)) if folder else path.parent
-        return angles_of_reference(reference), _recording(place), None
+        return angles_of_reference(reference), _recording(place), fps_of_reference(reference)
     run = read_run(path)
     folder = run.meta.get("recording_folder")
     recording = _recording(Path(str(folder))) if folder else None

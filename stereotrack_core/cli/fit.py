@@ -238,7 +238,12 @@ def _write(path: Path, fit: TrajectoryFit, recording: Recording, meta: Mapping[s
     from stereotrack_core.recording.landmark_csv import write_landmarks
 
     if path.suffix.lower() == ".npz":
-        origin = {"program": "stereotrack", "version": __version__, "recording": recording.name}
+        origin = {
+            "program": "stereotrack",
+            "version": __version__,
+            "recording": recording.name,
+            "fps": recording.fps,
+        }
         write_reference(path, reference_of_fit(fit, {**origin, **meta}))
         return
     with replacing(path) as temporary:

@@ -109,3 +109,9 @@ def reference_of_bytes(data: bytes, where: str) -> Reference:
             where=where,
             remedy="Give a reference that `stereotrack fit` or the workbench wrote.",
         ) from error
+
+
+def fps_of_reference(reference: Reference) -> float | None:
+    """Frames per second that the reference's meta states; None where it states none."""
+    fps = reference.meta.get("fps")
+    return float(fps) if isinstance(fps, int | float) and fps > 0 else None

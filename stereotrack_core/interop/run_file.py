@@ -6,7 +6,11 @@ from pathlib import Path
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.reference_npz import is_reference, read_reference
+from stereotrack_core.interop.reference_npz import (
+    fps_of_reference,
+    is_reference,
+    read_reference,
+)
 from stereotrack_core.interop.run_npz import read_npz, write_npz
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.run import Run
@@ -131,7 +135,8 @@ def read_timed_trajectory(path: Path) -> tuple[LandmarkTrajectory, float | None]
     match _suffix(path, TRAJECTORY_SUFFIXES):
         case ".npz":
             if is_reference(path):
-                return read_reference(path).trajectory(), None
+                reference = read_reference(path)
+                return reference.trajectory(), fps_of_reference(reference)
             run = read_npz(path)
             return run.trajectory(), fps_of_run(run) if "fps" in run.meta else None
         case ".csv":

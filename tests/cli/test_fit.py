@@ -8,6 +8,7 @@ from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.interop.clicks_csv import write_clicks
 from stereotrack_core.interop.reference_npz import read_reference
+from stereotrack_core.interop.trc import read_trc
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmark_csv import read_landmarks
 from stereotrack_core.recording.landmarks import LANDMARKS
@@ -63,6 +64,11 @@ def test_npz_keeps_the_covariances(run, recording, clicks, tmp_path):
     assert np.isfinite(stored.covariance).all()
     assert stored.filled.tolist() == [True, False, True, True, False, True]
     assert stored.meta["click_sigma_px"] == 1
+    assert run("angles", tmp_path / "a.npz", "--json").json["frames_per_second"] == 10.0
+    assert (
+        run("export", tmp_path / "a.npz", "--format", "trc", "-o", tmp_path / "a.trc").status == 0
+    )
+    assert read_trc(tmp_path / "a.trc")[1] == 10.0
 
 
 def test_gaps_and_views(run, recording, clicks, tmp_path):
