@@ -16,7 +16,7 @@ from stereotrack_core.depth.cloud import Cloud, DepthGeometry
 from stereotrack_core.depth.colours import ColourCalibration
 from stereotrack_core.depth.outliers import inliers
 from stereotrack_core.depth.parameters import DepthParameters
-from stereotrack_core.depth.rectify import depth_rectification, stereo_rectification
+from stereotrack_core.depth.rectify import Rectification, depth_rectification, stereo_rectification
 from stereotrack_core.depth.sources import DepthSource, StereoSource
 from stereotrack_core.depth.stopwatch import Stopwatch, summed
 from stereotrack_core.depth.view_chain import ViewChain, ViewResult
@@ -237,8 +237,18 @@ def source_of(
     recording: Recording, view: View, parameters: DepthParameters
 ) -> StereoSource | DepthSource:
     """Where a view's disparities come from: its stereo pair, or its depth images."""
+    rectification = rectification_of(recording, view, parameters)
+    if view.left is None:
+        return DepthSource(rectification)
+    return StereoSource(rectification, parameters)
+
+
+def rectification_of(
+    recording: Recording, view: View, parameters: DepthParameters
+) -> Rectification:
+    """How a view's images become those that depth is measured in."""
     camera = recording.reference_camera(view)
-    if view.kind == "depth" or view.left is None:
-        return DepthSource(depth_rectification(camera))
-    left = recording.cameras[view.left.camera]
-    return StereoSource(stereo_rectification(left, camera, where=f"view {view.name}"), parameters)
+    if view.left is None:
+        return depth_rectification(camera)
+    left, least_focal = recording.cameras[view.left.camera], parameters.least_focal
+    return stereo_rectification(left, camera, least_focal=least_focal, where=f"view {view.name}")

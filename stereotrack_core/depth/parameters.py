@@ -48,6 +48,16 @@ class DepthParameters(ParameterGroup):
     match_window: int = parameter(
         11, "Side of the correlation window (odd).", group=_MATCH, unit="px", minimum=5, maximum=51
     )
+    least_focal: float = parameter(
+        400.0,
+        "Pictures of clearly wider lenses are enlarged to this focal length before they are"
+        " matched, at most to twice their size: a window is too coarse for their arms otherwise.",
+        group=_MATCH,
+        unit="px",
+        minimum=0.0,
+        maximum=4000.0,
+        thesis=0.0,
+    )
     low_pass: float = parameter(
         0.0,
         "Standard deviation of the low-pass filter before rectification; 0 leaves it out.",

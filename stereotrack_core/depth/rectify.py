@@ -17,6 +17,7 @@ from stereotrack_core.geometry.transform import RigidTransform
 _IDENTITY_TOLERANCE = 0.02  # px; a block matcher's own noise is about three times this
 _SMALLEST_BASELINE = 1e-3  # metres
 _LARGEST_CONVERGENCE = np.deg2rad(60.0)
+_SMALLEST_SCALE, _LARGEST_SCALE = 1.25, 2.0  # less only blurs, more shows nothing new
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +41,13 @@ class PixelMap:
     outside: BoolArray
 
     def apply(self, image: ImageArray) -> ImageArray:
-        """Resample a raw image bilinearly; black where the raw image ends."""
-        resampled = cv2.remap(image, self.positions, self.fractions, cv2.INTER_LINEAR)
+        """Resample a raw image; black where the raw image ends.
+
+        Bilinearly, or bicubically where it is enlarged: matching suffers from the blur otherwise.
+        """
+        enlarged = self.outside.size > image.shape[0] * image.shape[1]
+        method = cv2.INTER_CUBIC if enlarged else cv2.INTER_LINEAR
+        resampled = cv2.remap(image, self.positions, self.fractions, method)
         return resampled.astype(np.uint8, copy=False)
 
     def apply_nearest(self, values: Float32Array) -> Float32Array:
@@ -74,7 +80,9 @@ class Rectification:
         return self.left_map is None and self.image_map is None
 
 
-def stereo_rectification(left: Camera, right: Camera, *, where: str = "") -> Rectification:
+def stereo_rectification(
+    left: Camera, right: Camera, *, least_focal: float = 0.0, where: str = ""
+) -> Rectification:
     """Rectify a stereo camera from its calibration, with the right image as reference.
 
     The rectified x axis is the base line, the z axis lies as near as it can to both optical
@@ -84,6 +92,9 @@ def stereo_rectification(left: Camera, right: Camera, *, where: str = "") -> Rec
     Parameters
     ----------
     left, right : Camera
+    least_focal : float, pixels
+        Pictures of clearly wider lenses are enlarged to this focal length, at most to twice
+        their size.
     where : str
         Name of the view for messages.
 
@@ -107,11 +118,17 @@ def stereo_rectification(left: Camera, right: Camera, *, where: str = "") -> Rec
         unchanged = all(np.abs(raw - _grid(right, 17)).max() < _IDENTITY_TOLERANCE for raw in maps)
         if unchanged:
             break
-    geometry = _geometry(matrices, baseline, rectified_from_world, right)
-    if unchanged:
+    scale = min(least_focal / matrices[1][0, 0], _LARGEST_SCALE)
+    if scale < _SMALLEST_SCALE:
+        scale = 1.0
+    size = round(scale * right.width), round(scale * right.height)
+    if scale > 1.0:
+        matrices = _enlarged(matrices[0], scale), _enlarged(matrices[1], scale)
+    geometry = _geometry(matrices, baseline, rectified_from_world, right.position_world, size)
+    if unchanged and scale == 1.0:
         return Rectification(geometry, None, None)
     left_map, image_map = (
-        _pixel_map(camera, matrix, rectified_from_world)
+        _pixel_map(camera, matrix, rectified_from_world, size)
         for camera, matrix in zip((left, right), matrices, strict=True)
     )
     return Rectification(geometry, left_map, image_map)
@@ -119,13 +136,15 @@ def stereo_rectification(left: Camera, right: Camera, *, where: str = "") -> Rec
 
 def depth_rectification(camera: Camera) -> Rectification:
     """Geometry of a depth image: undistorted and with square pixels, else as it is."""
-    rotation = camera.camera_from_world.rotation
+    rotation, size = camera.camera_from_world.rotation, (camera.width, camera.height)
     plain, square = _matrices_as_they_are(camera, camera)[1], _matrices(camera, camera, rotation)[1]
     raw = _raw_pixels(camera, plain, rotation, _grid(camera, 17))
     if np.abs(raw - _grid(camera, 17)).max() < _IDENTITY_TOLERANCE:
-        return Rectification(_geometry((plain, plain), 0.0, rotation, camera), None, None)
-    geometry = _geometry((square, square), 0.0, rotation, camera)
-    return Rectification(geometry, None, _pixel_map(camera, square, rotation))
+        matrix, image_map = plain, None
+    else:
+        matrix, image_map = square, _pixel_map(camera, square, rotation, size)
+    geometry = _geometry((matrix, matrix), 0.0, rotation, camera.position_world, size)
+    return Rectification(geometry, None, image_map)
 
 
 def _check_pair(left: Camera, right: Camera, where: str) -> None:
@@ -208,8 +227,20 @@ def _matrix(focal: float, c_x: float, c_y: float) -> FloatArray:
     return matrix
 
 
+def _enlarged(matrix: FloatArray, scale: float) -> FloatArray:
+    """Intrinsics of a picture that is enlarged about its outer corner; pixels count centres."""
+    half = 0.5 * scale - 0.5
+    change = np.array([[scale, 0.0, half], [0.0, scale, half], [0.0, 0.0, 1.0]])
+    result: FloatArray = change @ matrix
+    return result
+
+
 def _geometry(
-    matrices: tuple[FloatArray, FloatArray], baseline: float, rotation: FloatArray, right: Camera
+    matrices: tuple[FloatArray, FloatArray],
+    baseline: float,
+    rotation: FloatArray,
+    position: FloatArray,
+    size: tuple[int, int],
 ) -> DepthGeometry:
     left_matrix, right_matrix = matrices
     return DepthGeometry(
@@ -218,9 +249,9 @@ def _geometry(
         c_y=float(right_matrix[1, 2]),
         baseline=baseline,
         disparity_offset=float(left_matrix[0, 2] - right_matrix[0, 2]),
-        width=right.width,
-        height=right.height,
-        world_from_depth=RigidTransform(rotation.T, right.position_world),
+        width=size[0],
+        height=size[1],
+        world_from_depth=RigidTransform(rotation.T, position),
     )
 
 
@@ -242,8 +273,10 @@ def _raw_pixels(
     return raw
 
 
-def _pixel_map(camera: Camera, matrix: FloatArray, rectified_from_world: FloatArray) -> PixelMap:
-    columns, rows = np.arange(camera.width), np.arange(camera.height)
+def _pixel_map(
+    camera: Camera, matrix: FloatArray, rectified_from_world: FloatArray, size: tuple[int, int]
+) -> PixelMap:
+    columns, rows = np.arange(size[0]), np.arange(size[1])
     pixels = np.stack(np.meshgrid(columns, rows), axis=-1).astype(np.float64)
     raw = _raw_pixels(camera, matrix, rectified_from_world, pixels)
     raw = np.nan_to_num(raw, nan=-1e4).clip(-1e4, 1e4).astype(np.float32)

@@ -101,6 +101,57 @@ def test_images_of_a_convergent_rig_match_along_rows():
     assert np.percentile(np.abs(points[:, 1] - WALL), 90) < 0.05
 
 
+@pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0), (0.01, 0.02, 0.0)])
+def test_pictures_of_wide_lenses_are_enlarged(turn):
+    """Through real pixels as well: the wall stays where it is, and shows more points."""
+    kinds = {"focal": (200.0, 200.0)}
+    left, right = camera("left", (-0.12, 0, 1), **kinds), camera("right", (0, 0, 1), turn, **kinds)
+    rectification = stereo_rectification(left, right, least_focal=300.0)
+    g = rectification.geometry
+    assert (g.focal, g.width, g.height) == (pytest.approx(300.0), 480, 360)
+    points, (in_left, in_right) = seen_points(left, right)
+    in_l = rectified_pixels(rectification, left, in_left)
+    in_r = rectified_pixels(rectification, right, in_right)
+    z = g.focal * g.baseline / (in_l[:, 0] - in_r[:, 0] - g.disparity_offset)
+    assert np.allclose(z, g.world_from_depth.inverse().apply(points)[:, 2], atol=1e-3)
+    wall = texture(900, 1200, seed=3)
+    in_l = rectification.left_map.apply(render_wall(left, wall))
+    in_r = rectification.image_map.apply(render_wall(right, wall))
+    assert in_r.shape == (360, 480)
+    disparities = DisparityRange(int(np.floor(g.disparity_offset)) + 1, 48)
+    steps = Matcher(DepthParameters(), disparities)(in_l, in_r)
+    d = np.where(steps > disparities.invalid, steps / STEPS, np.nan).astype(np.float32)
+    d[rectification.image_map.outside] = np.nan
+    pixels = thinned_pixels(np.isfinite(d), 3, (0, 0))
+    ranges = range_of_disparity(g, d)[pixels[:, 1], pixels[:, 0]]
+    found = world_points(g, ranges.astype(np.float64), pixels)
+    assert len(found) > 3000
+    assert abs(np.median(found[:, 1]) - WALL) < 0.02
+
+
+@pytest.mark.parametrize(
+    ("least", "focal"), [(0.0, 200.0), (240.0, 200.0), (260.0, 260.0), (900.0, 400.0)]
+)
+def test_pictures_are_enlarged_by_a_quarter_at_least_and_to_twice_their_size_at_most(least, focal):
+    kinds = {"focal": (200.0, 200.0)}
+    left, right = camera("left", (-0.12, 0, 1), **kinds), camera("right", (0, 0, 1), **kinds)
+    rectification = stereo_rectification(left, right, least_focal=least)
+    assert rectification.geometry.focal == pytest.approx(focal)
+    assert rectification.is_identity == (focal == 200.0)
+
+
+def test_an_enlarged_picture_shows_the_same_in_the_same_directions():
+    kinds = {"focal": (200.0, 200.0)}
+    left, right = camera("left", (-0.12, 0, 1), **kinds), camera("right", (0, 0, 1), **kinds)
+    rectification = stereo_rectification(left, right, least_focal=400.0)
+    columns = np.broadcast_to(np.arange(320, dtype=np.uint8) // 2, (240, 320))
+    shown = rectification.image_map.apply(np.ascontiguousarray(columns))
+    g = rectification.geometry
+    u = np.arange(100, 500)
+    raw = 200.0 * (u - g.c_x) / g.focal + 159.5
+    assert np.abs(shown[200, u] - raw / 2).max() < 1.0
+
+
 WALL = 2.0
 
 

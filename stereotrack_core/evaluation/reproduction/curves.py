@@ -30,7 +30,7 @@ _PANELS = (
 _CROSSED = {"cross-arms": (65, 115)}
 """Frames after the first one between which the arms are crossed."""
 
-_THESIS_COLOUR, _ANEW_COLOUR = "#1d2329", "#8a5a00"
+_THESIS_COLOUR, _ANEW_COLOUR = "#1d2329", "#7b3294"
 _LOST = 45.0
 
 
@@ -56,7 +56,7 @@ def motion_curves(outcomes: Sequence[Outcome], motion: ThesisMotion, kind: Kind 
         ax.set_xlabel("frame")
     for ax in axes[::2]:
         ax.set_ylabel("error [deg]")
-    handles, labels = axes[-1].get_legend_handles_labels()
+    handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=max(1, len(labels)))
     return image_of(figure, kind)
 
@@ -119,8 +119,9 @@ def _draw(ax: Axes, label: str, frames: IntArray, degrees: FloatArray, colour: s
     if len(degrees) > 1:
         low, high = degrees.min(axis=0), degrees.max(axis=0)
         ax.fill_between(frames, low, high, color=own, alpha=0.12, linewidth=0)
+    words = label if thesis else f"{label} (in the limb's colour)"
     ax.plot(
-        frames, mean, color=own, label=label, linewidth=1.2 if thesis else 2.0,
+        frames, mean, color=own, label=words, linewidth=1.2 if thesis else 2.0,
         linestyle="--" if anew else "-", zorder=2 if thesis else 3,
     )  # fmt: skip
 

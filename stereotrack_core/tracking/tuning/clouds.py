@@ -10,10 +10,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from stereotrack_core.body.parameters import BodyParameters
-from stereotrack_core.depth.chain import DepthChain, MeasuredViews
+from stereotrack_core.depth.chain import DepthChain, MeasuredViews, rectification_of
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.parameters import DepthParameters
-from stereotrack_core.depth.rectify import Rectification, depth_rectification, stereo_rectification
+from stereotrack_core.depth.rectify import Rectification
 from stereotrack_core.depth.sources import DepthSource, StereoSource
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.description import Recording, View
@@ -109,7 +109,7 @@ class CloudStore:
         self.lock = threading.Lock()
         self.shapes: dict[Hashable, BodyParameters] = {}
         self.cancelled: Callable[[], bool] = never
-        self._rectified: dict[str, Rectification] = {}
+        self._rectified: dict[tuple[str, float], Rectification] = {}
         self._chains: OrderedDict[CloudKey, DepthChain] = OrderedDict()
 
     def close(self) -> None:
@@ -209,21 +209,14 @@ class CloudStore:
     def _source(
         self, recording: Recording, view: View, p: DepthParameters, key: CloudKey
     ) -> StereoSource | DepthSource:
-        camera = recording.reference_camera(view)
-        stereo = view.kind != "depth" and view.left is not None
-        if view.name not in self._rectified:
-            self._rectified[view.name] = (
-                stereo_rectification(
-                    recording.cameras[view.left.camera], camera, where=f"view {view.name}"
-                )
-                if view.left is not None and stereo
-                else depth_rectification(camera)
-            )
-        rectified = self._rectified[view.name]
-        if not stereo:
+        place = view.name, p.least_focal
+        if place not in self._rectified:
+            self._rectified[place] = rectification_of(recording, view, p)
+        rectified = self._rectified[place]
+        if view.left is None:
             return WatchedDepth(rectified, self)
-        place = key.until(Stage.MATCHING), view.name
-        return RememberingStereo(rectified, p, self.memory, place, self.pictures.number, self)
+        matched = key.until(Stage.MATCHING), view.name
+        return RememberingStereo(rectified, p, self.memory, matched, self.pictures.number, self)
 
 
 class KeptClouds(SharedClouds):
