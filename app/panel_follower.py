@@ -9,6 +9,7 @@ import numpy as np
 from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal, Slot
 
 from app.presenters.certainty import ellipsoids_of
+from app.presenters.counting import counted
 from app.presenters.curves import curves_of, lanes_of
 from app.presenters.live_fit import ShownFit
 from app.presenters.pictures import Instant, pictures_of
@@ -171,7 +172,8 @@ class PanelFollower(QObject):
             w.progress.setRange(0, 100 if share else 0)
             w.progress.setValue(round(100 * share))
         elif entry is not None:
-            w.progress.setRange(0, len(entry.wanted))
+            preparing = w.track.running and not entry.frames
+            w.progress.setRange(0, 0 if preparing else len(entry.wanted))
             w.progress.setValue(len(entry.frames))
         drawing = w.inside.drawing
         if drawing is not None and drawing.frame == w.document.frame:
@@ -343,7 +345,8 @@ class PanelFollower(QObject):
     def on_run_finished(self, entry: Any) -> None:
         """Say in the status line how a run has ended."""
         judgement = self._w.judging.of(entry)
-        words = score_words(judgement)
-        self._w.statusBar().showMessage(
-            f"{entry.name}: {len(entry.frames)} frames tracked. {words}".strip(), 8000
-        )
+        score = score_words(judgement)
+        off = "off" if judgement is not None and judgement.measure == "error" else "uncertain"
+        arms = f", arms {off} by {score} in the median" if score else ""
+        frames = counted(len(entry.frames), "frame")
+        self._w.statusBar().showMessage(f"{entry.name}: {frames} tracked{arms}.", 8000)
