@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
@@ -35,7 +36,21 @@ def start(arguments: Sequence[str]) -> int:
         load_qt()
     except InputError as error:
         return _refuse(error)
-    return _show(args, picture)
+    before = signal.signal(signal.SIGINT, _leave_at_once)
+    try:
+        return _show(args, picture)
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _leave_at_once(*_: object) -> None:
+    """End the program at Ctrl-C while the window is being made.
+
+    An exception would be raised somewhere within Qt, which swallows it or does not survive it.
+    What a project says is on the drive already. A window that is shown closes instead.
+    """
+    os.write(2, b"Stopped.\n")
+    os._exit(FAILED)
 
 
 def _refuse(error: InputError) -> int:

@@ -81,3 +81,21 @@ def test_the_benchmark_of_the_window_prints_json(program, small_recording):
     facts = json.loads(done.stdout)
     assert facts["views"] == 2
     assert 0 < facts["frame_step_ms"] < 1000
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are sent otherwise there")
+def test_an_interrupt_while_the_window_is_made_ends_the_program_at_once(small_recording):
+    script = (
+        "import os, signal, sys; from app import start\n"
+        "start._show = lambda *_: os.kill(os.getpid(), signal.SIGINT)\n"
+        "sys.exit(start.start(['open', sys.argv[1]]))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script, str(small_recording)],
+        env={**os.environ, "QT_QPA_PLATFORM": "offscreen"},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (1, "Stopped.\n")
