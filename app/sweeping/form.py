@@ -25,7 +25,7 @@ from PySide6.QtWidgets import (
 
 from app.presenters.sweep_plan import SweepWish
 from app.sweeping.points import SweepPoints
-from stereotrack_core.evaluation.sweeps.pool import usable_cores
+from stereotrack_core.worker_processes import usable_cores
 
 
 class SweepForm(QWidget):

@@ -187,7 +187,8 @@ def _executor(args: Namespace) -> ClusterWorkers | LocalWorkers:
         from stereotrack_core.evaluation.sweeps.cluster import ClusterWorkers
 
         return ClusterWorkers(args.scheduler, retries=args.retries)
-    from stereotrack_core.evaluation.sweeps.pool import LocalWorkers, usable_cores
+    from stereotrack_core.evaluation.sweeps.pool import LocalWorkers
+    from stereotrack_core.worker_processes import usable_cores
 
     count = args.workers or usable_cores()
     return LocalWorkers(count, together=args.together, retries=args.retries)
@@ -197,7 +198,7 @@ def _tell_plan(jobs: Sequence[Job], known: Mapping[str, JobResult], args: Namesp
     """Say what would be computed, and how long it would take."""
     from stereotrack_core.cli.sweep_plan import count_of
     from stereotrack_core.evaluation.sweeps.estimate import expected_seconds
-    from stereotrack_core.evaluation.sweeps.pool import usable_cores
+    from stereotrack_core.worker_processes import usable_cores
 
     if args.scheduler:
         with _executor(args) as executor:

@@ -12,16 +12,7 @@ from stereotrack_core.evaluation.sweeps.jobs import Job
 from stereotrack_core.evaluation.sweeps.results import JobResult
 from stereotrack_core.evaluation.sweeps.watching import Watcher
 from stereotrack_core.evaluation.sweeps.work import do_batch
-from stereotrack_core.worker_processes import (
-    Asker,
-    Lost,
-    WorkerProcess,
-    end,
-    usable_cores,
-    with_words,
-)
-
-__all__ = ["RETRIES", "LocalWorkers", "usable_cores"]
+from stereotrack_core.worker_processes import Asker, Lost, WorkerProcess, end, with_words
 
 RETRIES = 1
 """How often a job is tried again whose failure may have been chance."""
