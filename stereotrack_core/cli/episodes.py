@@ -99,6 +99,9 @@ def _check(args: Namespace) -> None:
             )
     if args.strips is not None and args.strips.exists() and not args.strips.is_dir():
         raise InputError("this is a file", where=str(args.strips), remedy="Name a folder.")
+    if args.strips is not None:
+        there = next(one for one in (args.strips, *args.strips.absolute().parents) if one.exists())
+        check_output(there / "strip.png")
     if args.video is not None:
         if args.video.suffix.lower() != ".mp4":
             raise InputError(

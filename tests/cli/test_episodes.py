@@ -100,10 +100,12 @@ def test_a_run_alone_with_a_reference(run, failing, tmp_path):
         (("--video", "film.avi"), ".mp4"),
         (("--set", "episode_error=-3"), "episode_error"),
         (("--view", "Q", "--strips", "x"), "--view: there is no view 'Q'"),
+        (("--strips", "file/deep"), "file: there is no such folder"),
     ],
 )
 def test_wrong_input_is_refused_in_words(run, failing, tmp_path, monkeypatch, options, words):
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "file").touch()
     ended = run("episodes", failing / "run.npz", "--no-pictures", *options)
     assert ended.status == 2
     assert words in ended.err
