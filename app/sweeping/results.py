@@ -71,6 +71,23 @@ class SweepResults(QDialog):
         top.addWidget(open_button)
         self.plot = SweepPlot()
         self.plot.rows_chosen.connect(self.choose)
+        self.averaged_label = QLabel()
+        self.averaged_label.setProperty("role", "muted")
+        self.averaged_label.setWordWrap(True)
+        layout = QVBoxLayout(self)
+        layout.addLayout(top)
+        layout.addLayout(self._choices())
+        layout.addWidget(self.plot, 1)
+        layout.addWidget(self.averaged_label)
+        layout.addLayout(self._chosen_row())
+        layout.addWidget(self._make_buttons())
+        self.resize(900, 640)
+        self._timer = QTimer(self, interval=_LOOK_MS)
+        self._timer.timeout.connect(self._look)
+        self._timer.start()
+
+    def _chosen_row(self) -> QHBoxLayout:
+        """What a point's values are, and what can be done with them."""
         self.chosen_label = QLabel()
         self.chosen_label.setWordWrap(True)
         self.chosen_label.setMinimumHeight(2 * self.fontMetrics().lineSpacing() + 4)
@@ -78,9 +95,6 @@ class SweepResults(QDialog):
         self.take_button.setAutoDefault(False)
         self.take_button.setEnabled(False)
         self.take_button.clicked.connect(lambda: self.taken_over.emit(dict(self._chosen)))
-        self.averaged_label = QLabel()
-        self.averaged_label.setProperty("role", "muted")
-        self.averaged_label.setWordWrap(True)
         self.best_button = QPushButton("&Best point")
         self.best_button.setAutoDefault(False)
         self.best_button.setToolTip(
@@ -91,17 +105,7 @@ class SweepResults(QDialog):
         below.addWidget(self.chosen_label, 1)
         below.addWidget(self.best_button)
         below.addWidget(self.take_button)
-        layout = QVBoxLayout(self)
-        layout.addLayout(top)
-        layout.addLayout(self._choices())
-        layout.addWidget(self.plot, 1)
-        layout.addWidget(self.averaged_label)
-        layout.addLayout(below)
-        layout.addWidget(self._make_buttons())
-        self.resize(900, 640)
-        self._timer = QTimer(self, interval=_LOOK_MS)
-        self._timer.timeout.connect(self._look)
-        self._timer.start()
+        return below
 
     def open_table(self, path: Path) -> None:
         """Show a table.
