@@ -117,10 +117,13 @@ def test_a_huge_whole_number_is_just_a_number():
     assert Outer().replaced(count="1" + 400 * "0").count == 10**400
 
 
-def test_unknown_names_are_refused_with_the_known_ones():
+def test_unknown_names_are_refused_with_what_may_have_been_meant_or_all_that_are_known():
     with pytest.raises(InputError) as refused:
         Outer().replaced(widht=1.0)
     assert "'widht'" in refused.value.what
+    assert refused.value.remedy == "Did you mean width?"
+    with pytest.raises(InputError) as refused:
+        Outer().replaced(speed=1.0)
     assert "count, gain, kind, on, width" in refused.value.remedy
 
 
