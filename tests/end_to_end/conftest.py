@@ -55,11 +55,24 @@ def run(capsys) -> Callable[..., Ended]:
 
 @pytest.fixture(scope="session")
 def sound(tmp_path_factory) -> Path:
-    """A rendered recording of two stereo views in which nothing is wrong."""
-    folder = tmp_path_factory.mktemp("end to end") / "sound"
+    """A rendered recording of two stereo views in which nothing is wrong.
+
+    Its pictures are so small that where limbs are, and whether enough of the body is seen, is a
+    matter of chance: for whatever depends on that there is ``clear``.
+    """
     small = ("--set", "width=320", "--set", "height=240", "--set", "focal=200")
+    return _rendered(tmp_path_factory.mktemp("end to end") / "sound", *small)
+
+
+@pytest.fixture(scope="session")
+def clear(tmp_path_factory) -> Path:
+    """The same in pictures of the usual size, in which the body is found where it is."""
+    return _rendered(tmp_path_factory.mktemp("end to end") / "clear")
+
+
+def _rendered(folder: Path, *size: str) -> Path:
     frames = ("--frames", str(FRAMES), "--views", "NS", "--motion", "t-pose")
-    assert main(["simulate", str(folder), *frames, *small]) == 0
+    assert main(["simulate", str(folder), *frames, *size]) == 0
     return folder
 
 

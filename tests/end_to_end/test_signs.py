@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import cv2
@@ -49,15 +50,19 @@ def test_a_view_that_goes_dark_is_told_and_the_others_go_on(preset, copy, tmp_pa
     assert any("dark" in f["what"] for f in run("info", copy, "--deep", "--json").json["findings"])
 
 
-def test_frames_in_which_nothing_is_seen_are_not_tracked(copy, tmp_path, run):
-    _darken(copy, CAMERAS, DARK)
-    place, dense = tmp_path / "run.npz", ("--set", "pixel_step=2")
-    told = run("track", copy, "-o", place, "--preset", "fast", *dense, "--json")
+def test_frames_in_which_nothing_is_seen_are_not_tracked(clear, tmp_path, run):
+    folder, place = tmp_path / "dark", tmp_path / "run.npz"
+    shutil.copytree(clear, folder)
+    _darken(folder, CAMERAS, DARK)
+    told = run("track", folder, "-o", place, "--json")
     stored = read_run(place)
     assert stored.frame[~stored.tracked].tolist() == list(DARK)
     assert np.isnan(stored.landmarks[DARK.start : DARK.stop]).all()
     [gap] = told.json["not_tracked"]
     assert (gap["first"], gap["end"]) == (DARK.start, DARK.stop)
+    measures = run("evaluate", place, "--json").json["measures"]
+    assert measures["torso_position"]["median"] < 60.0
+    assert measures["upper_arms"]["median"] < 20.0
 
 
 @pytest.mark.parametrize("preset", ["fast", "thesis", "accurate"])
