@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,12 @@ settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.load_profile("repeatable")
 
 SHARED_RECORDINGS = Path(__file__).resolve().parents[2] / "shared" / "data" / "recordings"
+
+
+def pytest_configure() -> None:
+    """Let Ctrl-C be tested where a shell began the tests in the background and ignores it there."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def shared_recording_folder(name: str) -> Path:
