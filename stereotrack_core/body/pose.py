@@ -81,7 +81,9 @@ def part_frames(skeleton: Skeleton, pose: Pose) -> PartFrames:
     """Forward kinematics (section 2.5): chain the transforms from the torso outwards."""
     shape = pose.rotations.shape
     turns = np.ascontiguousarray(pose.rotations).reshape(-1, *shape[-3:])
-    position = np.ascontiguousarray(np.broadcast_to(pose.position, (*shape[:-3], 3)))
+    position = np.ascontiguousarray(pose.position)
+    if position.shape[:-1] != shape[:-3]:
+        position = np.ascontiguousarray(np.broadcast_to(position, (*shape[:-3], 3)))
     rotations, origins = np.empty_like(turns), np.empty(turns.shape[:-1])
     chain(turns, position.reshape(-1, 3), skeleton.joints, _PARENTS, rotations, origins)
     return PartFrames(rotations.reshape(shape), origins.reshape(shape[:-1]))

@@ -10,7 +10,7 @@ from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.geometry.rotation import rotation_from_vector
+from stereotrack_core.geometry.rotation import skew
 from stereotrack_core.tracking.search.arms import (
     LEFT,
     RIGHT,
@@ -68,15 +68,15 @@ def elsewhere(cloud: Cloud, body: BodyModel, pose: Pose, own: FloatArray) -> Flo
         present, shape = arm_of_pose(frames, side), arm_shape(body, side)
         upper, fore = present.upper[0], present.fore[0]
         turned = _around(upper)
-        carried = np.array([_turn(upper, to) @ fore for to in turned])
+        carried = _carried(upper, turned, fore)
         still = np.broadcast_to(upper, (2 * _AROUND, 3))
         of_upper = Arms(turned, carried)
         of_fore = Arms(still, _around(fore))
+        least = float(anatomy_cost(scene, shape, present)[0]) + _ALLOWED
         for limb, arms, moved in (
             (UPPER_ARMS[side], of_upper, (UPPER_ARMS[side], FOREARMS[side])),
             (FOREARMS[side], of_fore, (FOREARMS[side],)),
         ):
-            least = float(anatomy_cost(scene, shape, present)[0]) + _ALLOWED
             arms = arms[np.flatnonzero(anatomy_cost(scene, shape, arms) < least).tolist()]
             if not len(arms):
                 continue
@@ -124,8 +124,13 @@ def _around(direction: FloatArray) -> FloatArray:
     return result
 
 
-def _turn(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Smallest rotation (3, 3) that turns unit vector a to b, not opposite to it."""
-    axis = np.cross(a, b)
-    angle = np.arctan2(np.linalg.norm(axis), a @ b)
-    return rotation_from_vector(angle * axis / np.linalg.norm(axis))
+def _carried(a: FloatArray, b: FloatArray, vector: FloatArray) -> FloatArray:
+    """Turn a vector (3,) as the smallest rotations turn unit vector a (3,) to each of b (K, 3).
+
+    None of b may be opposite to a.
+    """
+    across = skew(np.cross(a, b))
+    once = across @ vector
+    twice = np.einsum("kij,kj->ki", across, once)
+    result: FloatArray = vector + once + twice / (1.0 + b @ a)[:, None]
+    return result

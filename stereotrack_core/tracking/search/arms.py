@@ -89,11 +89,12 @@ class ArmShape:
 
     def nodes(self, arms: Arms) -> FloatArray:
         """Shoulder, elbow, wrist and finger tip (K, 4, 3), torso's frame."""
-        elbow = self.shoulder + self.upper_length * arms.upper
-        wrist = elbow + self.fore_length * arms.fore
-        tip = wrist + self.hand_length * arms.fore
-        shoulder = np.broadcast_to(self.shoulder, elbow.shape)
-        return np.ascontiguousarray(np.stack([shoulder, elbow, wrist, tip], axis=1))
+        nodes = np.empty((len(arms), 4, 3))
+        nodes[:, 0] = self.shoulder
+        nodes[:, 1] = self.shoulder + self.upper_length * arms.upper
+        nodes[:, 2] = nodes[:, 1] + self.fore_length * arms.fore
+        nodes[:, 3] = nodes[:, 2] + self.hand_length * arms.fore
+        return nodes
 
 
 def arm_shape(body: BodyModel, side: int) -> ArmShape:

@@ -7,6 +7,12 @@ from typing import Any
 
 import numba
 
+_DEEP = -0.03
+"""Metres from the torso's surface, negative inside, from which an arm's axis is too deep: bodies
+give way where arms lie on them."""
+
+_FOLDED, _FOLDING = math.radians(140.0), math.radians(15.0)
+
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator]
 def arm_distances(points: Any, nodes: Any, radii: Any, result: Any) -> None:
@@ -103,3 +109,46 @@ def count_sight(
             seen[i, 1] += 1
         elif difference > 0.0:
             seen[i, 2] += 1
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator]
+def anatomy_costs(
+    upper: Any, fore: Any, mirrored: float, places: Any, cone: Any, result: Any
+) -> None:
+    """Fill costs (K,) of elbows bent too far, arms inside the torso, and where arms cannot be.
+
+    Parameters
+    ----------
+    upper, fore : (K, 3) float64
+        Unit vectors along the arms, torso's frame.
+    mirrored : float
+        -1 for left arms, 1 for right ones.
+    places : (K, P, 3) float64, metres
+        Beyond the elbows, in the frame of the torso's cone.
+    cone : (6,) float64
+        Of the torso, see :attr:`Cones.sizes`.
+    """
+    r1, r2, height, flat = cone[0], cone[1], cone[2], cone[3]
+    for k in range(upper.shape[0]):
+        ux, uy, uz = mirrored * upper[k, 0], upper[k, 1], upper[k, 2]
+        fx, fy, fz = mirrored * fore[k, 0], fore[k, 1], fore[k, 2]
+        along = ux * fx + uy * fy + uz * fz
+        cx, cy, cz = uy * fz - uz * fy, uz * fx - ux * fz, ux * fy - uy * fx
+        bend = math.atan2(math.sqrt(cx * cx + cy * cy + cz * cz), along)
+        cost = 12.0 * _steps((bend - _FOLDED) / _FOLDING)
+        cost += 6.0 * _steps((-uy - 0.55) / 0.25) + 6.0 * _steps((-ux - 0.60) / 0.25)
+        if uz < 0.4:
+            cost += 6.0 * _steps((along * uy - fy - 0.40) / 0.30)
+        for i in range(places.shape[1]):
+            x, y, z = places[k, i, 0], places[k, i, 1], places[k, i, 2]
+            if 0.0 <= z <= height:
+                out = math.sqrt(x * x + (y / flat) * (y / flat))
+                off = out - r1 - (r2 - r1) * z / height
+                cost += 3.0 * _steps((_DEEP - (flat * off if out > 0.0 else off)) / 0.03)
+        result[k] = cost
+
+
+@numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
+def _steps(excess: float) -> float:
+    """An excess in units of its step, between none and two."""
+    return min(2.0, max(0.0, excess))

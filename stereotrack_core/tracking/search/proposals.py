@@ -6,6 +6,7 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.angles import MIRROR
+from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.tracking.search.arms import LEFT, Arms, ArmShape, joined
 
 _S = float(np.sqrt(0.5))
@@ -48,10 +49,10 @@ def arms_around(
 
     The forearm turns with the upper arm before it is turned itself.
     """
-    turn = rng.normal(size=(count, 3)) * upper_sigma
-    upper = _turned(np.repeat(centre.upper[:1], count, axis=0), turn)
-    fore = _turned(np.repeat(centre.fore[:1], count, axis=0), turn)
-    return Arms(upper, _turned(fore, rng.normal(size=(count, 3)) * fore_sigma))
+    whole = rotation_from_vector(rng.normal(size=(count, 3)) * upper_sigma)
+    alone = rotation_from_vector(rng.normal(size=(count, 3)) * fore_sigma)
+    fore = np.einsum("kij,kj->ki", alone, whole @ centre.fore[0])
+    return Arms(whole @ centre.upper[0], fore)
 
 
 def hands_at(shape: ArmShape, targets: FloatArray, swivels: int, rng: np.random.Generator) -> Arms:
@@ -119,16 +120,6 @@ def proposals(
         picked = targets[rng.integers(0, len(targets), max(1, count // 8))]
         sets += [hands_at(shape, picked, 2, rng), elbows_at(shape, picked, rng)]
     return joined(*sets)
-
-
-def _turned(vectors: FloatArray, turn: FloatArray) -> FloatArray:
-    angle = np.linalg.norm(turn, axis=1, keepdims=True)
-    axis = turn / np.maximum(angle, 1e-12)
-    along = np.einsum("ki,ki->k", axis, vectors)[:, None] * axis
-    result: FloatArray = (
-        np.cos(angle) * (vectors - along) + np.sin(angle) * np.cross(axis, vectors) + along
-    )
-    return result
 
 
 def _perpendicular(along: FloatArray, rng: np.random.Generator) -> FloatArray:

@@ -14,20 +14,24 @@ from stereotrack_core.depth.cloud import Cloud, ViewDepth
 from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.geometry.segments import segment_distance
 from stereotrack_core.tracking.search.arms import LEFT, Arms, ArmShape
-from stereotrack_core.tracking.search.kernels import count_sight
+from stereotrack_core.tracking.search.kernels import anatomy_costs, count_sight
 from stereotrack_core.tracking.search.parameters import SearchParameters
 
 _ALONG = np.linspace(0.0, 3.0, 11)[2:]
 """Nine places along the arm: 0 shoulder, 1 elbow, 2 wrist, 3 finger tip."""
 
+_BEYOND_ELBOW = 2
+"""The first of them that is beyond the elbow."""
+
+_SEGMENT = np.minimum(_ALONG.astype(int), 2)
+_T = _ALONG - _SEGMENT
+_SHARES = np.eye(4)[_SEGMENT] * (1.0 - _T)[:, None] + np.eye(4)[_SEGMENT + 1] * _T[:, None]
+"""Shares (9, 4) of the nodes in these places."""
+
 _UPPER, _FORE = (0, 1), (1, 3)
 """First and last node of an upper arm, and of a forearm with its hand."""
 
 _UNKNOWN = np.zeros((0, 0), dtype=np.bool_)
-
-_DEEP = -0.03
-"""Metres from the torso's surface, negative inside, from which an arm's axis is too deep: bodies
-give way where arms lie on them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,12 +58,8 @@ class Scene:
 
 def places_along(shape: ArmShape, arms: Arms) -> tuple[FloatArray, FloatArray]:
     """Nine places (K, 9, 3) along the axes of arms, torso's frame, and radii (9,) there."""
-    nodes = shape.nodes(arms)
-    segment = np.minimum(_ALONG.astype(int), 2)
-    t = _ALONG - segment
-    places = nodes[:, segment] * (1.0 - t)[:, None] + nodes[:, segment + 1] * t[:, None]
-    radii = shape.radii[segment, 0] * (1.0 - t) + shape.radii[segment, 1] * t
-    return places, radii
+    of_segments = shape.radii[_SEGMENT]
+    return _SHARES @ shape.nodes(arms), of_segments[:, 0] * (1.0 - _T) + of_segments[:, 1] * _T
 
 
 def sight_cost(scene: Scene, shape: ArmShape, arms: Arms, p: SearchParameters) -> FloatArray:
@@ -92,33 +92,13 @@ def sight_cost(scene: Scene, shape: ArmShape, arms: Arms, p: SearchParameters) -
 
 def anatomy_cost(scene: Scene, shape: ArmShape, arms: Arms) -> FloatArray:
     """Cost (K,) of elbows bent too far, arms inside the torso, and arms where arms cannot be."""
-    upper, fore = arms.upper, arms.fore
-    if shape.side == LEFT:
-        upper, fore = upper * [-1.0, 1.0, 1.0], fore * [-1.0, 1.0, 1.0]
-    bend = angle_between(upper, fore)
-    folded = 12.0 * np.clip((bend - np.radians(140.0)) / np.radians(15.0), 0.0, 2.0)
-    behind = 6.0 * np.clip((-upper[:, 1] - 0.55) / 0.25, 0.0, 2.0)
-    across = 6.0 * np.clip((-upper[:, 0] - 0.60) / 0.25, 0.0, 2.0)
-    off = fore - np.einsum("ki,ki->k", fore, upper)[:, None] * upper
-    backward = 6.0 * np.clip((-off[:, 1] - 0.40) / 0.30, 0.0, 2.0) * (upper[:, 2] < 0.4)
-    result: FloatArray = folded + behind + across + backward
-    return result + _inside_torso_cost(scene, shape, arms)
-
-
-def _inside_torso_cost(scene: Scene, shape: ArmShape, arms: Arms) -> FloatArray:
     places, _ = places_along(shape, arms)
     cones = scene.body.cones
-    local = (places[:, 2:] - cones.origins[0]) @ cones.rotations[0]
-    height = local[..., 2]
-    radius = cones.r1[0] + (cones.r2[0] - cones.r1[0]) * height / cones.height[0]
-    flat = cones.flatness[0]
-    out = np.hypot(local[..., 0], local[..., 1] / flat)
-    off = (out - radius) * np.where(out > 0, flat, 1.0)
-    outside_ends = (height < 0) | (height > cones.height[0])
-    distance: FloatArray = np.where(outside_ends, 1.0, off)
-    cost = 3.0 * np.clip((_DEEP - distance) / 0.03, 0.0, 2.0)
-    result: FloatArray = cost.sum(axis=1)
-    return result
+    in_cone = (places[:, _BEYOND_ELBOW:] - cones.origins[0]) @ cones.rotations[0]
+    cost = np.empty(len(arms))
+    mirrored = -1.0 if shape.side == LEFT else 1.0
+    anatomy_costs(arms.upper, arms.fore, mirrored, in_cone, cones.sizes[0], cost)
+    return cost
 
 
 def change_cost(predicted: Arms, arms: Arms) -> FloatArray:

@@ -103,8 +103,8 @@ def _feet_cost(body: BodyModel, frames: PartFrames, points: FloatArray) -> float
     for _, shank in _LEGS:
         along = frames.rotations[shank, :, 2]
         ankle = frames.origins[shank] + body.skeleton.lengths[shank] * along
-        off = points - ankle
-        near = (np.linalg.norm(off[:, :2], axis=1) < _ROUND_ANKLE) & (off[:, 2] < _ANKLE)
+        off = points[points[:, 2] < ankle[2] + _ANKLE] - ankle
+        near = np.hypot(off[:, 0], off[:, 1]) < _ROUND_ANKLE
         if np.count_nonzero(near) >= _LEAST_ON_FOOT:
             ahead = float(np.median(off[near] @ forward))
             total += 0.25 * _FEET * (1.0 - float(np.clip(ahead / 0.04, -1.0, 1.0)))
