@@ -45,8 +45,10 @@ class Feet:
 
 def cone_table(placed: PlacedCones) -> FloatArray:
     """One row (18,) for each cone with all that the compiled loops need."""
-    flat = placed.rotations.reshape(len(placed.cones), 9)
-    return np.ascontiguousarray(np.column_stack([flat, placed.origins, placed.cones.sizes]))
+    table = np.empty((len(placed.cones), 18))
+    table[:, :9] = placed.rotations.reshape(len(table), 9)
+    table[:, 9:12], table[:, 12:] = placed.origins, placed.cones.sizes
+    return table
 
 
 def cone_tables(cones: Cones, frames: PartFrames) -> FloatArray:

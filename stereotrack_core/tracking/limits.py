@@ -123,9 +123,10 @@ def limit_residuals(
     """Rows for the limits that a pose violates, and for limbs that should rest."""
     rows: list[Limit] = [*_resting(joints)]
     rows += _folded_elbows(pose, np.radians(parameters.least_elbow_angle))
-    rows += _collisions(body, pose, parameters.clearance)
+    frames = body.frames(pose)
+    rows += _collisions(body, frames, parameters.clearance)
     if parameters.arms_apart > 0.0:
-        rows += arms_apart(body, body.frames(pose), parameters.arms_apart)
+        rows += arms_apart(body, frames, parameters.arms_apart)
     return tuple(rows)
 
 
@@ -164,11 +165,10 @@ _CHECKED = 4
 """Places along a forearm, from elbow to hand, whose distance from the torso is checked."""
 
 
-def _collisions(body: BodyModel, pose: Pose, clearance: float) -> list[ClearanceResidual]:
+def _collisions(body: BodyModel, frames: PartFrames, clearance: float) -> list[ClearanceResidual]:
     """Hold the axes of forearms and hands off the torso's large cone."""
     if clearance <= 0.0:
         return []
-    frames = body.frames(pose)
     part = np.repeat(np.array(FOREARMS, dtype=np.int64), _CHECKED)
     points = np.zeros((len(part), 3))
     points[:, 2] = np.tile(np.linspace(0.0, body.skeleton.lengths[FOREARMS[0]], _CHECKED), 2)

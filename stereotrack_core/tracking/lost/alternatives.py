@@ -95,11 +95,11 @@ def _gains(
 ) -> FloatArray:
     """Square metres (K,), a mean over views, by which less disagrees in each of the poses."""
     chosen = np.isin(body.cones.part, moved)
-    here = body.frames(pose)
-    rest = outline_table(body.cones[~chosen], here)
-    cones = body.cones[chosen]
-    tables = [outline_table(cones, here)[None], outline_table(cones, body.frames(poses))]
-    limbs, total = np.concatenate(tables), np.zeros(len(poses.position) + 1)
+    here = outline_table(body.cones, body.frames(pose))
+    there = outline_table(body.cones, body.frames(poses))
+    rest = here[~chosen]
+    limbs = np.concatenate([here[None, chosen], there[:, chosen]])
+    total = np.zeros(len(limbs))
     for seen in pictures:
         behind = seen.drawn(rest)
         nothing = np.zeros_like(behind)[None]
