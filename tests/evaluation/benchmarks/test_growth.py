@@ -12,6 +12,7 @@ from stereotrack_core.evaluation.benchmarks.growth import (
     cost_of_views,
     exponent,
 )
+from stereotrack_core.tracking.manifold_tracker import ManifoldTracker
 from stereotrack_core.tracking.presets import preset
 from tests.tracking.recordings import write_depth_recording
 from tests.tracking.scenes import POSES
@@ -26,13 +27,24 @@ def recording(tmp_path_factory):
     return write_depth_recording(folder, body, [POSES["t"]] * 4, missing={2})
 
 
-def test_more_data_cost_more_and_sizes_that_are_not_there_are_left_out(recording):
-    told = []
+def test_steps_are_timed_with_so_many_data_and_sizes_that_are_not_there_are_left_out(
+    recording, monkeypatch
+):
+    told, used, choose = [], set(), ManifoldTracker.choose
+
+    def noted(tracker, cloud):
+        data = choose(tracker, cloud)
+        used.add(len(data))
+        return data
+
+    monkeypatch.setattr(ManifoldTracker, "choose", noted)
     costs = cost_of_points(
         recording, SETTINGS, (100, 1500, 10**6), frames=4, on_progress=told.append
     )
     assert [cost.size for cost in costs] == [100, 1500]
-    assert costs[0].milliseconds < costs[1].milliseconds
+    assert min(used) == 100
+    assert 1000 < max(used) <= 1500
+    assert all(cost.milliseconds > 0 for cost in costs)
     assert told == [1, 2]
 
 
