@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING
 from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
-    from stereotrack_core.evaluation.reproduction.plan import Entry
+    from stereotrack_core.evaluation.reproduction.plan import Entry, Group
     from stereotrack_core.recording.description import Recording
     from stereotrack_core.tracking.run import Run
 
@@ -93,6 +94,19 @@ def kept_run(places: Places, recording: Recording, fingerprint: str, entry: Entr
     }
     same = all(run.meta.get(key) == value for key, value in wanted.items())
     return run if same and _is_whole(run, recording) else None
+
+
+def kept_runs(
+    places: Places, recordings: Sequence[Recording], groups: Sequence[Group]
+) -> Iterator[tuple[Group, list[tuple[Recording, Entry, Run | None]]]]:
+    """Every group with its entries, their recordings and the runs that are there."""
+    from stereotrack_core.recording.fingerprint import fingerprint
+
+    by_name = {recording.name: (recording, fingerprint(recording)) for recording in recordings}
+    for group in groups:
+        recording, print_ = by_name[group.recording]
+        kept = [(entry, kept_run(places, recording, print_, entry)) for entry in group.entries]
+        yield group, [(recording, entry, run) for entry, run in kept]
 
 
 def _is_whole(run: Run, recording: Recording) -> bool:

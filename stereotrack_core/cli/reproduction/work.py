@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from stereotrack_core.cli.output import counted, say
 from stereotrack_core.cli.progress import stoppable
 from stereotrack_core.cli.reproduction.pace import pace
-from stereotrack_core.cli.reproduction.places import Places, kept_run
+from stereotrack_core.cli.reproduction.places import Places, kept_runs
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.worker_processes import Asker, Lost, WorkerProcess, end, with_words
 
@@ -67,13 +67,10 @@ def missing_runs(
 ) -> tuple[Group, ...]:
     """The groups without the runs that are there already."""
     from stereotrack_core.evaluation.reproduction.plan import Group
-    from stereotrack_core.recording.fingerprint import fingerprint
 
-    by_name = {recording.name: (recording, fingerprint(recording)) for recording in recordings}
     left = []
-    for group in groups:
-        recording, print_ = by_name[group.recording]
-        entries = tuple(e for e in group.entries if kept_run(places, recording, print_, e) is None)
+    for group, kept in kept_runs(places, recordings, groups):
+        entries = tuple(entry for _, entry, run in kept if run is None)
         if entries:
             left.append(Group(group.recording, entries))
     return tuple(left)

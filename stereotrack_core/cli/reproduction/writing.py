@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from stereotrack_core.cli.output import Table, plain, put_json, put_table, say
-from stereotrack_core.cli.reproduction.places import Places, kept_run
+from stereotrack_core.cli.reproduction.places import Places, kept_runs
 from stereotrack_core.cli.reproduction.strips import motion_pictures
 
 if TYPE_CHECKING:
@@ -76,14 +76,10 @@ def read_outcomes(
 ) -> list[Outcome]:
     """Measure every run that is there."""
     from stereotrack_core.evaluation.reproduction.outcomes import outcome_of
-    from stereotrack_core.recording.fingerprint import fingerprint
 
-    by_name = {recording.name: (recording, fingerprint(recording)) for recording in recordings}
     outcomes = []
-    for group in groups:
-        recording, print_ = by_name[group.recording]
-        for entry in group.entries:
-            run = kept_run(places, recording, print_, entry)
+    for _, kept in kept_runs(places, recordings, groups):
+        for recording, entry, run in kept:
             if run is not None:
                 outcomes.append(outcome_of(recording, entry, run))
     return outcomes

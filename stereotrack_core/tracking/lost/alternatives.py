@@ -63,7 +63,7 @@ def elsewhere(cloud: Cloud, body: BodyModel, pose: Pose, own: FloatArray) -> Flo
     result = np.zeros((len(LIMBS), 2))
     pictures = seen_pictures(cloud, _STEP)
     frames = body.frames(pose)
-    scene = Scene.of(cloud, body, frames)
+    scene, here = Scene.of(cloud, body, frames), outline_table(body.cones, frames)
     for side in (LEFT, RIGHT):
         present, shape = arm_of_pose(frames, side), arm_shape(body, side)
         upper, fore = present.upper[0], present.fore[0]
@@ -81,7 +81,7 @@ def elsewhere(cloud: Cloud, body: BodyModel, pose: Pose, own: FloatArray) -> Flo
             if not len(arms):
                 continue
             poses = with_arm(pose, side, arms.upper, arms.fore)
-            gain = _gains(pictures, body, pose, poses, moved) / own[list(moved)].sum()
+            gain = _gains(pictures, body, here, poses, moved) / own[list(moved)].sum()
             result[limb] = gain.max(), np.log(np.mean(np.exp(np.minimum(gain, 1.0) / _TEMPERATURE)))
     return result
 
@@ -89,13 +89,15 @@ def elsewhere(cloud: Cloud, body: BodyModel, pose: Pose, own: FloatArray) -> Flo
 def _gains(
     pictures: tuple[SeenPicture, ...],
     body: BodyModel,
-    pose: Pose,
+    here: FloatArray,
     poses: Pose,
     moved: tuple[int, ...],
 ) -> FloatArray:
-    """Square metres (K,), a mean over views, by which less disagrees in each of the poses."""
+    """Square metres (K,), a mean over views, by which less disagrees in each of the poses.
+
+    They are compared with the pose whose table of cones is `here`, in the same place.
+    """
     chosen = np.isin(body.cones.part, moved)
-    here = outline_table(body.cones, body.frames(pose))
     there = outline_table(body.cones, body.frames(poses))
     rest = here[~chosen]
     limbs = np.concatenate([here[None, chosen], there[:, chosen]])
@@ -104,7 +106,7 @@ def _gains(
         behind = seen.drawn(rest)
         nothing = np.zeros_like(behind)[None]
         unlike = _LIKENESS.unlike_pairs(seen, behind, seen.drawn_each(limbs), nothing)
-        total += seen.area(pose.position) * unlike[:, 0]
+        total += seen.area(poses.position[0]) * unlike[:, 0]
     gains: FloatArray = (total[0] - total[1:]) / len(pictures)
     return gains
 

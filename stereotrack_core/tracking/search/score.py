@@ -92,9 +92,9 @@ def sight_cost(scene: Scene, shape: ArmShape, arms: Arms, p: SearchParameters) -
 
 def anatomy_cost(scene: Scene, shape: ArmShape, arms: Arms) -> FloatArray:
     """Cost (K,) of elbows bent too far, arms inside the torso, and arms where arms cannot be."""
-    places, _ = places_along(shape, arms)
     cones = scene.body.cones
-    in_cone = (places[:, _BEYOND_ELBOW:] - cones.origins[0]) @ cones.rotations[0]
+    places = _SHARES[_BEYOND_ELBOW:] @ shape.nodes(arms)
+    in_cone = (places - cones.origins[0]) @ cones.rotations[0]
     cost = np.empty(len(arms))
     mirrored = -1.0 if shape.side == LEFT else 1.0
     anatomy_costs(arms.upper, arms.fore, mirrored, in_cone, cones.sizes[0], cost)
