@@ -3,6 +3,7 @@
 import multiprocessing
 import os
 import signal
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -71,7 +72,8 @@ def test_runs_of_a_killed_process_are_made_anew_and_leave_nothing_half_written(
 def test_a_group_that_is_lost_twice_ends_the_work(job, monkeypatch):
     def kill_all(workers, seconds):
         for worker in workers:
-            os.kill(worker.pid, signal.SIGKILL)
+            with suppress(ProcessLookupError):  # it may have been killed and buried already
+                os.kill(worker.pid, signal.SIGKILL)
         return with_words(workers, seconds)
 
     with_words = work.with_words
