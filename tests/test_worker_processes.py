@@ -74,9 +74,9 @@ def test_interrupts_of_the_terminal_reach_only_the_one_that_asks(tmp_path, secon
         from stereotrack_core.worker_processes import WorkerProcess, end
         if __name__ == "__main__":
             workers = [WorkerProcess(print, 2) for _ in range(2)]
-            print(*(worker.pid for worker in workers), flush=True)
             try:
-                time.sleep(60)
+                print(*(worker.pid for worker in workers), flush=True)
+                time.sleep(600)
             except KeyboardInterrupt:
                 print("stopped", flush=True)
             finally:
@@ -93,7 +93,7 @@ def test_interrupts_of_the_terminal_reach_only_the_one_that_asks(tmp_path, secon
         pids = [int(word) for word in asker.stdout.readline().split()]
         time.sleep(seconds)
         os.killpg(asker.pid, signal.SIGINT)
-        out, err = asker.communicate(timeout=60)
+        out, err = asker.communicate(timeout=300)
     assert (out, err) == ("stopped\n", "")
     for pid in pids:
         with pytest.raises(ProcessLookupError):

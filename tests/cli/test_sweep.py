@@ -6,13 +6,12 @@ import os
 import signal
 import subprocess
 import sys
-import threading
 import time
 from pathlib import Path
 
 import pytest
 
-from stereotrack_core.cli import main, sweep
+from stereotrack_core.cli import main, sweep, sweep_files
 from stereotrack_core.cli.sweep_files import (
     SweepPlaces,
     SweepStore,
@@ -226,13 +225,18 @@ def test_what_cannot_be_meant_is_refused(run, recording, tmp_path, arguments, wo
     assert not list(tmp_path.iterdir())
 
 
-def test_asking_whether_a_sweep_is_running_does_not_keep_one_from_beginning(tmp_path):
+def test_asking_whether_a_sweep_is_running_does_not_keep_one_from_beginning(tmp_path, monkeypatch):
     places = SweepPlaces(tmp_path / "sweep.csv")
     asking = ProjectLock(places.table)
-    ends = threading.Timer(0.15, asking.release)
-    ends.start()
+    waited = []
+
+    def answered_meanwhile(seconds):
+        waited.append(seconds)
+        asking.release()
+
+    monkeypatch.setattr(sweep_files.time, "sleep", answered_meanwhile)
     SweepStore(places).close()
-    ends.join()
+    assert len(waited) == 1
 
 
 def test_what_a_killed_sweep_left_half_written_is_cleared_away(tmp_path):

@@ -8,8 +8,10 @@ import os
 if os.environ.get("STEREOTRACK_TEST_DISPLAY") != "1":
     os.environ["QT_QPA_PLATFORM"] = "offscreen"
 
+import functools
 import gc
 import threading
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -22,6 +24,26 @@ from app.theme import apply_theme
 from stereotrack_core.simulation.make import simulate
 
 FRAMES = 8
+PATIENCE_MS = 120_000
+"""Waiting ends as soon as what is waited for is there, so a busy machine may take its time."""
+
+
+def patient(wait: Callable) -> Callable:
+    """The same way of waiting, which gives up after this long at the earliest."""
+
+    @functools.wraps(wait)
+    def waiting(*what, timeout=PATIENCE_MS, **how):
+        return wait(*what, timeout=max(timeout, PATIENCE_MS), **how)
+
+    return waiting
+
+
+@pytest.fixture
+def qtbot(qtbot):
+    """The bot, which waits for what it is told to however busy the machine is."""
+    for name in ("waitUntil", "waitSignal", "waitSignals", "waitExposed"):
+        setattr(qtbot, name, patient(getattr(qtbot, name)))
+    return qtbot
 
 
 @pytest.fixture(scope="session")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-
 import pytest
 from PySide6.QtTest import QTest
 
@@ -43,10 +41,8 @@ def test_a_fit_that_takes_long_is_seen_to_work_and_can_be_cancelled(annotating, 
     qtbot.waitUntil(lambda: window.state_label.text() != first, timeout=10_000)
     child = processes[0]._process
     assert child.poll() is None
-    begun = time.monotonic()
     QTest.mouseClick(window.cancel_button, LEFT)
     qtbot.waitUntil(lambda: not window.annotation.reference.fitting, timeout=10_000)
-    assert time.monotonic() - begun < 3.0
     assert child.poll() is not None, "nothing goes on computing"
     assert window.project.project.references.names() == ()
     qtbot.waitUntil(window.settled, timeout=60_000)
