@@ -8,6 +8,11 @@ from functools import cached_property
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.simulation.girdle_skin import (
+    girdle_weights,
+    with_own_girdle,
+    without_own_girdle,
+)
 from stereotrack_core.simulation.people import Person
 from stereotrack_core.simulation.skeleton import PosedBones, rest_joints
 from stereotrack_core.simulation.skin import (
@@ -48,10 +53,17 @@ class Actor:
         """Material per triangle: all are asked of the marks."""
         return np.full(len(self.triangles), -1, dtype=np.int64)
 
+    @cached_property
+    def girdle_shares(self) -> FloatArray:
+        """How vertices follow shoulders that move on their own, (V, 5)."""
+        return girdle_weights(self.person, self.vertices, self.weights)
+
     def posed(self, bones: PosedBones) -> tuple[FloatArray, FloatArray]:
         """Vertices and normals (V, 3), world."""
-        quaternions = dual_quaternions(rest_joints(self.person), bones)
-        return skinned(self.vertices, self.normals, self.weights, quaternions)
+        following = without_own_girdle(bones)
+        quaternions = dual_quaternions(rest_joints(self.person), following)
+        posed = skinned(self.vertices, self.normals, self.weights, quaternions)
+        return posed if following is bones else with_own_girdle(*posed, self.girdle_shares, bones)
 
 
 def actor(person: Person, clothes: str) -> Actor:

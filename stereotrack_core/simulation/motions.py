@@ -181,6 +181,45 @@ def _point() -> Motion:
     )  # fmt: skip
 
 
+def _shrug() -> Motion:
+    """Shoulders on their own while the arms hang; sizes within Posture's."""
+    up = Posture(lifted=(27.0, 27.0), nod=2.0)
+    left = Posture(lifted=(27.0, -2.0), side=2.0)
+    right = Posture(lifted=(-2.0, 27.0), side=-2.0)
+    high = Posture(lifted=(22.0, 22.0))
+    back = Posture(lifted=(8.0, 8.0), forward=(-13.0, -13.0), lean=(0.0, 0.0, -2.0))
+    low = Posture(lifted=(-5.0, -5.0))
+    ahead = Posture(lifted=(8.0, 8.0), forward=(16.0, 16.0), lean=(0.0, 0.0, 2.0))
+    return _keyed(
+        Key(0.3, _STANDING), Key(0.9, up), Key(0.5, up), Key(0.9, _STANDING),
+        Key(0.8, left), Key(0.4, left), Key(0.8, _STANDING),
+        Key(0.8, right), Key(0.4, right), Key(0.8, _STANDING),
+        Key(0.7, high), Key(0.6, back), Key(0.6, low), Key(0.6, ahead), Key(0.6, high),
+        Key(0.8, _STANDING),
+    )  # fmt: skip
+
+
+def _reach() -> Motion:
+    """Far ahead, overhead with either arm, and drawn back: the shoulders go along."""
+    down = (0.6, -0.2, -1.0)
+    front = Arm((0.06, 0.94, -0.06), down)
+    far = Arm((0.02, 1.06, 0.0), down)
+    above = Arm((0.14, 0.16, 1.02), (1.0, 0.3, 0.0))
+    bent = Arm((0.16, 0.52, -0.26), (0.6, -0.6, -1.0))
+    drawn = Arm((0.20, 0.22, -0.34), (0.35, -1.0, -0.25))
+    level = Posture(front, front)
+    pushed = Posture(far, far, forward=(16.0, 16.0), lean=(2.0, 2.0, 2.0))
+    left = Posture(left=above, lifted=(22.0, 0.0), side=3.0, nod=-6.0)
+    right = Posture(right=above, lifted=(0.0, 22.0), side=-3.0, nod=-6.0)
+    back = Posture(drawn, drawn, forward=(-13.0, -13.0), lean=(0.0, -1.0, -3.0))
+    return _keyed(
+        Key(0.2, _STANDING), Key(0.9, level), Key(0.6, pushed), Key(0.4, pushed),
+        Key(0.6, level), Key(0.9, left), Key(0.4, left), Key(0.9, level),
+        Key(0.9, right), Key(0.4, right), Key(0.9, level), Key(0.6, Posture(bent, bent)),
+        Key(0.5, back), Key(0.5, back), Key(0.9, _STANDING),
+    )  # fmt: skip
+
+
 def _walk() -> Motion:
     path = circle_path(np.zeros(2), 0.0, 0.45)
     return Motion(5.0, lambda person, frames: walk(person, path, frames))
@@ -202,6 +241,8 @@ MOTIONS: dict[str, Motion] = {
     "walk": _walk(),
     "point": _point(),
     "leave-and-return": _leave_and_return(),
+    "shrug": _shrug(),
+    "reach": _reach(),
 }
 """All motions by the name for ``--motion``."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from stereotrack_core.simulation.skeleton import (
     rest_joints,
 )
 
+Pair = tuple[float, float]
 Triple = tuple[float, float, float]
 
 
@@ -30,9 +31,10 @@ class Arm:
     Attributes
     ----------
     wrist : out, forward, up
-        From the shoulder at rest in the chest's axes, in lengths of the stretched arm; "out"
-        is away from the body on both sides. With `at_foot`: from the ankle of the same
-        side in the world's axes, in metres.
+        From the shoulder in the chest's axes, in lengths of the stretched arm; "out" is away
+        from the body on both sides. The shoulder is where it is at rest, moved by what the
+        posture asks of it, so that a lifted shoulder lifts the hand. With `at_foot`: from the
+        ankle of the same side in the world's axes, in metres.
     elbow : out, forward, up
         Direction to which the elbow points.
     bend, turn : float
@@ -70,6 +72,10 @@ class Posture:
         The hips: below standing height, and backwards.
     sway : float
         The hips to the right.
+    lifted, forward : (left, right)
+        The shoulders: up and forward, beside what follows the arms. From the T pose people
+        get about 35 up, 10 down, 25 forward and 20 back in all, of which up to 10 up, 6 down
+        and 9 forward or back follow.
     """
 
     left: Arm = HANGING
@@ -82,6 +88,8 @@ class Posture:
     drop: float = 0.02
     back: float = 0.0
     sway: float = 0.0
+    lifted: Pair = (0.0, 0.0)
+    forward: Pair = (0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +126,7 @@ def state_of(person: Person, posture: Posture, stand: Stand | None = None) -> Jo
     identity = np.tile(np.eye(3), (2, 1, 1))
     bare = JointState(
         position, _trunk(posture, facing), identity, np.zeros(2), identity, ankles,
-        np.tile(facing, (2, 1, 1)),
+        np.tile(facing, (2, 1, 1)), np.radians([posture.lifted, posture.forward]).T,
     )  # fmt: skip
     return with_arms(person, bare, posture.left, posture.right)
 
@@ -129,27 +137,25 @@ def with_arms(person: Person, state: JointState, left: Arm, right: Arm) -> Joint
     chest = BONE["chest"]
     rotations, flexions, hands = [], [], []
     for side, arm in enumerate((left, right)):
-        mirror = np.array([SIGN[side], 1.0, 1.0])
+        mirror, own = np.array([SIGN[side], 1.0, 1.0]), state.girdle[side]
         if arm.at_foot:
             foot = state.feet[side] @ (np.asarray(arm.wrist) * mirror)
             world = bones.joint[BONE[f"foot_{SIDES[side]}"]] + foot
             wrist = bones.rotation[chest].T @ (world - bones.joint[chest])
         else:
-            rest = rest_joints(person)
-            shoulder = rest[BONE[f"upper_arm_{SIDES[side]}"]] - rest[chest]
+            shoulder = _shoulder(person, side, own)
             wrist = shoulder + np.asarray(arm.wrist) * mirror * person.arm
-        rotation, flexion = _reach(person, side, wrist, np.asarray(arm.elbow) * mirror)
+        rotation, flexion = _reach(person, side, wrist, np.asarray(arm.elbow) * mirror, own)
         rotations.append(rotation)
         flexions.append(flexion)
         hands.append(_hand(side, arm))
-    return JointState(
-        state.position, state.trunk, np.array(rotations), np.array(flexions), np.array(hands),
-        state.ankles, state.feet,
-    )  # fmt: skip
+    return replace(
+        state, arms=np.array(rotations), elbows=np.array(flexions), hands=np.array(hands)
+    )
 
 
 def _reach(
-    person: Person, side: int, wrist: FloatArray, elbow: FloatArray
+    person: Person, side: int, wrist: FloatArray, elbow: FloatArray, own: FloatArray
 ) -> tuple[FloatArray, float]:
     """Rotation and flexion that bring the wrist to `wrist` (3,), from the chest's joint."""
     rest = rest_joints(person)
@@ -157,12 +163,21 @@ def _reach(
     to_shoulder = rest[BONE[f"upper_arm_{SIDES[side]}"]] - rest[BONE["chest"]] - clavicle
     axis = np.array([SIGN[side], 0.0, 0.0])
     at_rest = np.stack([axis, [0, 0, SIGN[side]], np.cross(axis, [0, 0, SIGN[side]])], axis=1)
-    girdle = np.eye(3)
+    girdle = clavicle_rotation(side, np.zeros(3), own)
     for _ in range(4):
         shoulder = clavicle + girdle @ to_shoulder
         links = two_links(wrist - shoulder, person.upper_arm, person.forearm, elbow)
-        girdle = clavicle_rotation(side, links.first)
+        girdle = clavicle_rotation(side, links.first, own)
     return links.first_frame @ at_rest.T, links.flexion
+
+
+def _shoulder(person: Person, side: int, own: FloatArray) -> FloatArray:
+    """From the chest's joint to the shoulder of a level arm at the side, (3,)."""
+    rest = rest_joints(person)
+    clavicle, shoulder = (rest[BONE[f"{bone}_{SIDES[side]}"]] for bone in ("clavicle", "upper_arm"))
+    moved = clavicle_rotation(side, np.zeros(3), own) - np.eye(3)
+    result: FloatArray = shoulder - rest[BONE["chest"]] + moved @ (shoulder - clavicle)
+    return result
 
 
 def _hand(side: int, arm: Arm) -> FloatArray:

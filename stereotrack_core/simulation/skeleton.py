@@ -6,7 +6,7 @@ The origin lies on the floor under the hips' midpoint.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 
 import numpy as np
@@ -58,6 +58,9 @@ class JointState:
         Where the ankle joints are to be.
     feet : (2, 3, 3)
         world_from_foot.
+    girdle : (2, 2) radians
+        By how much each shoulder is lifted and pushed forward beside what follows the arm:
+        elevation and protraction of the clavicle.
     """
 
     position: FloatArray
@@ -67,6 +70,7 @@ class JointState:
     hands: FloatArray
     ankles: FloatArray
     feet: FloatArray
+    girdle: FloatArray
 
 
 def difference(a: JointState, b: JointState) -> FloatArray:
@@ -77,13 +81,14 @@ def difference(a: JointState, b: JointState) -> FloatArray:
     parts = [b.position - a.position, b.elbows - a.elbows, b.ankles - a.ankles]
     for p, q in ((a.trunk, b.trunk), (a.arms, b.arms), (a.hands, b.hands), (a.feet, b.feet)):
         parts.append(vector_from_rotation(np.swapaxes(p, -1, -2) @ q))
+    parts.append(b.girdle - a.girdle)
     return np.concatenate([part.ravel() for part in parts])
 
 
 def moved(state: JointState, step: FloatArray) -> JointState:
     """The state after a step (n,); ``moved(a, difference(a, b))`` is `b`."""
-    position, elbows, ankles, trunk, arms, hands, feet = np.split(
-        np.asarray(step), np.cumsum([3, 2, 6, 15, 6, 6])
+    position, elbows, ankles, trunk, arms, hands, feet, girdle = np.split(
+        np.asarray(step), np.cumsum([3, 2, 6, 15, 6, 6, 6])
     )
 
     def turned(rotations: FloatArray, vectors: FloatArray) -> FloatArray:
@@ -98,6 +103,7 @@ def moved(state: JointState, step: FloatArray) -> JointState:
         turned(state.hands, hands),
         state.ankles + ankles.reshape(2, 3),
         turned(state.feet, feet),
+        state.girdle + girdle.reshape(2, 2),
     )
 
 
@@ -142,17 +148,31 @@ class PosedBones:
     rotation : (B, 3, 3)
         world_from_bone; bones have the world's axes at rest.
     joint : (B, 3) world, metres
+    girdle : (2, 3, 3)
+        World rotation of each clavicle by what the shoulder does on its own.
     """
 
     rotation: FloatArray
     joint: FloatArray
+    girdle: FloatArray = field(default_factory=lambda: np.tile(np.eye(3), (2, 1, 1)))
 
 
-def clavicle_rotation(side: int, upper_arm_in_chest: FloatArray) -> FloatArray:
-    """How the shoulder girdle follows the arm: up to 10 degrees up and 9 forward, (3, 3)."""
+def clavicle_rotation(side: int, upper_arm_in_chest: FloatArray, girdle: FloatArray) -> FloatArray:
+    """chest_from_clavicle (3, 3): it follows the arm, and moves on its own.
+
+    Parameters
+    ----------
+    side : int
+    upper_arm_in_chest : (3,) unit vector
+        The girdle follows it by up to 10 degrees up and 9 forward.
+    girdle : (2,) radians
+        Elevation and protraction of its own, beside that.
+    """
     s = SIGN[side]
-    raised = np.radians(10.0 if upper_arm_in_chest[2] > 0 else 6.0) * upper_arm_in_chest[2]
-    forward = np.radians(9.0) * upper_arm_in_chest[1]
+    raised = (
+        np.radians(10.0 if upper_arm_in_chest[2] > 0 else 6.0) * upper_arm_in_chest[2] + girdle[0]
+    )
+    forward = np.radians(9.0) * upper_arm_in_chest[1] + girdle[1]
     return rotation_from_vector(np.array([0.0, -s * raised, s * forward]))
 
 
@@ -161,15 +181,16 @@ def posed_bones(person: Person, state: JointState) -> PosedBones:
     rest = rest_joints(person)
     rotation = np.tile(np.eye(3), (len(BONES), 1, 1))
     joint = np.zeros((len(BONES), 3))
+    girdle = np.tile(np.eye(3), (2, 1, 1))
     joint[0] = _reachable_hips(person, state, rest)
     rotation[0] = state.trunk[0]
     for bone in range(1, 5):
         rotation[bone] = rotation[bone - 1] @ state.trunk[bone]
         joint[bone] = joint[bone - 1] + rotation[bone - 1] @ (rest[bone] - rest[bone - 1])
     for side in (0, 1):
-        _pose_arm(side, state, rest, rotation, joint)
+        girdle[side] = _pose_arm(side, state, rest, rotation, joint)
         _pose_leg(person, side, state, rest, rotation, joint)
-    return PosedBones(rotation, joint)
+    return PosedBones(rotation, joint, girdle)
 
 
 def _reachable_hips(person: Person, state: JointState, rest: FloatArray) -> FloatArray:
@@ -186,7 +207,8 @@ def _reachable_hips(person: Person, state: JointState, rest: FloatArray) -> Floa
 
 def _pose_arm(
     side: int, state: JointState, rest: FloatArray, rotation: FloatArray, joint: FloatArray
-) -> None:
+) -> FloatArray:
+    """Fill in the arm's bones; return how the girdle moved on its own, (3, 3) world."""
     name, s = SIDES[side], SIGN[side]
     chest, clavicle, swing, upper, fore, hand = (
         BONE["chest"],
@@ -194,7 +216,9 @@ def _pose_arm(
     )
     axis = np.array([s, 0.0, 0.0])
     in_chest = state.arms[side]
-    rotation[clavicle] = rotation[chest] @ clavicle_rotation(side, in_chest @ axis)
+    rotation[clavicle] = rotation[chest] @ clavicle_rotation(
+        side, in_chest @ axis, state.girdle[side]
+    )
     rotation[swing] = rotation[chest] @ bend_rotation(axis, in_chest @ axis)
     rotation[upper] = rotation[chest] @ in_chest
     flexion = np.array([0.0, 0.0, s * state.elbows[side]])
@@ -205,6 +229,11 @@ def _pose_arm(
     joint[swing] = joint[upper]
     joint[fore] = joint[upper] + rotation[upper] @ (rest[fore] - rest[upper])
     joint[hand] = joint[fore] + rotation[fore] @ (rest[hand] - rest[fore])
+    if not state.girdle[side].any():
+        return np.eye(3)
+    following = clavicle_rotation(side, in_chest @ axis, np.zeros(2))
+    own: FloatArray = rotation[clavicle] @ (rotation[chest] @ following).T
+    return own
 
 
 def _pose_leg(

@@ -29,7 +29,7 @@ def skin_weights(person: Person, vertices: FloatArray) -> FloatArray:
     return result
 
 
-def _step(x: FloatArray, middle: float, half_width: float) -> FloatArray:
+def smooth_step(x: FloatArray, middle: float, half_width: float) -> FloatArray:
     """0 to 1 over `middle` +- `half_width`, smoothly."""
     t = np.clip((x - middle) / (2 * half_width) + 0.5, 0.0, 1.0)
     result: FloatArray = t * t * (3 - 2 * t)
@@ -41,7 +41,7 @@ def _arm_share(joints: FloatArray, p: FloatArray, side: int) -> FloatArray:
     shoulder = joints[BONE[f"upper_arm_{SIDES[side]}"]]
     below = np.minimum(0.0, p[:, 2] - (shoulder[2] - 0.05))
     out = SIGN[side] * p[:, 0] + 0.6 * below
-    return _step(out, abs(shoulder[0]) - 0.004, 0.062)
+    return smooth_step(out, abs(shoulder[0]) - 0.004, 0.062)
 
 
 def _share_arm(
@@ -58,8 +58,8 @@ def _share_arm(
         abs(joints[BONE[f"{bone}_{name}"], 0]) for bone in ("upper_arm", "forearm", "hand")
     )
     twisted = np.clip((out - shoulder) / (0.75 * person.upper_arm), 0.0, 1.0)
-    past_elbow = _step(out, elbow, 0.042)
-    past_wrist = _step(out, wrist, 0.028)
+    past_elbow = smooth_step(out, elbow, 0.042)
+    past_wrist = smooth_step(out, wrist, 0.028)
     weights[:, BONE[f"swing_{name}"]] = arm * (1 - past_elbow) * (1 - twisted)
     weights[:, BONE[f"upper_arm_{name}"]] = arm * (1 - past_elbow) * twisted
     weights[:, BONE[f"forearm_{name}"]] = arm * past_elbow * (1 - past_wrist)
@@ -68,8 +68,8 @@ def _share_arm(
 
 def _leg_share(joints: FloatArray, p: FloatArray, side: int) -> FloatArray:
     hip = joints[BONE[f"thigh_{SIDES[side]}"]]
-    below = 1 - _step(p[:, 2], hip[2] - 0.045, 0.075)
-    return below * _step(SIGN[side] * p[:, 0], 0.0, 0.012)
+    below = 1 - smooth_step(p[:, 2], hip[2] - 0.045, 0.075)
+    return below * smooth_step(SIGN[side] * p[:, 0], 0.0, 0.012)
 
 
 def _share_leg(
@@ -77,8 +77,8 @@ def _share_leg(
 ) -> None:
     name = SIDES[side]
     knee, ankle = joints[BONE[f"shank_{name}"]], joints[BONE[f"foot_{name}"]]
-    past_knee = 1 - _step(p[:, 2], knee[2], 0.055)
-    past_ankle = 1 - _step(p[:, 2] + 0.15 * (p[:, 1] - ankle[1]), ankle[2], 0.032)
+    past_knee = 1 - smooth_step(p[:, 2], knee[2], 0.055)
+    past_ankle = 1 - smooth_step(p[:, 2] + 0.15 * (p[:, 1] - ankle[1]), ankle[2], 0.032)
     weights[:, BONE[f"thigh_{name}"]] = leg * (1 - past_knee)
     weights[:, BONE[f"shank_{name}"]] = leg * past_knee * (1 - past_ankle)
     weights[:, BONE[f"foot_{name}"]] = leg * past_knee * past_ankle
@@ -88,10 +88,10 @@ def _share_trunk(joints: FloatArray, p: FloatArray, trunk: FloatArray, weights: 
     z = p[:, 2]
     spine = np.abs(joints[BONE["chest"], 2] - joints[BONE["waist"], 2])
     passed = [
-        _step(z, joints[BONE["waist"], 2], 0.75 * spine),
-        _step(z, joints[BONE["chest"], 2], 0.75 * spine),
-        _step(z, joints[BONE["neck"], 2], 0.035),
-        _step(z, joints[BONE["head"], 2] - 0.01, 0.04),
+        smooth_step(z, joints[BONE["waist"], 2], 0.75 * spine),
+        smooth_step(z, joints[BONE["chest"], 2], 0.75 * spine),
+        smooth_step(z, joints[BONE["neck"], 2], 0.035),
+        smooth_step(z, joints[BONE["head"], 2] - 0.01, 0.04),
     ]
     rest = trunk
     for bone, share in zip(("pelvis", "waist", "chest", "neck"), passed, strict=True):
@@ -101,8 +101,8 @@ def _share_trunk(joints: FloatArray, p: FloatArray, trunk: FloatArray, weights: 
     chest = weights[:, BONE["chest"]].copy()
     shoulder = joints[BONE["upper_arm_right"]]
     for side, name in enumerate(SIDES):
-        girdle = _step(SIGN[side] * p[:, 0], 0.5 * shoulder[0], 0.4 * shoulder[0])
-        girdle *= _step(z, shoulder[2] - 0.08, 0.09)
+        girdle = smooth_step(SIGN[side] * p[:, 0], 0.5 * shoulder[0], 0.4 * shoulder[0])
+        girdle *= smooth_step(z, shoulder[2] - 0.08, 0.09)
         weights[:, BONE[f"clavicle_{name}"]] = chest * girdle
         weights[:, BONE["chest"]] -= chest * girdle
 
@@ -112,12 +112,16 @@ def dual_quaternions(rest: FloatArray, bones: PosedBones) -> FloatArray:
 
     Signs follow the bone before, so that blending takes the short way.
     """
-    real = np.roll(Rotation.from_matrix(bones.rotation).as_quat(), 1, axis=1)
-    real *= np.where(real[:, :1] < 0, -1.0, 1.0)
-    chest = real[BONE["chest"]]
-    against = real @ chest < 0
-    real[against] *= -1
     shift = bones.joint - np.einsum("bij,bj->bi", bones.rotation, rest)
+    result = rigid_quaternions(bones.rotation, shift)
+    result[result[:, :4] @ result[BONE["chest"], :4] < 0] *= -1
+    return result
+
+
+def rigid_quaternions(rotation: FloatArray, shift: FloatArray) -> FloatArray:
+    """Unit dual quaternions (N, 8) of turns (N, 3, 3) and then shifts (N, 3)."""
+    real = np.roll(Rotation.from_matrix(rotation).as_quat(), 1, axis=1)
+    real *= np.where(real[:, :1] < 0, -1.0, 1.0)
     dual = 0.5 * _product(np.concatenate([np.zeros((len(shift), 1)), shift], axis=1), real)
     return np.concatenate([real, dual], axis=1)
 

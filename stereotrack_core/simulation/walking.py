@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -89,10 +89,7 @@ def _walking(person: Person, path: Path, steps: int, time: float) -> JointState:
         arms[0], arms[1], (3.0, 1.0, 0.0), twist=5.0 * push, drop=0.02, sway=-0.012 * push
     )
     state = state_of(person, posture, Stand(place, heading, np.array(ankles)))
-    return JointState(
-        state.position, state.trunk, state.arms, state.elbows, state.hands, state.ankles,
-        np.array(feet),
-    )  # fmt: skip
+    return replace(state, feet=np.array(feet))
 
 
 def _plants(step: int, side: int, steps: int) -> tuple[int, int]:

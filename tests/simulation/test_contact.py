@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from stereotrack_core.simulation.actor import actor
-from stereotrack_core.simulation.motions import chain
+from stereotrack_core.simulation.motions import MOTIONS, chain
 from stereotrack_core.simulation.people import PEOPLE
 from stereotrack_core.simulation.skeleton import BONE, SIDES, posed_bones
 
@@ -23,12 +23,15 @@ def depth_inside(points, vertices, normals):
     return -height[facing].min(initial=0.0)
 
 
-@pytest.mark.parametrize("motion", ["cross-arms", "travolta", "whip", "point", "arms-at-sides"])
+@pytest.mark.parametrize(
+    "motion", ["cross-arms", "travolta", "whip", "point", "arms-at-sides", "shrug", "reach"]
+)
 def test_arms_stay_outside_of_the_trunk(motion):
     dressed = actor(PEOPLE["P3"], "plain")
     trunk = dressed.weights[:, [BONE[name] for name in TRUNK]].sum(axis=1) > 0.9
     arms = [BONE[f"{bone}_{side}"] for bone in ("forearm", "hand") for side in SIDES]
     arm = dressed.weights[:, arms].sum(axis=1) > 0.9
-    for state in chain(dressed.person, (motion,), 78, fps=10).states[12::3]:
+    frames = max(78, round(MOTIONS[motion].seconds * 10) + 16)
+    for state in chain(dressed.person, (motion,), frames, fps=10).states[12::3]:
         vertices, normals = dressed.posed(posed_bones(dressed.person, state))
         assert depth_inside(vertices[arm], vertices[trunk], normals[trunk]) < 0.025

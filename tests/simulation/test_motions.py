@@ -19,6 +19,7 @@ def points_of(states):
 def test_required_motions_are_there():
     assert set(MOTIONS) >= {
         "t-pose", "whip", "travolta", "tie-shoes", "cross-arms", "arms-at-sides", "walk", "point",
+        "shrug", "reach",
     }  # fmt: skip
 
 

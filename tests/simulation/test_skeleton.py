@@ -26,6 +26,8 @@ posture = st.builds(
     twist=angle,
     look=angle,
     drop=st.floats(0.0, 0.4),
+    lifted=st.tuples(st.floats(-5, 27), st.floats(-5, 27)),
+    forward=st.tuples(st.floats(-14, 16), st.floats(-14, 16)),
 )
 stand = st.builds(
     Stand,
@@ -84,6 +86,7 @@ def test_step_between_two_states_leads_from_one_to_the_other(who, how, then, whe
     np.testing.assert_allclose(difference(moved(a, difference(a, b)), b), 0, atol=1e-7)
     half = between(a, b, 0.5)
     np.testing.assert_allclose(half.position, (a.position + b.position) / 2)
+    np.testing.assert_allclose(half.girdle, (a.girdle + b.girdle) / 2)
 
 
 def test_shoulders_rise_a_little_with_raised_arms():
