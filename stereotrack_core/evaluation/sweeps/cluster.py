@@ -167,13 +167,13 @@ class ClusterWorkers:
         self._client.close()
 
     def _result(self, job: Job, future: Any) -> JobResult:
-        if future.status in ("cancelled", "lost"):
+        error = future.exception()  # waits where a worker has died with what it had found
+        if future.status == "cancelled":
             raise InputError(
                 "the scheduler has forgotten jobs, or is gone",
                 where=f"--scheduler {self._address}",
                 remedy="Start it again and give the same command: what is done is kept.",
             )
-        error = future.exception()
         if error is None:
             result: JobResult = future.result()
             return result

@@ -17,7 +17,7 @@ from stereotrack_core.evaluation.sweeps.cluster import (
 from stereotrack_core.evaluation.sweeps.points import Point, grid_points, parsed_axis
 from stereotrack_core.evaluation.sweeps.results import failure
 from stereotrack_core.evaluation.sweeps.work import do_batch
-from tests.evaluation.sweeps.dask_cluster import DaskCluster, times_finished
+from tests.evaluation.sweeps.dask_cluster import DaskCluster, computed_again, knows
 
 
 @pytest.fixture(scope="module")
@@ -27,23 +27,24 @@ def two_workers(tmp_path_factory):
     running.close()
 
 
-def wait_for_workers(executor, count, seconds=60):
-    until = time.monotonic() + seconds
-    while executor.count < count:
-        assert time.monotonic() < until, "the workers have not come"
+def until(fact, seconds=300):
+    end = time.monotonic() + seconds
+    while not fact():
+        assert time.monotonic() < end
         time.sleep(0.05)
 
 
 class KillsAWorker:
-    """Kills one of the workers at the first result."""
+    """Kills one of the workers at the first result, once the scheduler knows that it was told."""
 
-    def __init__(self, watched, running):
-        self._watched, self._running = watched, running
+    def __init__(self, watched, running, client):
+        self._watched, self._running, self._client = watched, running, client
         self.killed = None
 
     def on_result(self, job, result):
         self._watched.on_result(job, result)
         if self.killed is None:
+            until(lambda: not self._client.run_on_scheduler(knows, job.identity))
             self.killed = self._running.kill_worker()
 
     def __getattr__(self, name):
@@ -54,17 +55,17 @@ def test_a_killed_worker_loses_nothing_and_nothing_is_computed_twice(plan, watch
     points = grid_points([parsed_axis("iterations=2,3,4,5")])
     jobs = plan(*points, seeds=(0, 1))
     with ClusterWorkers(str(two_workers.file)) as executor:
-        wait_for_workers(executor, 2)
+        until(lambda: executor.count == 2)
         with pytest.raises(InputError, match=r"worker tcp.*cannot use the recording cones"):
             executor.check([dataclasses.replace(jobs[0], folder="/not/on/the/worker")])
-        watcher = KillsAWorker(watched(), two_workers)
+        watcher = KillsAWorker(watched(), two_workers, executor._client)
         executor.do(jobs, watcher)
         assert watcher.killed is not None
-        assert executor.count == 1
+        until(lambda: executor.count == 1)
         assert sorted(watcher.told) == sorted(job.identity for job in jobs), "each told once"
         assert {result.status for result in watcher.results.values()} == {"done"}
-        finished = executor._client.run_on_scheduler(times_finished)
-        assert [finished[job.identity] for job in jobs] == [1] * len(jobs)
+        again = executor._client.run_on_scheduler(computed_again)
+        assert [again[job.identity] for job in jobs] == [0] * len(jobs)
         assert watcher.frames == sum(len(job.frames) for job in jobs)
         (alone,) = do_batch(jobs[:1])
         told = watcher.results[jobs[0].identity].measures
@@ -92,6 +93,30 @@ def test_a_worker_that_may_not_read_the_recording_says_so(plan, monkeypatch):
     (job,) = plan(Point())
     monkeypatch.setattr(cluster_module, "recording_of", refuse)
     assert "Permission denied" in lacking((job,), cluster_module.__version__)
+
+
+class Fetched:
+    """A future whose worker dies with its result, which another then finds again, or nobody."""
+
+    key = "job"
+
+    def __init__(self, then):
+        self.status, self._then = "lost", then
+
+    def exception(self):
+        self.status = self._then
+
+    def result(self):
+        return "found again"
+
+
+def test_a_result_that_died_with_its_worker_is_waited_for(plan, monkeypatch):
+    (job,) = plan(Point())
+    executor = ClusterWorkers.__new__(ClusterWorkers)
+    executor._address = "tcp://a:1"
+    assert executor._result(job, Fetched("finished")) == "found again"
+    with pytest.raises(InputError, match="forgotten jobs"):
+        executor._result(job, Fetched("cancelled"))
 
 
 def test_a_failure_by_chance_is_left_to_dask_to_repeat(plan, monkeypatch):

@@ -3,14 +3,20 @@
 import dataclasses
 import os
 import signal
+import time
+from pathlib import Path
 
 import pytest
 
 from stereotrack_core.errors import Cancelled
+from stereotrack_core.evaluation.sweeps import pool
 from stereotrack_core.evaluation.sweeps.batches import Batches
 from stereotrack_core.evaluation.sweeps.points import Point, grid_points, parsed_axis
 from stereotrack_core.evaluation.sweeps.pool import LocalWorkers
 from stereotrack_core.evaluation.sweeps.work import do_batch
+
+FIRST = "STEREOTRACK_TEST_FIRST"
+"""Variable of the file that tells which process was the first to track something."""
 
 
 def handed_out(batches):
@@ -70,31 +76,54 @@ def test_jobs_that_are_tried_again_come_last_and_alone(plan):
     assert found == [(2, 0), (1, 1), (1, 1)]
 
 
-class Killing:
-    """Kills a process as soon as it has tracked something."""
+def do_until_killed(jobs, asker):
+    """Do jobs; the first process that has tracked something says who it is and stays there."""
+    first, own = Path(os.environ[FIRST]), Path(f"{os.environ[FIRST]}-{os.getpid()}")
 
-    def __init__(self, watched, workers):
-        self._watched, self._workers = watched, workers
-        self.killed = []
+    def on_frames(count):
+        own.write_text(str(os.getpid()))
+        try:
+            os.link(own, first)
+        except FileExistsError:
+            asker.on_frames(count)
+        else:
+            asker.on_frames(count)
+            time.sleep(600)
+
+    for result in do_batch(jobs, on_frames=on_frames, cancelled=asker.gone):
+        asker.tell(result)
+
+
+class Killing:
+    """Kills the process that stays where it is."""
+
+    def __init__(self, watched, first):
+        self._watched, self._first = watched, first
+        self.killed = None
 
     def on_frames(self, count):
         self._watched.on_frames(count)
-        if not self.killed:
-            self.killed.append(self._workers.pids[0])
-            os.kill(self.killed[0], signal.SIGKILL)
+        if self.killed is None and self._first.exists():
+            self.killed = int(self._first.read_text())
+            os.kill(self.killed, signal.SIGKILL)
 
     def __getattr__(self, name):
         return getattr(self._watched, name)
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="there is no such signal")
-def test_a_killed_process_loses_nothing_and_processes_give_what_one_gives(plan, watched):
+def test_a_killed_process_loses_nothing_and_processes_give_what_one_gives(
+    plan, watched, tmp_path, monkeypatch
+):
+    monkeypatch.setenv(FIRST, str(tmp_path / "first"))
+    monkeypatch.setattr(pool, "_do", do_until_killed)
     jobs = plan(*grid_points([parsed_axis("views=N,NS"), parsed_axis("iterations=2,3")]))
     missing = dataclasses.replace(jobs[0], identity="gone", clouds="gone", folder="/nowhere")
     with LocalWorkers(2, together=2) as workers:
-        watcher = Killing(watched(), workers)
+        watcher = Killing(watched(), tmp_path / "first")
         workers.do([*jobs, missing], watcher)
         assert len(workers.pids) <= 2
+        assert watcher.killed not in {None, *workers.pids}
     results = watcher.results
     assert sorted(watcher.told) == sorted([*(job.identity for job in jobs), "gone"])
     assert results.pop("gone").final
