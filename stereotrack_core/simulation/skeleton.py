@@ -60,7 +60,8 @@ class JointState:
         world_from_foot.
     girdle : (2, 2) radians
         By how much each shoulder is lifted and pushed forward beside what follows the arm:
-        elevation and protraction of the clavicle.
+        elevation and protraction of the clavicle against the chest (as named in Wu et al.
+        2005, doi:10.1016/j.jbiomech.2004.05.042).
     """
 
     position: FloatArray
