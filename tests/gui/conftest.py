@@ -24,7 +24,7 @@ from app.theme import apply_theme
 from stereotrack_core.simulation.make import simulate
 
 FRAMES = 8
-PATIENCE_MS = 120_000
+PATIENCE_MS = 300_000
 """Waiting ends as soon as what is waited for is there, so a busy machine may take its time."""
 
 
@@ -88,8 +88,12 @@ def window(qtbot, settings, failures):
     yield made
     made.close()
     gc.enable()
-    left = [t.name for t in threading.enumerate() if t.name in {"track", "read frames"}]
-    assert not left, f"threads outlive the window: {left}"
+    left = [t for t in threading.enumerate() if t.name in {"track", "read frames"}]
+    for thread in left:
+        thread.join(
+            PATIENCE_MS / 1000
+        )  # it has been told to end, and may be in the middle of a frame
+    assert not any(thread.is_alive() for thread in left), f"threads outlive the window: {left}"
     assert not failures, [message.sentence() for message in failures]
 
 

@@ -120,10 +120,12 @@ def test_only_what_is_looked_at_is_read(qtbot, project, shown):
     panel.show_edits(fetch)
     shown(panel, 420, 400)
     assert sum(asked) < 500
-    for _ in range(10):
+
+    def everything():
         panel.tree.scrollToBottom()
-        qtbot.wait(5)
-    assert panel.model.rowCount() == 901
+        return panel.model.rowCount() == 901
+
+    qtbot.waitUntil(everything)
 
 
 def test_a_long_way_can_be_stopped(qtbot, project, panel):

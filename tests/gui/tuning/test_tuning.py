@@ -1,13 +1,17 @@
 """What somebody who tunes does in the real window."""
 
+import time
+
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
+from app.tuning import worker
 from app.tuning.dialogs import NameDialog
 from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.tracking.presets import preset, read_preset
+from stereotrack_core.tracking.tuning.attempt import AttemptPipeline
 
 pytestmark = pytest.mark.window
 
@@ -37,6 +41,20 @@ def tried(window, qtbot, name="sigma_joint", text="25"):
     typed(window, name, text)
     qtbot.waitUntil(window.settled, timeout=60_000)
     return window.tuning.attempts.entries[-1]
+
+
+@pytest.fixture
+def endless(monkeypatch):
+    """Attempts with 25 degrees go no further than their first frame before they are cancelled."""
+
+    class Waiting(AttemptPipeline):
+        def tracked(self):
+            for frame in super().tracked():
+                yield frame
+                while self.settings.tracking.sigma_joint == 25.0 and not self._cancelled():
+                    time.sleep(0.01)
+
+    monkeypatch.setattr(worker, "AttemptPipeline", Waiting)
 
 
 def names(window):
@@ -75,6 +93,7 @@ def test_the_same_settings_are_not_tried_twice_and_the_run_s_own_not_at_all(tuni
     assert "the run's settings" in tuning.attempts_panel.words.text()
 
 
+@pytest.mark.usefixtures("endless")
 def test_a_further_edit_ends_the_attempt_in_progress(tuning, qtbot):
     typed(tuning, "sigma_joint", "25")
     qtbot.waitUntil(lambda: tuning.tuning.attempts.running is not None, timeout=10_000)
@@ -215,6 +234,7 @@ def test_values_of_one_parameter_beside_each_other(tuning, qtbot):
     qtbot.waitUntil(tuning.settled, timeout=60_000)
 
 
+@pytest.mark.usefixtures("endless")
 def test_closing_while_trying_ends_the_threads(tuning, qtbot):
     typed(tuning, "sigma_joint", "25")
     qtbot.waitUntil(lambda: tuning.tuning.attempts.running is not None, timeout=10_000)
