@@ -1,8 +1,8 @@
-"""With a hundred thousand clicks in the project, frames step and clicks appear at once.
+"""With a hundred thousand clicks in the project, frames step and clicks appear as with few.
 
-The window's own computing is counted, in the thread that paints: what other programs do to the
-machine meanwhile is not asked for. ``python -m app.bench RECORDING --clicks 100000`` measures the
-time on the clock.
+The window's own computing is compared, in the thread that paints: how fast the machine is, and
+what other programs do to it meanwhile, is not asked for. ``python -m app.bench RECORDING --clicks
+100000`` measures the time on the clock.
 """
 
 from __future__ import annotations
@@ -23,57 +23,93 @@ from tests.gui.hands import CTRL, LEFT, key
 
 pytestmark = pytest.mark.window
 
-CLICKS = 100_000
-MOST_MS = 50.0
+FEW, MANY = 8, 2780
+"""Frames with 36 clicks each; the recording has eight, and many frames hold 100,000 clicks."""
+
+
+def slower(few_ms, many_ms):
+    """Whether it takes longer with many clicks, by more than chance."""
+    return many_ms > 2.0 * few_ms + 10.0
 
 
 @pytest.fixture
-def full(window, qtbot, small_recording, tmp_path):
-    """The window with a project of many clicks: in every frame, and in thousands beyond."""
-    path = tmp_path / "full.stereotrack"
-    cameras = ("N_right", "S_right", "N_left", "S_left")
-    random = np.random.default_rng(0)
-    with Project.create(path, small_recording) as project:
-        for first in range(0, CLICKS // 36 + 1, 500):
-            places = random.uniform(60.0, 400.0, (500, 36, 2)).tolist()
-            names = [(camera, name) for camera in cameras for name in NINE.names]
-            project.apply(
-                PlaceClicks(
-                    tuple(
-                        Click(first + k, camera, name, (x, y))
-                        for k, row in enumerate(places)
-                        for (camera, name), (x, y) in zip(names, row, strict=True)
+def show(window, qtbot, small_recording, tmp_path):
+    """Function that shows a project with clicks in so many frames."""
+
+    def shown(frames):
+        path = tmp_path / f"{frames}.stereotrack"
+        cameras = ("N_right", "S_right", "N_left", "S_left")
+        random = np.random.default_rng(0)
+        with Project.create(path, small_recording) as project:
+            for first in range(0, frames, 500):
+                places = random.uniform(60.0, 400.0, (min(500, frames - first), 36, 2)).tolist()
+                names = [(camera, name) for camera in cameras for name in NINE.names]
+                project.apply(
+                    PlaceClicks(
+                        tuple(
+                            Click(first + k, camera, name, (x, y))
+                            for k, row in enumerate(places)
+                            for (camera, name), (x, y) in zip(names, row, strict=True)
+                        )
                     )
                 )
-            )
-        assert project.clicks.count() >= CLICKS
-    window.files.open(path)
-    qtbot.waitUntil(lambda: window.document.frame_set is not None, timeout=60_000)
-    window.show_workspace_named("annotate")
-    window.messages.clear()
-    qtbot.waitUntil(window.settled, timeout=120_000)
-    return window
+            assert project.clicks.count() == 36 * frames
+        window.files.open(path)
+        qtbot.waitUntil(lambda: window.project.path == path)
+        qtbot.waitUntil(lambda: window.document.frame_set is not None)
+        window.show_workspace_named("annotate")
+        window.messages.clear()
+        qtbot.waitUntil(window.settled)
+        return window
+
+    return shown
 
 
 def painted(window):
     return {tile.camera.painted_frame for tile in window.grid.tiles.values()}
 
 
-def test_a_frame_step(full, qtbot):
+def step_ms(window, qtbot):
     times = []
     for step in range(14):
         code = Qt.Key.Key_Right if step < 7 else Qt.Key.Key_Left
-        wanted = full.document.frame + (1 if step < 7 else -1)
+        wanted = window.document.frame + (1 if step < 7 else -1)
         begun = time.thread_time()
-        key(full, code)
-        qtbot.waitUntil(lambda wanted=wanted: painted(full) == {wanted}, timeout=30_000)
+        key(window, code)
+        qtbot.waitUntil(lambda wanted=wanted: painted(window) == {wanted})
         times.append(1000.0 * (time.thread_time() - begun))
-        assert len(full.grid.tiles["N"].camera.marks.clicks) == 9
-    assert statistics.median(times) < MOST_MS
+        assert len(window.grid.tiles["N"].camera.marks.clicks) == 9
+    return statistics.median(times)
 
 
-def test_nothing_is_worked_out_about_frames_that_are_only_passed_by(full, qtbot):
+def click_ms(window):
+    camera = window.grid.tiles["N"].camera
+    times = []
+    for step in range(12):
+        window.annotate.annotating.choose(NINE.names[step % 9])
+        begun = time.thread_time()
+        QTest.mouseClick(camera, LEFT, CTRL, QPoint(200 + 9 * step, 150))
+        camera.repaint()
+        times.append(1000.0 * (time.thread_time() - begun))
+        newest = window.project.project.history.to_undo()
+        assert newest.words.startswith("place")
+    assert len(window.project.project.history.entries(20)) >= 12
+    return statistics.median(times)
+
+
+def test_a_frame_step(show, qtbot):
+    few, many = (step_ms(show(frames), qtbot) for frames in (FEW, MANY))
+    assert not slower(few, many), (few, many)
+
+
+def test_from_the_click_to_its_paint_and_into_the_file(show):
+    few, many = (click_ms(show(frames)) for frames in (FEW, MANY))
+    assert not slower(few, many), (few, many)
+
+
+def test_nothing_is_worked_out_about_frames_that_are_only_passed_by(show, qtbot):
     """Threads of this process share the interpreter with the one that paints."""
+    full = show(MANY)
     hints = full.annotate.facts._hints
     asked, question = [], hints._question
     hints._question = lambda: asked.append(full.document.frame) or question()
@@ -83,18 +119,3 @@ def test_nothing_is_worked_out_about_frames_that_are_only_passed_by(full, qtbot)
     assert asked == []
     qtbot.waitUntil(lambda: hints.at(first + 4) is not None, timeout=30_000)
     assert set(asked) == {first + 4}
-
-
-def test_from_the_click_to_its_paint_and_into_the_file(full):
-    camera = full.grid.tiles["N"].camera
-    times = []
-    for step in range(12):
-        full.annotate.annotating.choose(NINE.names[step % 9])
-        begun = time.thread_time()
-        QTest.mouseClick(camera, LEFT, CTRL, QPoint(200 + 9 * step, 150))
-        camera.repaint()
-        times.append(1000.0 * (time.thread_time() - begun))
-        newest = full.project.project.history.to_undo()
-        assert newest.words.startswith("place")
-    assert len(full.project.project.history.entries(20)) >= 12
-    assert statistics.median(times) < MOST_MS

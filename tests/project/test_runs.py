@@ -243,13 +243,13 @@ def _facts(made):
 
 def test_long_runs_are_kept_and_listed_quickly(project):
     made = [run(2000, seed=seed, n=24) for seed in range(3)]
-    begun = time.perf_counter()
+    begun = time.process_time()
     for number, one in enumerate(made):
         project.apply(keep_run(f"run {number}", one))
-    keeping = (time.perf_counter() - begun) / len(made)
-    begun = time.perf_counter()
+    keeping = (time.process_time() - begun) / len(made)
+    begun = time.process_time()
     assert len(kept_runs(project.runs)) == len(made)
-    listing = time.perf_counter() - begun
+    listing = time.process_time() - begun
     assert keeping < 5.0
     assert listing < 0.5
     assert listing < keeping
