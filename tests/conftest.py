@@ -6,9 +6,14 @@ import signal
 from pathlib import Path
 
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
-settings.register_profile("repeatable", derandomize=True, deadline=None)
+settings.register_profile(
+    "repeatable",
+    derandomize=True,
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],  # as a busy machine makes it
+)
 settings.load_profile("repeatable")
 
 SHARED_RECORDINGS = Path(__file__).resolve().parents[2] / "shared" / "data" / "recordings"

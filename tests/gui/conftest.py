@@ -83,8 +83,12 @@ def window(qtbot, settings, failures):
     made.resize(1366, 768)
     with qtbot.waitExposed(made):
         made.show()
-    made.activateWindow()
-    qtbot.waitUntil(made.isActiveWindow, timeout=5_000)
+
+    def active():
+        made.activateWindow()
+        return made.isActiveWindow()
+
+    qtbot.waitUntil(active)
     yield made
     made.close()
     gc.enable()
