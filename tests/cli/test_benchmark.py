@@ -28,7 +28,7 @@ def test_presets_are_compared(run, recording, tmp_path):
     assert [row["preset"] for row in rows] == ["fast", "limb-icp"]
     for row in rows:
         assert (row["seeds"], row["frames"]) == (2, 3)
-        assert 0 < row["mean"]["torso_position"] < 200
+        assert 0 < row["mean"]["torso_position"] < 500  # what a frame counts that is not tracked
         assert row["standard_deviation"]["torso_position"] >= 0
         assert row["speed"]["ratio"] > 0
         assert row["speed"]["frames_per_second"] > 0
