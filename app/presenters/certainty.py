@@ -8,7 +8,7 @@ from app.limb_colours import LANDMARK_LIMBS
 from app.presenters.runs import RunEntry
 from app.views.scene_content import Ellipsoid
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.body.angles import ALL_JOINTS, THESIS_JOINTS, pose_of_state
+from stereotrack_core.body.angles import THESIS_JOINTS, pose_of_state
 from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import landmarks
 from stereotrack_core.body.pose import Pose
@@ -28,8 +28,8 @@ def ellipsoids_of(entry: RunEntry, tracked: TrackedFrame) -> tuple[Ellipsoid, ..
     if pose is None or not np.isfinite(covariance).all():
         return ()
     steps = _STEP * np.eye(len(covariance))
-    ahead = landmarks(entry.body, _moved(tracked, pose, steps))
-    behind = landmarks(entry.body, _moved(tracked, pose, -steps))
+    ahead = landmarks(entry.body, _moved(entry, tracked, pose, steps))
+    behind = landmarks(entry.body, _moved(entry, tracked, pose, -steps))
     slopes = (ahead - behind) / (2.0 * _STEP)
     places = landmarks(entry.body, pose)
     result = []
@@ -40,9 +40,8 @@ def ellipsoids_of(entry: RunEntry, tracked: TrackedFrame) -> tuple[Ellipsoid, ..
     return tuple(result)
 
 
-def _moved(tracked: TrackedFrame, pose: Pose, delta: FloatArray) -> Pose:
+def _moved(entry: RunEntry, tracked: TrackedFrame, pose: Pose, delta: FloatArray) -> Pose:
     """Poses after errors (k, n), which the thesis's state adds to its angles."""
-    joints = ALL_JOINTS[: (delta.shape[-1] - 6) // 2]
-    if joints == THESIS_JOINTS:
-        return pose_of_state(tracked.x + delta, joints)
-    return displaced(pose, delta, joints)
+    if delta.shape[-1] == 6 + 2 * len(THESIS_JOINTS):
+        return pose_of_state(tracked.x + delta, THESIS_JOINTS)
+    return displaced(pose, delta, entry.body.joints)

@@ -9,6 +9,7 @@ from app.presenters.inside_numbers import (
     covariance_maps,
     cross_maps,
     deviations_table,
+    limb_of_part,
     part_words,
     residual_histogram,
     states_of,
@@ -119,7 +120,7 @@ def _points_table(correction: Correction) -> Table:
     rows.append(_counted("all", len(used.part), every))
     said = tuple(_REASONS[why] for why in reasons)
     tips = ("", "Points that are used", *(_capital(REASONS[why]) for why in reasons))
-    limbs = [LIMBS[part] if part < len(LIMBS) else "" for part in parts]
+    limbs = [limb_of_part(part) for part in parts]
     limbs += [""] * (len(rows) - len(parts))
     strong = (len(rows) - 1,)
     return Table("Points", ("Part", "Used", *said), tuple(rows), tuple(limbs), strong, tips)
@@ -165,7 +166,7 @@ def _parts_table(points: Points) -> Table:
             f"{points.weight[own].mean():.2f}",
             f"{1e3 * points.sigma[own].mean():.0f}",
         ))  # fmt: skip
-        limbs.append(LIMBS[part] if part < len(LIMBS) else "")
+        limbs.append(limb_of_part(part))
     tips = (
         "",
         "Pairs",

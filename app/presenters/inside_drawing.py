@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from app.limb_colours import LIMB_COLOURS
+from app.presenters.inside_numbers import limb_of_part
 from app.presenters.inside_steps import Step, name_of
 from app.views.diverging import SHADES, shade_colours, shade_of
 from app.views.inside_overlay import Ghosts, InsideScene, Marked, moved_ghosts
@@ -14,7 +15,6 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.mesh import body_mesh
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import Pose
-from stereotrack_core.body.skeleton import PARTS
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.inside.trace import (
     HIDDEN,
@@ -117,7 +117,7 @@ def _dots(correction: Correction) -> tuple[Marked, ...]:
     ]
     places = points.foot if sampled else points.place
     for part in np.unique(points.part).tolist():
-        colour = LIMB_COLOURS.get(PARTS[part], _LEGS)
+        colour = LIMB_COLOURS.get(limb_of_part(part), _LEGS)
         marked.append(Marked(colour, places[points.part == part]))
     return tuple(marked)
 
@@ -141,7 +141,7 @@ def _ghosts(body: BodyModel, model: Pose, others: list[Pose]) -> tuple[Ghosts, .
     )
     ghosts = []
     for mesh in meshes:
-        part = PARTS.index(mesh.limb)
+        part = mesh.part
         local: FloatArray = (mesh.vertices - here.origins[part]) @ here.rotations[part]
         turned = np.einsum("sij,vj->svi", stacked.rotations[:, part], local)
         ghosts.append(Ghosts(mesh.limb, turned + stacked.origins[:, part, None]))

@@ -10,7 +10,7 @@ from app.limb_colours import limb_words
 from app.views.inside_content import HeatMap, Histogram, Table
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.body.skeleton import PARTS
+from stereotrack_core.body.skeleton import LIMB_OF_PART, PARTS
 from stereotrack_core.tracking.inside.trace import Belief, Correction, Points
 
 _GREEK = {"alpha": "α", "beta": "β", "gamma": "γ"}
@@ -61,11 +61,17 @@ def part_words(part: int) -> str:
     return limb_words(PARTS[part]) if part >= 0 else "none"
 
 
+def limb_of_part(part: int) -> str:
+    """Name of the limb that a part counts for; empty for legs."""
+    limb = int(LIMB_OF_PART[part])
+    return LIMBS[limb] if limb < len(LIMBS) else ""
+
+
 def groups_of(part: IntArray) -> tuple[tuple[str, str, int], ...]:
     """Groups of successive columns of one part: name, limb and how many."""
     present, counts = np.unique(part, return_counts=True)
     return tuple(
-        (part_words(p), PARTS[p] if PARTS[p] in LIMBS else "", int(n))
+        (part_words(p), limb_of_part(p), int(n))
         for p, n in zip(present.tolist(), counts.tolist(), strict=True)
     )
 

@@ -9,8 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.body.pose import HANGING, Pose
+from stereotrack_core.body.pose import REST, Pose
 from stereotrack_core.body.skeleton import (
+    CLAVICLES,
     HEAD,
     LEFT_FOREARM,
     LEFT_PARTS,
@@ -43,8 +44,9 @@ ALL_JOINTS: tuple[int, ...] = (
     LEFT_SHANK,
     RIGHT_THIGH,
     RIGHT_SHANK,
+    *CLAVICLES,
 )
-"""Joints of a state that includes head and legs; begins with the thesis's."""
+"""Joints of a state that includes head, legs and shoulder girdle; begins with the thesis's."""
 
 
 def state_names(joints: tuple[int, ...]) -> tuple[str, ...]:
@@ -90,20 +92,18 @@ def printed_from_active(angles: FloatArray) -> FloatArray:
 
 def joint_rotation(part: int, alpha: FloatArray, beta: FloatArray) -> FloatArray:
     """parent_from_part (..., 3, 3) of a limb; left limbs mirror right ones (M R M)."""
-    zero = np.zeros_like(alpha)
-    own = euler_rotation(alpha, beta, zero)
-    rotation: FloatArray = HANGING @ own if _hangs(part) else own
+    own = euler_rotation(alpha, beta, np.zeros_like(alpha))
     if part in LEFT_PARTS:
-        mirrored: FloatArray = MIRROR @ rotation @ MIRROR
-        return mirrored
+        own = MIRROR @ own @ MIRROR
+    rotation: FloatArray = REST[part] @ own
     return rotation
 
 
 def joint_angles(part: int, direction: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Angles (alpha, beta) that turn the limb's z axis to `direction` (..., 3), parent's frame."""
-    d = direction @ MIRROR if part in LEFT_PARTS else direction
-    if _hangs(part):
-        d = d @ HANGING
+    d = direction @ REST[part]
+    if part in LEFT_PARTS:
+        d = d @ MIRROR
     alpha = np.arctan2(-d[..., 1], np.hypot(d[..., 0], d[..., 2]))
     beta = np.arctan2(d[..., 0], d[..., 2])
     return alpha, beta
@@ -115,9 +115,7 @@ def pose_of_state(x: FloatArray, joints: tuple[int, ...]) -> Pose:
     Parts whose joints are not in the state keep zero angles.
     """
     x = np.asarray(x, dtype=np.float64)
-    rotations = np.empty((*x.shape[:-1], len(PARTS), 3, 3))
-    for part in range(1, len(PARTS)):
-        rotations[..., part, :, :] = HANGING if _hangs(part) else np.eye(3)
+    rotations = np.broadcast_to(REST, (*x.shape[:-1], *REST.shape)).copy()
     rotations[..., TORSO, :, :] = euler_rotation(x[..., 3], x[..., 4], x[..., 5])
     for k, part in enumerate(joints):
         at = 6 + 2 * k
@@ -144,7 +142,3 @@ def state_of_pose(pose: Pose, joints: tuple[int, ...]) -> FloatArray:
         chain[part] = (pose.rotations[..., part, :, :], joint_rotation(part, alpha, beta))
         numbers += [alpha, beta]
     return np.stack(numbers, axis=-1)
-
-
-def _hangs(part: int) -> bool:
-    return PARENTS[part] == TORSO and part != HEAD

@@ -11,8 +11,10 @@ import numpy as np
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.outline_parameters import OutlineParameters
 from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.body.pose import REST
 from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.body.skeleton import (
+    CLAVICLES,
     FOREARMS,
     HEAD,
     LEFT_SHANK,
@@ -21,6 +23,7 @@ from stereotrack_core.body.skeleton import (
     RIGHT_THIGH,
     TORSO,
     UPPER_ARMS,
+    skeleton,
 )
 
 OUTLINE_NAMES: tuple[tuple[str, str], ...] = (
@@ -149,10 +152,15 @@ def _trunk(p: Proportions, b: BodyParameters) -> list[_Cone]:
 def _shoulders(p: Proportions, b: BodyParameters) -> list[_Cone]:
     k = p.scale * b.shoulder_radius_factor
     reach, rise = 0.5 * p.shoulder_width - 0.03, p.torso_length + b.shoulder_rise
-    return [
-        _Cone(TORSO, 0.075 * k, 0.07 * k, reach, origin=(-0.03, 0.0, rise), axis=(-1.0, 0.0, 0.0)),
-        _Cone(TORSO, 0.075 * k, 0.07 * k, reach, origin=(0.03, 0.0, rise), axis=(1.0, 0.0, 0.0)),
-    ]
+    rows = []
+    for clavicle, side in zip(CLAVICLES, (-1.0, 1.0), strict=True):
+        base, axis = np.array([0.03 * side, 0.0, rise]), np.array([side, 0.0, 0.0])
+        part = TORSO
+        if b.girdle:
+            part, joint = clavicle, skeleton(p).joints[clavicle]
+            base, axis = (base - joint) @ REST[clavicle], axis @ REST[clavicle]
+        rows.append(_Cone(part, 0.075 * k, 0.07 * k, reach, origin=tuple(base), axis=tuple(axis)))
+    return rows
 
 
 def _head(p: Proportions, b: BodyParameters) -> list[_Cone]:

@@ -10,9 +10,10 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.pose import PartFrames
-from stereotrack_core.body.skeleton import PARENTS, PARTS
+from stereotrack_core.body.skeleton import CARRIERS, PARENTS, PARTS
 
 _PARENTS = np.array(PARENTS, dtype=np.int64)
+_CARRIERS = np.array(CARRIERS, dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +49,8 @@ def point_jacobian(
     """Derivatives (m, n) of n . p(x) for points that move rigidly with their parts.
 
     The torso turns about its origin by a left rotation vector, a limb about the x and y axes of
-    its own frame: a turn about an axis a through o moves n . p by a . ((p - o) x n).
+    its own frame: a turn about an axis a through o moves n . p by a . ((p - o) x n). What carries
+    a limb's joint moves the limb as it moves the joint.
 
     Parameters
     ----------
@@ -66,6 +68,7 @@ def point_jacobian(
         np.ascontiguousarray(frames.rotations),
         np.ascontiguousarray(frames.origins),
         _PARENTS,
+        _CARRIERS,
         columns.first,
         J,
     )
@@ -129,24 +132,37 @@ def _fill(
     rotations: Any,
     origins: Any,
     parents: Any,
+    carriers: Any,
     first: Any,
     J: Any,
 ) -> None:
     for i in range(points.shape[0]):
-        nx, ny, nz = directions[i, 0], directions[i, 1], directions[i, 2]
-        J[i, 0], J[i, 1], J[i, 2] = nx, ny, nz
+        n = directions[i]
+        J[i, 0], J[i, 1], J[i, 2] = n[0], n[1], n[2]
         p = part[i]
         while p >= 0:
-            x, y = points[i, 0] - origins[p, 0], points[i, 1] - origins[p, 1]
-            z = points[i, 2] - origins[p, 2]
-            tx, ty, tz = y * nz - z * ny, z * nx - x * nz, x * ny - y * nx
+            tx, ty, tz = _moment(points[i], origins[p], n)
             if p == 0:
                 J[i, 3], J[i, 4], J[i, 5] = tx, ty, tz
             elif first[p] >= 0:
                 for axis in range(2):
-                    J[i, first[p] + axis] = (
-                        tx * rotations[p, 0, axis]
-                        + ty * rotations[p, 1, axis]
-                        + tz * rotations[p, 2, axis]
-                    )
+                    J[i, first[p] + axis] = _along_axis(rotations[p], axis, tx, ty, tz)
+            carrier = carriers[p]
+            if carrier >= 0 and first[carrier] >= 0:
+                tx, ty, tz = _moment(origins[p], origins[carrier], n)
+                for axis in range(2):
+                    J[i, first[carrier] + axis] = _along_axis(rotations[carrier], axis, tx, ty, tz)
             p = parents[p]
+
+
+@numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
+def _moment(point: Any, about: Any, n: Any) -> Any:
+    """(p - o) x n."""
+    x, y, z = point[0] - about[0], point[1] - about[1], point[2] - about[2]
+    return y * n[2] - z * n[1], z * n[0] - x * n[2], x * n[1] - y * n[0]
+
+
+@numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
+def _along_axis(rotation: Any, axis: int, x: float, y: float, z: float) -> float:
+    total: float = x * rotation[0, axis] + y * rotation[1, axis] + z * rotation[2, axis]
+    return total

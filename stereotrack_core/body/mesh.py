@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import BodyModel, PlacedCones, placed_cones
 from stereotrack_core.body.pose import Pose
-from stereotrack_core.body.skeleton import PARTS
+from stereotrack_core.body.skeleton import LIMB_OF_PART, PARTS
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,13 +20,16 @@ class PartMesh:
     Attributes
     ----------
     limb : str
-        Name of the part: one of ``LIMBS``, or a part of the legs.
+        Name of the limb that it counts for, one of ``LIMBS``, or of a part of the legs.
+    part : int
+        Index into ``PARTS`` of the part that it is fixed to.
     vertices : (V, 3) float64, world, metres
     triangles : (T, 3) int64
         Counter-clockwise seen from outside.
     """
 
     limb: str
+    part: int
     vertices: FloatArray
     triangles: IntArray
 
@@ -35,8 +39,13 @@ def body_mesh(
 ) -> tuple[PartMesh, ...]:
     """Surface of the body in one pose, a mesh for each cone of the named parts."""
     placed = placed_cones(body, body.frames(pose))
-    names = [PARTS[part] for part in body.cones.part]
+    names = [_limb_of(part) for part in body.cones.part.tolist()]
     return tuple(_cone_mesh(placed, c, around) for c, name in enumerate(names) if name in limbs)
+
+
+def _limb_of(part: int) -> str:
+    limb = int(LIMB_OF_PART[part])
+    return PARTS[limb if limb < len(LIMBS) else part]
 
 
 def _cone_mesh(placed: PlacedCones, c: int, around: int) -> PartMesh:
@@ -54,9 +63,9 @@ def _cone_mesh(placed: PlacedCones, c: int, around: int) -> PartMesh:
     )
     local = rings.reshape(-1, 3)
     vertices = local @ placed.rotations[c].T + placed.origins[c]
-    return PartMesh(
-        PARTS[placed.cones.part[c]], vertices, _triangles_of_rings(len(profile), around)
-    )
+    part = int(placed.cones.part[c])
+    triangles = _triangles_of_rings(len(profile), around)
+    return PartMesh(_limb_of(part), part, vertices, triangles)
 
 
 def _profile(placed: PlacedCones, c: int) -> FloatArray:

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.body.angles import ALL_JOINTS, THESIS_JOINTS
 from stereotrack_core.body.cones import Cones, body_cones
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.body.pose import PartFrames, Pose, part_frames
@@ -25,6 +26,12 @@ class BodyModel:
     def frames(self, pose: Pose) -> PartFrames:
         """Frames of all parts; see :func:`part_frames`."""
         return part_frames(self.skeleton, pose)
+
+    @cached_property
+    def joints(self) -> tuple[int, ...]:
+        """Joints of a state: arms, head, and of legs and clavicles those that have a surface."""
+        always = (*THESIS_JOINTS, HEAD)
+        return tuple(j for j in ALL_JOINTS if j in always or np.any(self.cones.part == j))
 
     @cached_property
     def torso(self) -> PlacedCones:

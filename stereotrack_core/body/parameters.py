@@ -24,6 +24,13 @@ class BodyParameters(ParameterGroup):
     legs: bool = parameter(
         True, "Cones for the legs, so that their data attract nothing else.", group=_GROUP
     )
+    girdle: bool = parameter(
+        True,
+        "Shoulders can be lifted, pushed forward and drawn back; otherwise they are fixed to the"
+        " torso.",
+        group=_GROUP,
+        thesis=False,
+    )
     torso_radius_low: float = parameter(
         0.165, "Radius of the torso at the hips.", group=_GROUP, unit="m", minimum=0.05, maximum=0.4
     )

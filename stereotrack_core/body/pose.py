@@ -9,6 +9,8 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.pose_kernels import chain, localise, turn_towards
 from stereotrack_core.body.skeleton import (
+    CARRIERS,
+    CLAVICLES,
     HEAD,
     LEFT_UPPER_ARM,
     PARENTS,
@@ -19,9 +21,26 @@ from stereotrack_core.body.skeleton import (
 )
 
 _PARENTS = np.array(PARENTS, dtype=np.int64)
+_CARRIERS = np.array(CARRIERS, dtype=np.int64)
 
 HANGING = np.diag([1.0, -1.0, -1.0])
 """Rotation of an arm or leg at zero angles: its z axis is the torso's -z."""
+
+
+def _resting() -> FloatArray:
+    rest = np.tile(np.eye(3), (len(PARTS), 1, 1))
+    for part, parent in enumerate(PARENTS):
+        if parent == TORSO and part not in (HEAD, *CLAVICLES):
+            rest[part] = HANGING
+    # Angles alpha draw a shoulder back, angles beta lower it.
+    rest[CLAVICLES[0]] = [[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]
+    rest[CLAVICLES[1]] = [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]
+    rest.flags.writeable = False
+    return rest
+
+
+REST: FloatArray = _resting()
+"""Rotations (P, 3, 3) parent_from_part at zero angles: arms and legs hang, shoulders rest."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +104,8 @@ def part_frames(skeleton: Skeleton, pose: Pose) -> PartFrames:
     if position.shape[:-1] != shape[:-3]:
         position = np.ascontiguousarray(np.broadcast_to(position, (*shape[:-3], 3)))
     rotations, origins = np.empty_like(turns), np.empty(turns.shape[:-1])
-    chain(turns, position.reshape(-1, 3), skeleton.joints, _PARENTS, rotations, origins)
+    tree = (skeleton.joints, skeleton.lengths, _PARENTS, _CARRIERS, REST)
+    chain(turns, position.reshape(-1, 3), *tree, rotations, origins)
     return PartFrames(rotations.reshape(shape), origins.reshape(shape[:-1]))
 
 
@@ -99,12 +119,9 @@ def hanging_pose(position: FloatArray, torso: FloatArray | None = None) -> Pose:
     torso : (3, 3) float64, optional
         world_from_torso; facing north when not given (the torso's axes are then the world's).
     """
-    rotations = np.tile(np.eye(3), (len(PARTS), 1, 1))
+    rotations = REST.copy()
     if torso is not None:
         rotations[TORSO] = torso
-    for part, parent in enumerate(PARENTS):
-        if parent == TORSO and part != HEAD:
-            rotations[part] = HANGING
     return Pose(np.asarray(position, dtype=np.float64), rotations)
 
 

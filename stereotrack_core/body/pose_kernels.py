@@ -11,7 +11,15 @@ import numpy as np
 
 @numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def chain(
-    turns: Any, position: Any, joints: Any, parents: Any, rotations: Any, origins: Any
+    turns: Any,
+    position: Any,
+    joints: Any,
+    lengths: Any,
+    parents: Any,
+    carriers: Any,
+    rest: Any,
+    rotations: Any,
+    origins: Any,
 ) -> None:
     """Chain the transforms of S poses from the torso outwards.
 
@@ -22,8 +30,13 @@ def chain(
     position : (S, 3) float64, world, metres
     joints : (P, 3) float64, metres
         Joint of each part in its parent's frame.
+    lengths : (P,) float64, metres
     parents : (P,) int64
         Every parent comes before its parts.
+    carriers : (P,) int64
+        Part whose end carries the joint away from its place, a child of the same parent; or -1.
+    rest : (P, 3, 3) float64
+        Turns at which carriers leave it there.
     rotations : (S, P, 3, 3) float64
         world_from_part, filled in.
     origins : (S, P, 3) float64, world, metres
@@ -33,7 +46,12 @@ def chain(
         rotations[s, 0] = turns[s, 0]
         origins[s, 0] = position[s]
         for part in range(1, turns.shape[1]):
-            above = parents[part]
+            above, carrier = parents[part], carriers[part]
+            x, y, z = joints[part]
+            if carrier >= 0:
+                x += lengths[carrier] * (turns[s, carrier, 0, 2] - rest[carrier, 0, 2])
+                y += lengths[carrier] * (turns[s, carrier, 1, 2] - rest[carrier, 1, 2])
+                z += lengths[carrier] * (turns[s, carrier, 2, 2] - rest[carrier, 2, 2])
             for i in range(3):
                 a, b, c = rotations[s, above, i]
                 for j in range(3):
@@ -42,9 +60,7 @@ def chain(
                         + b * turns[s, part, 1, j]
                         + c * turns[s, part, 2, j]
                     )
-                origins[s, part, i] = origins[s, above, i] + (
-                    a * joints[part, 0] + b * joints[part, 1] + c * joints[part, 2]
-                )
+                origins[s, part, i] = origins[s, above, i] + (a * x + b * y + c * z)
 
 
 @numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]

@@ -10,15 +10,37 @@ from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.proportions import Proportions
 
-PARTS: tuple[str, ...] = (*LIMBS, "left_thigh", "right_thigh", "left_shank", "right_shank")
-"""Rigid parts: the limbs, in their order, and the legs that are only there to take their data."""
+PARTS: tuple[str, ...] = (
+    *LIMBS,
+    *("left_thigh", "right_thigh", "left_shank", "right_shank"),
+    *("left_clavicle", "right_clavicle"),
+)
+"""Rigid parts: the limbs, in their order, the legs that are only there to take their data, and
+the shoulder girdle."""
 
 TORSO, HEAD, LEFT_UPPER_ARM, RIGHT_UPPER_ARM, LEFT_FOREARM, RIGHT_FOREARM = range(6)
 LEFT_THIGH, RIGHT_THIGH, LEFT_SHANK, RIGHT_SHANK = range(6, 10)
+LEFT_CLAVICLE, RIGHT_CLAVICLE = range(10, 12)
 UPPER_ARMS = (LEFT_UPPER_ARM, RIGHT_UPPER_ARM)
 FOREARMS = (LEFT_FOREARM, RIGHT_FOREARM)
-PARENTS: tuple[int, ...] = (-1, 0, 0, 0, 2, 3, 0, 0, 6, 7)
-LEFT_PARTS = frozenset({LEFT_UPPER_ARM, LEFT_FOREARM, LEFT_THIGH, LEFT_SHANK})
+CLAVICLES = (LEFT_CLAVICLE, RIGHT_CLAVICLE)
+PARENTS: tuple[int, ...] = (-1, 0, 0, 0, 2, 3, 0, 0, 6, 7, 0, 0)
+"""The part against which each part's rotation is stated."""
+
+CARRIERS: tuple[int, ...] = (-1, -1, *CLAVICLES, *[-1] * 8)
+"""The part that carries each part's joint where that is not its parent.
+
+Clavicles carry the upper arms' joints, and do not turn the arms: an arm's direction is stated
+against the torso, whatever the shoulder does.
+"""
+
+LEFT_PARTS = frozenset({LEFT_UPPER_ARM, LEFT_FOREARM, LEFT_THIGH, LEFT_SHANK, LEFT_CLAVICLE})
+
+LIMB_OF_PART: IntArray = np.array([*range(len(LIMBS)), *[len(LIMBS)] * 4, TORSO, TORSO])
+"""Limb that each part counts for (P,): the shoulders are the torso's; legs are ``len(LIMBS)``."""
+
+_CLAVICLE_BEGINS = 0.12
+"""Where the clavicles begin beside the middle, as a part of half the width of the shoulders."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +53,8 @@ class Skeleton:
     Attributes
     ----------
     joints : (P, 3) float64, metres
-        Joint of each part in its parent's frame.
+        Joint of each part in its parent's frame; those of the upper arms while the shoulders
+        rest, from where the clavicles carry them away.
     lengths : (P,) float64, metres
         From a part's joint along its z axis to the next joint, or to the hand's or head's landmark.
     proportions : Proportions
@@ -63,10 +86,12 @@ def skeleton(proportions: Proportions) -> Skeleton:
             [half_hips, 0.0, 0.0],
             [0.0, 0.0, p.thigh_length],
             [0.0, 0.0, p.thigh_length],
+            [-_CLAVICLE_BEGINS * half_shoulders, 0.0, p.torso_length],
+            [_CLAVICLE_BEGINS * half_shoulders, 0.0, p.torso_length],
         ]
     )
     arms, legs = [p.upper_arm_length] * 2 + [p.elbow_to_hand] * 2, [p.thigh_length] * 2
-    lengths = np.array(
-        [p.torso_length, p.shoulder_to_head, *arms, *legs, p.shank_length, p.shank_length]
-    )
+    shanks = [p.shank_length] * 2
+    clavicles = [(1.0 - _CLAVICLE_BEGINS) * half_shoulders] * 2
+    lengths = np.array([p.torso_length, p.shoulder_to_head, *arms, *legs, *shanks, *clavicles])
     return Skeleton(joints, lengths, proportions)

@@ -17,6 +17,7 @@ from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.cones import Cones
 from stereotrack_core.body.model import BodyModel, PlacedCones
 from stereotrack_core.body.pose import PartFrames
+from stereotrack_core.body.skeleton import LIMB_OF_PART
 
 _NO_PENALTY = np.zeros((0, 0))
 
@@ -111,6 +112,11 @@ def nearest_on_surface(
 def parts_of_cones(body: BodyModel, cone: IntArray) -> IntArray:
     """Part (N,) of each datum's cone; -1 stays -1."""
     return np.where(cone >= 0, body.cones.part[cone], -1)
+
+
+def limbs_of_cones(body: BodyModel, cone: IntArray) -> IntArray:
+    """Limb (N,) that each datum's cone counts for, ``len(LIMBS)`` for legs; -1 stays -1."""
+    return np.where(cone >= 0, LIMB_OF_PART[body.cones.part[cone]], -1)
 
 
 @numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]

@@ -12,6 +12,7 @@ from stereotrack_core.body.limbs import LIMB_ENDS, LIMBS
 from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.sampling import regular_points
+from stereotrack_core.body.skeleton import LIMB_OF_PART
 from stereotrack_core.body.visibility import inside_other_cone, visible
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.geometry.camera import Camera
@@ -120,19 +121,20 @@ def seen_shares(body: BodyModel, pose: Pose, cameras: Sequence[Camera]) -> Float
     """
     frames = body.frames(pose)
     sampled = regular_points(body.cones, POINTS_PER_CONE * len(body.cones))
-    sampled = sampled[sampled.part < len(LIMBS)]
+    sampled = sampled[LIMB_OF_PART[sampled.part] < len(LIMBS)]
     placed = placed_cones(body, frames)
     points = frames.apply(sampled.part, sampled.points)
     outside = ~inside_other_cone(points, sampled.cone, placed)
     sampled, points = sampled[outside], points[outside]
     normals = np.einsum("nij,nj->ni", frames.rotations[sampled.part], sampled.normals)
     result: FloatArray = np.zeros((len(cameras), len(LIMBS)))
+    of_limb = LIMB_OF_PART[sampled.part]
     for v, camera in enumerate(cameras):
         place = camera.position_world
         facing = np.einsum("ni,ni->n", normals, place - points) > 0
         free = visible(points, normals, place[None], placed) & in_image(camera, points)
         for limb in range(len(LIMBS)):
-            own = facing & (sampled.part == limb)
+            own = facing & (of_limb == limb)
             result[v, limb] = free[own].mean() if own.any() else 0.0
     return result
 

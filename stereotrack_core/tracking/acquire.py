@@ -291,7 +291,8 @@ class SeekingTracker(ManifoldTracker):
     def _unnatural(self, pose: Pose, cloud: Cloud) -> float:
         frames = self.body.frames(pose)
         scene = Scene.of(cloud, self.body, frames)
-        arms = [anatomy_cost(scene, s, arm_of_pose(frames, s.side))[0] for s in self._arms.shapes]
+        shapes = self._arms.placed_shapes(frames)
+        arms = [anatomy_cost(scene, s, arm_of_pose(frames, s.side))[0] for s in shapes]
         return _NATURAL_ARMS * float(np.sum(arms)) + facing_cost(
             self.body, pose, cloud.points, self.cameras
         )

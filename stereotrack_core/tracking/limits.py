@@ -11,8 +11,9 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.jacobian import Columns, point_jacobian
 from stereotrack_core.body.model import BodyModel
-from stereotrack_core.body.pose import HANGING, PartFrames, Pose
+from stereotrack_core.body.pose import REST, PartFrames, Pose
 from stereotrack_core.body.skeleton import (
+    CLAVICLES,
     FOREARMS,
     HEAD,
     LEFT_SHANK,
@@ -37,6 +38,10 @@ _REST_SIGMA = {
 }
 """Standard deviation of the limbs that no measure counts from straight; they only take data."""
 
+
+_GIRDLE: IntArray = np.repeat(np.array(CLAVICLES, dtype=np.int64), 2)
+_ACROSS_GIRDLE: FloatArray = np.array([REST[part][:, k % 2] for k, part in enumerate(_GIRDLE)])
+"""The clavicles' x and y axes at rest (4, 3), and whose they are; x is vertical."""
 
 _ELBOW_SIGMA = np.radians(3.0)
 """How firmly an elbow is kept from folding farther than its limit."""
@@ -120,8 +125,15 @@ Limit: TypeAlias = DirectionResidual | ClearanceResidual | ApartResidual
 def limit_residuals(
     body: BodyModel, pose: Pose, parameters: TrackingParameters, joints: tuple[int, ...]
 ) -> tuple[Limit, ...]:
-    """Rows for the limits that a pose violates, and for limbs that should rest."""
-    rows: list[Limit] = [*_resting(joints)]
+    """Rows for the limits that a pose violates, and for limbs that should rest.
+
+    Those of :func:`resting_limbs` come first, then those for the shoulders.
+    """
+    rows: list[Limit] = [*resting_limbs(joints)]
+    if CLAVICLES[0] in joints:
+        off, variance = shoulders_at_rest(pose.rotations, parameters)
+        across, nothing = _ACROSS_GIRDLE, np.zeros(len(off))
+        rows.append(DirectionResidual(_GIRDLE, _PARENTS[_GIRDLE], across, nothing, variance))
     rows += _folded_elbows(pose, np.radians(parameters.least_elbow_angle))
     frames = body.frames(pose)
     rows += _collisions(body, frames, parameters.clearance)
@@ -131,15 +143,35 @@ def limit_residuals(
 
 
 @cache
-def _resting(joints: tuple[int, ...]) -> tuple[DirectionResidual, ...]:
+def resting_limbs(joints: tuple[int, ...]) -> tuple[DirectionResidual, ...]:
     """Two rows for every limb that should rest, whatever the pose."""
     part = np.repeat([joint for joint in joints if joint in _REST_SIGMA], 2).astype(np.int64)
     if not len(part):
         return ()
-    axes = [np.eye(3) if joint == HEAD else HANGING for joint in part]
-    across = np.array([axis[:, k % 2] for k, axis in enumerate(axes)])
+    across = np.array([REST[joint][:, k % 2] for k, joint in enumerate(part)])
     variance = np.array([_REST_SIGMA[joint] ** 2 for joint in part.tolist()])
     return (DirectionResidual(part, _PARENTS[part], across, np.zeros(len(part)), variance),)
+
+
+def shoulders_at_rest(
+    rotations: FloatArray, parameters: TrackingParameters
+) -> tuple[FloatArray, FloatArray]:
+    """How far clavicles (..., 4) are from their rest across two axes each, and with what variance.
+
+    The farther shoulders are lifted, pushed forward or drawn back, the less they are held: the
+    negative logarithm of a Cauchy density, by iterated weights. They rest most of the time, and
+    where they do not they may be anywhere; but nobody lowers them far.
+
+    Parameters
+    ----------
+    rotations : (..., P, 3, 3) float64
+        Of a pose, or of stacked ones.
+    parameters : TrackingParameters
+    """
+    off = np.einsum("mi,...mi->...m", _ACROSS_GIRDLE, rotations[..., 2][..., _GIRDLE, :])
+    lowered = off * _ACROSS_GIRDLE[:, 2] < 0.0
+    sigma = np.radians(parameters.girdle_rest)
+    return off, sigma**2 + np.where(lowered, 0.0, off) ** 2
 
 
 def _folded_elbows(pose: Pose, least_angle: float) -> list[DirectionResidual]:

@@ -8,12 +8,12 @@ import numpy as np
 import scipy.linalg
 
 from stereotrack_core.arrays import FloatArray, IntArray
-from stereotrack_core.body.angles import ALL_JOINTS, THESIS_JOINTS, state_names, state_of_pose
+from stereotrack_core.body.angles import state_names, state_of_pose
 from stereotrack_core.body.jacobian import columns_of
 from stereotrack_core.body.manifold import difference, displaced
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import Pose, orthonormal, t_pose
-from stereotrack_core.body.skeleton import FOREARMS, HEAD, UPPER_ARMS
+from stereotrack_core.body.skeleton import CLAVICLES, FOREARMS, UPPER_ARMS
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.filtering.linearisation import posterior
 from stereotrack_core.filtering.sigma_points import scaled_weights, sigma_deviations
@@ -51,7 +51,7 @@ _WIDE_ITERATIONS = 2
 
 _ARM = np.radians(40.0) ** 2
 _START = np.array([0.1, 0.1, 0.1, *np.radians([20.0, 20.0, 20.0])]) ** 2
-"""Variances of position, rotation and joints of a first pose."""
+"""Variances of joints, and of position and rotation, of a first pose."""
 
 _WIDE_ARM = np.radians(40.0)
 """Standard deviation of the arms' joints around a proposal."""
@@ -81,10 +81,9 @@ class ManifoldTracker:
         self.body = body
         self.parameters = parameters
         self.cameras = cameras
-        has_legs = bool(np.any(body.cones.part > max(HEAD, *THESIS_JOINTS)))
-        self.joints = ALL_JOINTS if has_legs else (*THESIS_JOINTS, HEAD)
+        self.joints = body.joints
         self.state_names = state_names(self.joints)
-        self.Q = process_noise(parameters, len(self.state_names), fps)
+        self.Q = process_noise(parameters, self.joints, fps)
         p = parameters
         self._weights = scaled_weights(len(self.Q), p.ut_alpha, p.ut_beta, p.ut_kappa)
         self._columns = columns_of(self.joints)
@@ -96,7 +95,9 @@ class ManifoldTracker:
     def start(self, pose: Pose) -> None:
         """Begin from a pose that is roughly right."""
         self.pose = pose
-        self.P = np.diag(np.concatenate([_START[:3], _START[3:6], np.full(len(self.Q) - 6, _ARM)]))
+        girdle = np.radians(self.parameters.girdle_rest) ** 2
+        turns = [girdle if joint in CLAVICLES else _ARM for joint in self.joints]
+        self.P = np.diag(np.concatenate([_START, np.repeat(turns, 2)]))
         self.movement = np.zeros(len(self.Q))
         self._observed: tuple[Observation, ...] = ()
         self._seen: Cloud | None = None

@@ -89,6 +89,23 @@ class TrackingParameters(ParameterGroup):
         maximum=180.0,
         thesis=40.0,
     )
+    sigma_girdle: float = parameter(
+        3.0,
+        "Rotation of a shoulder about its clavicle expected between two frame sets at 10 Hz.",
+        group=_NOISE,
+        unit="deg",
+        minimum=0.1,
+        maximum=180.0,
+    )
+    girdle_rest: float = parameter(
+        2.5,
+        "Angle of a clavicle from its place at rest up to which it is held there firmly; beyond,"
+        " unless it is lowered, ever less.",
+        group=_NOISE,
+        unit="deg",
+        minimum=0.1,
+        maximum=180.0,
+    )
     sigma_measurement: float = parameter(
         0.015,
         "Distance expected between corresponding points.",

@@ -5,24 +5,28 @@ from __future__ import annotations
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.skeleton import CLAVICLES
 from stereotrack_core.tracking.parameters import TrackingParameters
 
 _STATED_AT = 10.0
 """Frame sets per second for which the parameters state the standard deviations."""
 
 
-def process_noise(parameters: TrackingParameters, n: int, fps: float) -> FloatArray:
-    """Diagonal covariance Q (n, n) of one step: a symmetric random walk.
+def process_noise(
+    parameters: TrackingParameters, joints: tuple[int, ...], fps: float
+) -> FloatArray:
+    """Diagonal covariance Q (6 + 2 J, 6 + 2 J) of one step: a symmetric random walk.
 
     Parameters
     ----------
     parameters : TrackingParameters
-    n : int
-        States: three of position, three of rotation, the rest joints.
+    joints : tuple of int
+        Parts whose two numbers follow three of position and three of rotation in the state.
     fps : float
         Frame sets per second; variances grow with the time between them.
     """
-    joint, rotation = np.radians(parameters.sigma_joint), np.radians(parameters.sigma_rotation)
-    sigma = np.full(n, joint)
-    sigma[:3], sigma[3:6] = parameters.sigma_position, rotation
+    p = parameters
+    turns = [p.sigma_girdle if joint in CLAVICLES else p.sigma_joint for joint in joints]
+    rotations = np.radians([p.sigma_rotation] * 3 + [turn for turn in turns for _ in range(2)])
+    sigma = np.concatenate([np.full(3, p.sigma_position), rotations])
     return np.diag(sigma**2 * _STATED_AT / fps)

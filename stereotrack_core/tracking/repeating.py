@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray
-from stereotrack_core.body.pose import Pose
-from stereotrack_core.body.skeleton import PARTS
+from stereotrack_core.body.pose import REST, Pose
+from stereotrack_core.body.skeleton import CLAVICLES, PARTS
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording, Subject
 from stereotrack_core.recording.detection_csv import OWN_FILE, read_detections
@@ -22,6 +22,7 @@ from stereotrack_core.tracking.pipeline import FirstPose
 from stereotrack_core.tracking.presets import PRESETS, preset
 from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.settings import Settings
+from stereotrack_core.tracking.stored import EARLIER
 from stereotrack_core.versions import versions
 
 _NUMBERS = (
@@ -260,7 +261,7 @@ def changed_parameters(parameters: Mapping[str, Any], name: str) -> dict[str, tu
 
 def _settings(stored: Mapping[str, Any]) -> tuple[Settings, list[str]]:
     known = {row.name for row in Settings.rows()}
-    notes = []
+    stored, notes = {**EARLIER, **stored}, []
     gone, new = sorted(set(stored) - known), sorted(known - set(stored))
     if gone:
         notes.append(f"This version has no parameter {', '.join(gone)}; left out.")
@@ -273,10 +274,10 @@ def _first_pose(meta: Mapping[str, Any]) -> FirstPose | None:
     stored, init = meta.get("first_pose"), str(meta.get("init", "auto"))
     if not isinstance(stored, dict):
         return None if init == "pose" else init
-    pose = Pose(
-        np.array(stored.get("position"), dtype=np.float64),
-        np.array(stored.get("rotations"), dtype=np.float64),
-    )
+    rotations = np.array(stored.get("rotations"), dtype=np.float64)
+    if rotations.shape == REST[: CLAVICLES[0]].shape:  # of a version whose shoulders were fixed
+        rotations = np.concatenate([rotations, REST[CLAVICLES[0] :]])
+    pose = Pose(np.array(stored.get("position"), dtype=np.float64), rotations)
     if pose.position.shape != (3,) or pose.rotations.shape != (len(PARTS), 3, 3):
         raise InputError(
             "the first pose is not one of this program's body", where="first_pose", remedy=_AGAIN

@@ -17,8 +17,9 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import body_model, placed_cones
 from stereotrack_core.body.parameters import BodyParameters
-from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.pose import REST, Pose
 from stereotrack_core.body.proportions import Proportions
+from stereotrack_core.body.skeleton import CLAVICLES
 from stereotrack_core.body.surface import nearest_on_surface
 from stereotrack_core.tracking.data_to_model import SurfaceResidual, Trust, surface_residual
 from stereotrack_core.tracking.free_body import FreeBody
@@ -129,7 +130,8 @@ def adjusted(
     iterations : int
     """
     prior, start = free.information, free.start
-    theta, poses = start.copy(), [frame.pose for frame in seen]
+    joints = tuple(joint for joint in joints if joint not in CLAVICLES)
+    theta, poses = start.copy(), [_with_resting_shoulders(frame.pose) for frame in seen]
     for _ in range(iterations):
         A, b, frames = prior.copy(), prior @ (start - theta), []
         for frame, pose in zip(seen, poses, strict=True):
@@ -144,6 +146,13 @@ def adjusted(
             delta: FloatArray = scipy.linalg.solve(normal.A, normal.a - normal.B @ step)
             poses[i] = displaced(poses[i], delta, joints)
     return Adjusted(theta, np.sqrt(np.diagonal(np.linalg.inv(A))), tuple(poses))
+
+
+def _with_resting_shoulders(pose: Pose) -> Pose:
+    """What the shoulders of many frames have in common is the shape, not a movement."""
+    rotations = pose.rotations.copy()
+    rotations[list(CLAVICLES)] = REST[list(CLAVICLES)]
+    return Pose(pose.position, rotations)
 
 
 @dataclass(frozen=True, eq=False)

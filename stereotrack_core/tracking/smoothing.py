@@ -46,6 +46,11 @@ _JUMP = np.pi / 2
 class ErrorState(Protocol):
     """How estimates differ and how they are displaced: the tracker's own error state."""
 
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """Parts whose two numbers follow position and rotation."""
+        ...
+
     def difference(self, to: Estimate, origin: Estimate) -> FloatArray:
         """Error state (n,) that displaces `origin` to `to`."""
         ...
@@ -93,6 +98,8 @@ class ManifoldErrorState:
 
 class AdditiveErrorState:
     """The thesis's state of Euler angles: differences are taken number by number."""
+
+    joints = THESIS_JOINTS
 
     def difference(self, to: Estimate, origin: Estimate) -> FloatArray:
         """Difference (n,) of the states, angles by the short way round."""
@@ -176,7 +183,7 @@ def smoothed(
     if not frames:
         return Smoothed((), ())
     begun = time.perf_counter()
-    Q = process_noise(parameters, len(frames[0].estimate.x), fps)
+    Q = process_noise(parameters, state.joints, fps)
     found = _backwards([frame.estimate for frame in frames], state, Q, parameters, fps)
     found = [_with_sigma(estimate, body, state, parameters) for estimate in found]
     spent = (time.perf_counter() - begun) / len(frames)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
+from types import MappingProxyType
 
 from stereotrack_core.body.angles import ALL_JOINTS, pose_of_state, state_names
 from stereotrack_core.body.model import BodyModel, body_model
@@ -11,8 +13,12 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.body.skeleton import PARTS
 from stereotrack_core.errors import InputError
+from stereotrack_core.parameters import Value
 from stereotrack_core.recording.description import Subject
 from stereotrack_core.tracking.run import Run
+
+EARLIER: Mapping[str, Value] = MappingProxyType({"girdle": False})
+"""What runs of older versions do not say because their program could do nothing else."""
 
 
 def pose_of_run(run: Run, i: int) -> Pose | None:
@@ -50,7 +56,7 @@ def body_of_run(run: Run) -> BodyModel:
     """Body that a run was tracked with: its subject's proportions and its shape parameters."""
     subject = run.meta.get("subject")
     known = {row.name for row in BodyParameters.rows()}
-    stored = run.meta.get("body", {})
+    stored = {**EARLIER, **run.meta.get("body", {})}
     shape = BodyParameters().replaced(**{k: v for k, v in stored.items() if k in known})
     fields = {field.name for field in dataclasses.fields(Subject)}
     measured = {k: v for k, v in (subject or {}).items() if k in fields}

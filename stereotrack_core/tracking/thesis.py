@@ -104,7 +104,7 @@ class ThesisTracker:
         self.body = body
         self.parameters = parameters
         self.cameras = cameras
-        self.Q = process_noise(parameters, len(self.state_names), fps)
+        self.Q = process_noise(parameters, THESIS_JOINTS, fps)
         self._rng = np.random.default_rng(seed)
         self._clearance = Clearance(parameters.clearance, np.radians(parameters.least_elbow_angle))
         p = parameters

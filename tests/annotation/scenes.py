@@ -11,6 +11,7 @@ from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.pose import hanging_pose
 from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.body.skeleton import PARTS
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import rotation_from_vector
@@ -57,7 +58,8 @@ def bodies(frames: int, seed: int = 0) -> np.ndarray:
     for frame in range(frames):
         turn = rotation_from_vector(np.array([0.0, 0.0, 0.4 * np.sin(0.1 * frame)]))
         pose = hanging_pose(np.array([0.2 * np.sin(0.07 * frame), 0.1, 0.9]), turn)
-        bend = rotation_from_vector(0.6 * np.sin(0.1 * frame * rates + phases))
+        bend = np.tile(np.eye(3), (len(PARTS), 1, 1))
+        bend[:10] = rotation_from_vector(0.6 * np.sin(0.1 * frame * rates + phases))
         bend[0] = np.eye(3)
         found.append(NINE.places(body, body.frames(replace(pose, rotations=pose.rotations @ bend))))
     return np.array(found)

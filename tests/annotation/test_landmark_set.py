@@ -12,6 +12,7 @@ from stereotrack_core.annotation.landmark_set import NINE, Landmark, LandmarkSet
 from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.pose import Pose, hanging_pose
 from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.body.skeleton import PARTS
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.recording.landmarks import LANDMARKS
@@ -22,7 +23,7 @@ WRIST = Landmark("left_wrist", "#112233", "left_forearm", "left_forearm", along=
 def some_pose() -> Pose:
     torso = rotation_from_vector(np.array([0.2, -0.1, 0.7]))
     pose = hanging_pose(np.array([0.3, 1.2, 0.9]), torso)
-    bent = rotation_from_vector(np.linspace(-0.8, 0.9, 30).reshape(10, 3))
+    bent = rotation_from_vector(np.linspace(-0.8, 0.9, 3 * len(PARTS)).reshape(-1, 3))
     bent[0] = np.eye(3)
     return replace(pose, rotations=pose.rotations @ bent)
 

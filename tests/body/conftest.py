@@ -22,4 +22,4 @@ def body():
 @pytest.fixture(scope="session")
 def legless():
     """The thesis's eleven cones."""
-    return body_model(AVERAGE, BodyParameters(legs=False))
+    return body_model(AVERAGE, BodyParameters(legs=False, girdle=False))

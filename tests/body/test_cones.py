@@ -5,12 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
+from stereotrack_core.body.angles import pose_of_state
 from stereotrack_core.body.cones import body_cones
 from stereotrack_core.body.model import body_model, landmarks, placed_cones
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.body.pose import t_pose
 from stereotrack_core.body.proportions import AVERAGE, Proportions
-from stereotrack_core.body.skeleton import PARTS
+from stereotrack_core.body.skeleton import CLAVICLES, PARTS
 from tests.body.poses import random_pose
 
 
@@ -22,6 +23,29 @@ def test_the_thesis_has_eleven_cones_and_legs_add_four(body, legless):
     assert {name: names.count(name) for name in set(names)} == expected
     assert len(body.cones) == 15
     assert {PARTS[part] for part in body.cones.part} == set(PARTS)
+
+
+def test_shoulders_that_can_move_rest_where_fixed_ones_are(body):
+    fixed = body_model(AVERAGE, BodyParameters(girdle=False))
+    pose = t_pose(np.array([0.1, 0.2, 0.9]))
+    here, there = (placed_cones(one, one.frames(pose)) for one in (body, fixed))
+    np.testing.assert_allclose(here.rotations, there.rotations, atol=1e-15)
+    np.testing.assert_allclose(here.origins, there.origins, atol=1e-15)
+    np.testing.assert_array_equal(here.cones.sizes, there.cones.sizes)
+    np.testing.assert_array_equal(here.cones.outline, there.cones.outline)
+
+
+def test_lifted_shoulders_take_their_cones_along(body):
+    x = np.zeros(6 + 2 * len(CLAVICLES))
+    x[[7, 9]] = np.radians([-25.0, 0.0])
+    frames = body.frames(pose_of_state(x, CLAVICLES))
+    placed = placed_cones(body, frames)
+    ends = placed.origins + placed.rotations[..., 2] * placed.cones.height[:, None]
+    for part, lifted in zip(CLAVICLES, (0.05, 0.0), strict=True):
+        (cone,) = np.flatnonzero(placed.cones.part == part)
+        rise = ends[cone, 2] - AVERAGE.torso_length
+        assert rise == pytest.approx(lifted, abs=0.025)
+        assert (rise > 0.02) == (lifted > 0)
 
 
 def test_radii_and_heights_are_those_of_the_table():

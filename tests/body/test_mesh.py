@@ -31,7 +31,8 @@ def test_there_is_a_mesh_for_every_cone_of_the_limbs(body, rng):
     assert len(names) == 11
     assert set(names) == set(LIMBS)
     every = body_mesh(body, random_pose(rng), limbs=PARTS)
-    assert {mesh.limb for mesh in every} == set(PARTS)
+    assert {mesh.part for mesh in every} == set(range(len(PARTS)))
+    assert {mesh.limb for mesh in every} == {*LIMBS, *PARTS[6:10]}  # shoulders are the torso's
 
 
 def test_meshes_are_closed(placed_and_meshes):

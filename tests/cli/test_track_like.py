@@ -124,6 +124,26 @@ def test_a_run_of_an_older_version_says_what_it_lacks(run, recording, tracked, t
     assert "--init" in ended.err
 
 
+def test_a_run_of_a_version_whose_shoulders_were_fixed_is_repeated_with_fixed_ones(
+    run, recording, first, tmp_path
+):
+    with np.load(first) as stored:
+        arrays = dict(stored)
+    meta = json.loads(str(arrays["meta"]))
+    for facts in (meta["parameters"], meta["body"]):
+        facts.pop("girdle")
+    pose = meta["first_pose"]
+    pose["rotations"] = pose["rotations"][:10]
+    old = tmp_path / "old.npz"
+    np.savez(old, **{**arrays, "meta": np.array(json.dumps(meta))})
+    ended = run("track", recording, "--like", old, "-o", tmp_path / "x.npz", "--frames", "2:4")
+    assert ended.status == 0
+    again = read_run(tmp_path / "x.npz")
+    assert again.meta["parameters"]["girdle"] is False
+    assert len(again.meta["first_pose"]["rotations"]) == 12
+    assert not any("clavicle" in name for name in again.state_names)
+
+
 def test_a_recording_that_is_too_short_is_refused(run, recording, tracked, tmp_path):
     with np.load(tracked) as stored:
         arrays = dict(stored)

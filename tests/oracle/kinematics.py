@@ -78,8 +78,13 @@ def landmarks_of_rotations(position, rotation, proportions):
         "head": neck @ shift(0, 0, p.shoulder_to_head),
     }
     for side, sign in (("left", -1), ("right", 1)):
-        place = shift(sign * p.shoulder_width / 2, 0, p.torso_length)
-        shoulder = chained(torso, place, turned(f"{side}_upper_arm"))
+        # the clavicle carries the shoulder, whose arm is turned against the torso
+        half = p.shoulder_width / 2
+        clavicle = chained(torso, shift(sign * 0.12 * half, 0, p.torso_length))
+        end = chained(clavicle, turned(f"{side}_clavicle"), shift(0, 0, 0.88 * half))
+        carried = np.eye(4)
+        carried[:3, :3], carried[:3, 3] = torso[:3, :3], end[:3, 3]
+        shoulder = chained(carried, turned(f"{side}_upper_arm"))
         elbow = chained(shoulder, shift(0, 0, p.upper_arm_length), turned(f"{side}_forearm"))
         hand = chained(elbow, shift(0, 0, p.forearm_length + p.hand_length / 2))
         points |= {f"{side}_shoulder": shoulder, f"{side}_elbow": elbow, f"{side}_hand": hand}

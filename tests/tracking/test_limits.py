@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stereotrack_core.body.angles import ALL_JOINTS, THESIS_JOINTS
+from stereotrack_core.body.angles import ALL_JOINTS, THESIS_JOINTS, pose_of_state, state_of_pose
 from stereotrack_core.body.jacobian import columns_of
 from stereotrack_core.body.manifold import difference, displaced
 from stereotrack_core.body.model import body_model
@@ -49,13 +49,44 @@ def test_free_poses_have_no_rows(name):
 
 
 def test_head_and_legs_rest(rng):
-    (row,) = _rows(POSES["t"], DirectionResidual, ALL_JOINTS)
+    row, _ = _rows(POSES["t"], DirectionResidual, ALL_JOINTS)
     assert row.part.tolist() == [1, 1, 6, 6, 8, 8, 7, 7, 9, 9]
     frames = BODY.frames(POSES["t"])
     one = type(frames)(frames.rotations[None], frames.origins[None])
     np.testing.assert_allclose(row.predicted(one), 0.0, atol=1e-12)
-    moved = displaced(POSES["t"], 0.3 * rng.normal(size=(1, 24)), ALL_JOINTS)
+    moved = displaced(POSES["t"], 0.3 * rng.normal(size=(1, 28)), ALL_JOINTS)
     assert abs(row.predicted(BODY.frames(moved))).max() > 0.05
+
+
+def _girdle_sigmas(alpha, beta):
+    """Standard deviations (4,) in degrees of the rows for clavicles turned so, left and right."""
+    x = state_of_pose(POSES["t"], ALL_JOINTS)
+    x[-4:] = np.radians([alpha, beta] * 2)
+    row = _rows(pose_of_state(x, ALL_JOINTS), DirectionResidual, ALL_JOINTS)[-1]
+    assert row.part.tolist() == [10, 10, 11, 11]
+    return np.degrees(np.sqrt(row.variance))
+
+
+def test_shoulders_are_held_the_less_the_farther_they_are_lifted_or_pushed_forward():
+    rest = TrackingParameters().girdle_rest
+    np.testing.assert_allclose(_girdle_sigmas(0.0, 0.0), rest)
+    lifted, forward = _girdle_sigmas(0.0, -20.0), _girdle_sigmas(-15.0, 0.0)
+    np.testing.assert_allclose(lifted[[0, 2]], np.hypot(rest, 20.0), rtol=0.03)
+    np.testing.assert_allclose(lifted[[1, 3]], rest)
+    np.testing.assert_allclose(forward[[1, 3]], np.hypot(rest, 15.0), rtol=0.03)
+    np.testing.assert_allclose(_girdle_sigmas(15.0, 0.0), forward)
+    np.testing.assert_allclose(_girdle_sigmas(0.0, 20.0), rest)  # nobody lowers them far
+
+
+def test_lifted_shoulders_are_drawn_towards_their_rest():
+    x = state_of_pose(POSES["t"], ALL_JOINTS)
+    x[-4:] = np.radians([0.0, -20.0] * 2)
+    pose = pose_of_state(x, ALL_JOINTS)
+    found = gathered(_rows(pose, DirectionResidual, ALL_JOINTS), BODY, pose, columns_of(ALL_JOINTS))
+    dx, _ = posterior(np.eye(28) / np.radians(5.0) ** 2, np.zeros(28), found)
+    after = state_of_pose(displaced(pose, dx, ALL_JOINTS), ALL_JOINTS)
+    assert np.all(np.degrees(after[[25, 27]]) > -19.5)
+    assert np.all(np.degrees(after[[25, 27]]) < 0.0)
 
 
 def test_a_folded_elbow_is_asked_to_open():

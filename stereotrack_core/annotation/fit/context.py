@@ -26,6 +26,9 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.geometry.camera import Camera
 
+CLICKED_SHAPE = BodyParameters(girdle=False)
+"""Surface to begin with. Clicks shift the joints of the shoulders themselves, which says more."""
+
 
 @dataclass(frozen=True, eq=False)
 class FitContext:
@@ -104,5 +107,5 @@ class FitContext:
             return self
         deep = np.array([k for k in known if data[k].depth is not None], dtype=np.int64)
         lengths = self.body.skeleton.proportions
-        shape = clicked_shape(self.by_depth, data, poses, deep, lengths, BodyParameters())
+        shape = clicked_shape(self.by_depth, data, poses, deep, lengths, CLICKED_SHAPE)
         return dataclasses.replace(self, body=body_model(lengths, shape), shape=shape)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from stereotrack_core.annotation.fit.context import FitContext
+from stereotrack_core.annotation.fit.context import CLICKED_SHAPE, FitContext
 from stereotrack_core.annotation.fit.depth import MeasuredDepth
 from stereotrack_core.annotation.fit.live import fitted_frame
 from stereotrack_core.annotation.fit.measurement import ClickMeasurement
@@ -54,7 +54,7 @@ class ClickFit:
         self._context = FitContext(
             cameras,
             landmark_set,
-            body_model(proportions, shape),
+            body_model(proportions, (shape or CLICKED_SHAPE).replaced(girdle=False)),
             shape,
             self.settings,
             fps,

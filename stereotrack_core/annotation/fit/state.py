@@ -18,7 +18,7 @@ import numpy as np
 
 from stereotrack_core.annotation.landmark_set import Landmark, LandmarkSet
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
-from stereotrack_core.body.angles import ALL_JOINTS, THESIS_JOINTS
+from stereotrack_core.body.angles import THESIS_JOINTS
 from stereotrack_core.body.jacobian import Columns, columns_of, point_jacobian
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.manifold import difference, displaced
@@ -74,7 +74,7 @@ class Freedom:
     @cached_property
     def joints(self) -> tuple[int, ...]:
         """Parts whose joints are in the state."""
-        return ALL_JOINTS if self.with_depth else ARMS_AND_HEAD
+        return self.body.joints if self.with_depth else ARMS_AND_HEAD
 
     @cached_property
     def of_pose(self) -> int:

@@ -10,6 +10,7 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.skeleton import LIMB_OF_PART
 from stereotrack_core.body.visibility import segment_blocked
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording
@@ -70,7 +71,7 @@ def seen_shares(camera: Camera, body: BodyModel, pose: Pose) -> tuple[FloatArray
         if not np.isfinite(pixels).all():
             continue
         inside = (pixels >= 0).all(axis=1) & (pixels < (camera.width, camera.height)).all(axis=1)
-        others = placed[body.cones.part != limb]
+        others = placed[LIMB_OF_PART[body.cones.part] != limb]
         hidden = segment_blocked(places, camera.position_world, others)
         shares[limb] = float((inside & ~hidden).mean())
         lengths[limb] = float(np.linalg.norm(pixels[-1] - pixels[0]))

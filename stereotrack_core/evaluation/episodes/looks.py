@@ -12,7 +12,7 @@ from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import placed_cones
 from stereotrack_core.body.skeleton import HEAD, TORSO
-from stereotrack_core.body.surface import nearest_on_surface
+from stereotrack_core.body.surface import limbs_of_cones, nearest_on_surface
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import Cloud, ViewDepth
 from stereotrack_core.depth.parameters import DepthParameters
@@ -174,8 +174,8 @@ class Looker:
                 continue
             placed = placed_cones(self._body, self._body.frames(pose))
             feet = nearest_on_surface(cloud.points, placed, np.inf)
-            part = np.where(feet.cone >= 0, self._body.cones.part[feet.cone], -1)
-            fits = (np.abs(feet.distance) < _FITS) & np.isin(part, (TORSO, HEAD))
+            limb = limbs_of_cones(self._body, feet.cone)
+            fits = (np.abs(feet.distance) < _FITS) & np.isin(limb, (TORSO, HEAD))
             for v in range(len(result)):
                 own = fits & (cloud.view == v)
                 if own.sum() >= _LEAST_FITTING:

@@ -16,10 +16,9 @@ import numpy as np
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.angles import THESIS_JOINTS, pose_of_state
-from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import BodyModel, landmarks
-from stereotrack_core.body.skeleton import HEAD
+from stereotrack_core.body.skeleton import CLAVICLES, HEAD, LIMB_OF_PART
 from stereotrack_core.evaluation.joint_angles.definitions import NAMES
 from stereotrack_core.evaluation.joint_angles.geometry import raw_angles, wrapped
 from stereotrack_core.recording.landmarks import LANDMARKS
@@ -28,7 +27,7 @@ from stereotrack_core.tracking.estimate import OVERCONFIDENCE
 from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.stored import body_of_run
 
-_OF_INTEREST = (*THESIS_JOINTS, HEAD)
+_OF_INTEREST = (*THESIS_JOINTS, HEAD, *CLAVICLES)
 
 
 def sigma_of_run(run: Run) -> FloatArray:
@@ -45,7 +44,9 @@ def sigma_of_run(run: Run) -> FloatArray:
         return result
     body = body_of_run(run)
     columns, kept = _columns(joints)
-    factors = np.concatenate([np.full(6, OVERCONFIDENCE[0]), np.repeat(OVERCONFIDENCE[kept], 2)])
+    factors = np.concatenate(
+        [np.full(6, OVERCONFIDENCE[0]), np.repeat(OVERCONFIDENCE[LIMB_OF_PART[kept]], 2)]
+    )
     knows_axes = joints == THESIS_JOINTS or run.meta.get(AXES_KEY) == CHAIN_AXES
     for i in np.flatnonzero(run.tracked):
         P = run.P[i][np.ix_(columns, columns)] * np.outer(factors, factors)
@@ -105,7 +106,7 @@ def _sigma(
 
 def _columns(joints: tuple[int, ...]) -> tuple[list[int], list[int]]:
     """Numbers of the state that angles depend on, and the parts whose joints are among them."""
-    kept = [part for part in joints if part in _OF_INTEREST and part < len(LIMBS)]
+    kept = [part for part in joints if part in _OF_INTEREST]
     columns = list(range(6))
     for part in kept:
         first = 6 + 2 * joints.index(part)

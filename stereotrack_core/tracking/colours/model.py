@@ -11,7 +11,7 @@ import numpy as np
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import PartFrames
-from stereotrack_core.body.skeleton import HEAD, TORSO
+from stereotrack_core.body.skeleton import HEAD, LIMB_OF_PART, TORSO
 from stereotrack_core.body.surface import cone_table, nearest_on_surface
 from stereotrack_core.tracking.colours.features import FLOOR
 
@@ -52,7 +52,7 @@ class PartColours:
         self.count = np.zeros(shape)
         self.mean = np.zeros((*shape, 3))
         self.square = np.zeros((*shape, 3))
-        self._turns = np.isin(body.cones.part, [TORSO, HEAD])
+        self._turns = np.isin(LIMB_OF_PART[body.cones.part], [TORSO, HEAD])
 
     def penalty(self, data: FloatArray, features: FloatArray, frames: PartFrames) -> FloatArray:
         """Standard deviations (N, C), root mean square over the three features, capped.
@@ -106,12 +106,12 @@ class PartColours:
 
     def _sure(self, data: FloatArray, frames: PartFrames) -> IntArray:
         """Cone (N,) of the data that surely belong to a part; else -1."""
-        placed, part = placed_cones(self.body, frames), self.body.cones.part
+        placed, limb = placed_cones(self.body, frames), LIMB_OF_PART[self.body.cones.part]
         nearest = nearest_on_surface(data, placed, _NEAR)
         result = nearest.cone.copy()
-        for other in np.unique(part):
-            of_others: BoolArray = part[result] != other
-            distance = nearest_on_surface(data, placed[part == other], np.inf).distance
+        for other in np.unique(limb):
+            of_others: BoolArray = limb[result] != other
+            distance = nearest_on_surface(data, placed[limb == other], np.inf).distance
             result[(result >= 0) & of_others & (np.abs(distance) < _APART)] = -1
         return result
 

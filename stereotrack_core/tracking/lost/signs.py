@@ -10,7 +10,7 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import PartFrames, Pose
-from stereotrack_core.body.skeleton import FOREARMS, PARTS, TORSO, UPPER_ARMS
+from stereotrack_core.body.skeleton import FOREARMS, LIMB_OF_PART, TORSO, UPPER_ARMS
 from stereotrack_core.body.surface import nearest_on_surface
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.estimate import Correspondences, Prior
@@ -163,7 +163,7 @@ def _own_areas(body: BodyModel) -> FloatArray:
     """Areas (6,) of the limbs, seen from the side, in square metres."""
     cones = body.cones
     area = (cones.r1 + cones.r2) * cones.height
-    sums = np.bincount(cones.part, area, len(PARTS))[: len(LIMBS)]
+    sums = np.bincount(LIMB_OF_PART[cones.part], area, len(LIMBS) + 1)[:-1]
     result: FloatArray = np.maximum(sums.astype(np.float64), 1e-3)
     return result
 
@@ -171,10 +171,10 @@ def _own_areas(body: BodyModel) -> FloatArray:
 def _looks(
     body: BodyModel, frames: PartFrames, pictures: tuple[SeenPicture, ...]
 ) -> tuple[FloatArray, FloatArray]:
-    """Looks (V, P, 6) and unexplained pixels (V, 6) of the limbs in all views."""
-    table, part = outline_table(body.cones, frames), body.cones.part
+    """Looks (V, 7, 6) of limbs and legs, unexplained pixels (V, 6) of limbs, in all views."""
+    table, limb = outline_table(body.cones, frames), LIMB_OF_PART[body.cones.part]
     images = np.empty((len(table), COLUMNS))
-    looks = np.zeros((len(pictures), len(PARTS), 6))
+    looks = np.zeros((len(pictures), len(LIMBS) + 1, 6))
     unexplained = np.zeros((len(pictures), len(LIMBS)))
     lengths = body.skeleton.lengths
     reach = 1.2 * lengths[: len(LIMBS)]
@@ -183,7 +183,7 @@ def _looks(
         picture = np.zeros(seen.measured.shape, dtype=np.float32)
         owner = np.full(picture.shape, -1, dtype=np.int8)
         cone_images(table, seen.camera_from_world, seen.pinhole, seen.eye, images)
-        draw_owned(images, part, seen.left, seen.top, seen.step, picture, owner)
+        draw_owned(images, limb, seen.left, seen.top, seen.step, picture, owner)
         look(picture, owner, seen.measured, seen.person, seen.scale, _SQUARED_SIGMA, looks[v])
         to_camera = seen.camera_from_world
         joints = frames.origins[: len(LIMBS)] @ to_camera[:, :3].T + to_camera[:, 3]
@@ -198,10 +198,11 @@ def _looks(
 def _of_data(pairs: Correspondences, own: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Root mean square distance in centimetres and logarithm of the relative number of data."""
     distance = np.linalg.norm(pairs.data[:, :3] - pairs.model, axis=1)
-    squared = np.bincount(pairs.limb, pairs.weight * distance**2, len(PARTS))[: len(LIMBS)]
-    weight = np.bincount(pairs.limb, pairs.weight, len(PARTS))[: len(LIMBS)]
+    limb, groups = LIMB_OF_PART[pairs.limb], len(LIMBS) + 1
+    squared = np.bincount(limb, pairs.weight * distance**2, groups)[:-1]
+    weight = np.bincount(limb, pairs.weight, groups)[:-1]
     residual = 100.0 * np.sqrt(squared / np.maximum(weight, 1e-9))
-    number = np.bincount(pairs.limb, minlength=len(PARTS))[: len(LIMBS)]
+    number = np.bincount(limb, minlength=groups)[:-1]
     density = number / own / max(1.0, number.sum() / own.sum())
     return np.where(weight > 0.0, residual, 0.0), np.log(density + 0.05)
 
@@ -217,7 +218,7 @@ def _axes(body: BodyModel, frames: PartFrames) -> FloatArray:
 
 def _buried(body: BodyModel, frames: PartFrames) -> FloatArray:
     """How deep (6,) the arms' axes lie in the torso at most, decimetres; 0 for the others."""
-    torso = placed_cones(body, frames)[body.cones.part == TORSO]
+    torso = placed_cones(body, frames)[LIMB_OF_PART[body.cones.part] == TORSO]
     axes = _axes(body, frames)
     off = nearest_on_surface(axes.reshape(-1, 3), torso, np.inf).distance.reshape(len(LIMBS), -1)
     # an upper arm begins at the torso

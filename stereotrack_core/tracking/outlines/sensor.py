@@ -14,7 +14,7 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose
-from stereotrack_core.body.skeleton import FOREARMS, HEAD, PARTS, TORSO, UPPER_ARMS
+from stereotrack_core.body.skeleton import CLAVICLES, FOREARMS, HEAD, PARTS, TORSO, UPPER_ARMS
 from stereotrack_core.body.surface import Feet, cone_tables, parts_of_cones
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.data_to_model import SurfaceResidual, Trust, residual_of_feet
@@ -22,7 +22,7 @@ from stereotrack_core.tracking.outlines.edges import EdgeMap, edge_maps
 from stereotrack_core.tracking.outlines.kernels import measure_outline
 from stereotrack_core.tracking.outlines.parameters import OutlineTrust
 
-MEASURED_PARTS = (TORSO, HEAD, *UPPER_ARMS, *FOREARMS)
+MEASURED_PARTS = (TORSO, *CLAVICLES, HEAD, *UPPER_ARMS, *FOREARMS)
 """Legs are left to the cloud: their cones are too rough to be measured at the edge."""
 
 _MEASURED = np.isin(np.arange(len(PARTS)), MEASURED_PARTS)

@@ -12,9 +12,9 @@ from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose, t_pose
-from stereotrack_core.body.skeleton import FOREARMS
+from stereotrack_core.body.skeleton import CLAVICLES, FOREARMS
 from stereotrack_core.body.surface import cone_foot, cone_tables
-from stereotrack_core.tracking.limits import limit_residuals
+from stereotrack_core.tracking.limits import limit_residuals, resting_limbs, shoulders_at_rest
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.residuals import Residual
 
@@ -45,8 +45,10 @@ class PoseEnergy:
         self.body = body
         self.parameters = parameters
         self.joints = joints
-        # Nothing is violated in the T pose: these rows hold for every pose.
-        self._always = limit_residuals(body, t_pose(np.zeros(3)), parameters, joints)
+        self._always = resting_limbs(joints)
+        self._has_girdle = CLAVICLES[0] in joints
+        # Nothing is violated in the T pose: as many rows come first in every pose.
+        self._resting = len(limit_residuals(body, t_pose(np.zeros(3)), parameters, joints))
 
     def of(
         self,
@@ -76,6 +78,9 @@ class PoseEnergy:
         for residual in (*beside, *self._always):
             nu = residual.measured - residual.predicted(frames)
             result += 0.5 * np.sum(nu**2 / residual.variance, axis=1)
+        if self._has_girdle:
+            off, variance = shoulders_at_rest(poses.rotations, p)
+            result += 0.5 * np.sum(off**2 / variance, axis=1)
         for k in np.flatnonzero(self._suspected(frames, tables, poses)).tolist():
             result[k] += self._violations(poses[k], frames, k)
         return result
@@ -97,7 +102,7 @@ class PoseEnergy:
         own = PartFrames(frames.rotations[k : k + 1], frames.origins[k : k + 1])
         rows = limit_residuals(self.body, pose, self.parameters, self.joints)
         total = 0.0
-        for residual in rows[len(self._always) :]:
+        for residual in rows[self._resting :]:
             nu = residual.measured - residual.predicted(own)[0]
             total += 0.5 * float(np.sum(nu**2 / residual.variance))
         return total

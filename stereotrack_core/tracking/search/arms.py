@@ -98,7 +98,7 @@ class ArmShape:
 
 
 def arm_shape(body: BodyModel, side: int) -> ArmShape:
-    """Shape of a body's arm."""
+    """Shape of a body's arm, where the shoulder rests."""
     p, cones = body.skeleton.proportions, body.cones
     of_upper = np.flatnonzero(cones.part == UPPER_ARMS[side])
     of_fore = np.flatnonzero(cones.part == FOREARMS[side])

@@ -58,6 +58,8 @@ class Evidence:
         Within reach of a shoulder.
     body_distance : (N,) float64, metres
         From torso, head and legs.
+    shapes : tuple of ArmShape
+        Of the left and the right arm, from where the shoulders are.
     scene : Scene
     weight : float
         Of one datum, so that at most the wanted number counts.
@@ -67,6 +69,7 @@ class Evidence:
 
     points: FloatArray
     body_distance: FloatArray
+    shapes: tuple[ArmShape, ArmShape]
     scene: Scene
     weight: float
     pictures: tuple[SeenPicture, ...]
@@ -94,18 +97,19 @@ class ArmSearch:
         self.body = body
         self.parameters = parameters
         self._apart = arms_apart
-        self.shapes = (arm_shape(body, LEFT), arm_shape(body, RIGHT))
+        self._shapes = (arm_shape(body, LEFT), arm_shape(body, RIGHT))
         self._likeness = Likeness(parameters.picture_sigma, parameters.picture_unknown)
         of_arm = [np.isin(body.cones.part, [UPPER_ARMS[s], FOREARMS[s]]) for s in (LEFT, RIGHT)]
         self._arms = [body.cones[chosen] for chosen in of_arm]
         self._trunk = replace(body, cones=body.cones[~(of_arm[LEFT] | of_arm[RIGHT])])
-        self._reach = max(shape.reach for shape in self.shapes) + 0.1
+        self._reach = max(shape.reach for shape in self._shapes) + 0.1
 
     def evidence(self, cloud: Cloud, pose: Pose, rng: np.random.Generator) -> Evidence:
         """Choose the data near the shoulders and measure how the rest of the body explains them."""
         frames = self.body.frames(pose)
         torso = (cloud.points - frames.origins[TORSO]) @ frames.rotations[TORSO]
-        off = [np.linalg.norm(torso - shape.shoulder, axis=1) for shape in self.shapes]
+        shapes = self.placed_shapes(frames)
+        off = [np.linalg.norm(torso - shape.shoulder, axis=1) for shape in shapes]
         near = np.flatnonzero(np.minimum(*off) < self._reach)
         p = self.parameters
         wanted = p.search_data
@@ -115,6 +119,7 @@ class ArmSearch:
         return Evidence(
             np.ascontiguousarray(torso[near]),
             np.abs(feet.distance),
+            shapes,
             Scene.of(cloud, self.body, frames),
             min(1.0, wanted / max(1, len(near))),
             seen_pictures(cloud, p.picture_step) if p.picture_cost > 0.0 else (),
@@ -132,11 +137,11 @@ class ArmSearch:
         frames, before = self.body.frames(pose), self.body.frames(predicted)
         present = [arm_of_pose(frames, side) for side in (LEFT, RIGHT)]
         expected = [arm_of_pose(before, side) for side in (LEFT, RIGHT)]
-        at_present = [self._distances(evidence, s, present[s.side])[0] for s in self.shapes]
+        at_present = [self._distances(evidence, s, present[s.side])[0] for s in evidence.shapes]
         explained = np.minimum(evidence.body_distance, np.minimum(*at_present))
         unexplained = evidence.points[explained > _UNEXPLAINED]
         kept = []
-        for shape in self.shapes:
+        for shape in evidence.shapes:
             proposed = proposals(
                 shape,
                 expected[shape.side],
@@ -154,8 +159,8 @@ class ArmSearch:
         """Cost of one pose by the same measure, with the body where `pose` has it."""
         frames, before = self.body.frames(pose), self.body.frames(predicted)
         arms = [arm_of_pose(frames, side) for side in (LEFT, RIGHT)]
-        total, nearest = float(self._crossing(*arms)[0, 0]), evidence.body_distance
-        for shape, arm in zip(self.shapes, arms, strict=True):
+        total, nearest = float(self._crossing(evidence, *arms)[0, 0]), evidence.body_distance
+        for shape, arm in zip(evidence.shapes, arms, strict=True):
             total += self._own_cost(evidence, shape, arm, arm_of_pose(before, shape.side))[0]
             nearest = np.minimum(nearest, self._distances(evidence, shape, arm)[0])
         squared = nearest**2
@@ -168,15 +173,15 @@ class ArmSearch:
         """What :meth:`cost` of a pose is made of, by name."""
         frames, before = self.body.frames(pose), self.body.frames(predicted)
         arms = [arm_of_pose(frames, side) for side in (LEFT, RIGHT)]
-        far = [self._distances(evidence, s, arms[s.side])[0] for s in self.shapes]
+        far = [self._distances(evidence, s, arms[s.side])[0] for s in evidence.shapes]
         found = {"data": 0.0, "sight": 0.0, "anatomy": 0.0, "change": 0.0}
-        for shape, arm in zip(self.shapes, arms, strict=True):
+        for shape, arm in zip(evidence.shapes, arms, strict=True):
             expected = arm_of_pose(before, shape.side)
             of_arm = self.arm_terms(evidence, shape.side, arm, expected, far[1 - shape.side])
             found["data"] = float(of_arm.pop("data")[0])  # of both arms together, either way
             for name, cost in of_arm.items():
                 found[name] += float(cost[0])
-        found["crossing"] = float(self._crossing(*arms)[0, 0])
+        found["crossing"] = float(self._crossing(evidence, *arms)[0, 0])
         found["pictures"] = float(self._unlike(evidence, frames, frames, frames)[0, 0])
         return found
 
@@ -184,7 +189,7 @@ class ArmSearch:
         self, evidence: Evidence, side: int, arms: Arms, expected: Arms, other: FloatArray
     ) -> dict[str, FloatArray]:
         """Costs (K,) of places of one arm by name; the other one is so far (N,) from the data."""
-        shape = self.shapes[side]
+        shape = evidence.shapes[side]
         explained = np.empty(len(arms))
         others = np.minimum(evidence.body_distance, other)
         distances = self._distances(evidence, shape, arms)
@@ -243,7 +248,7 @@ class ArmSearch:
         pair_sums(evidence.body_distance, left_distance, right_distance, _SQUARED_SCALE, cost)
         cost *= evidence.weight
         cost += left_own[:, None] + right_own
-        cost += self._crossing(left, right)
+        cost += self._crossing(evidence, left, right)
         cost += self._unlike_pairs(evidence, pose, left, right)
         best = np.argsort(cost, axis=None, kind="stable")[: self.parameters.search_refined]
         result = []
@@ -264,8 +269,15 @@ class ArmSearch:
         ]
         return self._unlike(evidence, self.body.frames(pose), *posed)
 
-    def _crossing(self, left: Arms, right: Arms) -> FloatArray:
-        nodes = self.shapes[LEFT].nodes(left), self.shapes[RIGHT].nodes(right)
+    def placed_shapes(self, frames: PartFrames) -> tuple[ArmShape, ArmShape]:
+        """Shapes of both arms, from where the shoulders are in one pose."""
+        away = frames.origins[list(UPPER_ARMS)] - frames.origins[TORSO]
+        shoulders = away @ frames.rotations[TORSO]
+        left, right = self._shapes
+        return replace(left, shoulder=shoulders[LEFT]), replace(right, shoulder=shoulders[RIGHT])
+
+    def _crossing(self, evidence: Evidence, left: Arms, right: Arms) -> FloatArray:
+        nodes = evidence.shapes[LEFT].nodes(left), evidence.shapes[RIGHT].nodes(right)
         return crossing_cost(*nodes, self._apart)
 
     def _own_cost(

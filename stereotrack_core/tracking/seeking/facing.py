@@ -8,6 +8,7 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import (
+    CLAVICLES,
     LEFT_FOREARM,
     LEFT_SHANK,
     LEFT_THIGH,
@@ -26,6 +27,7 @@ _PAIRS = (
     (LEFT_FOREARM, RIGHT_FOREARM),
     (LEFT_THIGH, RIGHT_THIGH),
     (LEFT_SHANK, RIGHT_SHANK),
+    CLAVICLES,
 )
 
 _LEGS = ((LEFT_THIGH, LEFT_SHANK), (RIGHT_THIGH, RIGHT_SHANK))

@@ -8,7 +8,7 @@ from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import HEAD, TORSO
-from stereotrack_core.body.surface import nearest_on_surface
+from stereotrack_core.body.surface import limbs_of_cones, nearest_on_surface
 from stereotrack_core.depth.points import Volume
 
 _NEAR = 0.10
@@ -40,7 +40,7 @@ def trunk_support(body: BodyModel, pose: Pose, points: FloatArray, cameras: Floa
     frames = body.frames(pose)
     seen, expected = 0, 0
     feet = nearest_on_surface(points, placed_cones(body, frames), _NEAR)
-    of_part = np.where(feet.cone >= 0, body.cones.part[feet.cone], -1)
+    of_part = limbs_of_cones(body, feet.cone)
     for part, rows, columns in ((TORSO, _ROWS, _COLUMNS), (HEAD, 1, _HEAD_COLUMNS)):
         R, origin = frames.rotations[part], frames.origins[part]
         length = body.skeleton.lengths[part]

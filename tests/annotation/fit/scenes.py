@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from stereotrack_core.annotation.fit.context import CLICKED_SHAPE
 from stereotrack_core.annotation.fit.fit import ClickFit
 from stereotrack_core.annotation.fit.measurement import ClickMeasurement
 from stereotrack_core.annotation.fit.settings import FitSettings
@@ -14,7 +15,7 @@ from tests.annotation.scenes import cameras
 from tests.tracking.scenes import pose_with_arms
 
 CAMERAS = cameras("barrel")
-BODY = body_model(AVERAGE)
+BODY = body_model(AVERAGE, CLICKED_SHAPE)
 
 
 def pose(k: int):

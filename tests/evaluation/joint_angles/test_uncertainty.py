@@ -59,10 +59,8 @@ def covariance(n, seed=1, size=0.02):
 
 
 def factors(joints):
-    return np.concatenate(
-        [np.full(6, OVERCONFIDENCE[0])]
-        + [np.full(2, OVERCONFIDENCE[j] if j < 6 else 1.0) for j in joints]
-    )
+    of_parts = [*OVERCONFIDENCE, *[1.0] * 4, *[OVERCONFIDENCE[0]] * 2]
+    return np.repeat([OVERCONFIDENCE[0]] * 3 + [of_parts[joint] for joint in joints], 2)
 
 
 @pytest.mark.parametrize("joints", [ALL_JOINTS, THESIS_JOINTS], ids=["manifold", "thesis"])
