@@ -29,10 +29,15 @@ PATIENCE_MS = 300_000
 
 
 def patient(wait: Callable) -> Callable:
-    """The same way of waiting, which gives up after this long at the earliest."""
+    """The same way of waiting, which gives up after this long at the earliest.
+
+    Where nothing is to come, as in ``assertNotEmitted``, it waits no longer than it is told to.
+    """
 
     @functools.wraps(wait)
-    def waiting(*what, timeout=PATIENCE_MS, **how):
+    def waiting(*what, timeout=PATIENCE_MS, raising=True, **how):
+        if not raising:
+            return wait(*what, timeout=timeout, raising=False, **how)
         return wait(*what, timeout=max(timeout, PATIENCE_MS), **how)
 
     return waiting
