@@ -14,6 +14,7 @@ from stereotrack_core.annotation.swaps import epipolar_distance, find_swaps
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.pose import hanging_pose
 from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.body.skeleton import CLAVICLES
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
@@ -50,9 +51,10 @@ def clicks(seed: int, *, frames: int = 1, sigma: float = SIGMA) -> list[Click]:
     for frame in range(frames):
         turn = rotation_from_vector(np.array([0.0, 0.0, rng.uniform(-np.pi, np.pi)]))
         pose = hanging_pose(np.array([*rng.uniform(-0.2, 0.2, 2), 0.9]), turn)
-        bend = rotation_from_vector(rng.uniform(-0.6, 0.6, (10, 3)))
-        bend[0] = np.eye(3)
-        places = NINE.places(body, body.frames(replace(pose, rotations=pose.rotations @ bend)))
+        bent = pose.rotations.copy()
+        moving = slice(1, CLAVICLES[0])
+        bent[moving] @= rotation_from_vector(rng.uniform(-0.6, 0.6, (10, 3)))[moving]
+        places = NINE.places(body, body.frames(replace(pose, rotations=bent)))
         for camera in CAMERAS.values():
             pixels = camera.project(places) + rng.normal(0, sigma, (9, 2))
             found += [

@@ -14,6 +14,7 @@ from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.pose import Pose, hanging_pose
 from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.body.skeleton import PARTS
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
@@ -65,7 +66,7 @@ def write_recording(folder: Path) -> Recording:
 
 def pose_at(frame: int) -> Pose:
     """Arms that swing slowly."""
-    bend = np.tile(np.eye(3), (10, 1, 1))
+    bend = np.tile(np.eye(3), (len(PARTS), 1, 1))
     bend[3:7] = rotation_from_vector(
         np.array([[0.5 + 0.01 * frame, 0.3, 0.0]] * 4) * [[1], [1], [0.6], [0.6]]
     )
