@@ -29,7 +29,7 @@ class AnnealedParticleTracker(PeerTracker):
     :class:`PoseEnergy`; colours say nothing in it. Between two layers limbs are exchanged among
     the particles, and each number is scattered in proportion to how far the particles still
     disagree about it (Deutscher, Reid, DOI 10.1023/B:VISI.0000043757.18370.9c); without these two,
-    24 numbers are too many for some hundred particles. The pose is the weighted mean of the last
+    28 numbers are too many for some hundred particles. The pose is the weighted mean of the last
     layer, whose particles go on to the next frame.
     """
 
