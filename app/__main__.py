@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 
@@ -16,6 +17,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     everything else, and a demo without a window, is done by the command line, which knows
     nothing of Qt.
     """
+    # The last bits of a sum depend on how many threads made it: window and command line shall get
+    # the same. It is read when linear algebra is loaded, so before anything else.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         return _run(list(sys.argv[1:] if argv is None else argv))
     except KeyboardInterrupt:  # while what is needed is still being loaded

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+from contextlib import suppress
+
 import pytest
 import threadpoolctl
 
@@ -52,3 +55,16 @@ def test_blas_really_runs_on_one_thread_until_the_last_has_left():
         assert blas_threads() == {1}
         second()
         assert blas_threads() == before
+
+
+def test_the_program_begins_with_one_thread_unless_it_is_told_otherwise(monkeypatch, capsys):
+    from app.__main__ import main
+
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "2")  # so that it is put back as it was
+    monkeypatch.delenv("OPENBLAS_NUM_THREADS")
+    for told in ("1", "3"):
+        with suppress(SystemExit):
+            main(["--version"])
+        assert os.environ["OPENBLAS_NUM_THREADS"] == told
+        monkeypatch.setenv("OPENBLAS_NUM_THREADS", "3")
+    assert "stereotrack" in capsys.readouterr().out
