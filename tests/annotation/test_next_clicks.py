@@ -191,15 +191,18 @@ def test_an_edit_beyond_the_fit_is_passed_over():
 def test_an_edit_of_a_long_recording_takes_a_moment():
     points = np.tile(bodies(200), (10, 1, 1))
     clicks = [click for click in clicks_of(points, RIG) if click.frame % 20 == 0]
-    ranking = NextClicks(RIG, NINE, fit_of(points, range(0, 2000, 20)), clicks)
+    fit = fit_of(points, range(0, 2000, 20))
     new = [click for click in clicks_of(points[:110], RIG) if click.frame == 109]
-    times = []
+    begun = time.process_time()
+    ranking = NextClicks(RIG, NINE, fit, clicks)
+    ranking.best()
+    everything, times = time.process_time() - begun, []
     for count in range(1, 6):
         start = time.process_time()
         ranking.update(109, new[:count])
         ranking.best()
         times.append(time.process_time() - start)
-    assert min(times) < 0.05
+    assert min(times) < 0.3 * everything
 
 
 def test_fit_of_another_set_is_refused():
