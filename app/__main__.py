@@ -17,8 +17,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     everything else, and a demo without a window, is done by the command line, which knows
     nothing of Qt.
     """
-    # The last bits of a sum depend on how many threads made it: window and command line shall get
-    # the same. It is read when linear algebra is loaded, so before anything else.
+    # Window and command line shall get the same to the last bit. Linear algebra that has begun with
+    # several threads inverts matrices otherwise where a thread other than the first limits it to
+    # one. This is read when it is loaded, so it comes before anything else.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         return _run(list(sys.argv[1:] if argv is None else argv))

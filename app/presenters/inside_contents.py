@@ -9,7 +9,6 @@ from app.presenters.inside_numbers import (
     covariance_maps,
     cross_maps,
     deviations_table,
-    limb_of_part,
     part_words,
     residual_histogram,
     states_of,
@@ -20,6 +19,7 @@ from app.views.inside_content import StepContent, Table
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.skeleton import limb_of_part
 from stereotrack_core.tracking.inside.trace import (
     REASONS,
     Correction,

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from app.limb_colours import LIMB_COLOURS
-from app.presenters.inside_numbers import limb_of_part
 from app.presenters.inside_steps import Step, name_of
 from app.views.diverging import SHADES, shade_colours, shade_of
 from app.views.inside_overlay import Ghosts, InsideScene, Marked, moved_ghosts
@@ -15,6 +14,7 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.mesh import body_mesh
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.skeleton import limb_of_part
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.inside.trace import (
     HIDDEN,

@@ -10,7 +10,7 @@ from app.limb_colours import limb_words
 from app.views.inside_content import HeatMap, Histogram, Table
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.body.skeleton import LIMB_OF_PART, PARTS
+from stereotrack_core.body.skeleton import PARTS, limb_of_part
 from stereotrack_core.tracking.inside.trace import Belief, Correction, Points
 
 _GREEK = {"alpha": "α", "beta": "β", "gamma": "γ"}
@@ -59,12 +59,6 @@ def states_of(names: tuple[str, ...]) -> tuple[State, ...]:
 def part_words(part: int) -> str:
     """Name of a part as a person reads it."""
     return limb_words(PARTS[part]) if part >= 0 else "none"
-
-
-def limb_of_part(part: int) -> str:
-    """Name of the limb that a part counts for; empty for legs."""
-    limb = int(LIMB_OF_PART[part])
-    return LIMBS[limb] if limb < len(LIMBS) else ""
 
 
 def groups_of(part: IntArray) -> tuple[tuple[str, str, int], ...]:

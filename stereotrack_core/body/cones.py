@@ -152,13 +152,13 @@ def _trunk(p: Proportions, b: BodyParameters) -> list[_Cone]:
 def _shoulders(p: Proportions, b: BodyParameters) -> list[_Cone]:
     k = p.scale * b.shoulder_radius_factor
     reach, rise = 0.5 * p.shoulder_width - 0.03, p.torso_length + b.shoulder_rise
-    rows = []
+    rows, joints = [], skeleton(p).joints
     for clavicle, side in zip(CLAVICLES, (-1.0, 1.0), strict=True):
         base, axis = np.array([0.03 * side, 0.0, rise]), np.array([side, 0.0, 0.0])
         part = TORSO
         if b.girdle:
-            part, joint = clavicle, skeleton(p).joints[clavicle]
-            base, axis = (base - joint) @ REST[clavicle], axis @ REST[clavicle]
+            part = clavicle
+            base, axis = (base - joints[part]) @ REST[part], axis @ REST[part]
         rows.append(_Cone(part, 0.075 * k, 0.07 * k, reach, origin=tuple(base), axis=tuple(axis)))
     return rows
 

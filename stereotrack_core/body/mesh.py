@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
-from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import BodyModel, PlacedCones, placed_cones
 from stereotrack_core.body.pose import Pose
-from stereotrack_core.body.skeleton import LIMB_OF_PART, PARTS
+from stereotrack_core.body.skeleton import PARTS, limb_of_part
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,13 +38,8 @@ def body_mesh(
 ) -> tuple[PartMesh, ...]:
     """Surface of the body in one pose, a mesh for each cone of the named parts."""
     placed = placed_cones(body, body.frames(pose))
-    names = [_limb_of(part) for part in body.cones.part.tolist()]
+    names = [limb_of_part(part) or PARTS[part] for part in body.cones.part.tolist()]
     return tuple(_cone_mesh(placed, c, around) for c, name in enumerate(names) if name in limbs)
-
-
-def _limb_of(part: int) -> str:
-    limb = int(LIMB_OF_PART[part])
-    return PARTS[limb if limb < len(LIMBS) else part]
 
 
 def _cone_mesh(placed: PlacedCones, c: int, around: int) -> PartMesh:
@@ -65,7 +59,7 @@ def _cone_mesh(placed: PlacedCones, c: int, around: int) -> PartMesh:
     vertices = local @ placed.rotations[c].T + placed.origins[c]
     part = int(placed.cones.part[c])
     triangles = _triangles_of_rings(len(profile), around)
-    return PartMesh(_limb_of(part), part, vertices, triangles)
+    return PartMesh(limb_of_part(part) or PARTS[part], part, vertices, triangles)
 
 
 def _profile(placed: PlacedCones, c: int) -> FloatArray:

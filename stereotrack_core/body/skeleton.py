@@ -39,6 +39,12 @@ LEFT_PARTS = frozenset({LEFT_UPPER_ARM, LEFT_FOREARM, LEFT_THIGH, LEFT_SHANK, LE
 LIMB_OF_PART: IntArray = np.array([*range(len(LIMBS)), *[len(LIMBS)] * 4, TORSO, TORSO])
 """Limb that each part counts for (P,): the shoulders are the torso's; legs are ``len(LIMBS)``."""
 
+
+def limb_of_part(part: int) -> str:
+    """Name of the limb that a part counts for; empty for legs."""
+    return LIMBS[limb] if (limb := int(LIMB_OF_PART[part])) < len(LIMBS) else ""
+
+
 _CLAVICLE_BEGINS = 0.12
 """Where the clavicles begin beside the middle, as a part of half the width of the shoulders."""
 

@@ -6,15 +6,15 @@ import dataclasses
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from stereotrack_core.body.angles import ALL_JOINTS, pose_of_state, state_names
+from stereotrack_core.body.angles import pose_of_state
 from stereotrack_core.body.model import BodyModel, body_model
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import proportions_of
-from stereotrack_core.body.skeleton import PARTS
 from stereotrack_core.errors import InputError
 from stereotrack_core.parameters import Value
 from stereotrack_core.recording.description import Subject
+from stereotrack_core.tracking.chain_covariance import joints_named
 from stereotrack_core.tracking.run import Run
 
 EARLIER: Mapping[str, Value] = MappingProxyType({"girdle": False})
@@ -64,10 +64,8 @@ def body_of_run(run: Run) -> BodyModel:
 
 
 def _joints_of(names: tuple[str, ...]) -> tuple[int, ...]:
-    parts = [name.removesuffix("_alpha") for name in names[6:] if name.endswith("_alpha")]
-    known = {PARTS[j] for j in ALL_JOINTS}
-    joints = tuple(PARTS.index(part) for part in parts if part in known)
-    if state_names(joints) != tuple(names):
+    joints = joints_named(names)
+    if joints is None:
         raise InputError(
             "the states are not those of a body",
             where="state_names",
