@@ -37,8 +37,8 @@ def _run(arguments: list[str]) -> int:
     if not in_window or headless or _HELP & set(arguments):
         from stereotrack_core.cli import main as command_line
 
-        return command_line(arguments)
-    from app.start import start
+        return command_line(arguments, app_package=__package__)
+    from .start import start
 
     return start(arguments)
 

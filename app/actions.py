@@ -9,7 +9,7 @@ from PySide6.QtCore import QObject, QSettings, Qt, Signal
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QMenu, QMenuBar, QWidget
 
-from app.icons import set_icon
+from .icons import set_icon
 
 _SHORTCUTS = "shortcuts"
 

@@ -9,20 +9,21 @@ from PySide6.QtCore import QObject, Slot
 from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import QInputDialog
 
-from app.failures import Message
-from app.presenters.annotating import ADVANCES, Advance, Annotating
-from app.presenters.annotation_facts import AnnotationFacts
-from app.presenters.blind_repeats import BlindRepeats
-from app.presenters.landmark_rows import fit_words, landmark_rows, length_rows, limb_rows
-from app.presenters.marks import marks_of, predictions_in
-from app.presenters.swap_offers import SwapOffers
-from app.views.camera_grid import camera_of
-from app.views.click_marks import Moved, Picked, Placed
 from stereotrack_core.annotation.click import ClickKey, Visibility
 from stereotrack_core.annotation.prediction import Prediction
 
+from .failures import Message
+from .presenters.annotating import ADVANCES, Advance, Annotating
+from .presenters.annotation_facts import AnnotationFacts
+from .presenters.blind_repeats import BlindRepeats
+from .presenters.landmark_rows import fit_words, landmark_rows, length_rows, limb_rows
+from .presenters.marks import marks_of, predictions_in
+from .presenters.swap_offers import SwapOffers
+from .views.camera_grid import camera_of
+from .views.click_marks import Moved, Picked, Placed
+
 if TYPE_CHECKING:
-    from app.main_window import MainWindow
+    from .main_window import MainWindow
 
 _KNOWN_BEFORE = frozenset({"outline", "shading", "wire", "reference", "correspondences"})
 """Overlays that would tell in a blind reading what is known already."""

@@ -7,14 +7,15 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Slot
 
-from app.presenters.runs import RunEntry
-from app.presenters.truth import Against
-from app.views.picture import PictureKind
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
+from .presenters.runs import RunEntry
+from .presenters.truth import Against
+from .views.picture import PictureKind
+
 if TYPE_CHECKING:
-    from app.main_window import MainWindow
+    from .main_window import MainWindow
 
 _AGAINST = "errors_against"
 

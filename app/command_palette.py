@@ -14,7 +14,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.actions import ActionBook, Command
+from .actions import ActionBook, Command
 
 _ID = Qt.ItemDataRole.UserRole
 

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QMessageBox
 
-from app.command_palette import CommandPalette
-from app.failures import log_path
-from app.shortcut_editor import ShortcutEditor
 from stereotrack_core import __version__
 
+from .command_palette import CommandPalette
+from .failures import log_path
+from .shortcut_editor import ShortcutEditor
+
 if TYPE_CHECKING:
-    from app.main_window import MainWindow
+    from .main_window import MainWindow
 
 
 class Dialogs:

@@ -9,18 +9,19 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QMimeData, QObject, QSettings, Signal, Slot
 from PySide6.QtWidgets import QFileDialog
 
-from app.failures import Message
-from app.presenters.runs import RunEntry, entry_of_run
-from app.report_work import ReportWork
-from app.tasks.task import Task
 from stereotrack_core.cli.demo import DemoPlaces, demo_places
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_file import read_run, write_run
 from stereotrack_core.project.whereabouts import SUFFIX
 from stereotrack_core.simulation.make import demo_recording
 
+from .failures import Message
+from .presenters.runs import RunEntry, entry_of_run
+from .report_work import ReportWork
+from .tasks.task import Task
+
 if TYPE_CHECKING:
-    from app.main_window import MainWindow
+    from .main_window import MainWindow
 
 _RECENT = "recent"
 _MOST_RECENT = 10

@@ -16,7 +16,7 @@ from PySide6.QtGui import (
 from PySide6.QtSvg import QSvgRenderer
 from PySide6.QtWidgets import QAbstractButton, QApplication
 
-from app.resource_files import resource_folder, resource_path
+from .resource_files import resource_folder, resource_path
 
 _SIZES = (16, 20, 24, 32, 40, 48, 64)
 _NAME = "icon_name"

@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, Qt, QTimer, Slot
 from PySide6.QtWidgets import QDockWidget, QFileDialog
 
-from app.actions import ActionBook
-from app.presenters.inside import InsidePresenter
-from app.views.inside_content import StepName
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.trace_file import TRACE_SUFFIXES, write_trace
 
+from .actions import ActionBook
+from .presenters.inside import InsidePresenter
+from .views.inside_content import StepName
+
 if TYPE_CHECKING:
-    from app.main_window import MainWindow
+    from .main_window import MainWindow
 
 _SHARE = 0.68
 """Share of its column that the panel gets while a frame is looked into."""

@@ -13,11 +13,14 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QApplication, QMainWindow, QStackedWidget, QVBoxLayout, QWidget
 
-from app.actions import ActionBook
-from app.annotate_control import AnnotateControl
-from app.annotating.commands import add_commands
-from app.annotation_work import AnnotationWork
-from app.commands import (
+from stereotrack_core.errors import InputError
+from stereotrack_core.recording.description import View
+
+from .actions import ActionBook
+from .annotate_control import AnnotateControl
+from .annotating.commands import add_commands
+from .annotation_work import AnnotationWork
+from .commands import (
     annotate_menu,
     edit_menu,
     episodes_menu,
@@ -30,36 +33,34 @@ from app.commands import (
     view_menu,
     window_menu,
 )
-from app.dialogs import Dialogs
-from app.episodes.work import EpisodeWork
-from app.failures import message_of
-from app.file_work import FileWork, dropped_path
-from app.icons import set_icon
-from app.inside_work import InsideWork
-from app.panel_follower import PanelFollower
-from app.presenters.clouds import CloudPresenter
-from app.presenters.document import DocumentPresenter
-from app.presenters.inside import InsidePresenter
-from app.presenters.instant import InstantPresenter
-from app.presenters.judging import JudgementPresenter
-from app.presenters.project_file import ProjectPresenter
-from app.presenters.runs import RunList
-from app.presenters.tracking import TrackPresenter
-from app.project_work import ProjectWork
-from app.review_work import ReviewWork
-from app.runs.work import RunWork
-from app.sweep_work import SweepWork
-from app.theme import ThemeName, apply_theme
-from app.track_control import TrackControl
-from app.tuning_work import TuningWork
-from app.view_control import ViewControl
-from app.view_memory import ViewMemory
-from app.window_bars import WindowBars
-from app.window_panels import FIRST_POSE, PanelWindow
-from app.workspace_control import WorkspaceControl
-from app.workspaces.layout import Workspace
-from stereotrack_core.errors import InputError
-from stereotrack_core.recording.description import View
+from .dialogs import Dialogs
+from .episodes.work import EpisodeWork
+from .failures import message_of
+from .file_work import FileWork, dropped_path
+from .icons import set_icon
+from .inside_work import InsideWork
+from .panel_follower import PanelFollower
+from .presenters.clouds import CloudPresenter
+from .presenters.document import DocumentPresenter
+from .presenters.inside import InsidePresenter
+from .presenters.instant import InstantPresenter
+from .presenters.judging import JudgementPresenter
+from .presenters.project_file import ProjectPresenter
+from .presenters.runs import RunList
+from .presenters.tracking import TrackPresenter
+from .project_work import ProjectWork
+from .review_work import ReviewWork
+from .runs.work import RunWork
+from .sweep_work import SweepWork
+from .theme import ThemeName, apply_theme
+from .track_control import TrackControl
+from .tuning_work import TuningWork
+from .view_control import ViewControl
+from .view_memory import ViewMemory
+from .window_bars import WindowBars
+from .window_panels import FIRST_POSE, PanelWindow
+from .workspace_control import WorkspaceControl
+from .workspaces.layout import Workspace
 
 
 class MainWindow(PanelWindow):

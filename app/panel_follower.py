@@ -8,23 +8,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal, Slot
 
-from app.presenters.certainty import ellipsoids_of
-from app.presenters.counting import counted
-from app.presenters.curves import curves_of, lanes_of
-from app.presenters.live_fit import ShownFit
-from app.presenters.pictures import Instant, pictures_of
-from app.presenters.scene import PointColour, scene_of
-from app.presenters.stated_errors import heading_words, score_words
-from app.presenters.status import number_rows, status_words
-from app.theme import current_theme
-from app.views.error_plot import ErrorPlot
-from app.views.scene_content import Ellipsoid
-from app.views.scene_surroundings import frustum_corners, frustum_depth
-from app.window_panels import TITLES
 from stereotrack_core.body.mesh import PartMesh
 
+from .presenters.certainty import ellipsoids_of
+from .presenters.counting import counted
+from .presenters.curves import curves_of, lanes_of
+from .presenters.live_fit import ShownFit
+from .presenters.pictures import Instant, pictures_of
+from .presenters.scene import PointColour, scene_of
+from .presenters.stated_errors import heading_words, score_words
+from .presenters.status import number_rows, status_words
+from .theme import current_theme
+from .views.error_plot import ErrorPlot
+from .views.scene_content import Ellipsoid
+from .views.scene_surroundings import frustum_corners, frustum_depth
+from .window_panels import TITLES
+
 if TYPE_CHECKING:
-    from app.main_window import MainWindow
+    from .main_window import MainWindow
 
 _SCENE_DELAY_MS = 30
 _SCENE_PATIENCE_MS = 150

@@ -1,4 +1,4 @@
-"""A page of HTML as a PDF, by Qt: ``python -m app.pdf PAGE.html FILE.pdf``."""
+"""A page of HTML as a PDF, by Qt: ``python -m PACKAGE.pdf PAGE.html FILE.pdf``."""
 
 from __future__ import annotations
 

@@ -9,17 +9,18 @@ from pathlib import Path
 from PySide6.QtCore import QEventLoop, QSettings, QTimer
 from PySide6.QtWidgets import QApplication
 
-from app.failures import FailureRelay, leave_out_noise, open_log
-from app.icons import icon
-from app.main_window import MainWindow, user_settings
-from app.presenters.runs import RunEntry
-from app.tasks.garbage import GarbageTimer
-from app.theme import THEME_NAMES, ThemeName, apply_theme
 from stereotrack_core.cli.arguments import settings_of
 from stereotrack_core.cli.error_tables import error_table, segment_table
 from stereotrack_core.cli.output import put_table, say
 from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.evaluation.summary import summarise, summarise_segments
+
+from .failures import FailureRelay, leave_out_noise, open_log
+from .icons import icon
+from .main_window import MainWindow, user_settings
+from .presenters.runs import RunEntry
+from .tasks.garbage import GarbageTimer
+from .theme import THEME_NAMES, ThemeName, apply_theme
 
 _LOOK_MS = 50
 _CALM_LOOKS = 4

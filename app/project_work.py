@@ -8,16 +8,17 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, QTimer, Slot
 from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox
 
-from app.failures import Message
-from app.tasks.task import Task
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.owner import user
 from stereotrack_core.project.rescue import Rescued, rescue
 from stereotrack_core.project.whereabouts import SUFFIX
 
+from .failures import Message
+from .tasks.task import Task
+
 if TYPE_CHECKING:
-    from app.main_window import MainWindow
+    from .main_window import MainWindow
 
 _FILTER = f"Projects (*{SUFFIX})"
 

@@ -10,14 +10,15 @@ from PySide6.QtCore import QObject, QUrl
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QFileDialog
 
-from app.failures import Message
-from app.presenters.runs import RunEntry
-from app.tasks.task import Task
 from stereotrack_core.cli.report import repeat_command, write_page, write_pdf
 from stereotrack_core.evaluation.report.reported import Source, gathered
 
+from .failures import Message
+from .presenters.runs import RunEntry
+from .tasks.task import Task
+
 if TYPE_CHECKING:
-    from app.main_window import MainWindow
+    from .main_window import MainWindow
 
 _FILTER = "Page for a browser (*.html);;PDF (*.pdf)"
 
@@ -66,7 +67,7 @@ class ReportWork(QObject):
             reported = gathered(source, on_progress=task.report, cancelled=task.token.cancelled)
             if path.suffix.lower() == ".pdf":
                 task.report(0.95, "making the PDF")
-                write_pdf(path, reported)
+                write_pdf(path, reported, __package__)
             else:
                 write_page(path, reported)
             return path

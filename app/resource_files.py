@@ -10,8 +10,8 @@ _APP = Path(__file__).resolve().parent
 def resource_folder() -> Path:
     """Folder of the data files.
 
-    An installed wheel carries them as ``app/resources``; in a checkout they stand at the top
-    level, beside ``app``.
+    An installed wheel carries them inside this package; in a checkout they stand at the top level,
+    beside ``app``.
 
     Raises
     ------

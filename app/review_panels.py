@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QWidget
 
-from app.presenters.angle_curves import QUANTITIES, choices
-from app.presenters.explaining import KINDS
-from app.views.angle_plot import AnglePlot
-from app.views.cloud_plot import CloudPlot
-from app.views.motion_table import MotionTable
-from app.views.statistics_panel import StatisticsPanel
 from stereotrack_core.evaluation.joint_angles.motion import CUT_OFF_HZ
+
+from .presenters.angle_curves import QUANTITIES, choices
+from .presenters.explaining import KINDS
+from .views.angle_plot import AnglePlot
+from .views.cloud_plot import CloudPlot
+from .views.motion_table import MotionTable
+from .views.statistics_panel import StatisticsPanel
 
 TITLES = {
     "statistics": "Statistics",

@@ -9,20 +9,21 @@ from PySide6.QtCore import QObject, QTimer, Slot
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QFileDialog
 
-from app.presenters import angle_curves, limb_numbers
-from app.presenters.angle_curves import Moved
-from app.presenters.explaining import content_of
-from app.presenters.joint_angles import AnglePresenter
-from app.presenters.runs import RunEntry
-from app.presenters.sights import SightPresenter
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.joint_angles.motion import CUT_OFF_HZ, HIGHEST_SHARE
 from stereotrack_core.evaluation.joint_angles.table import frame_columns, frame_rows
 from stereotrack_core.interop.table_file import csv_text, write_text_table
 from stereotrack_core.recording.description import Segment
 
+from .presenters import angle_curves, limb_numbers
+from .presenters.angle_curves import Moved
+from .presenters.explaining import content_of
+from .presenters.joint_angles import AnglePresenter
+from .presenters.runs import RunEntry
+from .presenters.sights import SightPresenter
+
 if TYPE_CHECKING:
-    from app.main_window import MainWindow
+    from .main_window import MainWindow
 
 _DELAY_MS = 60
 _TABLES = "Tables (*.csv)"

@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.actions import ActionBook
+from .actions import ActionBook
 
 _ID = Qt.ItemDataRole.UserRole
 

@@ -8,13 +8,14 @@ from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
 
-from app.screen import load_qt, prepare
 from stereotrack_core.cli.command import FAILED, OK, WRONG_INPUT
 from stereotrack_core.cli.demo import demo_places
 from stereotrack_core.cli.output import say
 from stereotrack_core.cli.program import main as command_line
 from stereotrack_core.cli.program import parser
 from stereotrack_core.errors import InputError
+
+from .screen import load_qt, prepare
 
 
 def start(arguments: Sequence[str]) -> int:
@@ -27,7 +28,7 @@ def start(arguments: Sequence[str]) -> int:
         return _refuse(error)
     picture = getattr(args, "screenshot", None)
     if getattr(args, "headless", False):
-        done = command_line(_without_screenshot(arguments))
+        done = command_line(_without_screenshot(arguments), app_package=__package__)
         if done != OK:
             return done
     try:
@@ -74,9 +75,10 @@ def _without_screenshot(arguments: Sequence[str]) -> list[str]:
 def _check(args: Namespace, picture: Path | None) -> None:
     """Refuse at once what can be known to be wrong before a window is there."""
     if args.command == "open":
-        from app.workspaces.names import check_workspace_name
         from stereotrack_core.project.database import check_header
         from stereotrack_core.recording.folder import open_recording
+
+        from .workspaces.names import check_workspace_name
 
         check_workspace_name(args.workspace)
         if args.path.is_file() and args.path.name != "recording.toml":
@@ -94,7 +96,7 @@ def _check(args: Namespace, picture: Path | None) -> None:
 
 
 def _show(args: Namespace, picture: Path | None) -> int:
-    from app.program import WindowProgram
+    from .program import WindowProgram
 
     program = WindowProgram()
     program.window.project.makes = picture is None  # a picture leaves nothing behind

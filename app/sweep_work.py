@@ -9,16 +9,17 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, Slot
 from PySide6.QtWidgets import QFileDialog
 
-from app.failures import Message
-from app.presenters.sweeps import SweepNow, SweepPresenter
-from app.sweeping.dialog import SweepDialog
-from app.sweeping.results import SweepResults, parameters_of
-from app.views.parameter_editor import value_text
 from stereotrack_core.errors import InputError
 from stereotrack_core.tracking.presets import PRESETS, preset
 
+from .failures import Message
+from .presenters.sweeps import SweepNow, SweepPresenter
+from .sweeping.dialog import SweepDialog
+from .sweeping.results import SweepResults, parameters_of
+from .views.parameter_editor import value_text
+
 if TYPE_CHECKING:
-    from app.main_window import MainWindow
+    from .main_window import MainWindow
 
 
 _SAID_MS = 10_000

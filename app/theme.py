@@ -13,8 +13,8 @@ from PySide6.QtCore import QObject, Qt, Slot
 from PySide6.QtGui import QColor, QPalette
 from PySide6.QtWidgets import QApplication
 
-from app.icons import refresh_icons
-from app.resource_files import resource_path
+from .icons import refresh_icons
+from .resource_files import resource_path
 
 ThemeName: TypeAlias = Literal["dark", "light", "system"]
 THEME_NAMES: tuple[ThemeName, ...] = ("dark", "light", "system")

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from PySide6.QtCore import QObject, Slot
 
-from app.presenters.clouds import CloudPresenter
-from app.presenters.document import DocumentPresenter
-from app.presenters.inside import InsidePresenter
-from app.presenters.runs import RunEntry, RunList
-from app.presenters.tracking import TrackPresenter
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.pipeline import FirstPose
+
+from .presenters.clouds import CloudPresenter
+from .presenters.document import DocumentPresenter
+from .presenters.inside import InsidePresenter
+from .presenters.runs import RunEntry, RunList
+from .presenters.tracking import TrackPresenter
 
 FIRST_POSES: dict[str, tuple[str, str]] = {
     "tpose": ("T pose", "Begin with the person facing north, both arms stretched out sideways."),

@@ -6,15 +6,6 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Slot
 
-from app.actions import ActionBook
-from app.commands.tune_menu import ATTEMPT_BUTTONS, PRESET_BUTTONS
-from app.presenters.runs import RunEntry
-from app.tuning.attempts import AttemptPresenter
-from app.tuning.numbers import attempt_table
-from app.tuning.preset_work import PresetWork
-from app.tuning.series import SeriesPresenter
-from app.tuning.stores import StoreKeeper
-from app.tuning.warming import CloudWarmer
 from stereotrack_core.errors import InputError
 from stereotrack_core.parameters import ParameterRow
 from stereotrack_core.tracking.pipeline import FirstPose
@@ -23,8 +14,18 @@ from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.tuning.attempt import Attempt
 from stereotrack_core.tracking.tuning.series import all_values, spread_values
 
+from .actions import ActionBook
+from .commands.tune_menu import ATTEMPT_BUTTONS, PRESET_BUTTONS
+from .presenters.runs import RunEntry
+from .tuning.attempts import AttemptPresenter
+from .tuning.numbers import attempt_table
+from .tuning.preset_work import PresetWork
+from .tuning.series import SeriesPresenter
+from .tuning.stores import StoreKeeper
+from .tuning.warming import CloudWarmer
+
 if TYPE_CHECKING:
-    from app.main_window import MainWindow
+    from .main_window import MainWindow
 
 SECONDS = 2.0
 """Length of the stretch around the frame where neither a selection nor the zoom says another."""

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from app.presenters.scene import PointColour
-from app.views.click_marks import CLICK_OVERLAYS
-from app.views.overlays import OVERLAYS
+from .presenters.scene import PointColour
+from .views.click_marks import CLICK_OVERLAYS
+from .views.overlays import OVERLAYS
 
 if TYPE_CHECKING:
-    from app.main_window import MainWindow
+    from .main_window import MainWindow
 
 _NOBODY_KNOWN = (
     "Nothing tells yet where the person is: click two landmarks in a view, or track. The views "

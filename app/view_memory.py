@@ -8,15 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from PySide6.QtCore import QObject, QTimer, Slot
 
-from app.commands.window_menu import why_no_workspace
-from app.failures import message_of
-from app.views.picture import PICTURE_KINDS
-from app.workspaces.layout import workspace_named
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.project import Project
 
+from .commands.window_menu import why_no_workspace
+from .failures import message_of
+from .views.picture import PICTURE_KINDS
+from .workspaces.layout import workspace_named
+
 if TYPE_CHECKING:
-    from app.main_window import MainWindow
+    from .main_window import MainWindow
 
 _SETTING = "window"
 _ALL = ""

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QToolBar
 
-from app.commands.view_menu import SCENE_LAYERS, SCENE_SIDES
-from app.presenters.scene import POINT_COLOURS
-from app.views.click_marks import CLICK_OVERLAYS
-from app.views.scene_bar import SceneBar
-from app.views.toolbars import add_toolbar
-from app.window_panels import TITLES
-from app.workspaces.layout import WORKSPACES, Workspace
+from .commands.view_menu import SCENE_LAYERS, SCENE_SIDES
+from .presenters.scene import POINT_COLOURS
+from .views.click_marks import CLICK_OVERLAYS
+from .views.scene_bar import SceneBar
+from .views.toolbars import add_toolbar
+from .window_panels import TITLES
+from .workspaces.layout import WORKSPACES, Workspace
 
 if TYPE_CHECKING:
-    from app.main_window import MainWindow
+    from .main_window import MainWindow
 
 _OVERLAYS = ("outline", "reference", "points", "correspondences")
 

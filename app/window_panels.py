@@ -14,31 +14,31 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.annotating.panels import AnnotationPanels
-from app.icons import set_icon
-from app.review_panels import TITLES as REVIEW_TITLES
-from app.review_panels import ReviewPanels
-from app.tasks.task import TaskList
-from app.views.attempts_panel import AttemptsPanel
-from app.views.body_panel import BodyPanel
-from app.views.camera_grid import CameraGrid
-from app.views.comparison_panel import ComparisonPanel
-from app.views.display_panel import DisplayPanel
-from app.views.episodes_panel import EpisodesPanel
-from app.views.error_plot import ErrorPlot
-from app.views.findings_panel import FindingsPanel
-from app.views.inside_panel import InsidePanel
-from app.views.landmarks_panel import LandmarksPanel
-from app.views.message_bar import MessageBar
-from app.views.numbers_panel import NumbersPanel
-from app.views.parameter_panel import ParameterPanel
-from app.views.rig_panel import RigPanel
-from app.views.runs_panel import RunsPanel
-from app.views.scene_view import SceneView
-from app.views.series_panel import SeriesPanel
-from app.views.timeline_view import TimelineView
-from app.views.transport import Transport
-from app.views.welcome import WelcomePage
+from .annotating.panels import AnnotationPanels
+from .icons import set_icon
+from .review_panels import TITLES as REVIEW_TITLES
+from .review_panels import ReviewPanels
+from .tasks.task import TaskList
+from .views.attempts_panel import AttemptsPanel
+from .views.body_panel import BodyPanel
+from .views.camera_grid import CameraGrid
+from .views.comparison_panel import ComparisonPanel
+from .views.display_panel import DisplayPanel
+from .views.episodes_panel import EpisodesPanel
+from .views.error_plot import ErrorPlot
+from .views.findings_panel import FindingsPanel
+from .views.inside_panel import InsidePanel
+from .views.landmarks_panel import LandmarksPanel
+from .views.message_bar import MessageBar
+from .views.numbers_panel import NumbersPanel
+from .views.parameter_panel import ParameterPanel
+from .views.rig_panel import RigPanel
+from .views.runs_panel import RunsPanel
+from .views.scene_view import SceneView
+from .views.series_panel import SeriesPanel
+from .views.timeline_view import TimelineView
+from .views.transport import Transport
+from .views.welcome import WelcomePage
 
 FIRST_POSE = "auto"
 TITLES = {

@@ -6,9 +6,11 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, QSettings, Qt, Signal
 
-from app.commands.window_menu import why_no_workspace
-from app.failures import Message
-from app.workspaces.layout import (
+from stereotrack_core.errors import InputError
+
+from .commands.window_menu import why_no_workspace
+from .failures import Message
+from .workspaces.layout import (
     WORKSPACES,
     Workspace,
     arrange,
@@ -17,10 +19,9 @@ from app.workspaces.layout import (
     save_layout,
     workspace_named,
 )
-from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
-    from app.main_window import MainWindow
+    from .main_window import MainWindow
 
 
 class WorkspaceControl(QObject):

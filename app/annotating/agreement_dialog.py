@@ -14,8 +14,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.presenters.agreement import AgreementReport
-from app.views.agreement_table import AgreementTable
+from ..presenters.agreement import AgreementReport
+from ..views.agreement_table import AgreementTable
 
 
 class AgreementDialog(QDialog):

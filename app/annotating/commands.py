@@ -7,12 +7,13 @@ from functools import partial
 
 from PySide6.QtWidgets import QInputDialog
 
-from app.actions import ActionBook, Command
-from app.annotating.panels import AnnotationPanels
-from app.annotating.prediction_commands import prediction_commands
-from app.presenters.blind_repeats import USUAL_SHARE
-from app.presenters.counting import frames_in_words
-from app.presenters.selection import (
+from stereotrack_core.project.edit import Edit
+from stereotrack_core.project.project import Project
+
+from ..actions import ActionBook, Command
+from ..presenters.blind_repeats import USUAL_SHARE
+from ..presenters.counting import frames_in_words
+from ..presenters.selection import (
     Selection,
     clear_clicks,
     flag_frames,
@@ -23,8 +24,8 @@ from app.presenters.selection import (
     unflag_frames,
     unmark_gap,
 )
-from stereotrack_core.project.edit import Edit
-from stereotrack_core.project.project import Project
+from .panels import AnnotationPanels
+from .prediction_commands import prediction_commands
 
 _MENU = "&Annotate"
 _SELECTION = f"{_MENU}/&Selection"

@@ -9,20 +9,6 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, Qt, Slot
 from PySide6.QtWidgets import QDialog, QFileDialog
 
-from app.annotating.agreement_dialog import AgreementDialog
-from app.annotating.export_dialog import ExportDialog
-from app.annotating.import_dialog import ImportDialog
-from app.annotating.landmark_set_dialog import LandmarkSetDialog
-from app.annotating.subject_dialog import SubjectDialog
-from app.annotating.take_in_dialog import TakeInDialog
-from app.failures import message_of
-from app.presenters.agreement import AgreementReport, agreement_report
-from app.presenters.exporting import REFERENCE_FILES, export_reference
-from app.presenters.importing import LabelFile, labels_of, reference_in
-from app.presenters.landmark_sets import LandmarkSets
-from app.presenters.selection import Selection
-from app.presenters.subjects import Subjects
-from app.presenters.taking_in import TakeIn
 from stereotrack_core.annotation.agreement import click_sigmas, differences
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
@@ -36,8 +22,23 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.project.references import save_reference
 from stereotrack_core.project.schema import REFERENCE
 
+from ..failures import message_of
+from ..presenters.agreement import AgreementReport, agreement_report
+from ..presenters.exporting import REFERENCE_FILES, export_reference
+from ..presenters.importing import LabelFile, labels_of, reference_in
+from ..presenters.landmark_sets import LandmarkSets
+from ..presenters.selection import Selection
+from ..presenters.subjects import Subjects
+from ..presenters.taking_in import TakeIn
+from .agreement_dialog import AgreementDialog
+from .export_dialog import ExportDialog
+from .import_dialog import ImportDialog
+from .landmark_set_dialog import LandmarkSetDialog
+from .subject_dialog import SubjectDialog
+from .take_in_dialog import TakeInDialog
+
 if TYPE_CHECKING:
-    from app.annotating.panels import AnnotationPanels
+    from .panels import AnnotationPanels
 
 _PROJECTS = "Projects (*.stereotrack)"
 

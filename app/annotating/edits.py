@@ -6,12 +6,13 @@ from collections.abc import Callable
 
 from PySide6.QtCore import QObject, Signal, Slot
 
-from app.failures import message_of
-from app.tasks.task import TaskList
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.edit import Edit
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
+
+from ..failures import message_of
+from ..tasks.task import TaskList
 
 _MANY_FRAMES = 300
 

@@ -19,11 +19,12 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.presenters.exporting import export_clicks, export_preview
-from app.presenters.selection import Selection
-from app.tasks.task import TaskList
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.recording.description import Recording
+
+from ..presenters.exporting import export_clicks, export_preview
+from ..presenters.selection import Selection
+from ..tasks.task import TaskList
 
 
 class ExportDialog(QDialog):

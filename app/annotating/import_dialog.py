@@ -20,8 +20,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.presenters.importing import LabelFile, names_in
 from stereotrack_core.errors import InputError
+
+from ..presenters.importing import LabelFile, names_in
 
 _FILES = (
     "Labels and references (*.csv *.json *.npz *.trc *.c3d);;"

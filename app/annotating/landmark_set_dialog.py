@@ -21,11 +21,12 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.presenters.landmark_sets import Draft, LandmarkSets, sketch_of
-from app.views.body_sketch import BodySketch
-from app.views.landmark_table import LandmarkTable
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.landmark_set_file import read_landmark_set, write_landmark_set
+
+from ..presenters.landmark_sets import Draft, LandmarkSets, sketch_of
+from ..views.body_sketch import BodySketch
+from ..views.landmark_table import LandmarkTable
 
 _FILES = "Set of landmarks (*.toml)"
 

@@ -7,29 +7,30 @@ from collections.abc import Callable, Mapping
 from PySide6.QtCore import QObject, QPoint, Qt, QTimer, Signal, Slot
 from PySide6.QtWidgets import QWidget
 
-from app.annotating.dialogs import AnnotationDialogs
-from app.annotating.edits import EditWork
-from app.annotating.predicting import PredictionWork
-from app.failures import Message, message_of
-from app.presenters.annotation_lanes import AnnotationLanes
-from app.presenters.blind_repeats import BlindRepeats
-from app.presenters.history import HistoryPresenter
-from app.presenters.next_clicks import NextPresenter, Ranking
-from app.presenters.reference_work import ReferenceWork, ShownReference
-from app.presenters.selection import Selection, selection_of
-from app.tasks.task import TaskList
-from app.views.annotation_bar import AnnotationBar
-from app.views.history_panel import HistoryPanel
-from app.views.lane_filter import KINDS, LaneFilter
-from app.views.next_panel import NextPanel
-from app.views.repeat_bar import RepeatBar
-from app.views.timeline_view import TimelineView
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.project.edit import Edit
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording
+
+from ..failures import Message, message_of
+from ..presenters.annotation_lanes import AnnotationLanes
+from ..presenters.blind_repeats import BlindRepeats
+from ..presenters.history import HistoryPresenter
+from ..presenters.next_clicks import NextPresenter, Ranking
+from ..presenters.reference_work import ReferenceWork, ShownReference
+from ..presenters.selection import Selection, selection_of
+from ..tasks.task import TaskList
+from ..views.annotation_bar import AnnotationBar
+from ..views.history_panel import HistoryPanel
+from ..views.lane_filter import KINDS, LaneFilter
+from ..views.next_panel import NextPanel
+from ..views.repeat_bar import RepeatBar
+from ..views.timeline_view import TimelineView
+from .dialogs import AnnotationDialogs
+from .edits import EditWork
+from .predicting import PredictionWork
 
 _GROUP = "annotation"
 _FILTER = "lanes"

@@ -7,8 +7,14 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from PySide6.QtCore import QObject, Signal, Slot
 
-from app.presenters.following import FollowedSelection, follow_selection
-from app.presenters.prefilling import (
+from stereotrack_core.annotation.prefill import FIT, FOLLOWING, NEIGHBOURS, source_of_run
+from stereotrack_core.errors import InputError
+from stereotrack_core.project.edit import Edit
+from stereotrack_core.project.project import Project
+from stereotrack_core.recording.description import Recording
+
+from ..presenters.following import FollowedSelection, follow_selection
+from ..presenters.prefilling import (
     FilledSelection,
     Filling,
     accept_filled,
@@ -17,17 +23,12 @@ from app.presenters.prefilling import (
     neighbour_filling,
     run_filling,
 )
-from app.presenters.runs import RunEntry
-from app.presenters.selection import Selection
-from app.tasks.task import Task
-from stereotrack_core.annotation.prefill import FIT, FOLLOWING, NEIGHBOURS, source_of_run
-from stereotrack_core.errors import InputError
-from stereotrack_core.project.edit import Edit
-from stereotrack_core.project.project import Project
-from stereotrack_core.recording.description import Recording
+from ..presenters.runs import RunEntry
+from ..presenters.selection import Selection
+from ..tasks.task import Task
 
 if TYPE_CHECKING:
-    from app.annotating.panels import AnnotationPanels
+    from .panels import AnnotationPanels
 
 Source: TypeAlias = Literal["following", "fit", "run", "neighbours"]
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
-from app.actions import Command
-from app.annotating.predicting import PredictionWork, Source
+from ..actions import Command
+from .predicting import PredictionWork, Source
 
 _FILL: tuple[tuple[Source, str, str], ...] = (
     ("fit", "Fill in from the fit", "Propose, over the selected frames, where the body fitted to "

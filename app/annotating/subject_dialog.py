@@ -23,7 +23,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.presenters.subjects import (
+from stereotrack_core.errors import InputError
+from stereotrack_core.recording.description import Subject
+
+from ..presenters.subjects import (
     LENGTH_WORDS,
     Measured,
     Subjects,
@@ -32,9 +35,7 @@ from app.presenters.subjects import (
     read_subject_file,
     write_subject_file,
 )
-from app.tasks.task import Task, TaskList
-from stereotrack_core.errors import InputError
-from stereotrack_core.recording.description import Subject
+from ..tasks.task import Task, TaskList
 
 _RECORDED = "as in the recording"
 _FILES = "Subject (*.toml)"

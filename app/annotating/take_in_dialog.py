@@ -17,13 +17,14 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.presenters.counting import counted
-from app.presenters.taking_in import TakeIn
-from app.tasks.task import Task, TaskList
-from app.views.decision_table import DecisionTable
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.merging import Decision
 from stereotrack_core.project.project import Project
+
+from ..presenters.counting import counted
+from ..presenters.taking_in import TakeIn
+from ..tasks.task import Task, TaskList
+from ..views.decision_table import DecisionTable
 
 _DECISIONS: dict[Decision, tuple[str, str]] = {
     "mine": ("&Mine", "Keep what the project says (M)"),

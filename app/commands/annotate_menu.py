@@ -5,13 +5,14 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
-from app.actions import Command
-from app.commands.reasons import no_recording
-from app.presenters.annotating import ADVANCES
 from stereotrack_core.annotation.click import UNCERTAIN, Visibility
 
+from ..actions import Command
+from ..presenters.annotating import ADVANCES
+from .reasons import no_recording
+
 if TYPE_CHECKING:
-    from app.main_window import MainWindow
+    from ..main_window import MainWindow
 
 _MENU = "&Annotate"
 _KEYS = 9

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from app.actions import Command
-from app.commands.reasons import no_edit
+from ..actions import Command
+from .reasons import no_edit
 
 if TYPE_CHECKING:
-    from app.main_window import MainWindow
+    from ..main_window import MainWindow
 
 _MENU = "&Edit"
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from app.actions import Command
-from app.commands.reasons import no_project, no_recording, no_run
+from ..actions import Command
+from .reasons import no_project, no_recording, no_run
 
 if TYPE_CHECKING:
-    from app.main_window import MainWindow
+    from ..main_window import MainWindow
 
 
 def commands(w: MainWindow) -> list[Command]:

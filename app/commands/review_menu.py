@@ -5,11 +5,11 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
-from app.actions import Command
-from app.commands.reasons import no_judgement, no_recording
+from ..actions import Command
+from .reasons import no_judgement, no_recording
 
 if TYPE_CHECKING:
-    from app.main_window import MainWindow
+    from ..main_window import MainWindow
 
 _MENU = "&Review"
 _STEP_DEG = 5.0

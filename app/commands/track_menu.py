@@ -5,14 +5,14 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
-from app.actions import Command
-from app.commands import inside_menu
-from app.commands.reasons import no_depth, no_edit, no_recording, no_run, running
-from app.presenters.truth import Against
-from app.track_control import FIRST_POSES
+from ..actions import Command
+from ..presenters.truth import Against
+from ..track_control import FIRST_POSES
+from . import inside_menu
+from .reasons import no_depth, no_edit, no_recording, no_run, running
 
 if TYPE_CHECKING:
-    from app.main_window import MainWindow
+    from ..main_window import MainWindow
 
 _MENU = "&Track"
 

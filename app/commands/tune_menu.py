@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from app.actions import Command
-from app.commands.reasons import no_depth, no_edit, running
 from stereotrack_core.tracking.presets import PRESETS
 
+from ..actions import Command
+from .reasons import no_depth, no_edit, running
+
 if TYPE_CHECKING:
-    from app.main_window import MainWindow
+    from ..main_window import MainWindow
 
 _MENU = "T&une"
 _PRESETS = f"{_MENU}/Presets"

@@ -5,16 +5,16 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
-from app.actions import Command
-from app.commands.reasons import no_depth, no_recording
-from app.presenters.scene import POINT_COLOURS, PointColour
-from app.views.camera_grid import Arrangement
-from app.views.click_marks import CLICK_OVERLAYS
-from app.views.overlays import OVERLAYS
-from app.views.picture import PICTURE_KINDS, PictureKind
+from ..actions import Command
+from ..presenters.scene import POINT_COLOURS, PointColour
+from ..views.camera_grid import Arrangement
+from ..views.click_marks import CLICK_OVERLAYS
+from ..views.overlays import OVERLAYS
+from ..views.picture import PICTURE_KINDS, PictureKind
+from .reasons import no_depth, no_recording
 
 if TYPE_CHECKING:
-    from app.main_window import MainWindow
+    from ..main_window import MainWindow
 
 _MENU = "&View"
 _OVERLAY_KEYS = {

@@ -5,13 +5,13 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
-from app.actions import Command
-from app.commands.reasons import no_depth, no_recording
-from app.theme import THEME_NAMES, ThemeName, chosen_theme
-from app.workspaces.layout import WORKSPACES, Workspace
+from ..actions import Command
+from ..theme import THEME_NAMES, ThemeName, chosen_theme
+from ..workspaces.layout import WORKSPACES, Workspace
+from .reasons import no_depth, no_recording
 
 if TYPE_CHECKING:
-    from app.main_window import MainWindow
+    from ..main_window import MainWindow
 
 _MENU = "&Window"
 

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from app.views.episodes_panel import EpisodeRow
-from app.views.timeline_lanes import Lane, Span
 from stereotrack_core.evaluation.episodes.episode import (
     CAUSE_WORDS,
     FOUND_WORDS,
     Episode,
     limbs_words,
 )
+
+from ..views.episodes_panel import EpisodeRow
+from ..views.timeline_lanes import Lane, Span
 
 FOUND_SHORT = {"truth": "error", "signs": "signs"}
 LANE_NAMES = {"truth": "episodes", "signs": "episodes by signs"}

@@ -8,14 +8,15 @@ from dataclasses import dataclass
 from PySide6.QtCore import QObject, Signal, Slot
 from PySide6.QtGui import QColor
 
-from app.tasks.newest import NewestWins
-from app.theme import current_theme
 from stereotrack_core.arrays import ImageArray
 from stereotrack_core.evaluation.episodes.episode import Episode
 from stereotrack_core.evaluation.episodes.export import evidence_picture
 from stereotrack_core.evaluation.episodes.find import Subject
 from stereotrack_core.evaluation.episodes.strip import Paper
 from stereotrack_core.recording.reader import FrameReader
+
+from ..tasks.newest import NewestWins
+from ..theme import current_theme
 
 
 @dataclass(frozen=True, eq=False)

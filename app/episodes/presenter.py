@@ -7,17 +7,18 @@ from dataclasses import dataclass, replace
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
-from app.episodes.listing import Filter
-from app.presenters.document import DocumentPresenter
-from app.presenters.judging import JudgementPresenter
-from app.presenters.runs import RunEntry, RunList
-from app.presenters.tracking import TrackPresenter
-from app.presenters.truth import Truth
-from app.tasks.task import Task, TaskList
 from stereotrack_core.evaluation.episodes.episode import Episode
 from stereotrack_core.evaluation.episodes.find import Subject, explained, stretches_of
 from stereotrack_core.evaluation.episodes.rules import EpisodeRules
 from stereotrack_core.recording.description import Recording
+
+from ..presenters.document import DocumentPresenter
+from ..presenters.judging import JudgementPresenter
+from ..presenters.runs import RunEntry, RunList
+from ..presenters.tracking import TrackPresenter
+from ..presenters.truth import Truth
+from ..tasks.task import Task, TaskList
+from .listing import Filter
 
 _DELAY_MS = 200
 

@@ -7,12 +7,6 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Slot
 
-from app.episodes.export_dialog import ExportDialog, ExportWish
-from app.episodes.listing import Filter, lanes_of_episodes, row_of
-from app.episodes.pictures import EpisodePictures
-from app.episodes.presenter import EpisodePresenter, Found
-from app.presenters.judgement import MEASURED_LIMBS
-from app.tasks.task import Task
 from stereotrack_core.evaluation.episodes.episode import CAUSE_WORDS, FOUND_WORDS, Episode
 from stereotrack_core.evaluation.episodes.export import film_of, write_strips
 from stereotrack_core.evaluation.episodes.find import Subject
@@ -20,8 +14,15 @@ from stereotrack_core.evaluation.episodes.matching import agreement
 from stereotrack_core.evaluation.episodes.rules import EpisodeRules
 from stereotrack_core.recording.description import Recording
 
+from ..presenters.judgement import MEASURED_LIMBS
+from ..tasks.task import Task
+from .export_dialog import ExportDialog, ExportWish
+from .listing import Filter, lanes_of_episodes, row_of
+from .pictures import EpisodePictures
+from .presenter import EpisodePresenter, Found
+
 if TYPE_CHECKING:
-    from app.main_window import MainWindow
+    from ..main_window import MainWindow
 
 _AROUND = 0.3
 """Seconds before and after an episode that its loop shows as well."""

@@ -6,8 +6,6 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from app.presenters.counting import counted
-from app.views.agreement_table import AgreementRow
 from stereotrack_core.annotation.agreement import (
     Agreement,
     Difference,
@@ -17,6 +15,9 @@ from stereotrack_core.annotation.agreement import (
 from stereotrack_core.annotation.agreement_in_space import agreement_in_space, common_frames
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.geometry.camera import Camera
+
+from ..views.agreement_table import AgreementRow
+from .counting import counted
 
 GOOD_PX, FAIR_PX = 3.0, 8.0
 """Up to these standard deviations of a click two readings agree well, or well enough."""

@@ -7,15 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.limb_colours import LIMB_COLOURS
-from app.views.angle_plot import REFERENCE_STYLE, AngleCurve
-from app.views.motion_table import MotionRow
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.evaluation.joint_angles.definitions import ANGLES
 from stereotrack_core.evaluation.joint_angles.motion import Motion
 from stereotrack_core.evaluation.joint_angles.ranges import AngleRange, stretch_motion
 from stereotrack_core.evaluation.joint_angles.series import JointAngles
 from stereotrack_core.recording.description import Segment
+
+from ..limb_colours import LIMB_COLOURS
+from ..views.angle_plot import REFERENCE_STYLE, AngleCurve
+from ..views.motion_table import MotionRow
 
 QUANTITIES: tuple[tuple[str, str], ...] = (
     ("angle", "angle"),

@@ -9,10 +9,6 @@ from typing import Literal, TypeAlias
 
 from PySide6.QtCore import QObject, Signal, Slot
 
-from app.presenters.blind_edits import second_reading
-from app.presenters.blind_repeats import BlindRepeats, Repeat
-from app.presenters.document import DocumentPresenter
-from app.presenters.project_file import ProjectPresenter
 from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Visibility
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.annotation.predict import ACCEPTED
@@ -29,6 +25,11 @@ from stereotrack_core.project.click_edits import (
 )
 from stereotrack_core.project.edit import Edit, Together
 from stereotrack_core.project.history import Changed
+
+from .blind_edits import second_reading
+from .blind_repeats import BlindRepeats, Repeat
+from .document import DocumentPresenter
+from .project_file import ProjectPresenter
 
 Advance: TypeAlias = Literal["landmark", "view", "none"]
 ADVANCES: dict[Advance, tuple[str, str]] = {

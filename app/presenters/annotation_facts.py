@@ -6,14 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
-from app.presenters.annotating import Annotating
-from app.presenters.click_hints import ClickHints, HintQuestion, hints_of
-from app.presenters.clouds import CloudPresenter
-from app.presenters.document import DocumentPresenter
-from app.presenters.live_fit import FEWEST, FitProcess, FitQuestion, ShownFit
-from app.presenters.marks import FrameMarks
-from app.presenters.project_file import ProjectPresenter
-from app.tasks.newest_answer import NewestAnswer
 from stereotrack_core.annotation.epipolar import volume_in_sight
 from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
 from stereotrack_core.annotation.prediction import Prediction
@@ -24,6 +16,15 @@ from stereotrack_core.depth.points import Volume
 from stereotrack_core.project.click_sigma import measured_sigmas
 from stereotrack_core.project.history import Changed
 from stereotrack_core.recording.description import Recording
+
+from ..tasks.newest_answer import NewestAnswer
+from .annotating import Annotating
+from .click_hints import ClickHints, HintQuestion, hints_of
+from .clouds import CloudPresenter
+from .document import DocumentPresenter
+from .live_fit import FEWEST, FitProcess, FitQuestion, ShownFit
+from .marks import FrameMarks
+from .project_file import ProjectPresenter
 
 _SOON_MS = 30
 _REST_MS = 60

@@ -7,9 +7,6 @@ from typing import TypeAlias
 
 import numpy as np
 
-from app.limb_colours import LIMB_COLOURS, limb_words
-from app.views.lane_filter import KINDS, LaneFilter
-from app.views.timeline_lanes import Lane, Mark, MarkArray
 from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.progress import LaneState, Seen, lane_states
@@ -19,6 +16,10 @@ from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.references import Reference
 from stereotrack_core.project.schema import CLICK
+
+from ..limb_colours import LIMB_COLOURS, limb_words
+from ..views.lane_filter import KINDS, LaneFilter
+from ..views.timeline_lanes import Lane, Mark, MarkArray
 
 GAP = "gap"
 """Kind of the flag on frames over which nothing is interpolated."""

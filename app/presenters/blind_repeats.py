@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from app.presenters.counting import counted
 from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.annotation.repeats import next_repeat
 from stereotrack_core.project.click_edits import PlaceRepeats
 from stereotrack_core.project.project import Project
+
+from .counting import counted
 
 USUAL_SHARE = 0.05
 """Part of the frames that is annotated again where this is switched on."""

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from app.limb_colours import LANDMARK_LIMBS
-from app.presenters.runs import RunEntry
-from app.views.scene_content import Ellipsoid
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.angles import THESIS_JOINTS, pose_of_state
 from stereotrack_core.body.manifold import displaced
@@ -14,6 +11,10 @@ from stereotrack_core.body.model import landmarks
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.frame import TrackedFrame
+
+from ..limb_colours import LANDMARK_LIMBS
+from ..views.scene_content import Ellipsoid
+from .runs import RunEntry
 
 SHOWN = ("left_elbow", "right_elbow", "left_hand", "right_hand")
 _STEP = 1e-4

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.presenters.bone_lengths import BoneLength, bone_lengths
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.epipolar import epipolar_curve
 from stereotrack_core.annotation.landmark_set import LandmarkSet
@@ -17,6 +16,8 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.geometry.camera import Camera
+
+from .bone_lengths import BoneLength, bone_lengths
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,14 +6,15 @@ from collections import OrderedDict
 
 from PySide6.QtCore import QObject, Signal, Slot
 
-from app.failures import message_of
-from app.tasks.newest import NewestWins
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
+
+from ..failures import message_of
+from ..tasks.newest import NewestWins
 
 _KEPT = 12
 

@@ -8,10 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.presenters.judgement import Judgement
-from app.presenters.runs import RunEntry
-from app.presenters.truth import with_quality
-from app.views.comparison_rows import ComparedCell, ComparedRow
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.comparison.compare import (
@@ -23,6 +19,11 @@ from stereotrack_core.evaluation.comparison.compare import (
 )
 from stereotrack_core.evaluation.comparison.words import how_it_is_made, verdict
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
+
+from ..views.comparison_rows import ComparedCell, ComparedRow
+from .judgement import Judgement
+from .runs import RunEntry
+from .truth import with_quality
 
 _LIMB_OF = {**{limb: limb for limb in LIMBS}, "torso_long": "torso"}
 _UNITS = {"deg": "°"}

@@ -6,15 +6,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from app.limb_colours import EXTRA_COLOURS, LIMB_COLOURS, limb_words
-from app.presenters.judgement import LOST_SHARE, MEASURED_LIMBS, Judgement
-from app.presenters.runs import RunList
-from app.presenters.truth import measure_of, with_quality
-from app.views.error_curves import Curve
-from app.views.timeline_lanes import Lane, Span
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
+
+from ..limb_colours import EXTRA_COLOURS, LIMB_COLOURS, limb_words
+from ..views.error_curves import Curve
+from ..views.timeline_lanes import Lane, Span
+from .judgement import LOST_SHARE, MEASURED_LIMBS, Judgement
+from .runs import RunList
+from .truth import measure_of, with_quality
 
 FULL_DEG = 45.0
 """Angle that is shown in a lane's full colour; more than this is a lost limb."""

@@ -9,10 +9,6 @@ from typing import TypeAlias
 
 from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal, Slot
 
-from app.failures import Message, message_of
-from app.presenters.recording_corrections import applied_message, refused_message
-from app.tasks.newest import NewestWins
-from app.tasks.task import Task, TaskList
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.project.corrections import Corrections
 from stereotrack_core.recording.description import Recording
@@ -20,6 +16,11 @@ from stereotrack_core.recording.findings import Finding, examine
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.frames import FrameSet
 from stereotrack_core.recording.reader import FrameReader
+
+from ..failures import Message, message_of
+from ..tasks.newest import NewestWins
+from ..tasks.task import Task, TaskList
+from .recording_corrections import applied_message, refused_message
 
 FindCorrections: TypeAlias = Callable[[Path], Corrections | None]
 """Gives what is corrected of the recording in a folder; called off the window's thread."""

@@ -7,10 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.limb_colours import LIMB_COLOURS
-from app.presenters.judgement import MEASURED_LIMBS, Judgement, reference_at
-from app.presenters.runs import RunEntry
-from app.views.cloud_plot import CloudContent, PointCloud, Steps
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import Pose
@@ -19,6 +15,11 @@ from stereotrack_core.evaluation.trend import trend
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.interop.landmark_pose import pose_of_landmarks
 from stereotrack_core.recording.description import Recording
+
+from ..limb_colours import LIMB_COLOURS
+from ..views.cloud_plot import CloudContent, PointCloud, Steps
+from .judgement import MEASURED_LIMBS, Judgement, reference_at
+from .runs import RunEntry
 
 KINDS: tuple[tuple[str, str], ...] = (
     ("histogram", "% of frames over error [deg]"),

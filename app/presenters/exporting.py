@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from app.presenters.counting import counted
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
@@ -15,6 +14,8 @@ from stereotrack_core.interop.clicks_csv import read_clicks, write_clicks
 from stereotrack_core.interop.reference_npz import write_reference
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmark_csv import write_landmarks
+
+from .counting import counted
 
 REFERENCE_FILES = ("As in a recording (*.csv)", "With its uncertainty (*.npz)")
 """Kinds of files that a reference is written to."""

@@ -12,11 +12,6 @@ from pathlib import Path
 
 import numpy as np
 
-from app.limb_colours import limb_words
-from app.presenters.counting import counted
-from app.presenters.fit_job import FitJob, frames_done
-from app.presenters.selection import gaps_of, landmark_gaps_of
-from app.tasks.helper_process import HelperProcess
 from stereotrack_core import __version__
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.click_points import click_pixels
@@ -35,6 +30,12 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.project.references import Reference
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS
+
+from ..limb_colours import limb_words
+from ..tasks.helper_process import HelperProcess
+from .counting import counted
+from .fit_job import FitJob, frames_done
+from .selection import gaps_of, landmark_gaps_of
 
 FITTED = "fitted to clicks"
 """Name of the reference that the window makes."""
@@ -83,7 +84,7 @@ class FittedRecording:
 
 def fit_process() -> HelperProcess:
     """A process that fits; it starts with the first fit and has to be closed."""
-    return HelperProcess("app.presenters.fit_job:worker")
+    return HelperProcess(f"{FitJob.__module__}:worker")
 
 
 def fit_recording(

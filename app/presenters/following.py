@@ -8,9 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.presenters.counting import counted
-from app.presenters.prefilling import keep_found
-from app.presenters.selection import Selection
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
 from stereotrack_core.annotation.follow import follow_patch
@@ -21,6 +18,10 @@ from stereotrack_core.project.click_sigma import measured_sigmas
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
+
+from .counting import counted
+from .prefilling import keep_found
+from .selection import Selection
 
 _FARTHEST = 60
 """Frames outside the selection within which a click is followed into it."""

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
-from app.failures import message_of
-from app.presenters.clouds import CloudPresenter
-from app.presenters.document import DocumentPresenter
-from app.presenters.inside_contents import content_of
-from app.presenters.inside_drawing import StepDrawing, drawing_of
-from app.presenters.inside_sources import (
+from stereotrack_core.errors import InputError
+from stereotrack_core.recording.description import Recording
+
+from ..failures import message_of
+from ..tasks.newest import NewestWins
+from ..views.inside_content import StepContent
+from .clouds import CloudPresenter
+from .document import DocumentPresenter
+from .inside_contents import content_of
+from .inside_drawing import StepDrawing, drawing_of
+from .inside_sources import (
     LIVE,
     Inside,
     Question,
@@ -19,13 +24,9 @@ from app.presenters.inside_sources import (
     run_question,
     settings_of,
 )
-from app.presenters.inside_steps import Step, same_step
-from app.presenters.runs import RunList
-from app.presenters.tracking import TrackPresenter
-from app.tasks.newest import NewestWins
-from app.views.inside_content import StepContent
-from stereotrack_core.errors import InputError
-from stereotrack_core.recording.description import Recording
+from .inside_steps import Step, same_step
+from .runs import RunList
+from .tracking import TrackPresenter
 
 _SOON_MS = 60
 

@@ -4,18 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from app.limb_colours import limb_words
-from app.presenters.inside_numbers import (
-    covariance_maps,
-    cross_maps,
-    deviations_table,
-    part_words,
-    residual_histogram,
-    states_of,
-)
-from app.presenters.inside_search import pairs_table, proposals_table, search_words
-from app.presenters.inside_steps import Step, name_of
-from app.views.inside_content import StepContent, Table
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import Pose
@@ -28,6 +16,19 @@ from stereotrack_core.tracking.inside.trace import (
     Rows,
     movement,
 )
+
+from ..limb_colours import limb_words
+from ..views.inside_content import StepContent, Table
+from .inside_numbers import (
+    covariance_maps,
+    cross_maps,
+    deviations_table,
+    part_words,
+    residual_histogram,
+    states_of,
+)
+from .inside_search import pairs_table, proposals_table, search_words
+from .inside_steps import Step, name_of
 
 _KINDS = {
     "elbow": "Limit of the elbows",

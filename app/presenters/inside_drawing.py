@@ -6,10 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.limb_colours import LIMB_COLOURS
-from app.presenters.inside_steps import Step, name_of
-from app.views.diverging import SHADES, shade_colours, shade_of
-from app.views.inside_overlay import Ghosts, InsideScene, Marked, moved_ghosts
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.mesh import body_mesh
 from stereotrack_core.body.model import BodyModel
@@ -25,6 +21,11 @@ from stereotrack_core.tracking.inside.trace import (
     FrameTrace,
     Points,
 )
+
+from ..limb_colours import LIMB_COLOURS
+from ..views.diverging import SHADES, shade_colours, shade_of
+from ..views.inside_overlay import Ghosts, InsideScene, Marked, moved_ghosts
+from .inside_steps import Step, name_of
 
 _AROUND = 8
 _LEGS = "#b5b5b5"

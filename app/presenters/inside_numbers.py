@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.limb_colours import limb_words
-from app.views.inside_content import HeatMap, Histogram, Table
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.skeleton import PARTS, limb_of_part
 from stereotrack_core.tracking.inside.trace import Belief, Correction, Points
+
+from ..limb_colours import limb_words
+from ..views.inside_content import HeatMap, Histogram, Table
 
 _GREEK = {"alpha": "α", "beta": "β", "gamma": "γ"}
 _TURNS = {"rx": "turn x", "ry": "turn y", "rz": "turn z", "tx": "turn x", "ty": "turn y"}

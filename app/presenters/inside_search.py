@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from app.views.inside_content import Table
 from stereotrack_core.tracking.inside.trace import Pair, Proposals, Search
+
+from ..views.inside_content import Table
 
 _SHOWN = 6
 _TIPS = {

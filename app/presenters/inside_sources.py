@@ -9,8 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.presenters.inside_steps import Step, steps_of
-from app.presenters.runs import RunEntry
 from stereotrack_core.blas_threads import one_blas_thread
 from stereotrack_core.body.model import BodyModel, body_model
 from stereotrack_core.body.pose import Pose
@@ -28,6 +26,9 @@ from stereotrack_core.tracking.repeating import recipe_of
 from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.thesis import ThesisTracker
 from stereotrack_core.tracking.tuning.attempt import stoppable
+
+from .inside_steps import Step, steps_of
+from .runs import RunEntry
 
 LIVE = (
     "Begins with the tracker in progress itself: a copy of it does this frame, and the tracker "

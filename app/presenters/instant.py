@@ -6,20 +6,21 @@ from collections.abc import Callable, Mapping
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
-from app.presenters.clouds import CloudPresenter
-from app.presenters.document import DocumentPresenter
-from app.presenters.inside import InsidePresenter
-from app.presenters.inside_drawing import StepDrawing
-from app.presenters.judgement import reference_at
-from app.presenters.pictures import Ghost, Instant
-from app.presenters.runs import RunList
-from app.presenters.tracking import TrackPresenter
-from app.views.line_styles import LineStyle
-from app.views.picture import PictureKind
 from stereotrack_core.body.mesh import PartMesh, body_mesh
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.estimate import Correspondences
 from stereotrack_core.tracking.frame import TrackedFrame
+
+from ..views.line_styles import LineStyle
+from ..views.picture import PictureKind
+from .clouds import CloudPresenter
+from .document import DocumentPresenter
+from .inside import InsidePresenter
+from .inside_drawing import StepDrawing
+from .judgement import reference_at
+from .pictures import Ghost, Instant
+from .runs import RunList
+from .tracking import TrackPresenter
 
 _DEPTH_KINDS = {"disparity", "foreground", "depth"}
 _AROUND = 16

@@ -8,11 +8,6 @@ from typing import Any
 
 from PySide6.QtCore import QObject, Signal, Slot
 
-from app.presenters.angle_curves import Moved
-from app.presenters.runs import RunEntry, RunList
-from app.presenters.truth import Truth
-from app.tasks.task import Task, TaskList
-from app.views.angle_plot import REFERENCE_STYLE
 from stereotrack_core.evaluation.joint_angles.motion import CUT_OFF_HZ, Motion, motion_of
 from stereotrack_core.evaluation.joint_angles.series import (
     JointAngles,
@@ -20,6 +15,12 @@ from stereotrack_core.evaluation.joint_angles.series import (
     angles_of_run,
     angles_of_trajectory,
 )
+
+from ..tasks.task import Task, TaskList
+from ..views.angle_plot import REFERENCE_STYLE
+from .angle_curves import Moved
+from .runs import RunEntry, RunList
+from .truth import Truth
 
 _MORE = 1.25
 """A run that grows is worked out again when it has so many times the frames."""

@@ -9,13 +9,14 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from app.presenters.runs import RunEntry
-from app.presenters.truth import Truth
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.errors import LimbErrors, errors_against
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.tracking.frame import TrackedFrame
+
+from .runs import RunEntry
+from .truth import Truth
 
 Measure: TypeAlias = Literal["error", "sigma"]
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
-from app.presenters.document import DocumentPresenter
-from app.presenters.judgement import Judgement, judged
-from app.presenters.runs import RunEntry, RunList
-from app.presenters.truth import Against, Truth, project_truth, recorded_truth
 from stereotrack_core.annotation.reference import Reference
+
+from .document import DocumentPresenter
+from .judgement import Judgement, judged
+from .runs import RunEntry, RunList
+from .truth import Against, Truth, project_truth, recorded_truth
 
 _INTERVAL_MS = 250
 

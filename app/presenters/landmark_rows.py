@@ -7,14 +7,15 @@ from math import isfinite, sqrt
 
 import numpy as np
 
-from app.limb_colours import limb_words
-from app.presenters.live_fit import ShownFit
-from app.presenters.marks import FrameMarks, predictions_in
-from app.views.landmark_rows import BodyRow, CellState, LandmarkRow
 from stereotrack_core.annotation.click import UNCERTAIN, Click, Visibility
 from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
 from stereotrack_core.annotation.fit.results import MISTAKEN
 from stereotrack_core.body.limbs import LIMBS
+
+from ..limb_colours import limb_words
+from ..views.landmark_rows import BodyRow, CellState, LandmarkRow
+from .live_fit import ShownFit
+from .marks import FrameMarks, predictions_in
 
 _KEYS = 9
 _MOST_WORDS = 2

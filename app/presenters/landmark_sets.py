@@ -9,8 +9,6 @@ from functools import cached_property
 
 import numpy as np
 
-from app.presenters.counting import counted
-from app.views.body_sketch import Sketch
 from stereotrack_core.annotation.landmark_set import NINE, Landmark, LandmarkSet
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
@@ -23,6 +21,9 @@ from stereotrack_core.project.entries import Choose
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import LANDMARK_SET
 from stereotrack_core.project.setups import load_landmark_set, save_landmark_set
+
+from ..views.body_sketch import Sketch
+from .counting import counted
 
 _SPREAD_ARMS = 0.6
 """Radians by which the drawn person holds the arms away from the body."""

@@ -7,10 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.limb_colours import limb_words
-from app.presenters.judgement import LOST_SHARE, MEASURED_LIMBS, Judgement
-from app.presenters.runs import RunEntry
-from app.views.statistics_panel import StatisticsColumn, StatisticsGroup, StatisticsRow
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.evaluation.limb_statistics import (
     ALL_ARMS,
@@ -19,6 +15,11 @@ from stereotrack_core.evaluation.limb_statistics import (
 )
 from stereotrack_core.interop.table_file import csv_text
 from stereotrack_core.recording.description import Segment
+
+from ..limb_colours import limb_words
+from ..views.statistics_panel import StatisticsColumn, StatisticsGroup, StatisticsRow
+from .judgement import LOST_SHARE, MEASURED_LIMBS, Judgement
+from .runs import RunEntry
 
 LOST_DEG = 45.0
 _CSV = (

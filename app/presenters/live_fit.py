@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from app.tasks.helper_process import HelperProcess
 from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.annotation.fit.fit import ClickFit
 from stereotrack_core.annotation.fit.measurement import measurements
@@ -18,6 +17,8 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.geometry.camera import Camera
+
+from ..tasks.helper_process import HelperProcess
 
 FEWEST = 3
 """Clicks from which on a body is shown; fewer would only show the usual pose."""
@@ -125,7 +126,7 @@ class FitProcess:
     """Fits in another process."""
 
     def __init__(self) -> None:
-        self._process = HelperProcess("app.presenters.live_fit:Fitter")
+        self._process = HelperProcess(f"{__name__}:Fitter")
 
     def __call__(self, question: FitQuestion) -> ShownFit:
         """Fit the body to the clicks of one frame."""

@@ -8,15 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 from PySide6.QtGui import QPainterPath
 
-from app.presenters.click_hints import ClickHints
-from app.presenters.live_fit import ShownFit
-from app.views.click_marks import ClickMark, ClickMarks, CurveMark, PredictionMark, ResidualMark
-from app.views.overlays import limb_paths, part_shapes
 from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Visibility
 from stereotrack_core.annotation.fit.results import MISTAKEN
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.prediction import Prediction
 from stereotrack_core.geometry.camera import Camera
+
+from ..views.click_marks import ClickMark, ClickMarks, CurveMark, PredictionMark, ResidualMark
+from ..views.overlays import limb_paths, part_shapes
+from .click_hints import ClickHints
+from .live_fit import ShownFit
 
 TRIANGULATED = "other views"
 """Source of predictions from the clicks of the same frame."""

@@ -9,8 +9,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from PySide6.QtCore import QObject, Signal, Slot
 
-from app.presenters.selection import gaps_of
-from app.tasks.newest import NewestWins
 from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
 from stereotrack_core.annotation.fit.results import TrajectoryFit
 from stereotrack_core.annotation.next_clicks import NextClicks, Wish
@@ -21,6 +19,9 @@ from stereotrack_core.project.click_sigma import measured_sigmas
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
+
+from ..tasks.newest import NewestWins
+from .selection import gaps_of
 
 WANTED_DEG = 3.0
 """Angle by which limbs may be off where nobody has said otherwise."""

@@ -9,17 +9,6 @@ from functools import partial
 import cv2
 import numpy as np
 
-from app.views.inside_overlay import InsideScene, inside_overlay
-from app.views.line_styles import LineStyle
-from app.views.overlays import (
-    GhostOutline,
-    Overlay,
-    Projection,
-    ghost_paths,
-    limb_paths,
-    part_shapes,
-)
-from app.views.picture import Picture, PictureKind
 from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray
 from stereotrack_core.body.mesh import PartMesh
 from stereotrack_core.depth.cloud import Cloud, DepthGeometry, ViewDepth
@@ -27,6 +16,18 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.frames import FrameSet, ViewImages
 from stereotrack_core.tracking.estimate import Correspondences
+
+from ..views.inside_overlay import InsideScene, inside_overlay
+from ..views.line_styles import LineStyle
+from ..views.overlays import (
+    GhostOutline,
+    Overlay,
+    Projection,
+    ghost_paths,
+    limb_paths,
+    part_shapes,
+)
+from ..views.picture import Picture, PictureKind
 
 _NEAR_PERCENTILE, _FAR_PERCENTILE = 1.0, 99.0
 

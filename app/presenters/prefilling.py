@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
-from app.presenters.counting import counted
-from app.presenters.selection import Selection, gaps_of, landmark_gaps_of
 from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
 from stereotrack_core.annotation.fit.results import TrajectoryFit
 from stereotrack_core.annotation.landmark_set import LandmarkSet
@@ -26,6 +24,9 @@ from stereotrack_core.project.click_sigma import measured_sigmas
 from stereotrack_core.project.edit import Edit
 from stereotrack_core.project.project import Project
 from stereotrack_core.tracking.run import Run
+
+from .counting import counted
+from .selection import Selection, gaps_of, landmark_gaps_of
 
 OnProgress = Callable[[float, str], None]
 

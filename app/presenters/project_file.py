@@ -9,26 +9,27 @@ from typing import Any
 
 from PySide6.QtCore import QObject, QSettings, QTimer, Signal, Slot
 
-from app.failures import Message, message_of
-from app.presenters.document import DocumentPresenter, FindCorrections
-from app.presenters.project_opening import (
-    OpenedProject,
-    Wishes,
-    open_project,
-    project_of_recording,
-)
-from app.presenters.recording_corrections import (
-    corrections_in,
-    corrections_of,
-    differ_message,
-    same_corrections,
-)
-from app.tasks.task import Task, TaskList
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.edit import Edit
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import CHOICE, DESCRIPTION
+
+from ..failures import Message, message_of
+from ..tasks.task import Task, TaskList
+from .document import DocumentPresenter, FindCorrections
+from .project_opening import (
+    OpenedProject,
+    Wishes,
+    open_project,
+    project_of_recording,
+)
+from .recording_corrections import (
+    corrections_in,
+    corrections_of,
+    differ_message,
+    same_corrections,
+)
 
 _ANNOTATOR = "annotator"
 _HOME = "projects_folder"

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from app.failures import Message
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.failures import ProjectDamaged, ProjectInUse
 from stereotrack_core.project.project import Project
@@ -16,6 +15,8 @@ from stereotrack_core.project.whereabouts import (
     projects_of,
 )
 from stereotrack_core.recording.finding import Finding
+
+from ..failures import Message
 
 _READING = "It is shown for reading only. {}"
 

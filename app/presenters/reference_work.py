@@ -7,20 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from PySide6.QtCore import QObject, Signal, Slot
 
-from app.presenters.fitting import (
-    FITTED,
-    FitOrder,
-    FittedRecording,
-    around,
-    fit_process,
-    fit_recording,
-    fit_words,
-    merged_reference,
-    residuals_of,
-)
-from app.presenters.truth import arms_good_to
-from app.tasks.helper_process import HelperProcess
-from app.tasks.task import Task, TaskList
 from stereotrack_core.annotation.fit.results import TrajectoryFit
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.arrays import FloatArray
@@ -42,6 +28,21 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.project.references import Reference, load_reference, save_reference
 from stereotrack_core.project.schema import REFERENCE
 from stereotrack_core.recording.description import Recording
+
+from ..tasks.helper_process import HelperProcess
+from ..tasks.task import Task, TaskList
+from .fitting import (
+    FITTED,
+    FitOrder,
+    FittedRecording,
+    around,
+    fit_process,
+    fit_recording,
+    fit_words,
+    merged_reference,
+    residuals_of,
+)
+from .truth import arms_good_to
 
 _MANY_FRAMES = 50
 _CLICK_EDITS = frozenset(

@@ -10,7 +10,6 @@ from typing import Literal, TypeAlias
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 
-from app.views.line_styles import LineStyle
 from stereotrack_core.arrays import IntArray
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import hanging_pose
@@ -22,6 +21,8 @@ from stereotrack_core.tracking.frame import Origin, TrackedFrame, run_of
 from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
+
+from ..views.line_styles import LineStyle
 
 Kind: TypeAlias = Literal["run", "attempt"]
 _OTHERS: tuple[LineStyle, ...] = ("dash", "dot", "dashdot")

@@ -9,13 +9,14 @@ import cv2
 import numpy as np
 from scipy.spatial import cKDTree
 
-from app.limb_colours import limb_rgb
-from app.presenters.pictures import Instant
-from app.views.scene_content import Ellipsoid, GhostBody, SceneContent
 from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.mesh import PartMesh
 from stereotrack_core.depth.cloud import Cloud
+
+from ..limb_colours import limb_rgb
+from ..views.scene_content import Ellipsoid, GhostBody, SceneContent
+from .pictures import Instant
 
 PointColour: TypeAlias = Literal["view", "limb", "distance"]
 POINT_COLOURS: dict[PointColour, str] = {

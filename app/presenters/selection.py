@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from app.presenters.annotation_lanes import GAP
-from app.presenters.counting import counted, frames_in_words
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.click_edits import DeleteClicks
 from stereotrack_core.project.edit import Edit
 from stereotrack_core.project.marks import FrameFlag, SetFlags, SetKeyframes
 from stereotrack_core.project.project import Project
+
+from .annotation_lanes import GAP
+from .counting import counted, frames_in_words
 
 _LOOK_AGAIN = "look again"
 

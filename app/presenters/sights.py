@@ -7,13 +7,14 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QObject, Signal, Slot
 
-from app.presenters.explaining import Explained, cameras_of, circumstances, poses
-from app.presenters.judgement import Judgement
-from app.presenters.runs import RunEntry
-from app.tasks.task import Task, TaskList
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.evaluation.circumstances import Circumstances, views_that_see
 from stereotrack_core.recording.description import Recording
+
+from ..tasks.task import Task, TaskList
+from .explaining import Explained, cameras_of, circumstances, poses
+from .judgement import Judgement
+from .runs import RunEntry
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from app.limb_colours import limb_words
-from app.presenters.judgement import MEASURED_LIMBS, Judgement
-from app.presenters.truth import arms_good_to, measure_of, with_quality
+from ..limb_colours import limb_words
+from .judgement import MEASURED_LIMBS, Judgement
+from .truth import arms_good_to, measure_of, with_quality
 
 
 def heading_words(judgement: Judgement) -> tuple[str, str, str]:

@@ -6,14 +6,15 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from app.limb_colours import limb_words
-from app.presenters.document import DocumentPresenter
-from app.presenters.judgement import Judgement, doubts
-from app.presenters.runs import RunList
-from app.presenters.tracking import TrackPresenter
-from app.presenters.truth import TORSO_POSITION, measure_of, with_quality
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.tracking.frame import TrackedFrame
+
+from ..limb_colours import limb_words
+from .document import DocumentPresenter
+from .judgement import Judgement, doubts
+from .runs import RunList
+from .tracking import TrackPresenter
+from .truth import TORSO_POSITION, measure_of, with_quality
 
 
 def status_words(

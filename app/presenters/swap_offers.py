@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from app.failures import Message
-from app.presenters.click_hints import ClickHints
 from stereotrack_core.annotation.swaps import Swap
+
+from ..failures import Message
+from .click_hints import ClickHints
 
 
 class SwapOffers:

@@ -10,7 +10,6 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from app.presenters.counting import counted
 from stereotrack_core.cli.arguments import recordings_of
 from stereotrack_core.cli.program import parser
 from stereotrack_core.cli.sweep_files import SweepPlaces, stored_results
@@ -28,6 +27,8 @@ from stereotrack_core.cli.sweep_words import in_words
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.sweeps.measures import MEASURES
 from stereotrack_core.evaluation.sweeps.points import SPECIAL, parameter_rows
+
+from .counting import counted
 
 _LOOK_SECONDS = 0.1
 _CODE = (

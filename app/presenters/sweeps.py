@@ -12,10 +12,11 @@ from typing import IO, Literal, TypeAlias
 
 from PySide6.QtCore import QElapsedTimer, QObject, QSettings, QTimer, Signal, Slot
 
-from app.presenters.counting import counted
-from app.presenters.sweep_plan import process_of
 from stereotrack_core.cli.sweep_files import SweepPlaces, SweepState, is_running, read_state
 from stereotrack_core.cli.sweep_words import in_words
+
+from .counting import counted
+from .sweep_plan import process_of
 
 SweepPhase: TypeAlias = Literal["idle", "running", "stopping", "done", "stopped", "failed"]
 

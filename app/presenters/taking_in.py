@@ -6,14 +6,15 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from app.presenters.counting import counted
-from app.views.decision_table import DecisionRow
 from stereotrack_core.annotation.agreement import Difference, farthest_first
 from stereotrack_core.annotation.click import Click, ClickKey, Visibility
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.click_edits import PlaceClicks
 from stereotrack_core.project.incoming import Incoming
 from stereotrack_core.project.merging import Decision, has_mean, merging_edit
+
+from ..views.decision_table import DecisionRow
+from .counting import counted
 
 _SHOWN_PROBLEMS = 50
 

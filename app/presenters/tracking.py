@@ -10,8 +10,6 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
-from app.failures import message_of
-from app.presenters.runs import RunEntry, RunList
 from stereotrack_core.body.model import BodyModel, body_model
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import proportions_of
@@ -22,6 +20,9 @@ from stereotrack_core.tracking.frame import Origin, TrackedFrame
 from stereotrack_core.tracking.pipeline import FirstPose, Pipeline
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.settings import Settings
+
+from ..failures import message_of
+from .runs import RunEntry, RunList
 
 UPDATES_PER_SECOND = 20
 

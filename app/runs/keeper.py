@@ -14,12 +14,6 @@ from weakref import WeakKeyDictionary, WeakSet
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
-from app.failures import message_of
-from app.presenters.document import DocumentPresenter
-from app.presenters.project_file import ProjectPresenter
-from app.presenters.runs import RunEntry, RunList, frames_of_run
-from app.presenters.tracking import TrackPresenter
-from app.tasks.task import Task, TaskList
 from stereotrack_core.body.model import BodyModel, body_model
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.errors import InputError
@@ -40,6 +34,13 @@ from stereotrack_core.project.schema import RUN
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.stored import body_of_run
+
+from ..failures import message_of
+from ..presenters.document import DocumentPresenter
+from ..presenters.project_file import ProjectPresenter
+from ..presenters.runs import RunEntry, RunList, frames_of_run
+from ..presenters.tracking import TrackPresenter
+from ..tasks.task import Task, TaskList
 
 _SHOWN = "runs_shown"
 _SHOWN_AT_FIRST = 1

@@ -8,10 +8,6 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QObject, Signal, Slot
 
-from app.failures import Message
-from app.presenters.document import DocumentPresenter
-from app.presenters.runs import RunEntry, RunList, entry_of_run
-from app.tasks.task import Task, TaskList
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.frame import TrackedFrame
@@ -24,6 +20,11 @@ from stereotrack_core.tracking.repeating import (
     what_differs,
 )
 from stereotrack_core.tracking.run import Run
+
+from ..failures import Message
+from ..presenters.document import DocumentPresenter
+from ..presenters.runs import RunEntry, RunList, entry_of_run
+from ..tasks.task import Task, TaskList
 
 
 @dataclass(frozen=True, eq=False)

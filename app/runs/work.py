@@ -7,19 +7,20 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Slot
 
-from app.presenters.comparison import ComparedRuns, compared, shown_beside_each_other
-from app.presenters.judgement import Judgement
-from app.presenters.runs import RunEntry
-from app.presenters.stated_errors import score_words
-from app.runs.keeper import RunKeeper
-from app.runs.repeating import RunRepeater
-from app.views.run_details import RunDetails
-from app.views.runs_panel import RunRow
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.run_facts import RunFacts, beside
 
+from ..presenters.comparison import ComparedRuns, compared, shown_beside_each_other
+from ..presenters.judgement import Judgement
+from ..presenters.runs import RunEntry
+from ..presenters.stated_errors import score_words
+from ..views.run_details import RunDetails
+from ..views.runs_panel import RunRow
+from .keeper import RunKeeper
+from .repeating import RunRepeater
+
 if TYPE_CHECKING:
-    from app.main_window import MainWindow
+    from ..main_window import MainWindow
 
 
 class RunWork(QObject):

@@ -17,13 +17,14 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.presenters.sweep_plan import SweepWish, count_of_wish, count_words, measured_seconds
-from app.presenters.sweeps import SweepNow, SweepPresenter
-from app.sweeping.form import SweepForm
-from app.tasks.task import Task, TaskList
 from stereotrack_core.cli.sweep_plan import SweepCount
 from stereotrack_core.cli.sweep_words import in_words
 from stereotrack_core.errors import InputError
+
+from ..presenters.sweep_plan import SweepWish, count_of_wish, count_words, measured_seconds
+from ..presenters.sweeps import SweepNow, SweepPresenter
+from ..tasks.task import Task, TaskList
+from .form import SweepForm
 
 _COUNT_AFTER_MS = 350
 

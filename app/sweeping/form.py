@@ -23,9 +23,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.presenters.sweep_plan import SweepWish
-from app.sweeping.points import SweepPoints
 from stereotrack_core.worker_processes import usable_cores
+
+from ..presenters.sweep_plan import SweepWish
+from .points import SweepPoints
 
 
 class SweepForm(QWidget):

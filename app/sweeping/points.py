@@ -22,8 +22,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.presenters.sweep_plan import PointsWish, hint_for, measures_to_judge_by, names_to_vary
-from app.views.sweep_values import SweepValues
+from ..presenters.sweep_plan import PointsWish, hint_for, measures_to_judge_by, names_to_vary
+from ..views.sweep_values import SweepValues
 
 _WAYS = (
     ("grid", "Every combination of values", "Each value of a line with each of all others."),

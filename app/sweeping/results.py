@@ -20,9 +20,6 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.presenters.counting import counted
-from app.presenters.sweep_best import AVERAGED, best_rows
-from app.views.sweep_plot import SweepPlot
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.sweeps.measures import measure_named
 from stereotrack_core.evaluation.sweeps.picture import draw_curves, draw_heat, words_of
@@ -35,6 +32,10 @@ from stereotrack_core.evaluation.sweeps.table import (
 )
 from stereotrack_core.interop.atomic import replacing
 from stereotrack_core.interop.table_file import read_csv_table
+
+from ..presenters.counting import counted
+from ..presenters.sweep_best import AVERAGED, best_rows
+from ..views.sweep_plot import SweepPlot
 
 _LOOK_MS = 1000
 _MOST_COLOURS = 8

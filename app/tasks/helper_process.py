@@ -15,9 +15,7 @@ import sys
 from typing import IO, Any
 
 _LENGTH = struct.Struct("<Q")
-_CODE = (
-    "import sys; sys.path[:] = {path!r}; from app.tasks.helper_process import serve; serve({of!r})"
-)
+_CODE = "import sys; sys.path[:] = {path!r}; from {here} import serve; serve({of!r})"
 
 
 class HelperProcess:
@@ -71,7 +69,7 @@ class HelperProcess:
         return answer
 
     def _started(self) -> subprocess.Popen[bytes]:
-        code = _CODE.format(path=sys.path, of=self._worker)
+        code = _CODE.format(path=sys.path, here=__name__, of=self._worker)
         return subprocess.Popen(  # noqa: S603 - our own code in our own interpreter
             [sys.executable, "-c", code],
             stdin=subprocess.PIPE,

@@ -7,7 +7,7 @@ from typing import Any, Generic, Protocol, TypeVar
 
 from PySide6.QtCore import QObject, Signal, Slot
 
-from app.tasks.newest import NewestWins
+from .newest import NewestWins
 
 
 class Question(Hashable, Protocol):

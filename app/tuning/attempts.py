@@ -7,20 +7,21 @@ from weakref import WeakKeyDictionary
 
 from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal, Slot
 
-from app.failures import message_of
-from app.presenters.clouds import CloudPresenter
-from app.presenters.document import DocumentPresenter
-from app.presenters.judging import JudgementPresenter
-from app.presenters.runs import RunEntry, RunList
-from app.presenters.tracking import TrackPresenter
-from app.tuning.base import Base, attempt_from, base_of, changes_in_words
-from app.tuning.stores import StoreKeeper
-from app.tuning.worker import AttemptWorker, Progress
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.tracking.frame import Origin
 from stereotrack_core.tracking.pipeline import FirstPose
 from stereotrack_core.tracking.tuning.attempt import Attempt, work_of
+
+from ..failures import message_of
+from ..presenters.clouds import CloudPresenter
+from ..presenters.document import DocumentPresenter
+from ..presenters.judging import JudgementPresenter
+from ..presenters.runs import RunEntry, RunList
+from ..presenters.tracking import TrackPresenter
+from .base import Base, attempt_from, base_of, changes_in_words
+from .stores import StoreKeeper
+from .worker import AttemptWorker, Progress
 
 PAUSE_MS = 100
 """Time without a further change after which an attempt begins."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from app.presenters.runs import RunEntry
-from app.views.parameter_editor import value_text
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import Proportions
@@ -15,6 +13,9 @@ from stereotrack_core.tracking.pipeline import FirstPose
 from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.tuning.attempt import Attempt, Start
 from stereotrack_core.tracking.tuning.stages import changed_names, shape_stands
+
+from ..presenters.runs import RunEntry
+from ..views.parameter_editor import value_text
 
 _NAMED = 2
 

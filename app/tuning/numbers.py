@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.presenters.comparison import LOST_DEG
-from app.presenters.judgement import Judgement
-from app.presenters.runs import RunEntry
-from app.views.attempts_panel import AttemptRow, AttemptTable
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+
+from ..presenters.comparison import LOST_DEG
+from ..presenters.judgement import Judgement
+from ..presenters.runs import RunEntry
+from ..views.attempts_panel import AttemptRow, AttemptTable
 
 _ERROR = ("arms °", "torso °", "lost %", "unexpl. %")
 _SIGMA = ("arms ± °", "torso ± °", "unexpl. %")

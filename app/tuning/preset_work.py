@@ -9,16 +9,17 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, Signal, Slot
 from PySide6.QtWidgets import QFileDialog
 
-from app.failures import Message
-from app.presenters.runs import RunEntry
-from app.tuning.dialogs import NameDialog
-from app.tuning.presets import PresetShelf
 from stereotrack_core.errors import InputError
 from stereotrack_core.tracking.presets import PRESETS
 from stereotrack_core.tracking.settings import Settings
 
+from ..failures import Message
+from ..presenters.runs import RunEntry
+from .dialogs import NameDialog
+from .presets import PresetShelf
+
 if TYPE_CHECKING:
-    from app.main_window import MainWindow
+    from ..main_window import MainWindow
 
 _FILES = "Preset (*.toml)"
 

@@ -6,7 +6,6 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal, Slot
 
-from app.presenters.project_file import ProjectPresenter
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.preset_file import read_preset, write_preset
 from stereotrack_core.project.entries import DeleteEntry
@@ -14,6 +13,8 @@ from stereotrack_core.project.schema import PARAMETER_SET
 from stereotrack_core.project.setups import ParameterSet, load_parameters, save_parameters
 from stereotrack_core.tracking.presets import PRESETS, UserPreset, named, preset
 from stereotrack_core.tracking.settings import Settings
+
+from ..presenters.project_file import ProjectPresenter
 
 
 class PresetShelf(QObject):

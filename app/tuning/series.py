@@ -7,18 +7,6 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QObject, Signal, Slot
 
-from app.failures import message_of
-from app.presenters.document import DocumentPresenter
-from app.presenters.judgement import MEASURED_LIMBS, Judgement, judged
-from app.presenters.judging import JudgementPresenter
-from app.presenters.runs import RunEntry, RunList
-from app.tasks.task import Task, TaskList
-from app.tuning.attempts import AttemptPresenter, take_over
-from app.tuning.base import attempt_from, with_unit
-from app.tuning.numbers import Summary, summary_of
-from app.tuning.stores import StoreKeeper
-from app.tuning.worker import AttemptWorker
-from app.views.small_multiples import Multiple
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.errors import Cancelled
@@ -26,6 +14,19 @@ from stereotrack_core.parameters import ParameterRow, Value
 from stereotrack_core.tracking.pipeline import FirstPose
 from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.tuning.attempt import Attempt
+
+from ..failures import message_of
+from ..presenters.document import DocumentPresenter
+from ..presenters.judgement import MEASURED_LIMBS, Judgement, judged
+from ..presenters.judging import JudgementPresenter
+from ..presenters.runs import RunEntry, RunList
+from ..tasks.task import Task, TaskList
+from ..views.small_multiples import Multiple
+from .attempts import AttemptPresenter, take_over
+from .base import attempt_from, with_unit
+from .numbers import Summary, summary_of
+from .stores import StoreKeeper
+from .worker import AttemptWorker
 
 _LOOK_SECONDS = 0.1
 

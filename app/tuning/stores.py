@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 
-from app.presenters.clouds import CloudPresenter
-from app.presenters.document import DocumentPresenter
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.tuning.clouds import CloudStore
+
+from ..presenters.clouds import CloudPresenter
+from ..presenters.document import DocumentPresenter
 
 
 class StoreKeeper:

@@ -8,10 +8,11 @@ from collections.abc import Callable
 
 from PySide6.QtCore import QObject, QTimer, Slot
 
-from app.tuning.stores import StoreKeeper
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.tracking.tuning.attempt import Attempt, colours
 from stereotrack_core.tracking.tuning.clouds import CloudStore
+
+from .stores import StoreKeeper
 
 _PAUSE_MS = 400
 

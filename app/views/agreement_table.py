@@ -14,7 +14,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.views.cells import LEFT, RIGHT, dress_table, make_bold, swatch
+from .cells import LEFT, RIGHT, dress_table, make_bold, swatch
 
 _HEADINGS = (
     ("Landmark", ""),

@@ -17,12 +17,13 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.theme import current_theme
-from app.views.elided_label import ElidedLabel, shortened
-from app.views.frame_plot import FRAME_KEYS, FramePlot
-from app.views.line_styles import PEN_STYLES
-from app.views.plots import band, label_axis, shade
 from stereotrack_core.arrays import FloatArray, IntArray
+
+from ..theme import current_theme
+from .elided_label import ElidedLabel, shortened
+from .frame_plot import FRAME_KEYS, FramePlot
+from .line_styles import PEN_STYLES
+from .plots import band, label_axis, shade
 
 REFERENCE_STYLE = "reference"
 """Line style that no run has."""

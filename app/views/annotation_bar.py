@@ -16,9 +16,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.icons import set_icon
-from app.theme import current_theme
-from app.views.lane_filter import KIND_WORDS, KINDS, LaneFilter
+from ..icons import set_icon
+from ..theme import current_theme
+from .lane_filter import KIND_WORDS, KINDS, LaneFilter
 
 
 class ProgressStrip(QWidget):

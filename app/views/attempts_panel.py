@@ -21,8 +21,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.theme import current_theme
-from app.views.cells import RIGHT, dress_table
+from ..theme import current_theme
+from .cells import RIGHT, dress_table
 
 _WORTH_SAYING = 0.05
 _NAME_WIDTH = 172

@@ -16,10 +16,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.limb_colours import LIMB_COLOURS
-from app.theme import current_theme
-from app.views.cells import RIGHT
-from app.views.landmark_rows import BodyRow
+from ..limb_colours import LIMB_COLOURS
+from ..theme import current_theme
+from .cells import RIGHT
+from .landmark_rows import BodyRow
 
 
 class BodyPanel(QWidget):

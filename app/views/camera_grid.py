@@ -19,10 +19,11 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.views.camera_view import CameraView, Display
-from app.views.click_marks import ClickMarks
-from app.views.picture import PICTURE_KINDS, Picture, PictureKind
 from stereotrack_core.recording.description import View
+
+from .camera_view import CameraView, Display
+from .click_marks import ClickMarks
+from .picture import PICTURE_KINDS, Picture, PictureKind
 
 Arrangement: TypeAlias = Literal["grid", "one-and-more", "single"]
 ARRANGEMENTS: tuple[Arrangement, ...] = ("grid", "one-and-more", "single")

@@ -19,15 +19,15 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QWidget
 
-from app.theme import current_theme
-from app.views.click_hand import ClickHand
-from app.views.click_marks import ClickMarks
-from app.views.click_painting import paint_marks, paint_outside
-from app.views.line_styles import paint_runs_legend
-from app.views.loupe import paint_loupe
-from app.views.overlays import paint_overlay
-from app.views.picture import Picture
-from app.views.picture_view import Display, PictureView
+from ..theme import current_theme
+from .click_hand import ClickHand
+from .click_marks import ClickMarks
+from .click_painting import paint_marks, paint_outside
+from .line_styles import paint_runs_legend
+from .loupe import paint_loupe
+from .overlays import paint_overlay
+from .picture import Picture
+from .picture_view import Display, PictureView
 
 __all__ = ["CameraView", "Display"]
 

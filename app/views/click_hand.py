@@ -7,7 +7,7 @@ from typing import Protocol
 
 from PySide6.QtCore import QPointF, Qt
 
-from app.views.click_marks import ClickMark, ClickMarks, Moved, Picked, Placed
+from .click_marks import ClickMark, ClickMarks, Moved, Picked, Placed
 
 HANDLE = 12.0
 """Widget pixels around a click within which it can be dragged."""

@@ -8,8 +8,8 @@ from math import hypot, isfinite
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QPolygonF, QTransform
 
-from app.limb_colours import LIMB_COLOURS
-from app.views.click_marks import ClickMark, ClickMarks, CurveMark, PredictionMark, ResidualMark
+from ..limb_colours import LIMB_COLOURS
+from .click_marks import ClickMark, ClickMarks, CurveMark, PredictionMark, ResidualMark
 
 DOT = 4.5
 RING = 10.0

@@ -12,14 +12,15 @@ from PySide6.QtCore import QEvent, QSize, Signal
 from PySide6.QtGui import QColor, QPen
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QVBoxLayout, QWidget
 
-from app.limb_colours import limb_words
-from app.theme import current_theme
-from app.views.elided_label import ElidedLabel
-from app.views.error_curves import Curve
-from app.views.limb_legend import LimbLegend
-from app.views.line_styles import PEN_STYLES, LineStyle
-from app.views.plots import band, dress_plot, new_plot, shade
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+
+from ..limb_colours import limb_words
+from ..theme import current_theme
+from .elided_label import ElidedLabel
+from .error_curves import Curve
+from .limb_legend import LimbLegend
+from .line_styles import PEN_STYLES, LineStyle
+from .plots import band, dress_plot, new_plot, shade
 
 _OTHERS: tuple[LineStyle, ...] = ("dash", "dot", "dashdot")
 _SYMBOLS = ("o", "x", "t", "s", "d")

@@ -16,10 +16,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.limb_colours import LIMB_COLOURS
-from app.theme import current_theme
-from app.views.cells import RIGHT, dress_table, swatch
-from app.views.comparison_rows import ComparedCell, ComparedRow
+from ..limb_colours import LIMB_COLOURS
+from ..theme import current_theme
+from .cells import RIGHT, dress_table, swatch
+from .comparison_rows import ComparedCell, ComparedRow
 
 _NOTHING = "Numbers come here when there is a run; with several, how much they differ."
 _DIFFERENCE, _VERDICT = "difference (95 %)", "what these frames show"

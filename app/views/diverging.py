@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from PySide6.QtGui import QColor
 
-from app.theme import Theme
 from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
+
+from ..theme import Theme
 
 _LOW, _HIGH = (0x00, 0x72, 0xB2), (0xD5, 0x5E, 0x00)
 _LOW_ON_DARK, _HIGH_ON_DARK = (0x3A, 0xA6, 0xF0), (0xFF, 0x8A, 0x2B)

@@ -18,9 +18,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.limb_colours import LIMB_COLOURS, limb_words
-from app.views.cells import RIGHT, swatch
-from app.views.evidence_view import EvidenceView
+from ..limb_colours import LIMB_COLOURS, limb_words
+from .cells import RIGHT, swatch
+from .evidence_view import EvidenceView
 
 _COLUMNS = ("Frames", "Limbs", "Peak", "Probable cause", "Sure", "By")
 _WIDEST = ("0000–0000", "", "100 %", "", "100 %", "error")

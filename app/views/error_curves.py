@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.views.line_styles import LineStyle
 from stereotrack_core.arrays import FloatArray, IntArray
+
+from .line_styles import LineStyle
 
 __all__ = ["Curve", "LineStyle", "next_crossing", "thinned"]
 

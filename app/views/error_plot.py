@@ -10,13 +10,13 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QColor, QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
-from app.limb_colours import EXTRA_COLOURS, limb_words
-from app.theme import current_theme
-from app.views.error_curves import Curve, next_crossing, thinned
-from app.views.frame_plot import FRAME_KEYS, FramePlot
-from app.views.limb_legend import LimbLegend
-from app.views.line_styles import PEN_STYLES
-from app.views.plots import label_axis
+from ..limb_colours import EXTRA_COLOURS, limb_words
+from ..theme import current_theme
+from .error_curves import Curve, next_crossing, thinned
+from .frame_plot import FRAME_KEYS, FramePlot
+from .limb_legend import LimbLegend
+from .line_styles import PEN_STYLES
+from .plots import label_axis
 
 _HELP = (
     "Click to go to a frame, drag the threshold line, wheel to zoom, right drag to scale. "

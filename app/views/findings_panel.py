@@ -15,8 +15,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.theme import current_theme
 from stereotrack_core.recording.findings import Finding
+
+from ..theme import current_theme
 
 _ORDER = {"error": 0, "warning": 1, "note": 2}
 

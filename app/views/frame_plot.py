@@ -7,8 +7,8 @@ from PySide6.QtCore import QEvent, QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QWidget
 
-from app.theme import current_theme
-from app.views.plots import dress_plot, new_plot
+from ..theme import current_theme
+from .plots import dress_plot, new_plot
 
 FRAME_KEYS = "Keys: arrows step, A shows everything."
 """What the keys of a plot over frames do."""

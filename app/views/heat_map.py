@@ -17,10 +17,10 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QWidget
 
-from app.limb_colours import LIMB_COLOURS
-from app.theme import current_theme
-from app.views.diverging import diverging_rgb
-from app.views.inside_content import HeatMap
+from ..limb_colours import LIMB_COLOURS
+from ..theme import current_theme
+from .diverging import diverging_rgb
+from .inside_content import HeatMap
 
 _ROW, _LEAST_ROW, _TOP, _STRIP, _FOOT = 13.0, 11.0, 16.0, 4.0, 18.0
 _BAR, _BAR_WORDS = 12.0, 22.0

@@ -6,9 +6,9 @@ from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFont, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QWidget
 
-from app.theme import current_theme
-from app.views.diverging import FULL_RESIDUAL, shade_colours, shade_of
-from app.views.inside_content import Histogram
+from ..theme import current_theme
+from .diverging import FULL_RESIDUAL, shade_colours, shade_of
+from .inside_content import Histogram
 
 _HEIGHT, _FOOT, _SIDE = 110, 30.0, 8.0
 

@@ -11,8 +11,9 @@ from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelInd
 from PySide6.QtGui import QColor, QFont, QFontMetrics
 from PySide6.QtWidgets import QApplication
 
-from app.theme import current_theme
 from stereotrack_core.project.history import Entry, How
+
+from ..theme import current_theme
 
 Fetch: TypeAlias = Callable[[int, int | None], tuple[Entry, ...]]
 """From a number of edits and the number that they are older than to these edits, newest first."""

@@ -14,7 +14,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.views.history_model import Fetch, HistoryModel
+from .history_model import Fetch, HistoryModel
 
 _NOTHING = "The edits of a project are listed here; a click on one goes back or forward to it."
 

@@ -11,8 +11,9 @@ import pyqtgraph
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen, QPolygonF
 
-from app.limb_colours import LIMB_COLOURS
 from stereotrack_core.arrays import FloatArray
+
+from ..limb_colours import LIMB_COLOURS
 
 _GHOST_ALPHA = 130
 _LEAST_MOVE = 0.002

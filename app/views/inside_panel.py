@@ -20,12 +20,12 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.theme import current_theme
-from app.views.elided_label import ElidedLabel
-from app.views.heat_map import HeatMapView
-from app.views.histogram_view import HistogramView
-from app.views.inside_content import StepContent, StepName
-from app.views.inside_table import InsideTable
+from ..theme import current_theme
+from .elided_label import ElidedLabel
+from .heat_map import HeatMapView
+from .histogram_view import HistogramView
+from .inside_content import StepContent, StepName
+from .inside_table import InsideTable
 
 _STEP = Qt.ItemDataRole.UserRole
 _NOTHING = (

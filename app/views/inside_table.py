@@ -13,9 +13,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.limb_colours import LIMB_COLOURS
-from app.views.cells import RIGHT, dress_table, make_bold, swatch
-from app.views.inside_content import Table
+from ..limb_colours import LIMB_COLOURS
+from .cells import RIGHT, dress_table, make_bold, swatch
+from .inside_content import Table
 
 _NARROWEST_WORDS = 72
 

@@ -17,10 +17,11 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.views.cells import RIGHT, swatch
 from stereotrack_core.annotation.landmark_set import Landmark
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.skeleton import PARTS
+
+from .cells import RIGHT, swatch
 
 _Index: TypeAlias = QModelIndex | QPersistentModelIndex
 _NOWHERE = QModelIndex()

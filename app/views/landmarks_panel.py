@@ -30,9 +30,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.theme import current_theme
-from app.views.cells import RIGHT, dress_table
-from app.views.landmark_rows import CELL_WORDS, CellState, LandmarkRow
+from ..theme import current_theme
+from .cells import RIGHT, dress_table
+from .landmark_rows import CELL_WORDS, CellState, LandmarkRow
 
 _Index: TypeAlias = QModelIndex | QPersistentModelIndex
 _KEY, _LABEL = 0, 1

@@ -15,11 +15,11 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.limb_colours import EXTRA_COLOURS, limb_words
-from app.theme import current_theme
-from app.views.elided_label import shortened
-from app.views.error_curves import Curve
-from app.views.line_styles import LineStyle, line_pixmap
+from ..limb_colours import EXTRA_COLOURS, limb_words
+from ..theme import current_theme
+from .elided_label import shortened
+from .error_curves import Curve
+from .line_styles import LineStyle, line_pixmap
 
 _SWATCH = QSize(14, 14)
 _GAP = 2

@@ -7,7 +7,7 @@ from typing import Literal, TypeAlias
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen, QPixmap
 
-from app.views.elided_label import shortened
+from .elided_label import shortened
 
 LineStyle: TypeAlias = Literal["solid", "dash", "dot", "dashdot"]
 

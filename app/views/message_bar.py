@@ -13,9 +13,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.failures import Message
-from app.icons import set_icon
-from app.theme import current_theme
+from ..failures import Message
+from ..icons import set_icon
+from ..theme import current_theme
 
 _ICONS = {"error": "warning", "warning": "warning", "note": "info"}
 

@@ -19,9 +19,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.limb_colours import LIMB_COLOURS
-from app.views.cells import LEFT, RIGHT, dress_table, swatch
-from app.views.elided_label import ElidedLabel
+from ..limb_colours import LIMB_COLOURS
+from .cells import LEFT, RIGHT, dress_table, swatch
+from .elided_label import ElidedLabel
 
 _NOTHING = "No joint angle is known in these frames."
 

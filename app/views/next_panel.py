@@ -29,10 +29,11 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.theme import current_theme
-from app.views.cells import swatch
 from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.annotation.suggestion import StopSign, Suggestion
+
+from ..theme import current_theme
+from .cells import swatch
 
 _Index: TypeAlias = QModelIndex | QPersistentModelIndex
 _NOWHERE = QModelIndex()

@@ -25,9 +25,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.limb_colours import LIMB_COLOURS, limb_words
-from app.theme import current_theme
-from app.views.cells import LEFT, RIGHT, dress_table
+from ..limb_colours import LIMB_COLOURS, limb_words
+from ..theme import current_theme
+from .cells import LEFT, RIGHT, dress_table
 
 NumberRow: TypeAlias = tuple[str, str, str, str]
 """Limb (empty for none), label, value with its unit, and a hint in words."""

@@ -12,13 +12,14 @@ import pyqtgraph
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QLinearGradient, QPainter, QPainterPath, QPen, QPolygonF
 
-from app.limb_colours import LANDMARK_LIMBS, LIMB_COLOURS
-from app.views.inside_overlay import InsideOverlay, paint_inside
-from app.views.line_styles import PEN_STYLES, LineStyle
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.mesh import PartMesh
 from stereotrack_core.recording.landmarks import LANDMARKS, SKELETON
+
+from ..limb_colours import LANDMARK_LIMBS, LIMB_COLOURS
+from .inside_overlay import InsideOverlay, paint_inside
+from .line_styles import PEN_STYLES, LineStyle
 
 Projection: TypeAlias = Callable[[FloatArray], FloatArray]
 """From world points (..., 3) to pixels (..., 2) of a picture; NaN behind the camera."""

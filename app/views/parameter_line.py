@@ -6,10 +6,11 @@ from PySide6.QtCore import Signal
 from PySide6.QtGui import QFont
 from PySide6.QtWidgets import QGridLayout, QLabel, QToolButton, QWidget
 
-from app.icons import set_icon
-from app.views.parameter_editor import editor_for, value_text
 from stereotrack_core.errors import InputError
 from stereotrack_core.parameters import ParameterRow, Value
+
+from ..icons import set_icon
+from .parameter_editor import editor_for, value_text
 
 _EDITOR_WIDTH = 116
 _UNIT_WIDTH = 34

@@ -20,10 +20,11 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.icons import set_icon
-from app.views.parameter_line import ParameterLine
 from stereotrack_core.parameters import ParameterGroup, ParameterRow, Value
 from stereotrack_core.tracking.presets import PRESETS
+
+from ..icons import set_icon
+from .parameter_line import ParameterLine
 
 AGAINST: dict[str, str] = {
     "preset": "the preset",

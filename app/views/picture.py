@@ -8,8 +8,9 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from app.views.overlays import Overlay
 from stereotrack_core.arrays import ImageArray
+
+from .overlays import Overlay
 
 PictureKind: TypeAlias = Literal["image", "left", "disparity", "foreground", "depth"]
 

@@ -9,8 +9,8 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QTransform
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from app.views.click_marks import CLICK_OVERLAYS
-from app.views.picture import Picture, brightened
+from .click_marks import CLICK_OVERLAYS
+from .picture import Picture, brightened
 
 _MOST_ZOOM = 64.0
 _PERSON_SHARE, _LEAST_SHARE = 0.8, 0.5

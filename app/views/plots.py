@@ -8,8 +8,9 @@ import pyqtgraph as pg
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QWidget
 
-from app.theme import current_theme
 from stereotrack_core.arrays import FloatArray, IntArray
+
+from ..theme import current_theme
 
 _GRID = 70
 _SHADE = 45

@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.views.cells import dress_table
+from .cells import dress_table
 
 Rows = Sequence[tuple[str, str, str, bool]]
 

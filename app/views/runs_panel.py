@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.views.line_styles import LineStyle, line_pixmap
+from .line_styles import LineStyle, line_pixmap
 
 _HEADINGS = ("Run", "Frames", "Arm error", "Time", "Seed", "Tracked")
 _NARROWEST_NAME = 170

@@ -9,12 +9,13 @@ from vtkmodules.vtkCommonMath import vtkMatrix4x4
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
 
-from app.limb_colours import LIMB_COLOURS
-from app.theme import Theme
-from app.views.scene_content import Ellipsoid, LimbMesh, SceneContent
-from app.views.scene_geometry import Shape
-from app.views.scene_window import unit_rgb
 from stereotrack_core.arrays import FloatArray, IntArray
+
+from ..limb_colours import LIMB_COLOURS
+from ..theme import Theme
+from .scene_content import Ellipsoid, LimbMesh, SceneContent
+from .scene_geometry import Shape
+from .scene_window import unit_rgb
 
 _POINT_METRES = 0.007
 _POINT_SIZES = np.array([1.0, 4.0])

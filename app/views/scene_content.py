@@ -8,10 +8,11 @@ from typing import Protocol
 
 import numpy as np
 
-from app.views.inside_overlay import InsideScene
-from app.views.line_styles import LineStyle
 from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
 from stereotrack_core.geometry.camera import Camera
+
+from .inside_overlay import InsideScene
+from .line_styles import LineStyle
 
 LAYERS: tuple[str, ...] = ("cloud", "model", "reference", "cameras", "ellipsoids", "floor")
 """Parts of the scene that can be switched one by one."""

@@ -8,8 +8,9 @@ from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
 
-from app.views.scene_window import unit_rgb
 from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
+
+from .scene_window import unit_rgb
 
 
 class Shape:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from app.limb_colours import LIMB_COLOURS
-from app.theme import Theme
-from app.views.inside_overlay import Ghosts, InsideScene
-from app.views.scene_geometry import Shape
 from stereotrack_core.arrays import FloatArray
+
+from ..limb_colours import LIMB_COLOURS
+from ..theme import Theme
+from .inside_overlay import Ghosts, InsideScene
+from .scene_geometry import Shape
 
 _DOT = 4.0
 _RING = 8

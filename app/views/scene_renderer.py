@@ -8,13 +8,13 @@ import numpy as np
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter
 
-from app.theme import Theme
-from app.views.scene_body import CloudLayer, EllipsoidLayer, GhostLayer, ModelLayer
-from app.views.scene_content import SceneContent
-from app.views.scene_inside import InsideLayer
-from app.views.scene_orbit import FIELD_OF_VIEW, Orbit
-from app.views.scene_surroundings import CameraLayer, FloorLayer, ReferenceLayer
-from app.views.scene_window import SceneWindow
+from ..theme import Theme
+from .scene_body import CloudLayer, EllipsoidLayer, GhostLayer, ModelLayer
+from .scene_content import SceneContent
+from .scene_inside import InsideLayer
+from .scene_orbit import FIELD_OF_VIEW, Orbit
+from .scene_surroundings import CameraLayer, FloorLayer, ReferenceLayer
+from .scene_window import SceneWindow
 
 
 class SceneRenderer:

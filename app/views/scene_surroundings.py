@@ -10,12 +10,13 @@ from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkRenderingCore import vtkRenderer, vtkTexture
 
-from app.theme import Theme
-from app.views.scene_content import SceneContent
-from app.views.scene_geometry import Shape, dashes
 from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.landmarks import LANDMARKS, SKELETON
+
+from ..theme import Theme
+from .scene_content import SceneContent
+from .scene_geometry import Shape, dashes
 
 _FLOOR_HALF = 3.0
 _FLOOR_STEP = 0.5

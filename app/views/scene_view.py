@@ -19,14 +19,15 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QApplication, QWidget
 
-from app.theme import current_theme
-from app.views.line_styles import paint_runs_legend
-from app.views.scene_body import limb_at
-from app.views.scene_content import LAYERS, SceneContent
-from app.views.scene_orbit import Orbit, orbit_around
-from app.views.scene_renderer import SceneRenderer, paint_names
-from app.views.scene_window import SceneUnavailable
 from stereotrack_core.arrays import FloatArray
+
+from ..theme import current_theme
+from .line_styles import paint_runs_legend
+from .scene_body import limb_at
+from .scene_content import LAYERS, SceneContent
+from .scene_orbit import Orbit, orbit_around
+from .scene_renderer import SceneRenderer, paint_names
+from .scene_window import SceneUnavailable
 
 _REST_MS = 180
 _TURN_PER_PIXEL = np.radians(0.4)

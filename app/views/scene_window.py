@@ -14,7 +14,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkLogger, vtkUnsignedCharArray
 from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
 
-from app.views.scene_orbit import FIELD_OF_VIEW, Orbit
+from .scene_orbit import FIELD_OF_VIEW, Orbit
 
 _FINE_SAMPLES = 4
 

@@ -23,10 +23,11 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.views.parameter_editor import value_text
-from app.views.small_multiples import MeansCurve, Multiple, SmallMultiples, keeps_arrows
 from stereotrack_core.parameters import ParameterRow, Value
 from stereotrack_core.tracking.tuning.series import MOST, usual_range
+
+from .parameter_editor import value_text
+from .small_multiples import MeansCurve, Multiple, SmallMultiples, keeps_arrows
 
 _NOTHING = (
     "Choose a parameter and a range: the selected frames are tracked with each value, and their "

@@ -19,8 +19,8 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from app.limb_colours import LIMB_COLOURS
-from app.theme import current_theme
+from ..limb_colours import LIMB_COLOURS
+from ..theme import current_theme
 
 _CELL_WIDTH, _CELL_HEIGHT = 118, 84
 _PAD = 4.0

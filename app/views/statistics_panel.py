@@ -20,9 +20,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.limb_colours import LIMB_COLOURS
-from app.theme import current_theme
-from app.views.cells import RIGHT, swatch
+from ..limb_colours import LIMB_COLOURS
+from ..theme import current_theme
+from .cells import RIGHT, swatch
 
 _NOTHING = "Statistics of every limb come here when the tracker has run."
 

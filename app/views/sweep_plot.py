@@ -11,11 +11,12 @@ from PySide6.QtCore import QEvent, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFont
 from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
 
-from app.theme import current_theme
-from app.views.elided_label import shortened
-from app.views.plots import dress_plot, label_axis, new_plot, shade
 from stereotrack_core.evaluation.sweeps.picture import words_of
 from stereotrack_core.evaluation.sweeps.table import Axis, Curve, Heat, best_cell
+
+from ..theme import current_theme
+from .elided_label import shortened
+from .plots import dress_plot, label_axis, new_plot, shade
 
 _MOST_NUMBERS = 80
 _MOST_TICKS = 12

@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.icons import set_icon
+from ..icons import set_icon
 
 
 class SweepValues(QWidget):

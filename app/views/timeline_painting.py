@@ -7,10 +7,10 @@ from collections.abc import Collection, Sequence
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPen, QPolygonF
 
-from app.theme import Theme
-from app.views.timeline_lanes import Lane
-from app.views.timeline_scale import TimelineScale
-from app.views.timeline_strips import strip_pixels
+from ..theme import Theme
+from .timeline_lanes import Lane
+from .timeline_scale import TimelineScale
+from .timeline_strips import strip_pixels
 
 RULER_HEIGHT = 24
 LEAST_LANE, MOST_LANE = 13, 20

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from app.theme import Theme
-from app.views.timeline_lanes import Lane, Mark, covered_columns
 from stereotrack_core.arrays import FloatArray, ImageArray
+
+from ..theme import Theme
+from .timeline_lanes import Lane, Mark, covered_columns
 
 
 def strip_pixels(lane: Lane, edges: FloatArray, height: int, theme: Theme) -> ImageArray:

@@ -21,10 +21,10 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QAbstractScrollArea, QToolTip, QWidget
 
-from app.theme import current_theme
-from app.views.timeline_keys import HELP, ZOOMS, next_lane, selection_to_here, steps
-from app.views.timeline_lanes import Lane
-from app.views.timeline_painting import (
+from ..theme import current_theme
+from .timeline_keys import HELP, ZOOMS, next_lane, selection_to_here, steps
+from .timeline_lanes import Lane
+from .timeline_painting import (
     LEAST_LANE,
     MOST_LANE,
     RULER_HEIGHT,
@@ -36,7 +36,7 @@ from app.views.timeline_painting import (
     paint_selection,
     time_text,
 )
-from app.views.timeline_scale import TimelineScale
+from .timeline_scale import TimelineScale
 
 _NAMES_NARROWEST, _NAMES_WIDEST = 120, 190
 _SCROLL_STEPS = 1000

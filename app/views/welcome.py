@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.icons import set_icon
+from ..icons import set_icon
 
 _ABOUT = (
     "Track and examine the movement of a person's upper body in recordings of several "

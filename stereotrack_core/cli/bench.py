@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import os
 import subprocess
@@ -84,7 +83,7 @@ def run(args: Namespace) -> int:
         facts["correction"] = {"growth_exponent": growth(corrections), "sizes": corrections}
         tables.append(_correction_table(corrections, growth(corrections)))
     if folder is not None and "window" in parts:
-        facts["window"] = _window(folder)
+        facts["window"] = _window(folder, args.app_package)
         if facts["window"] is not None:
             tables.append(_window_table(facts["window"]))
     if args.json:
@@ -186,9 +185,9 @@ def _correction_table(speeds: tuple[CorrectionSpeed, ...], exponent: float) -> T
     )
 
 
-def _window(folder: Path) -> dict[str, Any] | None:
+def _window(folder: Path, app_package: str | None) -> dict[str, Any] | None:
     """Figures of the window, which measures itself in its own process."""
-    if importlib.util.find_spec("app") is None or importlib.util.find_spec("app.bench") is None:
+    if app_package is None:
         say("The window is not measured: the workbench is not installed.")
         return None
     say("Timing frame steps in the window.")
@@ -197,7 +196,7 @@ def _window(folder: Path) -> dict[str, Any] | None:
         environment.setdefault("QT_QPA_PLATFORM", "offscreen")
     try:
         done = subprocess.run(  # noqa: S603 - our own program
-            [sys.executable, "-m", "app.bench", str(folder)],
+            [sys.executable, "-m", f"{app_package}.bench", str(folder)],
             capture_output=True,
             text=True,
             env=environment,

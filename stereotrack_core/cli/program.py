@@ -120,15 +120,24 @@ def parser() -> ArgumentParser:
     return root
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command; return the exit status: 0 done, 2 wrong input, 1 everything else."""
+def main(argv: Sequence[str] | None = None, *, app_package: str | None = None) -> int:
+    """Run one command; return the exit status: 0 done, 2 wrong input, 1 everything else.
+
+    Parameters
+    ----------
+    argv : sequence of str, optional
+        The arguments; by default those of the process.
+    app_package : str, optional
+        Name under which the workbench's package can be imported, for the few commands that run a
+        module of it in a process of its own. The core itself does not know it.
+    """
     arguments = list(sys.argv[1:] if argv is None else argv)
     if not arguments or arguments[0] in ("-h", "--help"):
         put(command_list())
         return OK
     try:
         _check_command(arguments[0])
-        args = parser().parse_args(arguments)
+        args = parser().parse_args(arguments, Namespace(app_package=app_package))
         status: int = args.run(args)
         return status
     except SystemExit as end:  # argparse, after --help or --version

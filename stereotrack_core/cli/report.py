@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import os
 import shlex
 import subprocess
@@ -73,7 +72,7 @@ def run(args: Namespace) -> int:
             return FAILED
     write_page(args.output, reported)
     if args.pdf is not None:
-        write_pdf(args.pdf, reported)
+        write_pdf(args.pdf, reported, args.app_package)
     _tell(args, reported)
     return OK
 
@@ -86,7 +85,7 @@ def write_page(path: Path, reported: Reported) -> None:
     write_text_table(path, run_page(reported))
 
 
-def write_pdf(path: Path, reported: Reported) -> None:
+def write_pdf(path: Path, reported: Reported, app_package: str | None) -> None:
     """Write a report as PDF; the window's package does it, in a process of its own.
 
     Raises
@@ -96,7 +95,7 @@ def write_pdf(path: Path, reported: Reported) -> None:
     """
     from stereotrack_core.evaluation.report.run_page import run_page
 
-    if importlib.util.find_spec("app") is None or importlib.util.find_spec("app.pdf") is None:
+    if app_package is None:
         raise InputError(
             "a PDF is made by the workbench, which is not installed",
             where="--pdf",
@@ -107,7 +106,7 @@ def write_pdf(path: Path, reported: Reported) -> None:
     with tempfile.TemporaryDirectory() as folder:
         page = Path(folder) / "page.html"
         page.write_text(run_page(reported, "png", for_print=True), encoding="utf-8")
-        command = [sys.executable, "-m", "app.pdf", str(page), str(path.resolve())]
+        command = [sys.executable, "-m", f"{app_package}.pdf", str(page), str(path.resolve())]
         try:
             done = subprocess.run(  # noqa: S603 - our own program
                 command, capture_output=True, text=True, env=environment, timeout=_PDF_SECONDS,

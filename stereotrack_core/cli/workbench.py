@@ -36,7 +36,7 @@ def run(args: Namespace) -> int:
     """Say that the window is elsewhere."""
     raise InputError(
         f"{args.path} opens in the workbench, which is not started from here",
-        remedy="Start it with the program `stereotrack` or with `python -m app`.",
+        remedy="Start it with the program `stereotrack`.",
     )
 
 

@@ -27,7 +27,7 @@ def run(capsys):
     """Function that runs a command line in this process."""
 
     def command(*arguments):
-        status = main([str(argument) for argument in arguments])
+        status = main([str(argument) for argument in arguments], app_package="app")
         captured = capsys.readouterr()
         return Ended(status, captured.out, captured.err)
 

@@ -5,7 +5,7 @@ import subprocess
 
 import pytest
 
-from stereotrack_core.cli import bench
+from stereotrack_core.cli import bench, main
 from stereotrack_core.evaluation.benchmarks import correction_speed
 
 pytestmark = pytest.mark.xdist_group("cli")
@@ -42,14 +42,13 @@ def test_what_is_no_recording_is_said_before_anything_is_measured(run, tmp_path)
     assert ended.err.startswith("stereotrack: ")
 
 
-def window(monkeypatch, stdout="", *, present=True, fails=False):
+def window(monkeypatch, stdout="", *, fails=False):
     def measured(command, **_):
         assert command[1:3] == ["-m", "app.bench"]
         if fails:
             raise subprocess.CalledProcessError(1, command, "", "no screen\n")
         return subprocess.CompletedProcess(command, 0, stdout, "")
 
-    monkeypatch.setattr(bench.importlib.util, "find_spec", lambda _: object() if present else None)
     monkeypatch.setattr(bench.subprocess, "run", measured)
 
 
@@ -63,7 +62,6 @@ def test_window_figures_are_read(run, recording, monkeypatch):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"present": False}, "not installed"),
         ({"fails": True}, "no screen"),
         ({"stdout": "hello"}, "could not be measured"),
     ],
@@ -74,6 +72,13 @@ def test_window_that_cannot_be_measured(run, recording, monkeypatch, options, wo
     assert ended.status == 0
     assert ended.json["window"] is None
     assert words in ended.err
+
+
+def test_window_without_the_workbench(recording, capsys):
+    assert main(["bench", str(recording), "--only", "window", "--json"]) == 0
+    printed = capsys.readouterr()
+    assert json.loads(printed.out)["window"] is None
+    assert "not installed" in printed.err
 
 
 @pytest.mark.parametrize("load", [0.0, 3.0])

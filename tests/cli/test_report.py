@@ -27,7 +27,8 @@ def pages(recording, tracked, tmp_path_factory):
 
     folder = tmp_path_factory.mktemp("report")
     page, pdf = folder / "report.html", folder / "report.pdf"
-    assert main(["report", str(tracked), "-o", str(page), "--pdf", str(pdf), "--json"]) == 0
+    command = ["report", str(tracked), "-o", str(page), "--pdf", str(pdf), "--json"]
+    assert main(command, app_package="app") == 0
     return page.read_text("utf-8"), pdf
 
 

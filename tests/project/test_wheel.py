@@ -9,6 +9,7 @@ import sysconfig
 import venv
 import zipfile
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -24,14 +25,21 @@ class Installed:
     environment: Path
     site_packages: Path
 
-    def run(self, program: str, *arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
-        """Run a program of this environment, away from the checkout and without a screen."""
+    def run(
+        self, program: str, *arguments: str, folder: Path, beside: Path | None = None
+    ) -> subprocess.CompletedProcess[str]:
+        """Run a program of this environment, away from the checkout and without a screen.
+
+        Modules in the folder ``beside`` come first on Python's path.
+        """
         variables = {
             name: value
             for name, value in os.environ.items()
             if name not in {"PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV", "DISPLAY", "WAYLAND_DISPLAY"}
         }
         variables |= {"QT_QPA_PLATFORM": "offscreen", "XDG_CONFIG_HOME": str(folder / "config")}
+        if beside is not None:
+            variables["PYTHONPATH"] = str(beside)
         done = subprocess.run(
             [str(self.environment / "bin" / program), *arguments],
             cwd=folder,
@@ -72,13 +80,13 @@ def test_the_wheel_carries_the_two_packages_and_nothing_else(installed):
     with zipfile.ZipFile(installed.wheel) as archive:
         names = archive.namelist()
     assert {name.split("/")[0].split("-")[0] for name in names} == {
-        "app",
+        "stereotrack_app",
         "stereotrack_core",
         "stereotrack",
     }
-    packed = {name for name in names if name.startswith("app/resources/")}
+    packed = {name for name in names if name.startswith("stereotrack_app/resources/")}
     present = {
-        "app/" + path.relative_to(ROOT).as_posix()
+        "stereotrack_app/" + path.relative_to(ROOT).as_posix()
         for path in (ROOT / "resources").rglob("*")
         if path.is_file()
     }
@@ -87,17 +95,17 @@ def test_the_wheel_carries_the_two_packages_and_nothing_else(installed):
 
 def test_site_packages_gets_no_folder_of_a_common_name(installed):
     top_level = {path.name for path in installed.site_packages.iterdir()}
-    assert not top_level & {"resources", "tests", "tools", "docs"}
+    assert not top_level & {"app", "resources", "tests", "tools", "docs"}
 
 
 WHERE_THINGS_ARE = """
-import app, stereotrack_core
+import stereotrack_app, stereotrack_core
 from PySide6.QtWidgets import QApplication
-from app.icons import icon, icon_names
-from app.resource_files import resource_folder
+from stereotrack_app.icons import icon, icon_names
+from stereotrack_app.resource_files import resource_folder
 
 application = QApplication([])
-print(app.__file__, stereotrack_core.__file__, resource_folder(), sep="\\n")
+print(stereotrack_app.__file__, stereotrack_core.__file__, resource_folder(), sep="\\n")
 print(len(icon_names()), any(icon(name).isNull() for name in icon_names()))
 """
 
@@ -117,3 +125,17 @@ def test_the_demo_runs_without_a_screen(installed, tmp_path):
     for measure in ("torso", "upper arm", "forearm"):
         assert measure in done.stdout
     assert (tmp_path / "demo").is_dir()
+
+
+def test_a_foreign_package_called_app_does_no_harm(installed, tmp_path):
+    foreign = tmp_path / "foreign" / "app"
+    foreign.mkdir(parents=True)
+    (foreign / "__init__.py").write_text('raise RuntimeError("this is not stereotrack")\n')
+    run = partial(installed.run, "stereotrack", folder=tmp_path, beside=foreign.parent)
+    small = ("--set", "width=160", "--set", "height=120", "--set", "focal=100")
+    run("simulate", "tiny", "--frames", "3", "--views", "N", *small)
+    run("track", "tiny", "-o", "tiny.npz", "--preset", "fast", "--init", "tpose")
+    run("open", "tiny", "--screenshot", "window.png")
+    run("report", "tiny.npz", "-o", "report.html", "--pdf", "report.pdf")
+    assert (tmp_path / "window.png").stat().st_size > 0
+    assert (tmp_path / "report.pdf").read_bytes().startswith(b"%PDF")
