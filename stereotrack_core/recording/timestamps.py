@@ -29,10 +29,14 @@ REORDER_DEPTH = 32
 OPEN_OPTIONS = {"fflags": "genpts"}
 """AVI and others store decoding times only; the demuxer can deduce the presentation times."""
 
+PYAV = int(av.__version__.partition(".")[0])
+METADATA_OPTIONS = {"metadata_errors": "surrogateescape"} if PYAV < 19 else {}
+"""Titles that are not UTF-8 must not keep a video shut; PyAV 19 takes them by itself."""
+
 
 def open_container(path: Path) -> Any:
     """An opened video; raises av.FFmpegError or OSError."""
-    return av.open(str(path), options=OPEN_OPTIONS, metadata_errors="replace")
+    return av.open(str(path), options=OPEN_OPTIONS, **METADATA_OPTIONS)
 
 
 def video_stream(container: Any) -> Any:

@@ -165,7 +165,7 @@ def test_stoppable_outside_the_main_thread():
 def test_an_interrupt_while_the_program_is_being_loaded_leaves_no_traceback(monkeypatch, capsys):
     from app.__main__ import main
 
-    def interrupted(_):
+    def interrupted(*_, **__):
         raise KeyboardInterrupt
 
     monkeypatch.setattr("stereotrack_core.cli.main", interrupted)

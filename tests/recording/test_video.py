@@ -52,3 +52,14 @@ def test_the_first_access_may_be_anywhere(video_kind, opened, numbered_videos):
 def test_a_frame_behind_the_end_is_refused(video_kind, opened):
     with pytest.raises(DamagedFrame, match="ends before frame 60"):
         opened(video_kind).read(FRAMES, forget)
+
+
+@pytest.mark.parametrize("kind", ["h264-b.mp4", "ffv1.mkv", "mpeg4.avi"])
+def test_metadata_in_an_old_encoding_do_not_keep_a_video_shut(kind, tmp_path, numbered_videos):
+    path = numbered_videos.of_kind(tmp_path, kind)
+    content = path.read_bytes()
+    assert b"Lavf" in content  # the program that wrote the file, one of its metadata
+    path.write_bytes(content.replace(b"Lavf", "Lävf".encode("latin-1")))
+    stream = VideoStream(path, "grey")
+    assert numbered_videos.shown(stream.read(7, forget)) == 7
+    stream.close()
