@@ -1,0 +1,84 @@
+"""What the code imports and what pyproject.toml declares are the same."""
+
+from __future__ import annotations
+
+import ast
+import sys
+import tomllib
+from collections.abc import Mapping
+from functools import cache
+from importlib.metadata import packages_distributions
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+ROOT = Path(__file__).resolve().parents[2]
+OWN = {path.stem for path in (ROOT / "tools").iterdir()} | {
+    "app",
+    "stereotrack_app",
+    "stereotrack_core",
+    "tests",
+}
+
+
+def imported(*folders: str) -> set[str]:
+    """Top-level modules from outside that the code in these folders imports."""
+    modules: set[str] = set()
+    for path in (path for folder in folders for path in (ROOT / folder).rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                modules |= {alias.name.partition(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                modules.add(node.module.partition(".")[0])
+            elif (name := imported_by_name(node)) is not None:
+                modules.add(name.partition(".")[0])
+    return modules - sys.stdlib_module_names - OWN
+
+
+def imported_by_name(node: ast.AST) -> str | None:
+    """The module of a call such as ``importlib.import_module("optuna")``."""
+    match node:
+        case ast.Call(
+            func=ast.Attribute(attr="import_module" | "importorskip"),
+            args=[ast.Constant(value=str(name)), *_],
+        ):
+            return name
+    return None
+
+
+@cache
+def installed() -> Mapping[str, list[str]]:
+    return packages_distributions()
+
+
+def distributions(module: str) -> set[str]:
+    """The distributions that bring a module; one of its own name where it is not installed."""
+    return {canonicalize_name(name) for name in installed().get(module, [module])}
+
+
+def declared(*extras: str) -> set[str]:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    optional = project["optional-dependencies"]
+    rows = [*project["dependencies"], *(row for extra in extras for row in optional[extra])]
+    return {canonicalize_name(Requirement(row).name) for row in rows}
+
+
+PROGRAM = ("app", "stereotrack_core")
+CHOSEN = ("bench", "cluster", "search", "sleap")
+
+
+@pytest.mark.parametrize(
+    ("folders", "extras"), [(PROGRAM, CHOSEN), (("tests", "tools"), (*CHOSEN, "dev"))]
+)
+def test_what_is_imported_is_declared(folders, extras):
+    modules = imported(*folders)
+    assert modules
+    declaration = declared(*extras)
+    assert {name for name in modules if not distributions(name) & declaration} == set()
+
+
+def test_what_is_declared_for_the_program_is_imported():
+    used = {name for module in imported(*PROGRAM) for name in distributions(module)}
+    assert declared(*CHOSEN) - used == set()
