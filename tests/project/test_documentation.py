@@ -7,6 +7,9 @@ import re
 import tomllib
 from pathlib import Path
 
+import yaml
+
+from stereotrack_core import __version__
 from stereotrack_core.cli.program import COMMANDS
 from stereotrack_core.recording.calibration import read_calibration
 from stereotrack_core.recording.subject_file import read_subject
@@ -88,3 +91,14 @@ def test_the_recording_that_is_described_can_be_read(tmp_path):
     assert list(read_calibration(tmp_path / "calibration.toml")) == ["N_left"]
     (tmp_path / "subject.toml").write_text(lengths)
     assert None not in vars(read_subject(tmp_path / "subject.toml")).values()
+
+
+def test_the_citation_is_of_this_version():
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert citation["version"] == __version__
+    assert citation["title"] == project["name"]
+    assert citation["abstract"] == project["description"] + "."
+    assert citation["license"] == project["license"]
+    assert citation["authors"] == project["authors"]
+    assert citation["keywords"] == project["keywords"]

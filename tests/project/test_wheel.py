@@ -9,12 +9,23 @@ import sysconfig
 import venv
 import zipfile
 from dataclasses import dataclass
+from email import message_from_bytes
 from functools import partial
 from pathlib import Path
 
 import pytest
 
+import stereotrack_core
+
 ROOT = Path(__file__).resolve().parents[2]
+
+
+def build(folder: Path, *options: str) -> Path:
+    """Put a wheel of the checkout in a folder; without options, by way of an sdist there."""
+    program = (sys.executable, "-m", "build", "--no-isolation", *options, "--outdir", str(folder))
+    subprocess.run([*program, str(ROOT)], check=True, capture_output=True)
+    (wheel,) = folder.glob("*.whl")
+    return wheel
 
 
 @dataclass(frozen=True)
@@ -56,10 +67,7 @@ class Installed:
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory) -> Installed:
     folder = tmp_path_factory.mktemp("wheel")
-    build = (sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(folder))
-    subprocess.run([*build, str(ROOT)], check=True, capture_output=True)
-    (wheel,) = folder.glob("*.whl")
-
+    wheel = build(folder, "--wheel")
     environment = folder / "environment"
     venv.create(environment, symlinks=True)
     python = environment / "bin" / "python"
@@ -91,6 +99,22 @@ def test_the_wheel_carries_the_two_packages_and_nothing_else(installed):
         if path.is_file()
     }
     assert packed == present != set()
+
+
+def test_the_wheel_says_its_licence_and_its_authors(installed):
+    (licence,) = installed.site_packages.glob("stereotrack-*.dist-info/licenses/LICENSE")
+    assert licence.read_bytes() == (ROOT / "LICENSE").read_bytes()
+    said = message_from_bytes((licence.parents[1] / "METADATA").read_bytes())
+    assert said["License-Expression"] == "BSD-3-Clause"
+    assert said["License-File"] == "LICENSE"
+    assert said["Author"] == "the stereotrack authors"
+    assert said["Version"] == stereotrack_core.__version__
+
+
+def test_a_wheel_from_the_sdist_is_the_same(installed, tmp_path):
+    wheel = build(tmp_path)
+    assert list(tmp_path.glob("*.tar.gz"))
+    assert wheel.read_bytes() == installed.wheel.read_bytes()
 
 
 def test_site_packages_gets_no_folder_of_a_common_name(installed):
