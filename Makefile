@@ -1,6 +1,6 @@
 # make demo and make test do everything that is needed, on a fresh machine too.
 .POSIX:
-.PHONY: help demo test test-slow lint ready docs pictures lock clean
+.PHONY: help demo test test-slow test-newest test-oldest lint ready docs pictures lock clean
 
 # Number of processes that run tests.
 WORKERS = 2
@@ -11,6 +11,8 @@ help:
 	@echo 'make demo       track the demo recording, print its errors, show it in the workbench'
 	@echo 'make test       lint, types, import contract and all tests but the slow ones'
 	@echo 'make test-slow  the slow tests: accuracy, endurance, thousands of cases'
+	@echo 'make test-newest  install a wheel with the newest versions of everything, and try it'
+	@echo 'make test-oldest  the same with the oldest versions that pyproject.toml allows'
 	@echo 'make lint       lint, types and import contract alone'
 	@echo 'make docs       docs/parameters.md from the declared parameters'
 	@echo 'make pictures   the pictures of README and docs, made by the program'
@@ -29,6 +31,17 @@ test: lint
 
 test-slow: ready
 	$(PYTEST) -n $(WORKERS) --dist loadfile -m slow --timeout 7200 --durations 0
+
+# Each Python that is found; make test-newest NEWEST=3.12 tries another.
+NEWEST = 3.11 3.13
+OLDEST = 3.11
+
+test-newest:
+	@tried=; for version in $(NEWEST); do if python=$$(tools/find_python $$version); then \
+	    tried=yes; "$$python" tools/fresh_install.py || exit 1; fi; done; [ "$$tried" ]
+
+test-oldest:
+	@python=$$(tools/find_python $(OLDEST)) && "$$python" tools/fresh_install.py --oldest
 
 lint: ready
 	$(PY) -m ruff check .

@@ -54,15 +54,20 @@ def installed() -> dict[str, str]:
     return stamp
 
 
-def make_environment() -> None:
-    """Make .venv anew and install the locked versions."""
+def new_environment(folder: Path) -> None:
+    """Make an environment with the running Python, after what Debian keeps in a package apart."""
     version = "{}.{}".format(*sys.version_info)
     package = f"python{version}-venv"
     if importlib.util.find_spec("ensurepip") is None and not debian.install([package]):
         debian.say(f"this Python {version} cannot make environments")
         sys.exit(f"stereotrack: install: {debian.install_command([package])}")
-    debian.say(f"making .venv with Python {version}")
-    subprocess.run([sys.executable, "-m", "venv", "--clear", ENVIRONMENT], check=True)
+    debian.say(f"making {folder.relative_to(ROOT)} with Python {version}")
+    subprocess.run([sys.executable, "-m", "venv", "--clear", folder], check=True)
+
+
+def make_environment() -> None:
+    """Make .venv anew and install the locked versions."""
+    new_environment(ENVIRONMENT)
     debian.say("installing the locked versions (a few minutes the first time)")
     subprocess.run([*PIP, "install", "--no-deps", "--requirement", LOCK], check=True)
 

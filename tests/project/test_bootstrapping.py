@@ -6,10 +6,12 @@ import importlib.util
 import os
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 from types import ModuleType
 
 import pytest
+from packaging.requirements import Requirement
 
 ROOT = Path(__file__).resolve().parents[2]
 TOOLS = ROOT / "tools"
@@ -18,7 +20,7 @@ TOOLS = ROOT / "tools"
 def tool(name: str, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     """One of the scripts in tools/, which import one another by plain name."""
     monkeypatch.syspath_prepend(str(TOOLS))
-    for other in ("debian", name):
+    for other in ("debian", "bootstrap", name):
         monkeypatch.delitem(sys.modules, other, raising=False)
     spec = importlib.util.spec_from_file_location(name, TOOLS / f"{name}.py")
     module = importlib.util.module_from_spec(spec)
@@ -101,9 +103,9 @@ def fake_pythons(tmp_path: Path):
     return make
 
 
-def found_python(environment: dict[str, str]) -> subprocess.CompletedProcess[str]:
+def found_python(environment: dict[str, str], *version: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        ["sh", str(TOOLS / "find_python")],
+        ["sh", str(TOOLS / "find_python"), *version],
         env=environment,
         capture_output=True,
         text=True,
@@ -125,6 +127,39 @@ def test_a_python_that_was_asked_for_is_the_only_one_tried(fake_pythons):
     found = found_python(environment)
     assert found.returncode == 1
     assert "none was found as old" in found.stderr
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a shell script")
+def test_a_python_of_one_version_can_be_asked_for(fake_pythons):
+    environment = {**fake_pythons(python=f'exec "{sys.executable}" "$@"'), "PYTHON": "python"}
+    running, another = "{}.{}".format(*sys.version_info), f"3.{sys.version_info[1] + 1}"
+    assert found_python(environment, running).stdout.strip() == "python"
+    refused = found_python(environment, another)
+    assert refused.returncode == 1
+    assert refused.stderr.strip() == f"no Python {another} was found as python"
+
+
+def test_the_oldest_versions_are_those_that_are_declared(monkeypatch):
+    module = tool("fresh_install", monkeypatch)
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    rows = [Requirement(row) for row in declared["dependencies"]]
+    found = [Requirement(row) for row in module.oldest_allowed()]
+    assert [(row.name, row.marker) for row in found] == [(row.name, row.marker) for row in rows]
+    for row, oldest in zip(rows, found, strict=True):
+        (specifier,) = oldest.specifier
+        assert specifier.operator == "=="
+        assert row.specifier.contains(specifier.version)
+        assert f">={specifier.version}" in str(row.specifier)
+
+
+def test_a_fresh_installation_does_not_see_the_checkout(monkeypatch):
+    module = tool("fresh_install", monkeypatch)
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    # Without site, because the tests' own environment has the checkout installed.
+    show_path = [sys.executable, "-S", "-c", "import sys; print(*sys.path, sep=chr(10))"]
+    for variables, seen in ((dict(os.environ), True), (module.variables(), False)):
+        path = subprocess.check_output(show_path, cwd=ROOT, env=variables, text=True)
+        assert bool({"", str(ROOT)} & set(path.splitlines())) is seen
 
 
 def test_an_environment_that_is_up_to_date_is_left_alone(tmp_path, monkeypatch):
