@@ -54,12 +54,19 @@ def log_path() -> Path:
     return Path(platformdirs.user_log_dir("stereotrack", appauthor=False)) / "stereotrack.log"
 
 
+class _LogFile(RotatingFileHandler):
+    """The log; where it cannot be written to, nobody is bothered with that."""
+
+    def handleError(self, record: logging.LogRecord) -> None:
+        """Leave the record out instead of printing a traceback."""
+
+
 def open_log() -> None:
     """Write the log to :func:`log_path`; without a writable folder the program runs without."""
     path = log_path()
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handler = RotatingFileHandler(path, maxBytes=1_000_000, backupCount=2, encoding="utf-8")
+        handler = _LogFile(path, maxBytes=1_000_000, backupCount=2, encoding="utf-8")
     except OSError:
         return
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))

@@ -16,6 +16,7 @@ from stereotrack_core.project.whereabouts import SUFFIX
 from stereotrack_core.simulation.make import demo_recording
 
 from .failures import Message
+from .picture_file import write_picture
 from .presenters.runs import RunEntry, entry_of_run
 from .report_work import ReportWork
 from .tasks.task import Task
@@ -226,10 +227,13 @@ class FileWork(QObject):
         chosen, _ = QFileDialog.getSaveFileName(
             self._window, "Save a picture of the window", "stereotrack.png", "PNG (*.png)"
         )
-        if chosen and not picture.save(chosen):
-            self._window.messages.show_message(
-                Message("error", "the picture cannot be written", chosen, "Choose another folder.")
-            )
+        if not chosen:
+            return
+        path = Path(chosen)
+        try:
+            write_picture(path if path.suffix else path.with_suffix(".png"), picture)
+        except InputError as error:
+            self._window.show_error(error)
 
 
 def is_project(path: Path) -> bool:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import sys
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from PySide6.QtCore import QMarginsF, QRectF, QSizeF, Qt
+from PySide6.QtCore import QBuffer, QIODevice, QMarginsF, QRectF, QSizeF, Qt
 from PySide6.QtGui import (
     QAbstractTextDocumentLayout,
     QFont,
@@ -23,6 +21,9 @@ from PySide6.QtGui import (
     QTextDocument,
 )
 
+from stereotrack_core.atomic import write_file
+from stereotrack_core.errors import InputError
+
 _DPI = 96
 _MARGIN_MM = 16.0
 _FOOT = 22.0
@@ -32,26 +33,22 @@ _FOOT = 22.0
 def write_pdf(html: str, path: Path, title: str = "") -> int:
     """Write a page as PDF, A4, with numbered pages; returns how many there are.
 
-    The file appears when it is complete. A QGuiApplication has to be there.
+    A QGuiApplication has to be there.
 
     Raises
     ------
-    OSError
+    InputError
         Where it cannot be written.
     """
-    handle, temporary = tempfile.mkstemp(suffix=".pdf", dir=path.resolve().parent)
-    os.close(handle)
-    try:
-        count = _written(html, temporary, title or path.stem)
-        Path(temporary).chmod(0o644)
-        Path(temporary).replace(path)
-    finally:
-        Path(temporary).unlink(missing_ok=True)
+    buffer = QBuffer()
+    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
+    count = _drawn(html, buffer, title or path.stem)
+    write_file(path, bytes(buffer.data().data()))
     return count
 
 
-def _written(html: str, file: str, title: str) -> int:
-    writer = QPdfWriter(file)
+def _drawn(html: str, device: QIODevice, title: str) -> int:
+    writer = QPdfWriter(device)
     writer.setTitle(title)
     writer.setCreator("stereotrack")
     writer.setResolution(_DPI)
@@ -60,9 +57,7 @@ def _written(html: str, file: str, title: str) -> int:
     writer.setPageMargins(margins, QPageLayout.Unit.Millimeter)
     sheet = QRectF(0.0, 0.0, writer.width(), writer.height())
     document = _laid_out(html, writer, sheet)
-    painter = QPainter()
-    if not painter.begin(writer):
-        raise OSError(f"nothing can be written to {file}")
+    painter = QPainter(writer)
     count = document.pageCount()
     for page in range(count):
         if page:
@@ -147,7 +142,7 @@ def main(arguments: Sequence[str]) -> int:
     application = QGuiApplication.instance() or QGuiApplication(["stereotrack"])
     try:
         write_pdf(page.read_text("utf-8"), pdf)
-    except OSError as error:
+    except (InputError, OSError) as error:
         sys.stderr.write(f"{error}\n")
         return 1
     finally:

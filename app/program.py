@@ -12,12 +12,14 @@ from PySide6.QtWidgets import QApplication
 from stereotrack_core.cli.arguments import settings_of
 from stereotrack_core.cli.error_tables import error_table, segment_table
 from stereotrack_core.cli.output import put_table, say
+from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.evaluation.summary import summarise, summarise_segments
 
 from .failures import FailureRelay, leave_out_noise, open_log
 from .icons import icon
 from .main_window import MainWindow, user_settings
+from .picture_file import write_picture
 from .presenters.runs import RunEntry
 from .tasks.garbage import GarbageTimer
 from .theme import THEME_NAMES, ThemeName, apply_theme
@@ -83,9 +85,7 @@ class WindowProgram:
             window.document.go_to(self._demo_frame)
             settled = self._wait_until_settled() and settled
         window.statusBar().clearMessage()
-        saved = window.grab().save(str(path))
-        if not saved:
-            say(f"The picture cannot be written to {path}.")
+        saved = self._write_picture(path)
         if not settled:
             say("Not everything was ready in time; the picture shows what was.")
         message = window.messages.message
@@ -95,6 +95,14 @@ class WindowProgram:
         window.close()
         self._relay.remove()
         return saved and settled and not failed
+
+    def _write_picture(self, path: Path) -> bool:
+        try:
+            write_picture(path, self.window.grab())
+        except InputError as error:
+            say(f"stereotrack: {error}")
+            return False
+        return True
 
     def _wait_until_settled(self) -> bool:
         """Let events happen until nothing is under way for a few looks."""

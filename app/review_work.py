@@ -9,10 +9,11 @@ from PySide6.QtCore import QObject, QTimer, Slot
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QFileDialog
 
+from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.joint_angles.motion import CUT_OFF_HZ, HIGHEST_SHARE
 from stereotrack_core.evaluation.joint_angles.table import frame_columns, frame_rows
-from stereotrack_core.interop.table_file import csv_text, write_text_table
+from stereotrack_core.recording.csv_table import csv_text
 from stereotrack_core.recording.description import Segment
 
 from .presenters import angle_curves, limb_numbers
@@ -225,7 +226,7 @@ class ReviewWork(QObject):
     def _write(self, path: Path, text: str) -> None:
         path = path if path.suffix else path.with_suffix(".csv")
         try:
-            write_text_table(path, text)
+            write_file(path, text)
         except InputError as error:
             self._w.show_error(error)
             return

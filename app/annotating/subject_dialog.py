@@ -25,6 +25,7 @@ from PySide6.QtWidgets import (
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Subject
+from stereotrack_core.recording.subject_file import write_subject
 
 from ..presenters.subjects import (
     LENGTH_WORDS,
@@ -33,7 +34,6 @@ from ..presenters.subjects import (
     average_of,
     doubts_about,
     read_subject_file,
-    write_subject_file,
 )
 from ..tasks.task import Task, TaskList
 
@@ -302,7 +302,7 @@ class SubjectDialog(QDialog):
         """Write the subject of the form to a file."""
         path = path if path.suffix else path.with_suffix(".toml")
         try:
-            write_subject_file(path, self.draft())
+            write_subject(path, self.draft())
         except InputError as error:
             self._say(str(error), error=True)
             return

@@ -9,7 +9,6 @@ from pathlib import Path
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.atomic import replacing
 from stereotrack_core.interop.clicks_csv import read_clicks, write_clicks
 from stereotrack_core.interop.reference_npz import write_reference
 from stereotrack_core.recording.description import Recording
@@ -105,6 +104,5 @@ def export_reference(reference: Reference, path: Path) -> str:
             where=str(path),
             remedy="Name the file .csv, or .npz to keep its uncertainty.",
         )
-    with replacing(path) as temporary:
-        write_landmarks(temporary, reference.trajectory())
+    write_landmarks(path, reference.trajectory())
     return f"{frames} of the reference written to {path}."

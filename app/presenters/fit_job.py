@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -62,7 +63,8 @@ def do_fit(job: FitJob) -> TrajectoryFit:
     )
 
     def note(frame: int) -> None:
-        job.progress.write_text(str(frame - job.frames.start + 1), encoding="ascii")
+        with suppress(OSError):  # a fit goes on, though nobody sees how far it is
+            job.progress.write_text(str(frame - job.frames.start + 1), encoding="ascii")
 
     with recorded_depth(recording, job.settings) as depth:
         return fitting.trajectory(

@@ -13,7 +13,7 @@ from stereotrack_core.evaluation.limb_statistics import (
     LimbStatistics,
     limb_statistics,
 )
-from stereotrack_core.interop.table_file import csv_text
+from stereotrack_core.recording.csv_table import csv_text
 from stereotrack_core.recording.description import Segment
 
 from ..limb_colours import limb_words

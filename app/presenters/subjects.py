@@ -15,13 +15,12 @@ from stereotrack_core.annotation.measured_lengths import (
 from stereotrack_core.body.proportions import AVERAGE, proportions_of
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.interop.atomic import replacing
 from stereotrack_core.project.entries import Choose, DeleteEntry
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import SUBJECT
 from stereotrack_core.project.setups import load_subject, save_subject
 from stereotrack_core.recording.description import Subject
-from stereotrack_core.recording.subject_file import LENGTHS, read_subject, write_subject
+from stereotrack_core.recording.subject_file import LENGTHS, read_subject
 
 LENGTH_WORDS: Mapping[str, tuple[str, str]] = {
     "shoulder_width": ("Shoulder width", "between the joint centres of both shoulders"),
@@ -177,9 +176,3 @@ def read_subject_file(path: Path) -> Subject:
     subject = read_subject(path)
     values = asdict(subject)
     return Subject(**{**values, "name": subject.name or path.stem})
-
-
-def write_subject_file(path: Path, subject: Subject) -> None:
-    """Write a subject; InputError where that is not possible."""
-    with replacing(path) as temporary:
-        write_subject(temporary, subject)

@@ -30,7 +30,6 @@ from stereotrack_core.evaluation.sweeps.table import (
     heat_of,
     table_of_cells,
 )
-from stereotrack_core.interop.atomic import replacing
 from stereotrack_core.interop.table_file import read_csv_table
 
 from ..presenters.counting import counted
@@ -187,13 +186,11 @@ class SweepResults(QDialog):
         second = self.second.currentData() or ""
         if table is None:
             return
-        with replacing(path) as temporary:
-            if self.kind.currentData() == "heat" and second and second != across:
-                heat = heat_of(table, across, second, up)
-                draw_heat(temporary, (across, second), up, heat)
-            else:
-                curves = curves_of(table, across, up, second if second != across else "")
-                draw_curves(temporary, axis_of(table, across), up, curves)
+        if self.kind.currentData() == "heat" and second and second != across:
+            draw_heat(path, (across, second), up, heat_of(table, across, second, up))
+        else:
+            curves = curves_of(table, across, up, second if second != across else "")
+            draw_curves(path, axis_of(table, across), up, curves)
 
     # ---- inside
 

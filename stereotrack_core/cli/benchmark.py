@@ -272,13 +272,15 @@ def _growth(recordings: list[Recording], contestants: list[Contestant], args: Na
 
 
 def _write(path: Path, table: Table, rows: Sequence[Row], speeds: Speeds) -> None:
-    from stereotrack_core.interop.table_file import csv_text, markdown_text, write_text_table
+    from stereotrack_core.atomic import write_file
+    from stereotrack_core.interop.table_file import markdown_text
+    from stereotrack_core.recording.csv_table import csv_text
 
     if path.suffix.lower() == ".md":
         text = f"{markdown_text(table.columns, table.rows)}\n{table.title}.\n"
     else:
         text = csv_text(*in_full(rows, speeds))
-    write_text_table(path, text)
+    write_file(path, text)
     say(f"The table is in {path}.")
 
 

@@ -14,7 +14,6 @@ from stereotrack_core.cli.output import Table, put_json, put_table, say
 from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
-    from stereotrack_core.annotation.click import Click
     from stereotrack_core.annotation.reference import Reference
     from stereotrack_core.project.project import Project
 
@@ -111,17 +110,7 @@ def _project_clicks(args: Namespace, project: Project) -> dict[str, Any]:
         write = write_coco if args.format == "coco" else write_sleap
         write(args.output, clicks, recording, landmarks)
         return _facts({args.output: len(clicks)})
-    written = {}
-    by_camera: dict[str, list[Click]] = {}
-    for click in clicks:
-        by_camera.setdefault(click.camera, []).append(click)
-    for camera, own in by_camera.items():
-        path = args.output
-        if len(by_camera) > 1:
-            path = path.with_name(f"{path.stem}_{camera}{path.suffix}")
-        write_deeplabcut(path, own, landmarks.names)
-        written[path] = sum(click.position is not None for click in own)
-    return _facts(written)
+    return _facts(write_deeplabcut(args.output, clicks, landmarks.names))
 
 
 def _project_reference(args: Namespace, project: Project) -> dict[str, Any]:

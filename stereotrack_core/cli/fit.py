@@ -232,7 +232,6 @@ def _fitted(
 
 def _write(path: Path, fit: TrajectoryFit, recording: Recording, meta: Mapping[str, Any]) -> None:
     from stereotrack_core import __version__
-    from stereotrack_core.interop.atomic import replacing
     from stereotrack_core.interop.reference_npz import write_reference
     from stereotrack_core.project.fitted import reference_of_fit
     from stereotrack_core.recording.landmark_csv import write_landmarks
@@ -246,8 +245,7 @@ def _write(path: Path, fit: TrajectoryFit, recording: Recording, meta: Mapping[s
         }
         write_reference(path, reference_of_fit(fit, {**origin, **meta}))
         return
-    with replacing(path) as temporary:
-        write_landmarks(temporary, fit.trajectory())
+    write_landmarks(path, fit.trajectory())
 
 
 def _facts(fit: TrajectoryFit) -> dict[str, Any]:

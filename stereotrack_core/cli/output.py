@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import json
 import math
@@ -13,17 +14,35 @@ from typing import Any, TextIO
 
 import numpy as np
 
+from stereotrack_core.errors import InputError
+
 _WIDTH_WITHOUT_TERMINAL = 160
 
 
 def put(text: str) -> None:
-    """Write a result to standard output."""
-    _write(sys.stdout, text)
+    """Write a result to standard output.
+
+    Raises
+    ------
+    InputError
+        Where it goes to a file on a drive that is full.
+    """
+    try:
+        _write(sys.stdout, text)
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise InputError(
+            f"the result could not be written ({error.strerror or error})",
+            where="standard output",
+            remedy="Make room on the drive that it goes to.",
+        ) from error
 
 
 def say(text: str) -> None:
-    """Write a message for the person to standard error."""
-    _write(sys.stderr, text)
+    """Write a message for the person to standard error; where that cannot be, work goes on."""
+    with contextlib.suppress(OSError):
+        _write(sys.stderr, text)
 
 
 def _write(stream: TextIO, text: str) -> None:

@@ -132,10 +132,10 @@ def main(argv: Sequence[str] | None = None, *, app_package: str | None = None) -
         module of it in a process of its own. The core itself does not know it.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
-    if not arguments or arguments[0] in ("-h", "--help"):
-        put(command_list())
-        return OK
     try:
+        if not arguments or arguments[0] in ("-h", "--help"):
+            put(command_list())
+            return OK
         _check_command(arguments[0])
         args = parser().parse_args(arguments, Namespace(app_package=app_package))
         status: int = args.run(args)

@@ -11,6 +11,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from stereotrack_core.atomic import write_file
 from stereotrack_core.cli.arguments import add_frames, add_json, check_output, frame_bounds
 from stereotrack_core.cli.command import FAILED, OK, Command
 from stereotrack_core.cli.output import Table, put_json, put_table, say
@@ -80,9 +81,8 @@ def run(args: Namespace) -> int:
 def write_page(path: Path, reported: Reported) -> None:
     """Write a report as HTML."""
     from stereotrack_core.evaluation.report.run_page import run_page
-    from stereotrack_core.interop.table_file import write_text_table
 
-    write_text_table(path, run_page(reported))
+    write_file(path, run_page(reported))
 
 
 def write_pdf(path: Path, reported: Reported, app_package: str | None) -> None:
@@ -105,8 +105,9 @@ def write_pdf(path: Path, reported: Reported, app_package: str | None) -> None:
     environment.setdefault("QT_QPA_PLATFORM", "offscreen")
     with tempfile.TemporaryDirectory() as folder:
         page = Path(folder) / "page.html"
-        page.write_text(run_page(reported, "png", for_print=True), encoding="utf-8")
-        command = [sys.executable, "-m", f"{app_package}.pdf", str(page), str(path.resolve())]
+        made = Path(folder) / "page.pdf"
+        write_file(page, run_page(reported, "png", for_print=True))
+        command = [sys.executable, "-m", f"{app_package}.pdf", str(page), str(made)]
         try:
             done = subprocess.run(  # noqa: S603 - our own program
                 command, capture_output=True, text=True, env=environment, timeout=_PDF_SECONDS,
@@ -115,12 +116,13 @@ def write_pdf(path: Path, reported: Reported, app_package: str | None) -> None:
             problem = done.stderr.strip() or "no reason was given" if done.returncode else ""
         except subprocess.TimeoutExpired:
             problem = f"it was not done after {_PDF_SECONDS:.0f} s"
-    if problem:
-        raise InputError(
-            f"the PDF could not be made ({problem.splitlines()[-1]})",
-            where=str(path),
-            remedy="Print the page from a browser instead.",
-        )
+        if problem:
+            raise InputError(
+                f"the PDF could not be made ({problem.splitlines()[-1]})",
+                where=str(path),
+                remedy="Print the page from a browser instead.",
+            )
+        write_file(path, made.read_bytes())
 
 
 def repeat_command(recording: str, run_name: str) -> str:

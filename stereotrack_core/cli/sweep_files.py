@@ -10,15 +10,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, TypeAlias
 
+from stereotrack_core.atomic import forget_unfinished, write_file
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.sweeps.jobs import Job
 from stereotrack_core.evaluation.sweeps.measures import MEASURES
 from stereotrack_core.evaluation.sweeps.points import varied_names
 from stereotrack_core.evaluation.sweeps.results import JobResult
-from stereotrack_core.interop.atomic import forget_unfinished
 from stereotrack_core.interop.journal import Journal, read_journal
-from stereotrack_core.interop.table_file import csv_text, read_csv_table, write_text_table
+from stereotrack_core.interop.table_file import read_csv_table
 from stereotrack_core.project.lock import ProjectLock
+from stereotrack_core.recording.csv_table import csv_text
 
 JOB_COLUMN = "job"
 """Column of identities: what tells a sweep's table from others."""
@@ -166,12 +167,12 @@ class SweepStore:
     def note_state(self, state: SweepState) -> None:
         """Say how it is going."""
         text = json.dumps(dataclasses.asdict(state), allow_nan=False)
-        write_text_table(self.places.state, text)
+        write_file(self.places.state, text)
 
     def write_table(self, jobs: Sequence[Job]) -> None:
         """Write the table of all jobs of which something is known."""
         columns, rows = table_of(jobs, self.results)
-        write_text_table(self.places.table, csv_text(columns, rows))
+        write_file(self.places.table, csv_text(columns, rows))
 
     def close(self) -> None:
         """Let others write."""

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.atomic import write_files
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.atomic import replacing
 from stereotrack_core.interop.bone_rotations import Joint, skeleton
 from stereotrack_core.interop.gaps import checked_fps, contiguous
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
@@ -42,11 +42,9 @@ def write_bvh(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
     lines = ["HIERARCHY", *_hierarchy(joints, joints[0], 0), "MOTION", f"Frames: {len(points)}"]
     lines.append(f"Frame Time: {1.0 / fps:.10g}")
     lines += [" ".join(f"{value:.6f}" for value in row) for row in channels.tolist()]
-    with replacing(path) as temporary:
-        temporary.write_text("\n".join(lines) + "\n", encoding="ascii", newline="")
     notes = _notes(fps, first, (np.flatnonzero(unknown.any(axis=1)) + first).tolist())
-    with replacing(path.with_name(path.name + ".json")) as temporary:
-        temporary.write_text(json.dumps(notes, indent=2) + "\n", encoding="utf-8")
+    beside = path.with_name(path.name + ".json")
+    write_files({path: "\n".join(lines) + "\n", beside: json.dumps(notes, indent=2) + "\n"})
 
 
 def _notes(fps: float, first: int, held: list[int]) -> dict[str, Any]:

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.atomic import replacing
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.atomic import replacing
 from stereotrack_core.interop.c3d_layout import C3DContent, parse_c3d
 from stereotrack_core.interop.gaps import checked_fps, contiguous
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
@@ -59,7 +59,13 @@ def write_c3d(
     missing = np.isnan(points).any(axis=-1).T
     file["data"]["meta_points"]["residuals"] = np.where(missing, -1.0, per_frame)[None]
     file["data"]["meta_points"]["camera_masks"] = np.zeros((7, *missing.shape), dtype=np.bool_)
-    with replacing(path) as temporary:
+
+    def is_whole(written: Path) -> bool:  # ezc3d says nothing where the drive is full
+        found, _ = read_c3d(written)
+        same = len(found.points) == len(points) and int(found.frame[0]) == first
+        return same and np.allclose(found.points, points, equal_nan=True)
+
+    with replacing(path, is_whole) as temporary:
         file.write(str(temporary))
 
 

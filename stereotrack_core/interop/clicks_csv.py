@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from stereotrack_core.annotation.click import Click, ClickKey, Visibility
+from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.atomic import replacing
-from stereotrack_core.recording.csv_table import read_rows, whole_number
+from stereotrack_core.recording.csv_table import csv_text, read_rows, whole_number
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS
 
@@ -106,10 +105,7 @@ def write_clicks(path: Path, clicks: Iterable[Click], recording: Recording) -> N
     """
     there = (click for click in clicks if not click.deleted)
     rows = sorted(_row(click, recording) for click in there)
-    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        writer.writerows(rows)
+    write_file(path, csv_text(COLUMNS, rows))
 
 
 def _row(click: Click, recording: Recording) -> tuple[int, str, str, str, str, int]:

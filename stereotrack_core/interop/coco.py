@@ -16,8 +16,8 @@ from typing import Any
 
 from stereotrack_core.annotation.click import Click, Visibility
 from stereotrack_core.annotation.landmark_set import LandmarkSet
+from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.atomic import replacing
 from stereotrack_core.interop.label_names import Labels, camera_of, frame_of, map_names
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import SKELETON
@@ -60,8 +60,7 @@ def write_coco(
         "annotations": annotations,
         "categories": [{"supercategory": "person", **category}],
     }
-    with replacing(path) as temporary:
-        temporary.write_text(json.dumps(content, indent=1, allow_nan=False), encoding="utf-8")
+    write_file(path, json.dumps(content, indent=1, allow_nan=False))
 
 
 def read_coco(

@@ -8,17 +8,17 @@ seen, and one that is outside the image has no values, like one that nobody has 
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from stereotrack_core.annotation.click import Click
+from stereotrack_core.atomic import write_files
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.atomic import replacing
 from stereotrack_core.interop.label_names import Labels, camera_of, frame_of, map_names
 from stereotrack_core.interop.table_file import text_cells
+from stereotrack_core.recording.csv_table import csv_text
 from stereotrack_core.recording.description import Recording
 
 _HEADERS = ("scorer", "individuals", "bodyparts", "coords")
@@ -101,37 +101,51 @@ def read_deeplabcut(
 
 def write_deeplabcut(
     path: Path, clicks: Iterable[Click], landmarks: Sequence[str], scorer: str = "stereotrack"
-) -> None:
-    """Write the clicks of one camera as labels.
+) -> dict[Path, int]:
+    """Write clicks as labels: one file, or with several cameras one for each, named after it.
+
+    Returns
+    -------
+    dict from Path to int
+        How many labels are in each file; clicks without a place make none.
 
     Raises
     ------
     InputError
-        Where the file cannot be written.
-    ValueError
-        Where the clicks are of several cameras.
+        Where a file cannot be written; then all files stay as they were.
     """
-    there = [click for click in clicks if not click.deleted and click.position is not None]
-    cameras = {click.camera for click in there}
-    if len(cameras) > 1:
-        raise ValueError(f"a file holds the labels of one camera, not of {sorted(cameras)}")
+    by_camera: dict[str, list[Click]] = {}
+    for click in clicks:
+        if not click.deleted:
+            by_camera.setdefault(click.camera, []).append(click)
+    if len(by_camera) < 2:
+        files = {path: next(iter(by_camera.values()), [])}
+    else:
+        files = {
+            path.with_name(f"{path.stem}_{camera}{path.suffix}"): own
+            for camera, own in by_camera.items()
+        }
+    write_files({file: _text(own, landmarks, scorer) for file, own in files.items()})
+    return {file: sum(click.position is not None for click in own) for file, own in files.items()}
+
+
+def _text(clicks: Iterable[Click], landmarks: Sequence[str], scorer: str) -> str:
+    """The labels of one camera."""
     by_frame: dict[int, dict[str, Click]] = {}
-    for click in there:
-        by_frame.setdefault(click.frame, {})[click.landmark] = click
+    for click in clicks:
+        if click.position is not None:
+            by_frame.setdefault(click.frame, {})[click.landmark] = click
     twice = [name for name in landmarks for _ in "xy"]
-    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(["scorer", *[scorer] * len(twice)])
-        writer.writerow(["bodyparts", *twice])
-        writer.writerow(["coords", *["x", "y"] * len(landmarks)])
-        for frame in sorted(by_frame):
-            camera = next(iter(by_frame[frame].values())).camera
-            row = [f"labeled-data/{camera}/img{frame:06d}.png"]
-            for name in landmarks:
-                own = by_frame[frame].get(name)
-                place = None if own is None else own.position
-                row += ["", ""] if place is None else [repr(float(value)) for value in place]
-            writer.writerow(row)
+    rows = [["bodyparts", *twice], ["coords", *["x", "y"] * len(landmarks)]]
+    for frame in sorted(by_frame):
+        camera = next(iter(by_frame[frame].values())).camera
+        row = [f"labeled-data/{camera}/img{frame:06d}.png"]
+        for name in landmarks:
+            own = by_frame[frame].get(name)
+            place = None if own is None else own.position
+            row += ["", ""] if place is None else [repr(float(value)) for value in place]
+        rows.append(row)
+    return csv_text(["scorer", *[scorer] * len(twice)], rows)
 
 
 def _picture(

@@ -8,8 +8,8 @@ from typing import Any
 import tomli_w
 
 from stereotrack_core.annotation.landmark_set import LandmarkSet, landmark_set_of
+from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.atomic import replacing
 from stereotrack_core.recording.toml_table import load_toml
 
 
@@ -39,6 +39,4 @@ def write_landmark_set(path: Path, landmarks: LandmarkSet) -> None:
     """
     facts = landmarks.facts()
     rows = [{**row, "offset": list(row["offset"])} for row in facts["landmarks"]]
-    with replacing(path) as temporary:
-        text = tomli_w.dumps({"name": facts["name"], "landmarks": rows})
-        temporary.write_text(text, encoding="utf-8")
+    write_file(path, tomli_w.dumps({"name": facts["name"], "landmarks": rows}))

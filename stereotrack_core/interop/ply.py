@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
-from stereotrack_core.interop.atomic import replacing
+from stereotrack_core.atomic import write_file
 
 VIEW_COLOURS: ImageArray = np.array(
     [
@@ -66,5 +66,4 @@ def write_cloud(
     fields = _VERTEX.names or ()
     header += [f"property {_PLY_TYPES[_VERTEX[name].str]} {name}" for name in fields]
     header.append("end_header")
-    with replacing(path) as temporary:
-        temporary.write_bytes(("\n".join(header) + "\n").encode() + vertices.tobytes())
+    write_file(path, ("\n".join(header) + "\n").encode() + vertices.tobytes())

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import tomli_w
 
-from stereotrack_core.interop.atomic import replacing
+from stereotrack_core.atomic import write_file
 from stereotrack_core.tracking.presets import UserPreset, read_preset
 
 __all__ = ["read_preset", "write_preset"]
@@ -20,5 +20,4 @@ def write_preset(path: Path, preset: UserPreset) -> None:
     InputError
         Where the file cannot be written.
     """
-    with replacing(path) as temporary:
-        temporary.write_text(tomli_w.dumps(preset.facts()), encoding="utf-8")
+    write_file(path, tomli_w.dumps(preset.facts()))

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from stereotrack_core.annotation.reference import Reference
+from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.atomic import replacing
 
 _NEEDED = ("frame", "points", "landmark_names", "meta")
 _OPTIONAL = ("covariance", "limb_sigma_deg", "filled")
@@ -27,9 +27,7 @@ def write_reference(path: Path, reference: Reference) -> None:
     InputError
         Where the file cannot be written.
     """
-    data = reference_bytes(reference)
-    with replacing(path) as temporary:
-        temporary.write_bytes(data)
+    write_file(path, reference_bytes(reference))
 
 
 def read_reference(path: Path) -> Reference:

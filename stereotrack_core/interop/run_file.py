@@ -75,7 +75,9 @@ def write_trajectory(
     """
     suffix = _suffix(path, RUN_SUFFIXES[1:])
     if suffix == ".csv":
-        _write_csv(path, trajectory)
+        from stereotrack_core.recording.landmark_csv import write_landmarks
+
+        write_landmarks(path, trajectory)
         return
     if fps is None:
         raise InputError(
@@ -162,11 +164,3 @@ def _suffix(path: Path, known: tuple[str, ...]) -> str:
             remedy=f"Name a file that ends in {', '.join(known[:-1])} or {known[-1]}.",
         )
     return suffix
-
-
-def _write_csv(path: Path, trajectory: LandmarkTrajectory) -> None:
-    from stereotrack_core.interop.atomic import replacing
-    from stereotrack_core.recording.landmark_csv import write_landmarks
-
-    with replacing(path) as temporary:
-        write_landmarks(temporary, trajectory)

@@ -14,9 +14,9 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from stereotrack_core.atomic import write_file
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.atomic import replacing
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.run import Run
 
@@ -52,9 +52,10 @@ def write_npz(path: Path, run: Run) -> None:
     The recording's folder is stored both absolute and relative to the run file, so that both
     can be moved together.
     """
+    file = io.BytesIO()
     arrays = _arrays_of(run, _meta_to_store(path, run.meta))
-    with replacing(path) as temporary:
-        np.savez_compressed(temporary, allow_pickle=False, **arrays)
+    np.savez_compressed(file, allow_pickle=False, **arrays)
+    write_file(path, file.getvalue())
 
 
 def run_bytes(run: Run) -> bytes:

@@ -15,8 +15,8 @@ import numpy as np
 
 from stereotrack_core.annotation.click import Click, Visibility
 from stereotrack_core.annotation.landmark_set import LandmarkSet
+from stereotrack_core.atomic import replacing
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.atomic import replacing
 from stereotrack_core.interop.label_names import Labels, camera_of, map_names
 from stereotrack_core.recording.description import Recording, Stream
 from stereotrack_core.recording.landmarks import SKELETON
@@ -58,7 +58,12 @@ def write_sleap(
         own = frame + _shift(stream, recording)
         frames.append(sio.LabeledFrame(video=videos[camera], frame_idx=own, instances=[instance]))
     labels = sio.Labels(labeled_frames=frames, videos=list(videos.values()), skeletons=[skeleton])
-    with replacing(path) as temporary:
+
+    def is_whole(written: Path) -> bool:
+        stored = sio.load_slp(str(written), open_videos=False)
+        return len(stored.labeled_frames) == len(frames)
+
+    with replacing(path, is_whole) as temporary:
         sio.save_slp(labels, str(temporary), embed=False, verbose=False)
 
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Sequence
-from io import StringIO
 from pathlib import Path
 from typing import Literal
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.atomic import replacing
+from stereotrack_core.recording.csv_table import unguarded
 from stereotrack_core.recording.toml_table import readable, reason
 
 SUFFIXES = (".csv", ".md")
@@ -33,21 +32,6 @@ def table_suffix(path: Path) -> str:
     return suffix
 
 
-def write_text_table(path: Path, text: str) -> None:
-    """Write the text of a table."""
-    with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8", newline="")
-
-
-def csv_text(columns: Sequence[str], rows: Sequence[Sequence[str | float | int]]) -> str:
-    """A table as CSV; numbers in full."""
-    buffer = StringIO()
-    writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(rows)
-    return buffer.getvalue()
-
-
 def markdown_text(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """A table as Markdown; a heading that begins with ``>`` stands over a right-aligned column."""
     headings = [heading.removeprefix(">") for heading in columns]
@@ -59,7 +43,7 @@ def markdown_text(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 def text_cells(
     path: Path, *, delimiter: str = ",", quoting: Literal[0, 3] = csv.QUOTE_MINIMAL
 ) -> list[list[str]]:
-    """All cells of a text file, line by line.
+    """All cells of a text file, stripped and unguarded, line by line.
 
     Raises
     ------
@@ -68,7 +52,8 @@ def text_cells(
     """
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
-            return list(csv.reader(file, delimiter=delimiter, quoting=quoting))
+            lines = csv.reader(file, delimiter=delimiter, quoting=quoting)
+            return [[unguarded(cell.strip()) for cell in line] for line in lines]
     except FileNotFoundError:
         raise InputError(
             "the file does not exist", where=str(path), remedy="Correct its path."
@@ -83,15 +68,14 @@ def text_cells(
 
 
 def read_csv_table(path: Path) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...]]:
-    """Headings and rows of a CSV file, stripped; empty lines are left out.
+    """Headings and rows of a CSV file; empty lines are left out.
 
     Raises
     ------
     InputError
         When the file cannot be read, has no heading, a heading twice, or a row of another length.
     """
-    lines = [[cell.strip() for cell in line] for line in text_cells(path)]
-    filled = [(number, line) for number, line in enumerate(lines, start=1) if any(line)]
+    filled = [(number, line) for number, line in enumerate(text_cells(path), start=1) if any(line)]
     if not filled or not all(filled[0][1]) or len(set(filled[0][1])) < len(filled[0][1]):
         raise InputError(
             "the first line does not name every column once",

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stereotrack_core.atomic import write_file
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import PARTS
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.atomic import replacing
-from stereotrack_core.interop.table_file import csv_text, write_text_table
+from stereotrack_core.recording.csv_table import csv_text
 from stereotrack_core.tracking.inside.trace import REASONS, Correction, FrameTrace
 
 TRACE_SUFFIXES = (".csv", ".npz")
@@ -37,8 +38,9 @@ def write_trace(path: Path, trace: FrameTrace, correction: int) -> None:
     """
     suffix = path.suffix.lower()
     if suffix == ".npz":
-        with replacing(path) as temporary:
-            np.savez_compressed(temporary, allow_pickle=False, **trace_arrays(trace))
+        file = BytesIO()
+        np.savez_compressed(file, allow_pickle=False, **trace_arrays(trace))
+        write_file(path, file.getvalue())
     elif suffix == ".csv":
         if not 0 <= correction < len(trace.corrections):
             raise InputError(
@@ -47,7 +49,7 @@ def write_trace(path: Path, trace: FrameTrace, correction: int) -> None:
                 remedy="Write an .npz file, which holds whatever there is.",
             )
         names = trace.state_names
-        write_text_table(path, cross_covariance_csv(names, trace.corrections[correction]))
+        write_file(path, cross_covariance_csv(names, trace.corrections[correction]))
     else:
         raise InputError(
             "the inside of a frame cannot be written to this kind of file",

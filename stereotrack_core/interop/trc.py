@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.atomic import replacing
 from stereotrack_core.interop.gaps import checked_fps
 from stereotrack_core.interop.table_file import text_cells
-from stereotrack_core.recording.csv_table import whole_number
+from stereotrack_core.recording.csv_table import guarded, whole_number
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
 _TRC_FROM_WORLD = [1, 2, 0]
@@ -36,7 +36,7 @@ def write_trc(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
     names = [cell for name in LANDMARKS for cell in (name, "", "")]
     axes = [f"{axis}{k}" for k in range(1, len(LANDMARKS) + 1) for axis in "XYZ"]
     rows = [
-        ["PathFileType", "4", "(X/Y/Z)", path.name],
+        ["PathFileType", "4", "(X/Y/Z)", guarded(" ".join(path.name.split()))],
         fields,
         facts,
         ["Frame#", "Time", *names],
@@ -45,9 +45,7 @@ def write_trc(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
     points = trajectory.points[..., _TRC_FROM_WORLD].reshape(count, len(LANDMARKS) * 3)
     for frame, values in zip(trajectory.frame.tolist(), points.tolist(), strict=True):
         rows.append([str(frame), f"{frame / fps:.10g}", *(_cell(value) for value in values)])
-    with replacing(path) as temporary:
-        text = "".join("\t".join(row) + "\n" for row in rows)
-        temporary.write_text(text, encoding="utf-8", newline="")
+    write_file(path, "".join("\t".join(row) + "\n" for row in rows))
 
 
 def _cell(value: float) -> str:

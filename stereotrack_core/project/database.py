@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from stereotrack_core.atomic import replacing
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.atomic import replacing
 from stereotrack_core.project.failures import ProjectDamaged, code_of, speaking
 from stereotrack_core.project.rows import Row
 from stereotrack_core.project.schema import APPLICATION, FORMAT, STATEMENTS

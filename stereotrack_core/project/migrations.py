@@ -6,8 +6,8 @@ import sqlite3
 from collections.abc import Callable
 from pathlib import Path
 
+from stereotrack_core.atomic import replacing
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.atomic import replacing
 from stereotrack_core.project.database import transaction, version_of
 from stereotrack_core.project.rows import as_json, from_json
 from stereotrack_core.project.schema import (

@@ -10,6 +10,7 @@ import numpy as np
 import tomli_w
 
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import rotation_from_vector, vector_from_rotation
@@ -211,4 +212,4 @@ def write_calibration(path: Path, cameras: Mapping[str, Camera]) -> None:
             section["fisheye"] = True
         content[f"cam_{i}"] = section
     content["metadata"] = {"units": "m"}
-    path.write_text(tomli_w.dumps(content), encoding="utf-8")
+    write_file(path, tomli_w.dumps(content))

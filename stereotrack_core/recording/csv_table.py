@@ -1,9 +1,16 @@
-"""Read a small CSV file with a header, with sentences about what is wrong in it."""
+"""Small CSV files with a header: written, and read with sentences about what is wrong in them.
+
+A spreadsheet computes a cell that begins with one of ``= + - @``, a tabulator or a line break,
+whoever has named a recording, run or segment so. Such a text is written with an apostrophe before
+it, which is taken away when it is read.
+"""
 
 from __future__ import annotations
 
 import csv
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Sequence
+from io import StringIO
 from pathlib import Path
 
 from stereotrack_core.errors import InputError
@@ -11,6 +18,38 @@ from stereotrack_core.recording.toml_table import readable, reason
 
 LARGEST = 2**31 - 1
 """Frame numbers beyond this are slips."""
+
+_COMPUTED = re.compile(r"'*[=+\-@\t\r\n]")
+
+
+def guarded(cell: str) -> str:
+    """A text as a spreadsheet shows it without computing it; numbers stay as they are."""
+    return f"'{cell}" if _is_computed(cell) else cell
+
+
+def unguarded(cell: str) -> str:
+    """The text that :func:`guarded` was given."""
+    return cell[1:] if cell.startswith("'") and _is_computed(cell) else cell
+
+
+def _is_computed(cell: str) -> bool:
+    """Whether it would be computed, now or without apostrophes before it."""
+    if not _COMPUTED.match(cell):
+        return False
+    try:
+        float(cell.lstrip("'"))
+    except ValueError:
+        return True
+    return False
+
+
+def csv_text(columns: Sequence[str], rows: Iterable[Sequence[str | float | int]]) -> str:
+    """A table as CSV; numbers in full, texts guarded."""
+    buffer = StringIO()
+    writer = csv.writer(buffer, lineterminator="\n")
+    for row in (columns, *rows):
+        writer.writerow([guarded(cell) if isinstance(cell, str) else cell for cell in row])
+    return buffer.getvalue()
 
 
 def read_rows(
@@ -67,7 +106,7 @@ def read_rows(
                 raise complaint
             complaints.append(complaint)
             continue
-        rows.append((number, {name: line[i].strip() for name, i in place.items()}))
+        rows.append((number, {name: unguarded(line[i].strip()) for name, i in place.items()}))
     return rows
 
 

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import csv
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
 
+from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.recording.csv_table import LARGEST, read_rows
+from stereotrack_core.recording.csv_table import LARGEST, csv_text, read_rows
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import DETECTION_KINDS, Detection, Detections
 
@@ -103,11 +103,12 @@ def _number(cells: dict[str, str], column: str, path: Path, line: int) -> float:
 
 def write_detections(path: Path, detections: Iterable[Detection]) -> None:
     """Write detections, in micrometres' and thousandths of pixels' precision; cameras by name."""
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        for d in detections:
-            place = [f"{value:.6f}" for value in d.position]
-            place += [""] * (3 - len(place))
-            view = "" if d.camera is None else d.camera.name
-            writer.writerow([f"{d.time:.6g}", view, d.kind, *place, f"{d.sigma:.6g}", d.confidence])
+    write_file(path, csv_text(COLUMNS, _rows(detections)))
+
+
+def _rows(detections: Iterable[Detection]) -> Iterator[list[str | float]]:
+    for d in detections:
+        place = [f"{value:.6f}" for value in d.position]
+        place += [""] * (3 - len(place))
+        view = "" if d.camera is None else d.camera.name
+        yield [f"{d.time:.6g}", view, d.kind, *place, f"{d.sigma:.6g}", d.confidence]

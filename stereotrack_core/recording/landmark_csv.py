@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import csv
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
+from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
-from stereotrack_core.recording.csv_table import read_rows, whole_number
+from stereotrack_core.recording.csv_table import csv_text, read_rows, whole_number
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.recording.toml_table import LARGEST
 
@@ -84,13 +85,13 @@ def write_landmarks(path: Path, trajectory: LandmarkTrajectory) -> None:
     A frame of which nothing is known is written as one row with empty values, so that reading
     gives the same frames again.
     """
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        for frame, points in zip(trajectory.frame, trajectory.points, strict=True):
-            known = np.isfinite(points).all(axis=1)
-            if not known.any():
-                writer.writerow([int(frame), LANDMARKS[0], "", "", ""])
-            for i in np.flatnonzero(known):
-                values = [f"{value:.6f}" for value in points[i]]
-                writer.writerow([int(frame), LANDMARKS[i], *values])
+    write_file(path, csv_text(COLUMNS, _rows(trajectory)))
+
+
+def _rows(trajectory: LandmarkTrajectory) -> Iterator[list[str | int]]:
+    for frame, points in zip(trajectory.frame, trajectory.points, strict=True):
+        known = np.isfinite(points).all(axis=1)
+        if not known.any():
+            yield [int(frame), LANDMARKS[0], "", "", ""]
+        for i in np.flatnonzero(known):
+            yield [int(frame), LANDMARKS[i], *(f"{value:.6f}" for value in points[i])]

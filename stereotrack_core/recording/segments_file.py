@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable
 from pathlib import Path
 
+from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
-from stereotrack_core.recording.csv_table import read_rows, whole_number
+from stereotrack_core.recording.csv_table import csv_text, read_rows, whole_number
 from stereotrack_core.recording.description import Segment
 
 COLUMNS = ("segment", "first", "end")
@@ -41,7 +41,5 @@ def read_segments(path: Path) -> tuple[Segment, ...]:
 
 def write_segments(path: Path, segments: Iterable[Segment]) -> None:
     """Write segments so that :func:`read_segments` gives them again."""
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        writer.writerows((segment.name, segment.first, segment.end) for segment in segments)
+    rows = [(segment.name, segment.first, segment.end) for segment in segments]
+    write_file(path, csv_text(COLUMNS, rows))

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import tomli_w
 
+from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Subject
 from stereotrack_core.recording.toml_table import Table, load_toml
@@ -48,4 +49,4 @@ def parse_subject(path: Path, complaints: list[InputError]) -> Subject | None:
 def write_subject(path: Path, subject: Subject) -> None:
     """Write a subject so that :func:`read_subject` gives it again."""
     known = {key: value for key, value in asdict(subject).items() if value is not None}
-    path.write_text(tomli_w.dumps(known), encoding="utf-8")
+    write_file(path, tomli_w.dumps(known))

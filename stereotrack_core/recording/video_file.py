@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from fractions import Fraction
 from pathlib import Path
 from types import TracebackType
@@ -12,6 +14,7 @@ import cv2
 import numpy as np
 
 from stereotrack_core.arrays import ImageArray
+from stereotrack_core.atomic import replacing, write_file
 from stereotrack_core.errors import InputError
 
 KEY_FRAME_EVERY = 10
@@ -27,8 +30,8 @@ class VideoWriter:
     """Write grey or colour pictures as H.264 (MP4) at exact times k / fps.
 
     Stored as yuv420p, which every player shows, so width and height must be even; grey in full
-    range, which is read back without stretching. Use as a context manager: the file is complete
-    when it is closed.
+    range, which is read back without stretching. Use as a context manager: at its end the file is
+    there with all pictures, or, after an error, is what it was before.
 
     Parameters
     ----------
@@ -44,7 +47,7 @@ class VideoWriter:
     Raises
     ------
     InputError
-        When the size, rate or file is not possible.
+        When the size, rate or file is not possible, or the drive is full.
     """
 
     def __init__(
@@ -70,23 +73,29 @@ class VideoWriter:
                 remedy="Give more than 0 and less than 10000.",
             )
         self._shape = (height, width, 3) if colour else (height, width)
-        self._path = path
         self._count = 0
-        rate = Fraction(fps).limit_denominator(RATE_DENOMINATOR)
-        try:
-            self._container = av.open(str(path), "w")
-        except (av.FFmpegError, OSError, ValueError) as error:
-            raise InputError(
-                f"the video cannot be written ({error})", where=str(path), remedy="Choose another."
-            ) from None
-        stream: Any = self._container.add_stream("libx264", rate=rate)
+        self._time_base = 1 / Fraction(fps).limit_denominator(RATE_DENOMINATOR)
+        with ExitStack() as opening:
+            temporary = opening.enter_context(replacing(path, self._holds_all))
+            try:
+                self._container: Any = av.open(str(temporary), "w")
+            except (av.FFmpegError, ValueError) as error:
+                raise InputError(
+                    f"the video cannot be written ({error})",
+                    where=str(path),
+                    remedy="Name a file that ends in .mp4.",
+                ) from None
+            self._stream = self._new_stream(width, height, colour, crf)
+            self._open = opening.pop_all()
+
+    def _new_stream(self, width: int, height: int, colour: bool, crf: int) -> Any:
+        stream: Any = self._container.add_stream("libx264", rate=1 / self._time_base)
         stream.width, stream.height = width, height
         stream.pix_fmt = "yuv420p" if colour else FULL_RANGE_FORMAT
         stream.options = {"crf": str(crf), "preset": "fast", "bf": "0", "g": str(KEY_FRAME_EVERY)}
         stream.codec_context.thread_count = 1
-        self._time_base = 1 / rate
         stream.codec_context.time_base = self._time_base
-        self._stream = stream
+        return stream
 
     def __enter__(self) -> VideoWriter:
         return self
@@ -97,7 +106,16 @@ class VideoWriter:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self.close()
+        with self._open:
+            if error is not None:
+                with suppress(av.FFmpegError, OSError):  # of what is thrown away
+                    self._container.close()
+                raise error
+            with _os_errors():
+                try:
+                    self._container.mux(self._stream.encode(None))
+                finally:
+                    self._container.close()
 
     def write(self, picture: ImageArray) -> None:
         """Add a picture, (H, W) or (H, W, 3) BGR uint8 as declared."""
@@ -107,17 +125,24 @@ class VideoWriter:
         frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format=layout)
         frame = frame.reformat(format=self._stream.pix_fmt)
         frame.pts, frame.time_base = self._count, self._time_base
-        self._container.mux(self._stream.encode(frame))
+        with _os_errors():
+            self._container.mux(self._stream.encode(frame))
         self._count += 1
 
-    def close(self) -> None:
-        """Write what is still held back and complete the file."""
-        if self._container is None:
-            return
-        if self._count:
-            self._container.mux(self._stream.encode(None))
-        self._container.close()
-        self._container = None
+    def _holds_all(self, path: Path) -> bool:
+        """Whether every picture is in the file."""
+        with _os_errors(), av.open(str(path)) as written:
+            pictures = sum(1 for packet in written.demux(video=0) if packet.size)
+            return pictures == self._count
+
+
+@contextmanager
+def _os_errors() -> Iterator[None]:
+    """Raise OSError for whatever the library complains of."""
+    try:
+        yield
+    except av.FFmpegError as error:
+        raise OSError(error.errno, error.strerror) from error
 
 
 def write_png(path: Path, picture: Any) -> None:
@@ -132,11 +157,4 @@ def write_png(path: Path, picture: Any) -> None:
     done, content = cv2.imencode(".png", pixels)
     if not done:
         raise ValueError(f"no PNG of {picture.dtype} {picture.shape}")
-    try:
-        content.tofile(path)
-    except OSError as error:
-        raise InputError(
-            f"the image cannot be written ({error.strerror})",
-            where=str(path),
-            remedy="Choose a folder in which you may write.",
-        ) from None
+    write_file(path, content.tobytes())

@@ -13,6 +13,7 @@ import tomli_w
 from numpy.typing import NDArray
 
 from stereotrack_core.arrays import Float32Array
+from stereotrack_core.atomic import filling, write_file
 from stereotrack_core.recording.calibration import write_calibration
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.folder import DESCRIPTION, FORMAT
@@ -29,27 +30,31 @@ def write_recording_description(recording: Recording) -> None:
 
     The folder is made if it is not there; ``subject.toml``, ``reference.csv`` and
     ``segments.csv`` are written where the recording has them.
+
+    Raises
+    ------
+    InputError
+        Where not all of them can be written; then the folder stays as it was.
     """
-    folder = recording.folder
-    folder.mkdir(parents=True, exist_ok=True)
     content: dict[str, Any] = {
         "format": FORMAT,
         "name": recording.name,
         "fps": recording.fps,
         "calibration": "calibration.toml",
     }
-    write_calibration(folder / "calibration.toml", recording.cameras)
-    if recording.subject is not None:
-        content["subject"] = "subject.toml"
-        write_subject(folder / "subject.toml", recording.subject)
-    if recording.reference is not None:
-        content["reference"] = "reference.csv"
-        write_landmarks(folder / "reference.csv", recording.reference)
-    if recording.segments:
-        content["segments"] = "segments.csv"
-        write_segments(folder / "segments.csv", recording.segments)
-    content["views"] = [_view(view) for view in recording.views]
-    (folder / DESCRIPTION).write_text(tomli_w.dumps(content), encoding="utf-8")
+    with filling(recording.folder) as folder:
+        write_calibration(folder / "calibration.toml", recording.cameras)
+        if recording.subject is not None:
+            content["subject"] = "subject.toml"
+            write_subject(folder / "subject.toml", recording.subject)
+        if recording.reference is not None:
+            content["reference"] = "reference.csv"
+            write_landmarks(folder / "reference.csv", recording.reference)
+        if recording.segments:
+            content["segments"] = "segments.csv"
+            write_segments(folder / "segments.csv", recording.segments)
+        content["views"] = [_view(view) for view in recording.views]
+        write_file(folder / DESCRIPTION, tomli_w.dumps(content))
 
 
 def _view(view: View) -> dict[str, Any]:

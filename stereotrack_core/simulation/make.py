@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import shutil
-import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.atomic import filling
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.simulation.motions import motion_names
 from stereotrack_core.simulation.options import SceneOptions
@@ -77,7 +75,7 @@ def simulate(
     folder = Path(folder)
     _check(folder, frames, seed)
     who, names, where = person_named(person), motion_names(motion), view_names(views)
-    with _appears_when_finished(folder) as workplace, ThreadPoolExecutor(_WORKERS) as workers:
+    with filling(folder) as workplace, ThreadPoolExecutor(_WORKERS) as workers:
         scene = build_scene(who, names, frames, where, seed, chosen, workers, parts)
         with RecordingStore(workplace, chosen, scene.cameras) as store:
             if chosen.background_images:
@@ -133,26 +131,3 @@ def _check(folder: Path, frames: int, seed: int) -> None:
         raise InputError(
             "there is something already", where=str(folder), remedy="Give a new or empty folder."
         )
-
-
-@contextmanager
-def _appears_when_finished(folder: Path) -> Iterator[Path]:
-    """A hidden folder beside `folder` that gets its name when the work has succeeded."""
-    target = folder.resolve()
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        workplace = Path(tempfile.mkdtemp(prefix=f".{target.name}-", dir=target.parent))
-    except OSError as error:
-        raise InputError(
-            f"nothing can be written there ({error.strerror})",
-            where=str(folder),
-            remedy="Choose a folder in which you may write.",
-        ) from None
-    try:
-        yield workplace
-        workplace.chmod(0o755)
-        if target.exists():
-            target.rmdir()
-        workplace.rename(target)
-    finally:
-        shutil.rmtree(workplace, ignore_errors=True)

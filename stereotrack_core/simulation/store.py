@@ -60,7 +60,7 @@ class RecordingStore:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._open.close()
+        self._open.__exit__(kind, error, trace)
 
     def add_background(self, camera: str, picture: ImageArray) -> None:
         """Write a camera's picture of the empty scene."""

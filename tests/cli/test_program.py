@@ -6,6 +6,7 @@ import subprocess
 import sys
 import threading
 from argparse import ArgumentParser
+from pathlib import Path
 
 import pytest
 
@@ -126,6 +127,33 @@ def test_reader_that_leaves(tmp_path):
         )
     assert done.returncode == 1
     assert done.stderr == ""
+
+
+FULL = Path("/dev/full")
+some_disk_is_full = pytest.mark.skipif(not FULL.exists(), reason="no disk is full here")
+
+
+@some_disk_is_full
+@pytest.mark.parametrize("word", ["help", "--help"])
+def test_a_result_on_a_full_disk_is_missed_in_words(word):
+    code = "import sys; from stereotrack_core.cli import main; sys.exit(main(sys.argv[1:]))"
+    with FULL.open("w") as stdout:
+        done = subprocess.run(
+            [sys.executable, "-c", code, word], stdout=stdout, stderr=subprocess.PIPE, text=True
+        )
+    assert done.stderr.count("\n") == 1
+    assert done.stderr.startswith("stereotrack: standard output: the result could not be written")
+    assert done.returncode == 2
+
+
+@some_disk_is_full
+def test_a_message_that_nobody_can_read_ends_no_work():
+    code = "import sys; from stereotrack_core.cli.output import say; say('A frame.'); print('done')"
+    with FULL.open("w") as stderr:
+        done = subprocess.run(
+            [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=stderr, text=True
+        )
+    assert (done.returncode, done.stdout) == (0, "done\n")
 
 
 def test_first_interrupt_asks_and_second_stops():

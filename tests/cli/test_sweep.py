@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from stereotrack_core.atomic import replacing
 from stereotrack_core.cli import main, sweep, sweep_files
 from stereotrack_core.cli.sweep_files import (
     SweepPlaces,
@@ -22,7 +23,6 @@ from stereotrack_core.cli.sweep_files import (
 from stereotrack_core.cli.sweep_words import in_words
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.sweeps.work import do_batch
-from stereotrack_core.interop.atomic import replacing
 from stereotrack_core.project.lock import ProjectLock
 
 pytestmark = pytest.mark.xdist_group("cli")

@@ -119,6 +119,74 @@ def test_the_core_keeps_no_global_state():
     assert not found
 
 
+WRITING = {
+    *("write_text", "write_bytes", "tofile", "touch", "savetxt", "savez", "savez_compressed"),
+    *("savefig", "save_slp", "imwrite", "imwritemulti", "FileStorage", "mkstemp"),
+    *("NamedTemporaryFile", "TemporaryFile"),
+    *("QPdfWriter", "QSaveFile", "QFile", "QImageWriter", "copyfile", "copy2", "copytree"),
+}
+WRITES_BY_ITSELF = {
+    "stereotrack_core/atomic.py": {"touch", "write_bytes", "open"},
+    "stereotrack_core/interop/journal.py": {"open"},  # it is only ever added to
+    "stereotrack_core/project/lock.py": {"open"},
+    "stereotrack_core/project/database.py": {"copyfile"},
+    "stereotrack_core/project/corrections.py": {"write_text"},  # a file that is read at once
+    "stereotrack_core/project/lent_schema.py": {"open", "write_bytes"},  # damaged on purpose
+    "stereotrack_core/interop/sleap.py": {"save_slp"},  # to a temporary file, and read back
+    "stereotrack_core/interop/run_npz.py": {"savez", "savez_compressed"},  # into memory, as below
+    "stereotrack_core/interop/reference_npz.py": {"savez_compressed"},
+    "stereotrack_core/interop/trace_file.py": {"savez_compressed"},
+    "stereotrack_core/evaluation/report/drawing.py": {"savefig"},
+    "stereotrack_core/evaluation/sweeps/picture.py": {"savefig"},
+    "stereotrack_core/recording/video_file.py": {"open"},  # to a temporary file, and read back
+    "stereotrack_core/cli/arguments.py": {"TemporaryFile"},  # whether one can be made there
+    "app/pdf.py": {"QPdfWriter"},
+    "app/picture_file.py": {"save"},
+    "app/tuning/preset_work.py": {"save"},  # a preset, into the project
+    "app/presenters/fit_job.py": {"write_text"},  # how far it is, for the window
+    "app/presenters/sweeps.py": {"touch", "TemporaryFile"},  # a sign to stop; what it says
+}
+"""What does not go through :mod:`stereotrack_core.atomic`, and need not."""
+
+
+def _writing_call(node: ast.AST) -> str:
+    """Name of what writes a file in this call; empty for other syntax."""
+    if not isinstance(node, ast.Call):
+        return ""
+    name = getattr(node.func, "attr", getattr(node.func, "id", ""))
+    if name == "open":
+        at = 0 if isinstance(node.func, ast.Attribute) else 1
+        modes = [*node.args[at:], *(word.value for word in node.keywords if word.arg == "mode")]
+        texts = [mode.value for mode in modes if isinstance(mode, ast.Constant)]
+        return name if any(isinstance(t, str) and set(t) & set("wax+") for t in texts) else ""
+    if name == "save":  # QPainter's has no arguments
+        return name if node.args else ""
+    return name if name in WRITING else ""
+
+
+def test_files_are_written_in_one_way():
+    """Whatever the program writes replaces what was there when it is whole, and not before."""
+    found: dict[str, set[str]] = {}
+    for path, node in nodes(*PACKAGES):
+        if name := _writing_call(node):
+            found.setdefault(name_of(path), set()).add(name)
+    assert found == WRITES_BY_ITSELF
+
+
+def test_what_a_library_has_written_is_read_back():
+    """Only SQLite notices by itself that a drive is full."""
+    unchecked = [
+        f"{name_of(path)}:{node.lineno}"
+        for path, node in nodes(*PACKAGES)
+        if isinstance(node, ast.Call)
+        and isinstance(node.func, ast.Name)
+        and node.func.id == "replacing"
+        and len(node.args) < 2
+        and not name_of(path).startswith("stereotrack_core/project/")
+    ]
+    assert not unchecked
+
+
 @pytest.mark.parametrize("package", PACKAGES)
 def test_every_folder_of_code_says_what_it_is_for(package: str):
     silent = [

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from stereotrack_core.atomic import write_file
 from stereotrack_core.cli.reproduction.places import Places
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ def motion_pictures(
             continue
         frames = shown_frames(motion, segment)
         curves = motion_curves(own, motion)
-        (places.folder / f"figure-{motion.curves}.svg").write_bytes(curves)
+        write_file(places.folder / f"figure-{motion.curves}.svg", curves)
         strips = _strips(places, recording, own, motion, frames)
         made.append(MotionPictures(motion, curves, strips, frames))
     return tuple(made)
@@ -77,5 +78,5 @@ def _strips(
             name = source_name(outcome.entry.way)
             strips[name] = data.tobytes()
             file = places.folder / f"figure-{motion.pictures}-{outcome.entry.way.preset}.jpg"
-            file.write_bytes(strips[name])
+            write_file(file, strips[name])
     return strips

@@ -84,9 +84,9 @@ def _track_group(
     cancelled: Callable[[], bool],
 ) -> None:
     """Track a group and write its runs."""
+    from stereotrack_core.atomic import forget_unfinished
     from stereotrack_core.evaluation.reproduction.plan import averaged_subject
     from stereotrack_core.evaluation.reproduction.tracking import track_group
-    from stereotrack_core.interop.atomic import forget_unfinished
     from stereotrack_core.interop.run_npz import write_npz
     from stereotrack_core.recording.folder import open_recording
 

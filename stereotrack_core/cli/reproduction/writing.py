@@ -10,6 +10,7 @@ import shlex
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from stereotrack_core.atomic import write_file
 from stereotrack_core.cli.output import Table, plain, put_json, put_table, say
 from stereotrack_core.cli.reproduction.places import Places, kept_runs
 from stereotrack_core.cli.reproduction.strips import motion_pictures
@@ -39,7 +40,6 @@ def write_results(
     from stereotrack_core.evaluation.reproduction.curves import timing_curve
     from stereotrack_core.evaluation.reproduction.page import Results, page
     from stereotrack_core.evaluation.reproduction.tables import compared_tables
-    from stereotrack_core.interop.table_file import write_text_table
 
     outcomes = read_outcomes(places, recordings, groups)
     tables = compared_tables(outcomes, [r.name for r in recordings], presets)
@@ -53,7 +53,7 @@ def write_results(
         circumstances=_circumstances(places, outcomes, groups, presets, short=short),
     )
     _write_tables(places, results)
-    write_text_table(places.page, page(results))
+    write_file(places.page, page(results))
     return results
 
 
@@ -108,7 +108,6 @@ def _facts(*, short: bool) -> tuple[RecordingFacts, ...]:
 def _timings(places: Places, recording: Recording, presets: Sequence[str]) -> tuple[Timing, ...]:
     """Times of the presets, measured once and kept."""
     from stereotrack_core.evaluation.reproduction.timing import StepCost, Timing, timing
-    from stereotrack_core.interop.table_file import write_text_table
 
     path = places.folder / "timing.json"
     kept: dict[str, Any] = json.loads(path.read_text("utf-8")) if path.is_file() else {}
@@ -116,7 +115,7 @@ def _timings(places: Places, recording: Recording, presets: Sequence[str]) -> tu
         if name not in kept:
             say(f"Timing {name}; nothing else should run meanwhile.")
             kept[name] = plain(timing(recording, name))
-            write_text_table(path, json.dumps(kept, indent=2))
+            write_file(path, json.dumps(kept, indent=2))
     return tuple(
         Timing(**{**kept[name], "costs": tuple(StepCost(**cost) for cost in kept[name]["costs"])})
         for name in presets
@@ -165,15 +164,16 @@ def _processor() -> str:
 
 def _write_tables(places: Places, results: Results) -> None:
     from stereotrack_core.evaluation.reproduction.words import columns_of, in_full, rows_of
-    from stereotrack_core.interop.table_file import csv_text, markdown_text, write_text_table
+    from stereotrack_core.interop.table_file import markdown_text
+    from stereotrack_core.recording.csv_table import csv_text
 
     whole = []
     for compared in results.tables:
         columns, rows = in_full(compared)
-        write_text_table(places.folder / f"table-{compared.key}.csv", csv_text(columns, rows))
+        write_file(places.folder / f"table-{compared.key}.csv", csv_text(columns, rows))
         text = markdown_text(columns_of(compared), rows_of(compared))
         whole.append(f"## {compared.title}\n\n{text}\n{compared.remark}\n")
-    write_text_table(places.folder / "tables.md", "\n".join(whole))
+    write_file(places.folder / "tables.md", "\n".join(whole))
     if results.timings:
         columns = ["preset", "points", "milliseconds"]
         costs: list[list[str | float | int]] = [
@@ -181,6 +181,6 @@ def _write_tables(places: Places, results: Results) -> None:
             for timed in results.timings
             for cost in timed.costs
         ]
-        write_text_table(places.folder / "figure-4.4.csv", csv_text(columns, costs))
+        write_file(places.folder / "figure-4.4.csv", csv_text(columns, costs))
     facts = dataclasses.asdict(results.circumstances)
-    write_text_table(places.folder / "made.json", json.dumps(plain(facts), indent=2))
+    write_file(places.folder / "made.json", json.dumps(plain(facts), indent=2))

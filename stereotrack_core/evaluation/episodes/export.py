@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from stereotrack_core.arrays import ImageArray
-from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.atomic import filling
+from stereotrack_core.errors import Cancelled
 from stereotrack_core.evaluation.episodes.episode import CAUSE_WORDS, Episode, limbs_words
 from stereotrack_core.evaluation.episodes.film import write_film
 from stereotrack_core.evaluation.episodes.find import Subject
@@ -61,24 +62,16 @@ def write_strips(
     Raises
     ------
     InputError
-        Where nothing can be written there.
+        Where not all of them can be written there; then none is.
     Cancelled
-        What was written before stays.
+        None is written.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(
-            f"the folder cannot be made ({error.strerror})",
-            where=str(folder),
-            remedy="Choose a place in which you may write.",
-        ) from None
-    with FrameReader(recording, read_ahead=0) as reader:
+    with filling(folder) as workplace, FrameReader(recording, read_ahead=0) as reader:
         for i, episode in enumerate(episodes):
             if cancelled is not None and cancelled():
                 raise Cancelled
             strip = strip_of(subject, recording, episode, view=view, count=count, reader=reader)
-            write_png(folder / strip_name(episode), strip)
+            write_png(workplace / strip_name(episode), strip)
             if report is not None:
                 report((i + 1) / len(episodes), f"{i + 1} of {len(episodes)}")
     return len(episodes)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 
 import cv2
@@ -83,31 +84,25 @@ def write_film(
         view.name: person_window(recording.reference_camera(view), run, frames, _HEIGHT, _ASPECT)
         for view in own.views
     }
-    part = path.with_name(f".{path.stem}-part.mp4")
-    try:
-        writer: VideoWriter | None = None
-        try:
-            for i, frame in enumerate(frames):
-                if cancelled is not None and cancelled():
-                    raise Cancelled
-                picture = _picture(recording, run, int(frame), own, windows, limbs, reference)
-                picture = _with_words(picture, captions[i], title)
-                if writer is None:
-                    height, width = picture.shape[:2]
-                    writer = VideoWriter(
-                        part, fps=recording.fps, width=width, height=height, colour=True, crf=_CRF
-                    )
-                writer.write(picture)
-                if report is not None:
-                    report((i + 1) / len(frames), "drawing its frames")
-        finally:
-            if writer is not None:
-                writer.close()
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
+    writer: VideoWriter | None = None
+    with ExitStack() as opened:
         if reader is None:
-            own.close()
+            opened.callback(own.close)
+        for i, frame in enumerate(frames):
+            if cancelled is not None and cancelled():
+                raise Cancelled
+            picture = _picture(recording, run, int(frame), own, windows, limbs, reference)
+            picture = _with_words(picture, captions[i], title)
+            if writer is None:
+                height, width = picture.shape[:2]
+                writer = opened.enter_context(
+                    VideoWriter(
+                        path, fps=recording.fps, width=width, height=height, colour=True, crf=_CRF
+                    )
+                )
+            writer.write(picture)
+            if report is not None:
+                report((i + 1) / len(frames), "drawing its frames")
 
 
 def _picture(

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from stereotrack_core.atomic import write_file
 from stereotrack_core.evaluation.sweeps.measures import measure_named
 from stereotrack_core.evaluation.sweeps.points import parameter_rows
 from stereotrack_core.evaluation.sweeps.table import Axis, Curve, Heat, best_cell
@@ -32,7 +34,7 @@ def draw_curves(path: Path, axis: Axis, measure: str, curves: tuple[Curve, ...])
     Parameters
     ----------
     path : Path
-        A file that is written over.
+        A file that is replaced.
     axis : Axis
         Of the parameter.
     measure : str
@@ -55,7 +57,7 @@ def draw_curves(path: Path, axis: Axis, measure: str, curves: tuple[Curve, ...])
     axes.grid(alpha=0.3)
     if len(curves) > 1:
         figure.legend(frameon=False, loc="outside right upper")
-    figure.savefig(path, dpi=_DPI)
+    _write(path, figure)
 
 
 def draw_heat(path: Path, names: tuple[str, str], measure: str, heat: Heat) -> None:
@@ -77,7 +79,13 @@ def draw_heat(path: Path, names: tuple[str, str], measure: str, heat: Heat) -> N
                     color="white" if value < middle else "black",
                     weight="bold" if (line, column) == best else "normal",
                 )  # fmt: skip
-    figure.savefig(path, dpi=_DPI)
+    _write(path, figure)
+
+
+def _write(path: Path, figure: Any) -> None:
+    drawn = BytesIO()
+    figure.savefig(drawn, format=path.suffix.removeprefix("."), dpi=_DPI)
+    write_file(path, drawn.getvalue())
 
 
 def _figure() -> tuple[Any, Any]:

@@ -1,0 +1,180 @@
+"""Files and folders that are either written completely or not at all.
+
+Whatever the program writes goes through here. What is new is on the drive and has been looked at
+before it takes the place of what is old: many libraries do not notice that a drive is full.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import glob
+import os
+import shutil
+import uuid
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from functools import partial
+from pathlib import Path
+from typing import TypeAlias
+
+from stereotrack_core.errors import InputError
+
+Check: TypeAlias = Callable[[Path], bool]
+"""Reads a file back: whether it is what was to be written. OSError, ValueError and InputError say
+that it is not."""
+
+
+def write_file(path: Path, content: str | bytes) -> None:
+    """Write bytes, or a text as UTF-8; a write that fails leaves what stood there before.
+
+    Raises
+    ------
+    InputError
+        Where the file cannot be written.
+    """
+    write_files({path: content})
+
+
+def write_files(contents: Mapping[Path, str | bytes]) -> None:
+    """Write files that belong together: where one of them cannot be written, all stay as they were.
+
+    Raises
+    ------
+    InputError
+        Where one of them cannot be written.
+    """
+    with ExitStack() as pending:
+        for path, content in contents.items():
+            data = content.encode() if isinstance(content, str) else content
+            temporary = pending.enter_context(replacing(path, partial(_holds, data=data)))
+            temporary.write_bytes(data)
+            _flush(temporary)  # all that is left to be done for any of them is renaming
+
+
+@contextmanager
+def replacing(path: Path, is_whole: Check | None = None) -> Iterator[Path]:
+    """Give a temporary path in the same folder that becomes `path` when the block succeeds.
+
+    A block that fails leaves what stood at `path` before. The temporary file has the suffix
+    of `path`, for libraries that look at it.
+
+    Parameters
+    ----------
+    path : Path
+    is_whole : callable, optional
+        Looks at the temporary file. Only SQLite, which looks itself, can do without.
+
+    Raises
+    ------
+    InputError
+        Where the folder does not exist or cannot be written to, or the file is not whole.
+    """
+    path = Path(path)
+    if path.is_dir():
+        raise InputError("this is a folder", where=str(path), remedy="Name a file in it.")
+    temporary = path.with_name(f".{path.stem}-{uuid.uuid4().hex}{path.suffix}")
+    try:
+        temporary.touch(exist_ok=False)
+    except OSError as error:
+        raise InputError(
+            f"no file can be written there ({error.strerror})",
+            where=str(path),
+            remedy="Choose a folder that exists and that you may write to.",
+        ) from error
+    try:
+        yield temporary
+        _flush(temporary)
+        if is_whole is not None and not _passes(is_whole, temporary):
+            raise OSError("not all of it is on the drive")
+        temporary.replace(path)
+    except OSError as error:
+        raise _unwritten("file", path, error) from error
+    finally:
+        temporary.unlink(missing_ok=True)
+    _flush_names(path.parent)
+
+
+@contextmanager
+def filling(folder: Path) -> Iterator[Path]:
+    """Give a hidden folder; what is in it is in `folder` when the block succeeds.
+
+    A block that fails leaves `folder` as it was, or absent. What has the name of a new file is
+    replaced, everything else in `folder` stays.
+
+    Raises
+    ------
+    InputError
+        Where nothing can be written there.
+    """
+    target = Path(folder).resolve()
+    there = target.is_dir()  # then perhaps a drive of its own, and nothing may be made beside it
+    if target.exists() and not there:
+        raise InputError("this is not a folder", where=str(folder), remedy="Name a folder.")
+    workplace = (target if there else target.parent) / f".{target.name}-{uuid.uuid4().hex}"
+    try:
+        workplace.mkdir(parents=True)
+    except OSError as error:
+        raise InputError(
+            f"nothing can be written there ({error.strerror})",
+            where=str(folder),
+            remedy="Choose a folder in which you may write.",
+        ) from error
+    try:
+        yield workplace
+        if there:
+            for made in sorted(workplace.iterdir()):
+                made.replace(target / made.name)
+        else:
+            workplace.rename(target)
+    except InputError as error:
+        where = error.where.replace(str(workplace), str(folder))
+        raise InputError(error.what, where=where, remedy=error.remedy) from error
+    except OSError as error:
+        raise _unwritten("folder", folder, error) from error
+    finally:
+        shutil.rmtree(workplace, ignore_errors=True)
+    _flush_names(target if there else target.parent)
+
+
+def forget_unfinished(path: Path) -> None:
+    """Delete what programs have left that were killed while they wrote `path`.
+
+    To be called only while nobody else can be writing it.
+    """
+    unfinished = f".{glob.escape(path.stem)}-{'[0-9a-f]' * 32}{glob.escape(path.suffix)}"
+    for left in path.parent.glob(unfinished):
+        left.unlink(missing_ok=True)
+
+
+def _holds(path: Path, data: bytes) -> bool:
+    return path.read_bytes() == data
+
+
+def _passes(is_whole: Check, path: Path) -> bool:
+    try:
+        return is_whole(path)
+    except (OSError, ValueError, InputError):
+        return False
+
+
+def _unwritten(what: str, path: Path, error: OSError) -> InputError:
+    return InputError(
+        f"the {what} could not be written ({error.strerror or error})",
+        where=str(path),
+        remedy="Make room on the drive, or name another place; nothing was lost.",
+    )
+
+
+def _flush(path: Path) -> None:
+    with path.open("rb+") as file:
+        os.fsync(file.fileno())
+
+
+def _flush_names(folder: Path) -> None:
+    """Bring the new names to the drive as well, where the system lets us; the content is there."""
+    with contextlib.suppress(OSError):
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)

@@ -1,0 +1,144 @@
+"""A disk that is full: nothing is lost, and whoever asked is told."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.episodes.export import write_strips
+from stereotrack_core.evaluation.episodes.find import find_episodes
+from stereotrack_core.interop.run_npz import write_npz
+from stereotrack_core.tracking.inside.look import look_inside
+from tests.end_to_end import writers
+from tests.end_to_end.writers import COMMANDS, FILES, FOLDERS, Things, content_of, full_disk
+from tests.evaluation.episodes.runs import recorded
+from tests.tracking.inside.test_look_inside import followed
+
+ROOT = Path(__file__).resolve().parents[2]
+OLDER = b"what was there before\n"
+ROOM: dict[str, Callable[[int], int]] = {
+    "no room": lambda _: 0,
+    "little room": lambda _: 20,
+    "nearly enough": lambda needed: needed - 1,
+}
+
+
+@pytest.fixture(scope="module")
+def things(tmp_path_factory, qapp) -> Things:
+    """A recording, and a run of it that fails twice."""
+    folder = tmp_path_factory.mktemp("things")
+    (folder / "recording").mkdir()
+    failing = (("left_forearm", 4, 6, 1.4), ("right_forearm", 8, 10, 1.4))
+    recording, run, truth = recorded(folder / "recording", 16, failing)
+    write_npz(folder / "run.npz", run)
+    return Things(recording, run, folder / "run.npz", truth, look_inside(*followed("fast")))
+
+
+@pytest.fixture(scope="module")
+def enough(tmp_path_factory) -> Callable[[str, Callable[[Path], object]], dict[str, bytes]]:
+    """Function that writes once where there is room, and gives the files that were made."""
+    known: dict[str, dict[str, bytes]] = {}
+
+    def made(name: str, write: Callable[[Path], object]) -> dict[str, bytes]:
+        if name not in known:
+            folder = tmp_path_factory.mktemp("enough")
+            write(folder / name.split(": ")[-1])
+            known[name] = content_of(folder)
+            assert known[name]
+        return known[name]
+
+    return made
+
+
+def largest(made: dict[str, bytes]) -> int:
+    return max(len(content) for content in made.values())
+
+
+def with_older_files(folder: Path, made: dict[str, bytes]) -> dict[str, bytes]:
+    """Put an older file where each new file comes; nothing for a folder that is to be made."""
+    folder.mkdir()
+    if not all(made.values()):
+        return {}
+    for name in made:
+        (folder / name).write_bytes(OLDER)
+    return content_of(folder)
+
+
+@pytest.mark.parametrize("room", ROOM)
+@pytest.mark.parametrize("name", [*FILES, *FOLDERS])
+def test_a_writer_says_so_and_leaves_what_was_there(name, room, things, enough, tmp_path):
+    if name == "sleap.slp":
+        pytest.importorskip("sleap_io")
+    write = FILES[name] if name in FILES else FOLDERS[name]
+    made = enough(name, lambda path: write(path, things))
+    before = with_older_files(tmp_path / "full", made)
+    with full_disk(ROOM[room](largest(made))), pytest.raises(InputError) as refused:
+        write(tmp_path / "full" / name, things)
+    assert content_of(tmp_path / "full") == before
+    assert refused.value.where
+    assert refused.value.remedy
+
+
+@pytest.mark.parametrize("room", ["no room", "nearly enough"])
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_command_says_so_and_leaves_what_was_there(name, room, things, enough, tmp_path, run):
+    def command(path: Path):
+        places = {"RUN": things.run_file, "RECORDING": things.recording.folder, "TARGET": path}
+        return run(*(places.get(word, word) for word in COMMANDS[name]))
+
+    made = enough(f"command: {name}", command)
+    before = with_older_files(tmp_path / "full", made)
+    with full_disk(ROOM[room](largest(made))):
+        ended = command(tmp_path / "full" / name)
+    assert content_of(tmp_path / "full") == before
+    assert ended.status in (1, 2)
+    sentence = ended.err.strip().splitlines()[-1]
+    assert sentence.startswith("stereotrack: ")
+    assert str(tmp_path / "full" / name) in sentence
+    assert "could not be written" in sentence
+    assert "Traceback" not in ended.err
+
+
+@pytest.mark.parametrize("room", ROOM)
+def test_strips_that_were_there_stay_as_they_were(room, things, tmp_path):
+    folder = tmp_path / "strips"
+    episodes = find_episodes(things.judged)
+    assert write_strips(folder, things.judged, things.recording, episodes) == 2
+    for path in folder.iterdir():
+        path.write_bytes(OLDER)
+    (folder / "other.txt").write_bytes(OLDER)
+    before = content_of(folder)
+    sizes = {"no room": 0, "little room": 20, "nearly enough": 20_000}
+    with full_disk(sizes[room]), pytest.raises(InputError, match="could not be written"):
+        write_strips(folder, things.judged, things.recording, episodes)
+    assert content_of(folder) == before
+
+
+def test_every_module_that_writes_files_is_tried():
+    """Whoever adds a writer adds it to the list, or says here who tries it."""
+    elsewhere = {
+        "stereotrack_core.project.database": "tests/project",
+        "stereotrack_core.project.migrations": "tests/project",
+        "stereotrack_core.cli.sweep_files": "a text of its own, tests/cli/test_sweep.py",
+        "stereotrack_core.cli.reproduction.strips": "bytes of its own",
+        "stereotrack_core.cli.reproduction.writing": "texts of its own",
+        "app.review_work": "a text of its own, tests/gui/test_review.py",
+    }
+    by_commands = {"stereotrack_core.cli.benchmark", "stereotrack_core.cli.report"}
+    text = Path(writers.__file__).read_text(encoding="utf-8")
+    tried = {*re.findall(r"^from (\S+) import", text, re.MULTILINE), *by_commands, *elsewhere}
+    assert modules_that_write() - tried == set()
+    assert set(elsewhere) <= modules_that_write()
+
+
+def modules_that_write() -> set[str]:
+    found = set()
+    for path in (*(ROOT / "app").rglob("*.py"), *(ROOT / "stereotrack_core").rglob("*.py")):
+        taken = re.findall(r"from stereotrack_core\.atomic import (.+)", path.read_text("utf-8"))
+        if set(", ".join(taken).split(", ")) - {"", "forget_unfinished"}:
+            found.add(".".join(path.relative_to(ROOT).with_suffix("").parts))
+    return found

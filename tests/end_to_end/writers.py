@@ -1,0 +1,247 @@
+"""Everything in the program that writes a file, and a disk that is full."""
+
+from __future__ import annotations
+
+import resource
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtGui import QPixmap
+
+from app.pdf import write_pdf
+from app.picture_file import write_picture
+from app.presenters.exporting import export_reference
+from stereotrack_core.annotation.click import Click, Visibility
+from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.annotation.reference import Reference
+from stereotrack_core.cli.angle_sources import write_angles
+from stereotrack_core.evaluation.episodes.export import film_of, write_strips
+from stereotrack_core.evaluation.episodes.find import Subject as JudgedRun
+from stereotrack_core.evaluation.episodes.find import find_episodes
+from stereotrack_core.evaluation.joint_angles.series import angles_of_run
+from stereotrack_core.evaluation.sweeps.picture import draw_curves, draw_heat
+from stereotrack_core.evaluation.sweeps.table import axis_of, curves_of, heat_of, table_of_cells
+from stereotrack_core.interop.bvh import write_bvh
+from stereotrack_core.interop.c3d import write_c3d
+from stereotrack_core.interop.clicks_csv import write_clicks
+from stereotrack_core.interop.coco import write_coco
+from stereotrack_core.interop.deeplabcut import write_deeplabcut
+from stereotrack_core.interop.landmark_set_file import write_landmark_set
+from stereotrack_core.interop.ply import write_cloud
+from stereotrack_core.interop.preset_file import write_preset
+from stereotrack_core.interop.reference_npz import write_reference
+from stereotrack_core.interop.run_file import write_run
+from stereotrack_core.interop.run_npz import write_npz
+from stereotrack_core.interop.sleap import write_sleap
+from stereotrack_core.interop.trace_file import write_trace
+from stereotrack_core.interop.trc import write_trc
+from stereotrack_core.recording.calibration import write_calibration
+from stereotrack_core.recording.description import Recording, Segment
+from stereotrack_core.recording.detection_csv import write_detections
+from stereotrack_core.recording.detections import Detection
+from stereotrack_core.recording.landmark_csv import write_landmarks
+from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+from stereotrack_core.recording.segments_file import write_segments
+from stereotrack_core.recording.subject_file import write_subject
+from stereotrack_core.recording.video_file import VideoWriter, write_png
+from stereotrack_core.recording.writing import write_recording_description
+from stereotrack_core.simulation.make import simulate
+from stereotrack_core.simulation.options import SceneOptions
+from stereotrack_core.tracking.inside.trace import FrameTrace
+from stereotrack_core.tracking.presets import named, preset
+from stereotrack_core.tracking.run import Run
+
+
+@contextmanager
+def full_disk(room: int) -> Iterator[None]:
+    """Let no file grow beyond so many bytes; writing more fails as on a full disk."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (room, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def content_of(folder: Path) -> dict[str, bytes]:
+    """Every file below a folder, hidden ones as well; folders are empty."""
+    return {
+        str(path.relative_to(folder)): path.read_bytes() if path.is_file() else b""
+        for path in sorted(folder.rglob("*"))
+    }
+
+
+@dataclass(frozen=True, eq=False)
+class Things:
+    """What the writers are given."""
+
+    recording: Recording
+    run: Run
+    run_file: Path
+    truth: LandmarkTrajectory
+    trace: FrameTrace
+
+    @property
+    def reference(self) -> Reference:
+        """The truth with something to say about itself."""
+        return Reference(self.truth.frame, self.truth.points, meta={"annotators": ["A"]})
+
+    @property
+    def clicks(self) -> list[Click]:
+        """Clicks in one camera."""
+        camera = self.recording.views[0].image.camera
+        return [
+            Click(frame, camera, name, (3.0 + frame, 7.5), Visibility.SEEN)
+            for frame in range(10)
+            for name in LANDMARKS
+        ]
+
+    @property
+    def judged(self) -> JudgedRun:
+        """The run as episodes are found in it."""
+        recording = self.recording
+        return JudgedRun(self.run, recording.fps, self.truth, recording, pictures=False)
+
+    @property
+    def picture(self) -> np.ndarray:
+        """Noise, which nothing makes smaller."""
+        return np.random.default_rng(1).integers(0, 256, (96, 128), dtype=np.uint8)
+
+
+def _film(path: Path, things: Things) -> None:
+    film_of(path, things.judged, things.recording, find_episodes(things.judged))
+
+
+def _strips(folder: Path, things: Things) -> None:
+    write_strips(folder, things.judged, things.recording, find_episodes(things.judged))
+
+
+def _video(path: Path, things: Things) -> None:
+    height, width = things.picture.shape
+    with VideoWriter(path, fps=10, width=width, height=height, crf=0) as video:
+        for turn in range(12):
+            video.write(np.roll(things.picture, turn))
+
+
+def _simulate(folder: Path, _things: Things) -> None:
+    small = SceneOptions().replaced(width=96, height=64, focal=60)
+    simulate(folder, motion="t-pose", frames=3, views="N", options=small)
+
+
+def _description(folder: Path, things: Things) -> None:
+    segments = (Segment("walk", 0, 5),)
+    facts = {**vars(things.recording), "folder": folder, "segments": segments}
+    write_recording_description(Recording(**facts))
+
+
+def _window(path: Path, _things: Things) -> None:
+    picture = QPixmap(160, 120)
+    picture.fill()
+    write_picture(path, picture)
+
+
+def _angles(path: Path, things: Things) -> None:
+    write_angles(path, angles_of_run(things.run), 10.0, None)
+
+
+def _sweep_table() -> object:
+    columns = ("recording", "model_points", "views", "seed", "status", "forearms", "job")
+    rows = [
+        ("r", str(points), views, "0", "done", str(points / 7), "x")
+        for points in (24, 120, 1000)
+        for views in ("NS", "NOSW")
+    ]
+    return table_of_cells(columns, rows, "sweep.csv")
+
+
+def _curves(path: Path, _things: Things) -> None:
+    table = _sweep_table()
+    curves = curves_of(table, "model_points", "forearms", "views")
+    draw_curves(path, axis_of(table, "model_points"), "forearms", curves)
+
+
+def _heat(path: Path, _things: Things) -> None:
+    heat = heat_of(_sweep_table(), "model_points", "views", "forearms")
+    draw_heat(path, ("model_points", "views"), "forearms", heat)
+
+
+def _cloud(path: Path, _things: Things) -> None:
+    points = np.random.default_rng(2).normal(size=(300, 3))
+    write_cloud(path, points, np.arange(300) % 2, ("N", "S"), 7)
+
+
+def _detections(path: Path, _things: Things) -> None:
+    places = np.random.default_rng(3).normal(size=(40, 3))
+    write_detections(path, [Detection(k, "head", at, 0.01) for k, at in enumerate(places)])
+
+
+def _pdf(path: Path, _things: Things) -> None:
+    write_pdf("<h1>Report</h1>" + "<p>A line of a report.</p>" * 200, path)
+
+
+FILES: dict[str, Callable[[Path, Things], None]] = {
+    "run.npz": lambda path, things: write_npz(path, things.run),
+    "run.csv": lambda path, things: write_run(path, things.run),
+    "run.trc": lambda path, things: write_trc(path, things.truth, 10.0),
+    "run.c3d": lambda path, things: write_c3d(path, things.truth, 10.0, things.run.residual),
+    "run.bvh": lambda path, things: write_bvh(path, things.truth, 10.0),
+    "reference.npz": lambda path, things: write_reference(path, things.reference),
+    "reference of the window.npz": lambda path, things: export_reference(things.reference, path),
+    "reference of the window.csv": lambda path, things: export_reference(things.reference, path),
+    "landmarks.csv": lambda path, things: write_landmarks(path, things.truth),
+    "clicks.csv": lambda path, things: write_clicks(path, things.clicks, things.recording),
+    "coco.json": lambda path, things: write_coco(path, things.clicks, things.recording, NINE),
+    "deeplabcut.csv": lambda path, things: write_deeplabcut(path, things.clicks, LANDMARKS),
+    "sleap.slp": lambda path, things: write_sleap(path, things.clicks, things.recording, NINE),
+    "landmark set.toml": lambda path, _: write_landmark_set(path, NINE),
+    "preset.toml": lambda path, _: write_preset(
+        path, named("own", preset("fast").replaced(sigma_joint=20.0), "fast")
+    ),
+    "subject.toml": lambda path, things: write_subject(path, things.recording.subject),
+    "calibration.toml": lambda path, things: write_calibration(path, things.recording.cameras),
+    "segments.csv": lambda path, _: write_segments(
+        path, [Segment(f"part {k}", k, k + 1) for k in range(20)]
+    ),
+    "detections.csv": _detections,
+    "cloud.ply": _cloud,
+    "trace.npz": lambda path, things: write_trace(path, things.trace, 0),
+    "trace.csv": lambda path, things: write_trace(path, things.trace, 0),
+    "picture.png": lambda path, things: write_png(path, things.picture),
+    "video.mp4": _video,
+    "film.mp4": _film,
+    "curves.png": _curves,
+    "curves.svg": _curves,
+    "heat.pdf": _heat,
+    "report.pdf": _pdf,
+    "window.png": _window,
+    "angles.csv": _angles,
+}
+"""What writes one file (and perhaps another one beside it), by the file's name."""
+
+FOLDERS: dict[str, Callable[[Path, Things], None]] = {
+    "simulated": _simulate,
+    "recording": _description,
+    "strips": _strips,
+}
+"""What makes a folder."""
+
+_QUICK = ("--presets", "fast", "--seeds", "0", "--frames", "0:2", "--speed-frames", "0")
+_SMALL = ("--set", "width=96", "--set", "height=64", "--set", "focal=60")
+
+COMMANDS: dict[str, tuple[str, ...]] = {
+    "run.c3d": ("export", "RUN", "--format", "c3d", "-o", "TARGET"),
+    "run.bvh": ("export", "RUN", "--format", "bvh", "-o", "TARGET"),
+    "exported angles.csv": ("export", "RUN", "--format", "angles", "-o", "TARGET"),
+    "angles.csv": ("angles", "RUN", "-o", "TARGET"),
+    "cloud.ply": ("cloud", "RECORDING", "--frame", "0", "-o", "TARGET"),
+    "table.csv": ("benchmark", "RECORDING", *_QUICK, "-o", "TARGET"),
+    "table.md": ("benchmark", "RECORDING", *_QUICK, "-o", "TARGET"),
+    "page.html": ("report", "RUN", "-o", "TARGET"),
+    "film.mp4": ("episodes", "RUN", "--no-pictures", "--video", "TARGET"),
+    "strips": ("episodes", "RUN", "--no-pictures", "--strips", "TARGET"),
+    "simulated": ("simulate", "TARGET", "--frames", "2", "--views", "N", *_SMALL),
+}
+"""Commands by the file or folder that they write."""
