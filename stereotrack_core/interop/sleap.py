@@ -64,7 +64,10 @@ def write_sleap(
         return len(stored.labeled_frames) == len(frames)
 
     with replacing(path, is_whole) as temporary:
-        sio.save_slp(labels, str(temporary), embed=False, verbose=False)
+        try:
+            sio.save_slp(labels, str(temporary), embed=False, verbose=False)
+        except RuntimeError as error:  # what h5py raises where a drive is full
+            raise OSError(str(error)) from error
 
 
 def read_sleap(

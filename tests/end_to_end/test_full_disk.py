@@ -68,8 +68,15 @@ def with_older_files(folder: Path, made: dict[str, bytes]) -> dict[str, bytes]:
     return content_of(folder)
 
 
+def marked(name: str):
+    """A writer; h5py complains again when it gives up the file of SLEAP that it has failed at."""
+    complaint = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+    marks = (complaint, pytest.mark.qt_no_exception_capture) if name.endswith(".slp") else ()
+    return pytest.param(name, marks=marks)
+
+
 @pytest.mark.parametrize("room", ROOM)
-@pytest.mark.parametrize("name", [*FILES, *FOLDERS])
+@pytest.mark.parametrize("name", [marked(name) for name in (*FILES, *FOLDERS)])
 def test_a_writer_says_so_and_leaves_what_was_there(name, room, things, enough, tmp_path):
     if name == "sleap.slp":
         pytest.importorskip("sleap_io")

@@ -1,0 +1,137 @@
+"""Names that a spreadsheet would compute: every table that is written holds them as texts."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.presenters.limb_numbers import StretchNumbers, as_csv
+from stereotrack_core.annotation.click import Click
+from stereotrack_core.cli.benchmark_tables import in_full
+from stereotrack_core.cli.sweep_files import table_of
+from stereotrack_core.evaluation.benchmarks.accuracy import Row
+from stereotrack_core.evaluation.limb_statistics import limb_statistics
+from stereotrack_core.evaluation.sweeps.jobs import Job
+from stereotrack_core.evaluation.sweeps.points import Point
+from stereotrack_core.evaluation.sweeps.results import JobResult
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.interop.clicks_csv import read_clicks, write_clicks
+from stereotrack_core.interop.deeplabcut import read_deeplabcut, write_deeplabcut
+from stereotrack_core.interop.table_file import read_csv_table
+from stereotrack_core.interop.trc import read_trc, write_trc
+from stereotrack_core.recording.csv_table import csv_text
+from stereotrack_core.recording.description import Recording, Segment, Stream, View
+from stereotrack_core.recording.detection_csv import read_detections, write_detections
+from stereotrack_core.recording.detections import Detection
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.recording.segments_file import read_segments, write_segments
+from stereotrack_core.tracking.presets import preset
+
+SIGNS = ("=", "+", "-", "@", "\t", "\r")
+NAMES = (
+    "=cmd|' /C calc'!A0",
+    "=HYPERLINK(\"http://example.org\", 'a,b')",
+    "+1+cmd",
+    "-2+3",
+    "@SUM(A1:A9)",
+    "'=already",
+)
+
+
+def cells_of(path: Path, delimiter: str = ",") -> list[str]:
+    with path.open(encoding="utf-8", newline="") as file:
+        return [cell for line in csv.reader(file, delimiter=delimiter) for cell in line]
+
+
+def check_texts(cells: list[str], *names: str) -> None:
+    """Nothing is computed, and the names are there, behind an apostrophe."""
+    for cell in cells:
+        if cell.startswith(SIGNS):
+            float(cell)
+    for name in names:
+        assert f"'{name}" in cells
+
+
+@pytest.fixture(params=NAMES)
+def name(request) -> str:
+    return request.param
+
+
+@pytest.fixture
+def recording(name, tmp_path) -> Recording:
+    """A recording with one view of that name, whose camera has it as well."""
+    lens = np.array([[50.0, 0, 31.5], [0, 50, 23.5], [0, 0, 1]])
+    camera = Camera(name, 64, 48, lens, np.zeros(5), False, RigidTransform.identity())
+    view = View(name, "mono", Stream(name, "N/%d.png"))
+    return Recording(tmp_path, name, 10.0, (view,), {name: camera})
+
+
+def test_segments(name, tmp_path):
+    path, segments = tmp_path / "segments.csv", (Segment(name, 0, 5), Segment("walk", 5, 9))
+    write_segments(path, segments)
+    check_texts(cells_of(path), name)
+    assert read_segments(path) == segments
+
+
+def test_clicks(name, recording, tmp_path):
+    path, click = tmp_path / "clicks.csv", Click(3, name, name, (-0.25, 6.0), origin="imported")
+    write_clicks(path, [click], recording)
+    check_texts(cells_of(path), name)
+    assert read_clicks(path, recording, landmarks=(name,)).checked() == (click,)
+
+
+def test_labels_of_deeplabcut(name, recording, tmp_path):
+    path, click = tmp_path / "labels.csv", Click(3, name, name, (-0.25, 6.0), origin="imported")
+    write_deeplabcut(path, [click], (name,), scorer=name)
+    check_texts(cells_of(path), name)
+    assert read_deeplabcut(path, recording, landmarks=(name,), camera=name).clicks == (click,)
+
+
+def test_detections(name, recording, tmp_path):
+    path, place = tmp_path / "detections.csv", np.array([-0.5, 6.0])
+    camera = recording.cameras[name]
+    write_detections(path, [Detection(-1.5, "head", place, 1.0, camera=camera)])
+    check_texts(cells_of(path), name)
+    (found,) = read_detections(path, recording).until(-1)
+    assert found.camera is camera
+
+
+def test_a_trajectory_in_a_file_of_that_name(name, tmp_path):
+    path = tmp_path / f"{name.replace('/', '')}.trc"
+    points = np.random.default_rng(0).normal(size=(2, 9, 3))
+    write_trc(path, LandmarkTrajectory(np.arange(2), points), 10.0)
+    check_texts(cells_of(path, "\t"), path.name)
+    np.testing.assert_array_equal(read_trc(path)[0].points, points)
+
+
+def _sweep(name: str) -> str:
+    point = Point((("views", name),))
+    settings = preset("fast")
+    job = Job("x", "", name, "", "", point, settings, "fast", (), 0, 3, 0, "auto", False)
+    return csv_text(*table_of([job], {"x": JobResult("x", "failed", error=name)}))
+
+
+def _benchmark(name: str) -> str:
+    row = Row(name, name, 1, 3, {"lost": -1.5}, {"lost": float("nan")})
+    return csv_text(*in_full([row], {}))
+
+
+def _statistics(name: str) -> str:
+    values = {"left_forearm": np.array([-1.0, 2.0])}
+    limbs = limb_statistics(values, {"left_forearm": np.zeros(2)}, 1.0)
+    return as_csv([StretchNumbers(name, Segment(name, 0, 2), "error", limbs)], 1.0)
+
+
+@pytest.mark.parametrize("text_of", [_sweep, _benchmark, _statistics])
+def test_tables_of_results(text_of: Callable[[str], str], name, tmp_path):
+    path = tmp_path / "table.csv"
+    path.write_text(text_of(name), encoding="utf-8", newline="")
+    check_texts(cells_of(path), name)
+    _, rows = read_csv_table(path)
+    assert all(row.count(name) >= 2 for row in rows)
+    assert rows
