@@ -29,14 +29,24 @@ def _candidates() -> Iterator[vtkRenderWindow]:
     if not sys.platform.startswith("linux"):
         yield vtkRenderWindow()
         return
-    for name, possible in (
-        ("vtkEGLRenderWindow", True),
-        ("vtkXOpenGLRenderWindow", bool(os.environ.get("DISPLAY"))),
-        ("vtkOSOpenGLRenderWindow", ctypes.util.find_library("OSMesa") is not None),
-    ):
-        kind = getattr(vtkRenderingOpenGL2, name, None)
-        if possible and kind is not None:
-            yield kind()
+    yield from _made("vtkEGLRenderWindow")
+    if os.environ.get("DISPLAY"):
+        yield from _made("vtkXOpenGLRenderWindow")
+    if _osmesa_is_there():
+        yield from _made("vtkOSOpenGLRenderWindow")
+
+
+def _made(name: str) -> Iterator[vtkRenderWindow]:
+    kind = getattr(vtkRenderingOpenGL2, name, None)
+    if kind is not None:
+        yield kind()
+
+
+def _osmesa_is_there() -> bool:
+    try:
+        return ctypes.util.find_library("OSMesa") is not None
+    except OSError:  # it asks a compiler, which writes to a drive that may be full
+        return False
 
 
 def _usable_window() -> vtkRenderWindow:

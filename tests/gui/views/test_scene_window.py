@@ -24,10 +24,10 @@ except SceneUnavailable as problem:
 """
 
 
-def rendered_with(**environment):
+def rendered_with(before="", **environment):
     kept = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
     return subprocess.run(
-        [sys.executable, "-c", RENDER],
+        [sys.executable, "-c", before + RENDER],
         env=kept | {"PYTHONPATH": str(ROOT)} | environment,
         cwd=ROOT,
         capture_output=True,
@@ -46,6 +46,20 @@ def test_renders_without_a_display(environment):
     result = rendered_with(**environment)
     assert (result.returncode, result.stdout.strip()) == (0, "64 48 #ff0000"), result.stderr
     assert result.stderr == ""
+
+
+@linux_only
+def test_a_full_disk_does_not_keep_the_scene_from_being_drawn():
+    asked = (
+        "import ctypes.util\n"
+        "def find_library(name):\n"
+        "    raise FileNotFoundError(2, 'no folder for temporary files')\n"
+        "ctypes.util.find_library = find_library\n"
+    )
+    result = rendered_with(asked)
+    assert (result.returncode, result.stdout.strip()) == (0, "64 48 #ff0000"), result.stderr
+    missing = rendered_with(asked, __EGL_VENDOR_LIBRARY_FILENAMES="/nonexistent")
+    assert "OpenGL is not to be had" in missing.stdout
 
 
 @linux_only
