@@ -106,16 +106,16 @@ class VideoWriter:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        with self._open:
-            if error is not None:
-                with suppress(av.FFmpegError, OSError):  # of what is thrown away
-                    self._container.close()
-                raise error
-            with _os_errors():
-                try:
-                    self._container.mux(self._stream.encode(None))
-                finally:
-                    self._container.close()
+        if error is not None:
+            with suppress(av.FFmpegError, OSError):  # of what is thrown away
+                self._container.close()
+            self._open.__exit__(kind, error, trace)
+            return
+        with self._open, _os_errors():
+            try:
+                self._container.mux(self._stream.encode(None))
+            finally:
+                self._container.close()
 
     def write(self, picture: ImageArray) -> None:
         """Add a picture, (H, W) or (H, W, 3) BGR uint8 as declared."""
