@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from stereotrack_core.evaluation.report.drawing import take_literally
 from stereotrack_core.evaluation.sweeps.measures import measure_named
 from stereotrack_core.evaluation.sweeps.points import parameter_rows
 from stereotrack_core.evaluation.sweeps.table import Axis, Curve, Heat, best_cell
@@ -55,6 +56,7 @@ def draw_curves(path: Path, axis: Axis, measure: str, curves: tuple[Curve, ...])
     axes.grid(alpha=0.3)
     if len(curves) > 1:
         figure.legend(frameon=False, loc="outside right upper")
+    take_literally(figure)
     figure.savefig(path, dpi=_DPI)
 
 
@@ -77,6 +79,7 @@ def draw_heat(path: Path, names: tuple[str, str], measure: str, heat: Heat) -> N
                     color="white" if value < middle else "black",
                     weight="bold" if (line, column) == best else "normal",
                 )  # fmt: skip
+    take_literally(figure)
     figure.savefig(path, dpi=_DPI)
 
 
