@@ -95,7 +95,7 @@ def _project(args: Namespace) -> dict[str, Any]:
 def _project_clicks(args: Namespace, project: Project) -> dict[str, Any]:
     from stereotrack_core.interop.clicks_csv import write_clicks
     from stereotrack_core.interop.coco import write_coco
-    from stereotrack_core.interop.deeplabcut import write_deeplabcut
+    from stereotrack_core.interop.deeplabcut import file_of_camera, write_deeplabcut
     from stereotrack_core.interop.sleap import write_sleap
 
     recording = recording_of(project)
@@ -115,10 +115,9 @@ def _project_clicks(args: Namespace, project: Project) -> dict[str, Any]:
     by_camera: dict[str, list[Click]] = {}
     for click in clicks:
         by_camera.setdefault(click.camera, []).append(click)
+    paths = {camera: file_of_camera(args.output, camera) for camera in by_camera}
     for camera, own in by_camera.items():
-        path = args.output
-        if len(by_camera) > 1:
-            path = path.with_name(f"{path.stem}_{camera}{path.suffix}")
+        path = paths[camera] if len(by_camera) > 1 else args.output
         write_deeplabcut(path, own, landmarks.names)
         written[path] = sum(click.position is not None for click in own)
     return _facts(written)

@@ -17,9 +17,18 @@ from pathlib import Path
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.atomic import replacing
-from stereotrack_core.interop.label_names import Labels, camera_of, frame_of, map_names
-from stereotrack_core.interop.table_file import text_cells
+from stereotrack_core.interop.label_names import (
+    Labels,
+    camera_of,
+    checked_frame,
+    frame_of,
+    map_names,
+)
+from stereotrack_core.recording.csv_table import read_cells
 from stereotrack_core.recording.description import Recording
+
+_NOT_IN_FILES = frozenset('/\\:*?"<>|').union(map(chr, range(32)))
+"""Signs that some system does not allow in names, or takes for the way to another folder."""
 
 _HEADERS = ("scorer", "individuals", "bodyparts", "coords")
 
@@ -63,7 +72,7 @@ def read_deeplabcut(
     InputError
         Where the file cannot be read at all, or none of its landmarks is known.
     """
-    lines = text_cells(path)
+    lines = read_cells(path)
     header = {line[0].strip(): line for line in lines[:4] if line and line[0].strip() in _HEADERS}
     if len({name.strip() for name in header.get("individuals", [])[1:]} - {""}) > 1:
         raise InputError(
@@ -115,6 +124,8 @@ def write_deeplabcut(
     cameras = {click.camera for click in there}
     if len(cameras) > 1:
         raise ValueError(f"a file holds the labels of one camera, not of {sorted(cameras)}")
+    for camera in cameras:
+        file_of_camera(path, camera)  # its pictures lie in a folder of that name
     by_frame: dict[int, dict[str, Click]] = {}
     for click in there:
         by_frame.setdefault(click.frame, {})[click.landmark] = click
@@ -134,6 +145,23 @@ def write_deeplabcut(
             writer.writerow(row)
 
 
+def file_of_camera(path: Path, camera: str) -> Path:
+    """File of one camera, where those of several are written: ``labels_S.csv`` for ``labels.csv``.
+
+    Raises
+    ------
+    InputError
+        Where the camera's name is none that a file or a folder can have.
+    """
+    if camera.strip() in ("", ".", "..") or any(sign in _NOT_IN_FILES for sign in camera):
+        raise InputError(
+            f"the camera's name {camera!r} cannot be that of a folder",
+            where=str(path),
+            remedy="Write the clicks as csv or coco, or rename the camera.",
+        )
+    return path.with_name(f"{path.stem}_{camera}{path.suffix}")
+
+
 def _picture(
     cells: Sequence[str], path: Path, recording: Recording, camera: str | None, where: str
 ) -> tuple[int, str]:
@@ -143,9 +171,8 @@ def _picture(
         frame = float(text)
     except ValueError:
         return frame_of(text, where=where), camera_of(text, recording, camera, where=where)
-    if not (frame >= 0 and frame.is_integer()):
-        raise InputError(f"{text!r} is no frame", where=where, remedy="Frames count from 0.")
-    return int(frame), camera_of(path.name, recording, camera, where=str(path))
+    own = camera_of(path.name, recording, camera, where=str(path))
+    return checked_frame(frame, where=where), own
 
 
 def _clicks(

@@ -1,16 +1,35 @@
-"""Read a small CSV file with a header, with sentences about what is wrong in it."""
+"""Read text tables: all cells, or the rows below a header, with sentences about what is wrong."""
 
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Literal
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.recording.toml_table import readable, reason
+from stereotrack_core.reading import TABLE_BYTES, decoding, open_file
 
 LARGEST = 2**31 - 1
 """Frame numbers beyond this are slips."""
+
+
+def read_cells(
+    path: Path, *, delimiter: str = ",", quoting: Literal[0, 3] = csv.QUOTE_MINIMAL
+) -> list[list[str]]:
+    """All cells of a text file, line by line.
+
+    Raises
+    ------
+    InputError
+        Where it cannot be read.
+    """
+    sign = "tabulators" if delimiter == "\t" else "commas"
+    remedy = f"It has to be a UTF-8 text file with {sign} between values."
+    with open_file(path, TABLE_BYTES) as file, decoding(path, "the file cannot be read", remedy):
+        text = io.TextIOWrapper(file, encoding="utf-8-sig", newline="")
+        return list(csv.reader(text, delimiter=delimiter, quoting=quoting))
 
 
 def read_rows(
@@ -33,19 +52,7 @@ def read_rows(
         When the file is missing or unreadable, or a column is missing; where there is no list of
         complaints, also when a row is too short or too long.
     """
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            lines = list(csv.reader(file))
-    except FileNotFoundError:
-        raise InputError(
-            "the file does not exist", where=str(path), remedy="Add it or correct its path."
-        ) from None
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError(
-            f"the file cannot be read ({reason(error)})",
-            where=str(path),
-            remedy=readable(error, "It has to be a UTF-8 text file with commas."),
-        ) from None
+    lines = read_cells(path)
     header = [name.strip() for name in lines[0]] if lines else []
     foreign = any(sign in name for name in header for sign in ";\t")
     missing = [name for name in columns if name not in header]

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
+from stereotrack_core.errors import InputError
+from stereotrack_core.reading import open_file
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import DESCRIPTION
 from stereotrack_core.recording.numbered import is_pattern, numbered_files
@@ -72,7 +75,8 @@ def _files(folder: Path, frames: str) -> Iterator[Path]:
 
 def _beginning(path: Path) -> bytes:
     try:
-        with path.open("rb") as file:
-            return f"{path.name} {path.stat().st_size} ".encode() + file.read(FIRST_BYTES)
-    except OSError:
+        with open_file(path) as file:
+            size = os.fstat(file.fileno()).st_size
+            return f"{path.name} {size} ".encode() + file.read(FIRST_BYTES)
+    except (InputError, OSError):
         return b"missing"
