@@ -9,6 +9,9 @@ _MOST_ALIKE = 6
 _MOST_OF_A_VALUE = 200
 """Characters of a value that a message quotes."""
 
+_MOST_OF_A_PLACE, _MOST_OF_A_REMEDY = 1000, 4000
+"""Longer than any path and than the list of all parameters that a person may have to see."""
+
 _CONTROL = r"\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff"
 _NOT_IN_TEXT = re.compile(f"[{_CONTROL}]")
 _NOT_IN_A_LINE = re.compile(f"[\t\n{_CONTROL}]")
@@ -26,14 +29,14 @@ class InputError(Exception):
     remedy : str, optional
         What would be right.
 
-    All three may quote files: control characters are spelled out, and the middle of a value that
-    is very long is left out of `what`.
+    All three may quote files: control characters are spelled out, and the middle of what is very
+    long is left out.
     """
 
     def __init__(self, what: str, *, where: str = "", remedy: str = "") -> None:
         self.what = what = one_line(shortened(what, 2 * _MOST_OF_A_VALUE))
-        self.where = where = one_line(where)
-        self.remedy = remedy = one_line(remedy)
+        self.where = where = one_line(shortened(where, _MOST_OF_A_PLACE))
+        self.remedy = remedy = one_line(shortened(remedy, _MOST_OF_A_REMEDY))
         sentence = f"{where}: {what}" if where else what
         super().__init__(f"{sentence}. {remedy}".strip() if remedy else sentence)
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.reading import open_file
+from stereotrack_core.reading import SETTINGS_BYTES, open_file, read_bytes
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import DESCRIPTION
 from stereotrack_core.recording.numbered import is_pattern, numbered_files
@@ -29,7 +30,8 @@ def fingerprint(recording: Recording) -> str:
     folder = recording.folder
     calibration = load_toml(folder / DESCRIPTION).get("calibration", "")
     for path in (folder / DESCRIPTION, folder / str(calibration)):
-        digest.update(path.read_bytes() if path.is_file() else b"")
+        with suppress(InputError):
+            digest.update(read_bytes(path, SETTINGS_BYTES))
     for view in recording.views:
         for key, stream in view.streams().items():
             digest.update(f"{view.name}/{key}".encode())

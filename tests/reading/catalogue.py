@@ -8,6 +8,7 @@ import shutil
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +32,7 @@ from stereotrack_core.interop.preset_file import read_preset, write_preset
 from stereotrack_core.interop.reference_npz import fps_of_reference, read_reference, write_reference
 from stereotrack_core.interop.run_file import read_run, read_timed_trajectory, write_trajectory
 from stereotrack_core.interop.run_npz import write_npz
+from stereotrack_core.interop.sleap import write_sleap
 from stereotrack_core.interop.table_file import read_csv_table
 from stereotrack_core.interop.trc import write_trc
 from stereotrack_core.project.run_facts import facts_to_keep, run_facts
@@ -250,8 +252,13 @@ def _of_other_tools(samples: Samples, folder: Path) -> dict[str, Reader]:
             str(problem)
         return found
 
-    trajectory = run.trajectory()
+    trajectory, of_sleap = run.trajectory(), {}
+    if find_spec("sleap_io") is not None:
+        shown = tuple(click for click in clicks if click.position is not None)
+        content = _written(folder, "c.slp", lambda path: write_sleap(path, shown, recording, NINE))
+        of_sleap = {"SLEAP": Reader("c.slp", content, mutated_bytes, labels)}
     return {
+        **of_sleap,
         "TRC": Reader(
             "t.trc", _written(folder, "t.trc", lambda path: write_trc(path, trajectory, 10.0)),
             mutated_table, read_timed_trajectory,
