@@ -19,6 +19,7 @@ from .presenters.blind_repeats import BlindRepeats
 from .presenters.landmark_rows import fit_words, landmark_rows, length_rows, limb_rows
 from .presenters.marks import marks_of, predictions_in
 from .presenters.swap_offers import SwapOffers
+from .stored import stored_text
 from .views.camera_grid import camera_of
 from .views.click_marks import Moved, Picked, Placed
 
@@ -53,7 +54,7 @@ class AnnotateControl(QObject):
             window.document, window.project, window.clouds, self.annotating, self._all_cameras
         )
         self._offers = SwapOffers(self.annotating.swap)
-        stored = str(window.settings.value(_ADVANCE) or "")
+        stored = stored_text(window.settings, _ADVANCE)
         self.annotating.advance = next((name for name in ADVANCES if name == stored), "landmark")
         self.facts.use_depth = bool(window.settings.value(_DEPTH, True, type=bool))
         window.body_panel.with_depth.setChecked(self.facts.use_depth)

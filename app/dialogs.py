@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from html import escape
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, QTimer
@@ -49,9 +50,10 @@ class Dialogs:
         box = QMessageBox(self._w)
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         box.setWindowTitle("About stereotrack")
+        box.setTextFormat(Qt.TextFormat.RichText)
         box.setText(f"<b>stereotrack {__version__}</b>")
         box.setInformativeText(
             "A workbench for tracking the movement of a person's upper body in recordings of "
-            f"several cameras.\n\nDetails of failures are in {log_path()}."
+            f"several cameras.<br><br>Details of failures are in {escape(str(log_path()))}."
         )
         box.open()

@@ -14,7 +14,7 @@ from types import TracebackType
 import platformdirs
 from PySide6.QtCore import QMessageLogContext, QObject, QtMsgType, Signal, qInstallMessageHandler
 
-from stereotrack_core.errors import InputError
+from stereotrack_core.errors import InputError, visible
 
 LOG = logging.getLogger("stereotrack")
 
@@ -43,10 +43,10 @@ class Message:
     do: Callable[[], None] | None = field(default=None, compare=False)
 
     def sentence(self) -> str:
-        """Everything in one line."""
+        """Everything in one line, as plain text."""
         head = f"{self.where}: {self.what}" if self.where else self.what
         head = head if head.endswith((".", "!", "?")) else f"{head}."
-        return f"{head} {self.remedy}".strip()
+        return visible(f"{head} {self.remedy}".strip())
 
 
 def log_path() -> Path:
@@ -100,7 +100,7 @@ def leave_out_noise() -> None:
         if before and before[0] is not None:
             before[0](kind, context, words)
         else:
-            sys.stderr.write(f"{words}\n")
+            sys.stderr.write(f"{visible(words)}\n")
 
     before.append(qInstallMessageHandler(handle))
 

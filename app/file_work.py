@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,6 +20,7 @@ from .failures import Message
 from .picture_file import write_picture
 from .presenters.runs import RunEntry, entry_of_run
 from .report_work import ReportWork
+from .stored import stored_texts
 from .tasks.task import Task
 
 if TYPE_CHECKING:
@@ -75,10 +77,8 @@ class FileWork(QObject):
 
     def recent(self) -> list[Path]:
         """Recordings and projects opened last that are still there, the newest first."""
-        stored = self._settings.value(_RECENT) or []
-        paths = [stored] if isinstance(stored, str) else list(stored)
-        found = [Path(path) for path in paths]
-        return [path for path in found if path.is_dir() or is_project(path)]
+        found = [Path(path) for path in stored_texts(self._settings, _RECENT) or ()]
+        return [path for path in found if os.path.isdir(path) or is_project(path)]
 
     def ask_for_recording(self) -> None:
         """Let the person choose a recording folder."""
@@ -238,7 +238,7 @@ class FileWork(QObject):
 
 def is_project(path: Path) -> bool:
     """Whether a path looks like a project file."""
-    return path.suffix == SUFFIX and path.is_file()
+    return path.suffix == SUFFIX and os.path.isfile(path)
 
 
 def dropped_path(data: QMimeData) -> Path | None:

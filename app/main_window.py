@@ -51,6 +51,7 @@ from .presenters.tracking import TrackPresenter
 from .project_work import ProjectWork
 from .review_work import ReviewWork
 from .runs.work import RunWork
+from .stored import stored_bytes
 from .sweep_work import SweepWork
 from .theme import ThemeName, apply_theme
 from .track_control import TrackControl
@@ -112,7 +113,7 @@ class MainWindow(PanelWindow):
         self.setCorner(Qt.Corner.BottomRightCorner, Qt.DockWidgetArea.BottomDockWidgetArea)
         self.setMinimumSize(900, 600)
         self.resize(1366, 768)
-        geometry = self.settings.value("geometry")
+        geometry = stored_bytes(self.settings, "geometry")
         if geometry is not None:
             self.restoreGeometry(geometry)
         self._show_welcome()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from .presenters.scene import PointColour
+from .stored import stored_texts
 from .views.click_marks import CLICK_OVERLAYS
 from .views.overlays import OVERLAYS
 
@@ -31,10 +32,9 @@ class ViewControl:
 
     def stored_overlays(self) -> frozenset[str] | None:
         """Overlays that were switched on last time; those that came since are as usual."""
-        stored = self._w.settings.value("overlays_shown")
-        if stored is None:
+        names = stored_texts(self._w.settings, "overlays_shown")
+        if names is None:
             return None
-        names = [stored] if isinstance(stored, str) else list(stored)
         return frozenset(names) & frozenset((*OVERLAYS, *CLICK_OVERLAYS))
 
     def overlay_on(self, name: str) -> bool:

@@ -10,6 +10,7 @@ from stereotrack_core.errors import InputError
 
 from .commands.window_menu import why_no_workspace
 from .failures import Message
+from .stored import stored_text
 from .workspaces.layout import (
     WORKSPACES,
     Workspace,
@@ -81,7 +82,7 @@ class WorkspaceControl(QObject):
     def show_first(self) -> None:
         """Show the workspace that was used last, or the first that has something to show."""
         self.current = None
-        wanted = workspace_named(str(self._settings.value("workspace") or "track"))
+        wanted = workspace_named(stored_text(self._settings, "workspace") or "track")
         for space in (wanted, *WORKSPACES):
             if space is not None and not why_no_workspace(self._w, space):
                 self.show(space)

@@ -1,9 +1,20 @@
 """Errors that a person reads: what is wrong, where, and what to do about it."""
 
 import difflib
+import re
 from collections.abc import Iterable
 
 _MOST_ALIKE = 6
+
+_MOST_OF_A_VALUE = 200
+"""Characters of a value that a message quotes."""
+
+_MOST_OF_A_PLACE, _MOST_OF_A_REMEDY = 1000, 4000
+"""Longer than any path and than the list of all parameters that a person may have to see."""
+
+_CONTROL = r"\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff"
+_NOT_IN_TEXT = re.compile(f"[{_CONTROL}]")
+_NOT_IN_A_LINE = re.compile(f"[\t\n{_CONTROL}]")
 
 
 class InputError(Exception):
@@ -17,18 +28,44 @@ class InputError(Exception):
         File and key, or option, in which it is wrong.
     remedy : str, optional
         What would be right.
+
+    All three may quote files: control characters are spelled out, and the middle of what is very
+    long is left out.
     """
 
     def __init__(self, what: str, *, where: str = "", remedy: str = "") -> None:
-        self.what = what
-        self.where = where
-        self.remedy = remedy
+        self.what = what = one_line(shortened(what, 2 * _MOST_OF_A_VALUE))
+        self.where = where = one_line(shortened(where, _MOST_OF_A_PLACE))
+        self.remedy = remedy = one_line(shortened(remedy, _MOST_OF_A_REMEDY))
         sentence = f"{where}: {what}" if where else what
         super().__init__(f"{sentence}. {remedy}".strip() if remedy else sentence)
 
 
 class Cancelled(Exception):
     """Long work was stopped on request; what was finished before is kept."""
+
+
+def visible(text: str) -> str:
+    r"""Text in which control characters are spelled out, as ``\u001b``; lines stay lines.
+
+    Also those that turn the direction of writing: a terminal or a label would obey them.
+    """
+    return _NOT_IN_TEXT.sub(_spelled_out, text)
+
+
+def one_line(text: str) -> str:
+    """The same without tabulators and ends of lines."""
+    return _NOT_IN_A_LINE.sub(_spelled_out, text)
+
+
+def shortened(text: str, most: int = _MOST_OF_A_VALUE) -> str:
+    """Text whose middle is left out where it has more than `most` characters."""
+    half = most // 2
+    return text if len(text) <= most else f"{text[:half]} … {text[-half:]}"
+
+
+def _spelled_out(sign: re.Match[str]) -> str:
+    return f"\\u{ord(sign.group()):04x}"
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

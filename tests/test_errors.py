@@ -2,7 +2,7 @@
 
 import pytest
 
-from stereotrack_core.errors import InputError, did_you_mean
+from stereotrack_core.errors import InputError, did_you_mean, visible
 from stereotrack_core.tracking.settings import Settings
 
 
@@ -25,3 +25,18 @@ def test_parameters_name_what_is_near_or_else_all():
         Settings().replaced(model_pionts=3)
     with pytest.raises(InputError, match=r"'qqq'\. Known are: .*, model_points, "):
         Settings().replaced(qqq=3)
+
+
+def test_values_are_cut_and_control_characters_spelled_out():
+    error = InputError(
+        f"{'x' * 10_000!r} is not a number", where="a\x1b.toml, fps\n", remedy="Write\t\u202eone."
+    )
+    assert len(error.what) < 420
+    assert error.what.startswith("'xxx")
+    assert error.what.endswith("xxx' is not a number")
+    assert error.where == "a\\u001b.toml, fps\\u000a"
+    assert error.remedy == "Write\\u0009\\u202eone."
+    assert str(error) == f"{error.where}: {error.what}. {error.remedy}"
+    assert str(error).isprintable()
+    assert InputError("the name 'Größe 左' is taken").what == "the name 'Größe 左' is taken"
+    assert visible("two\n\tlines \ud800") == "two\n\tlines \\ud800"

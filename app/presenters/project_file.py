@@ -16,6 +16,7 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import CHOICE, DESCRIPTION
 
 from ..failures import Message, message_of
+from ..stored import stored_text
 from ..tasks.task import Task, TaskList
 from .document import DocumentPresenter, FindCorrections
 from .project_opening import (
@@ -99,7 +100,7 @@ class ProjectPresenter(QObject):
     @property
     def annotator(self) -> str:
         """Name that edits are signed with; empty: the user's name on this machine."""
-        return str(self._settings.value(_ANNOTATOR) or "")
+        return stored_text(self._settings, _ANNOTATOR)
 
     def set_annotator(self, name: str) -> None:
         """Sign edits with another name, now and in future."""
@@ -127,8 +128,8 @@ class ProjectPresenter(QObject):
 
     def wishes(self) -> Wishes:
         """How projects are opened, from the settings."""
-        home = self._settings.value(_HOME)
-        return Wishes(self.annotator, Path(str(home)) if home else None, self.makes)
+        home = stored_text(self._settings, _HOME)
+        return Wishes(self.annotator, Path(home) if home else None, self.makes)
 
     def open_file(self, path: Path, frame: int = 0, *, take_over: bool = False) -> None:
         """Open a project file and its recording; in the background."""

@@ -15,6 +15,7 @@ from PySide6.QtCore import QElapsedTimer, QObject, QSettings, QTimer, Signal, Sl
 from stereotrack_core.cli.sweep_files import SweepPlaces, SweepState, is_running, read_state
 from stereotrack_core.cli.sweep_words import in_words
 
+from ..stored import stored_text
 from .counting import counted
 from .sweep_plan import process_of
 
@@ -84,7 +85,7 @@ class SweepPresenter(QObject):
     @property
     def last_table(self) -> Path | None:
         """Table of the last sweep that was begun here."""
-        stored = str(self._settings.value(_TABLE, "") or "")
+        stored = stored_text(self._settings, _TABLE)
         return Path(stored) if stored else None
 
     def begin(self, arguments: Sequence[str], table: Path) -> None:

@@ -164,7 +164,7 @@ class SweepResults(QDialog):
         )
         told = [_figures(table, rows, name) for name in _TOLD if name in table.measures]
         self.chosen_label.setText(
-            f"<b>{named or 'All together'}</b>, {counted(len(rows), 'run')}: {', '.join(told)}"
+            f"{named or 'All together'} – {counted(len(rows), 'run')}: {', '.join(told)}"
         )
         self.take_button.setEnabled(bool(self._chosen))
 

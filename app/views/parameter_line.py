@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Signal
+import textwrap
+
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QFont
 from PySide6.QtWidgets import QGridLayout, QLabel, QToolButton, QWidget
 
@@ -14,6 +16,7 @@ from .parameter_editor import editor_for, value_text
 
 _EDITOR_WIDTH = 116
 _UNIT_WIDTH = 34
+_TIP_WIDTH = 80
 
 
 class ParameterLine(QWidget):
@@ -48,12 +51,13 @@ class ParameterLine(QWidget):
         self._facts = QLabel(self)
         self._facts.setProperty("role", "muted")
         self._facts.setWordWrap(True)
+        self._facts.setTextFormat(Qt.TextFormat.RichText)
         self._facts.linkActivated.connect(lambda: self._on_given(row.thesis))
         self._refusal = QLabel(self)
         self._refusal.setProperty("role", "error")
         self._refusal.setWordWrap(True)
         self._refusal.hide()
-        self.setToolTip(f"<p>{row.help}</p><p>--set {row.name}=…</p>")
+        self.setToolTip(f"{textwrap.fill(row.help, _TIP_WIDTH)}\n\n--set {row.name}=…")
         self._lay_out()
 
     @property

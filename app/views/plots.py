@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from html import escape
 from typing import Any
 
 import pyqtgraph as pg
@@ -39,7 +40,7 @@ def dress_plot(plot: pg.PlotWidget, *, grid: bool = True) -> None:
 
 def label_axis(plot: pg.PlotWidget, side: str, words: str) -> None:
     """Say beside an axis what it counts."""
-    plot.setLabel(side, words, color=current_theme().muted)
+    plot.setLabel(side, escape(words), color=current_theme().muted)
 
 
 def shade(colour: str | QColor, alpha: int = _SHADE) -> QColor:

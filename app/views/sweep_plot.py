@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from html import escape
 from typing import Any
 
 import numpy as np
@@ -162,7 +163,7 @@ class SweepPlot(QWidget):
         for item in (bars, points, *([line] if joined else []), means):
             self._plot.addItem(item)
         if curve.label:
-            self._legend.addItem(line, _short(curve.label, 2 * _LONGEST_TICK))
+            self._legend.addItem(line, escape(_short(curve.label, 2 * _LONGEST_TICK)))
         self._marks += [means, points]
 
     def _draw_heat(self, names: tuple[str, str], measure: str, heat: Heat) -> None:

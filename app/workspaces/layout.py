@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from PySide6.QtCore import QSettings, Qt
 from PySide6.QtWidgets import QDockWidget, QMainWindow
 
+from ..stored import stored_bytes
+
 _VERSION = 6
 _USUAL_HEIGHT = 960
 
@@ -188,7 +190,7 @@ def save_layout(window: QMainWindow, settings: QSettings, space: Workspace) -> N
 
 def restore_layout(window: QMainWindow, settings: QSettings, space: Workspace) -> bool:
     """Arrange a workspace as it was kept; False where nothing fitting was."""
-    state = settings.value(f"workspaces/{space.name}")
+    state = stored_bytes(settings, f"workspaces/{space.name}")
     if state is None:
         return False
     _clear(window)

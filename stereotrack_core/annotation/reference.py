@@ -52,7 +52,7 @@ class Reference:
         for name, (array, shape) in shapes.items():
             if array is not None and array.shape != shape:
                 raise ValueError(f"{name} has the shape {array.shape} instead of {shape}")
-        if (np.diff(self.frame) <= 0).any():
+        if (self.frame[1:] <= self.frame[:-1]).any():
             raise ValueError("the frames do not ascend")
 
     def trajectory(self) -> LandmarkTrajectory:

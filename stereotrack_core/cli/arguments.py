@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 import tempfile
 from argparse import ArgumentParser
 from collections.abc import Sequence
@@ -231,7 +232,8 @@ def check_output(path: Path, recording: Recording | None = None) -> Path:
         )
     if path.is_dir():
         raise InputError("this is a folder", where=str(path), remedy="Name a file in it.")
-    if recording is not None and path.resolve().is_relative_to(recording.folder.resolve()):
+    place = Path(os.path.realpath(path))  # which knows links that lead in a circle
+    if recording is not None and place.is_relative_to(recording.folder.resolve()):
         raise InputError(
             "this is inside the recording, which is never written to",
             where=str(path),

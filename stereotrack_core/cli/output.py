@@ -14,7 +14,7 @@ from typing import Any, TextIO
 
 import numpy as np
 
-from stereotrack_core.errors import InputError
+from stereotrack_core.errors import InputError, visible
 
 _WIDTH_WITHOUT_TERMINAL = 160
 
@@ -46,9 +46,9 @@ def say(text: str) -> None:
 
 
 def _write(stream: TextIO, text: str) -> None:
-    """Write a line; letters that the stream cannot show become question marks."""
+    """Write a line; control characters are spelled out, unknown letters become question marks."""
     encoding = getattr(stream, "encoding", None) or "utf-8"
-    stream.write(text.encode(encoding, "replace").decode(encoding) + "\n")
+    stream.write(visible(text).encode(encoding, "replace").decode(encoding) + "\n")
     stream.flush()
 
 
@@ -102,10 +102,12 @@ def put_table(table: Table) -> None:
     for heading in table.columns:
         right = heading.startswith(">")
         drawn.add_column(
-            Text(heading.removeprefix(">")), justify="right" if right else "left", overflow="fold"
+            Text(visible(heading.removeprefix(">"))),
+            justify="right" if right else "left",
+            overflow="fold",
         )
     for row in table.rows:
-        drawn.add_row(*(Text(cell) for cell in row))
+        drawn.add_row(*(Text(visible(cell)) for cell in row))
     terminal = sys.stdout.isatty()
     buffer = StringIO()
     console = Console(
@@ -113,7 +115,7 @@ def put_table(table: Table) -> None:
         width=None if terminal else _WIDTH_WITHOUT_TERMINAL,
         highlight=False,
     )
-    console.print(Text(table.title, style="bold"), drawn, sep="\n")
+    console.print(Text(visible(table.title), style="bold"), drawn, sep="\n")
     if not terminal:
         put("\n".join(line.rstrip() for line in buffer.getvalue().rstrip().split("\n")) + "\n")
 

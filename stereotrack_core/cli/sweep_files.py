@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import os
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,7 +19,9 @@ from stereotrack_core.evaluation.sweeps.points import varied_names
 from stereotrack_core.evaluation.sweeps.results import JobResult
 from stereotrack_core.interop.journal import Journal, read_journal
 from stereotrack_core.interop.table_file import read_csv_table
+from stereotrack_core.plain_data import Kind, check_kind
 from stereotrack_core.project.lock import ProjectLock
+from stereotrack_core.reading import read_json
 from stereotrack_core.recording.csv_table import csv_text
 
 JOB_COLUMN = "job"
@@ -82,24 +85,32 @@ class SweepState:
     error: str = ""
 
 
+_STATE: Kind = {
+    **dict.fromkeys(("jobs", "reused", "computed", "failed"), int),
+    **dict.fromkeys(("share", "seconds_left"), float),
+    **dict.fromkeys(("ended", "error"), str),
+}
+
+
 def read_state(places: SweepPlaces) -> SweepState | None:
     """How the sweep is going; None where nobody has said yet."""
     try:
-        facts = json.loads(places.state.read_text(encoding="utf-8"))
-        return SweepState(**facts)
-    except (OSError, ValueError, TypeError):
+        facts = read_json(places.state)
+        check_kind(facts, _STATE, str(places.state), "Begin the sweep again.")
+        return SweepState(**{key: facts[key] for key in _STATE if facts.get(key) is not None})
+    except InputError:
         return None
 
 
 def is_running(places: SweepPlaces) -> bool:
     """Whether some process is at the sweep."""
-    if not places.table.parent.is_dir():
+    if not os.path.isdir(places.table.parent):
         return False
     try:
         ProjectLock(places.table).release()
     except BlockingIOError:
         return True
-    except InputError:
+    except (InputError, ValueError):  # nothing can be written there, or it is no name of a file
         return False
     return False
 

@@ -34,7 +34,7 @@ def write_bvh(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
         For a trajectory in which a landmark is never known.
     """
     fps = checked_fps(fps)
-    first, points = contiguous(trajectory)
+    first, points = contiguous(trajectory, str(path))
     unknown: BoolArray = np.asarray(np.isnan(points).any(axis=-1))
     landmarks = _held(points) @ _BVH_FROM_WORLD.T
     root, joints = skeleton(landmarks, ~unknown)

@@ -17,6 +17,7 @@ from stereotrack_core.atomic import replacing
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.c3d_layout import C3DContent, parse_c3d
 from stereotrack_core.interop.gaps import checked_fps, contiguous
+from stereotrack_core.reading import TABLE_BYTES, read_bytes
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
 _LAST_FRAME = 0xFFFF - 1
@@ -43,13 +44,14 @@ def write_c3d(
     InputError
         For a frame number that the format cannot count.
     """
-    first, points = contiguous(trajectory)
-    if first < 0 or first + len(points) - 1 > _LAST_FRAME:
+    frame = trajectory.frame
+    if len(frame) and (frame[0] < 0 or frame[-1] > _LAST_FRAME):
         raise InputError(
             f"C3D counts frames up to {_LAST_FRAME}",
             where=str(path),
             remedy="Write a part of the run, or another format.",
         )
+    first, points = contiguous(trajectory, str(path))
     per_frame = np.zeros(len(points))
     if residual is not None:
         per_frame[trajectory.frame - first] = np.nan_to_num(1000.0 * residual)
@@ -96,11 +98,7 @@ def read_c3d(path: Path) -> tuple[LandmarkTrajectory, float]:
         landmarks.
     """
     try:
-        content = parse_c3d(path.read_bytes())
-    except OSError as error:
-        raise InputError(
-            f"the file cannot be read ({error.strerror})", where=str(path), remedy="Check the path."
-        ) from error
+        content = parse_c3d(read_bytes(path, TABLE_BYTES))
     except ValueError as error:
         raise InputError(
             str(error), where=str(path), remedy="Take another copy of it, or export it again."

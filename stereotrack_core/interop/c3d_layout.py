@@ -82,7 +82,7 @@ def _content(data: bytes, parameters: dict[str, _Parameter]) -> C3DContent:
     scale, start = struct.unpack_from("<fH", data, 12)
     (rate,) = struct.unpack_from("<f", data, 20)
     frames = last - first + 1
-    if frames < 0 or not np.isfinite(rate) or not np.isfinite(scale):
+    if frames < 0 or not 0 < rate < np.inf or not np.isfinite(scale):
         raise ValueError("the file is damaged")
     number = np.dtype("<f4" if scale < 0 else "<i2")
     size = (4 * count + analog) * frames
@@ -128,7 +128,10 @@ def _parameters(data: bytes, start: int) -> dict[str, _Parameter]:
         if group < 0:
             groups[-group] = name
         else:
-            found.append((group, name, _parameter(data, at + 2)))
+            parameter = _parameter(data, at + 2)
+            if 0 < step < len(parameter.data):  # else a small file could hold any number of bytes
+                raise ValueError("the file is damaged")
+            found.append((group, name, parameter))
         if step == 0:
             break
         at += step

@@ -18,9 +18,26 @@ from stereotrack_core.annotation.click import Click, Visibility
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.label_names import Labels, camera_of, frame_of, map_names
+from stereotrack_core.interop.label_names import (
+    Labels,
+    camera_of,
+    checked_frame,
+    frame_of,
+    known_camera,
+    map_names,
+)
+from stereotrack_core.plain_data import Kind, check_kind
+from stereotrack_core.reading import TABLE_BYTES, read_json
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import SKELETON
+
+_ENTRY: Kind = {
+    **dict.fromkeys(("id", "image_id", "category_id"), (int, str)),
+    "keypoints": [object],
+    "outside": [object],
+}
+_KINDS: Mapping[str, Kind] = {"images": [_ENTRY], "annotations": [_ENTRY], "categories": [_ENTRY]}
+"""What a file has to hold, and of which kind it has to be."""
 
 
 def write_coco(
@@ -39,7 +56,7 @@ def write_coco(
             pictures.setdefault((click.camera, click.frame), {})[click.landmark] = click
     images, annotations = [], []
     for number, (camera, frame) in enumerate(sorted(pictures), start=1):
-        lens = recording.cameras[camera]
+        lens = known_camera(camera, recording, where=str(path))
         images.append(
             {
                 "id": number,
@@ -91,7 +108,7 @@ def read_coco(
     categories = {
         one.get("id"): [str(name) for name in one["keypoints"]]
         for one in content["categories"]
-        if "keypoints" in one
+        if one.get("keypoints")
     }
     theirs = [name for keypoints in categories.values() for name in keypoints]
     if not theirs:
@@ -104,7 +121,7 @@ def read_coco(
     problems: list[InputError] = []
     seen: set[tuple[int, str]] = set()
     for annotation in content["annotations"]:
-        if "keypoints" not in annotation:
+        if annotation.get("keypoints") is None:
             continue
         where = f"{path}, annotation {annotation.get('id', '?')}"
         try:
@@ -149,35 +166,14 @@ def _annotation(number: int, clicks: Mapping[str, Click], names: Sequence[str]) 
 
 
 def _content(path: Path) -> dict[str, list[dict[str, Any]]]:
-    try:
-        content = json.loads(path.read_text(encoding="utf-8-sig"))
-        lists = {key: content[key] for key in ("images", "annotations", "categories")}
-        if not all(
-            isinstance(part, list) and all(_is_well_formed(one) for one in part)
-            for part in lists.values()
-        ):
-            raise TypeError
-    except FileNotFoundError:
-        raise InputError(
-            "there is no such file", where=str(path), remedy="Check the path."
-        ) from None
-    except (OSError, UnicodeDecodeError, ValueError, KeyError, TypeError, RecursionError) as error:
-        raise InputError(
-            "this is no COCO file",
-            where=str(path),
-            remedy="It is JSON with images, annotations and categories.",
-        ) from error
-    return lists
-
-
-def _is_well_formed(one: Any) -> bool:
-    """Whether an image, annotation or category has the types that its fields shall have."""
-    if not isinstance(one, dict):
-        return False
-    known = (one.get(key) for key in ("id", "image_id", "category_id"))
-    return all(isinstance(each, int | str | None) for each in known) and all(
-        isinstance(one.get(key, []), list) for key in ("keypoints", "outside")
-    )
+    remedy = "A COCO file is JSON with images, annotations and categories."
+    content = read_json(path, TABLE_BYTES, remedy)
+    check_kind(content, _KINDS, str(path), remedy)
+    missing = [key for key in _KINDS if content.get(key) is None]
+    if missing:
+        what = f"this is no COCO file: it lacks {', '.join(missing)}"
+        raise InputError(what, where=str(path), remedy=remedy)
+    return {key: [one for one in content[key] if one is not None] for key in _KINDS}
 
 
 def _place(
@@ -190,8 +186,8 @@ def _place(
     stated = camera if camera is not None else image.get("camera")
     own = camera_of(name, recording, None if stated is None else str(stated), where=where)
     frame = image.get("frame")
-    if isinstance(frame, int) and not isinstance(frame, bool) and frame >= 0:
-        return frame, own
+    if isinstance(frame, int) and not isinstance(frame, bool):
+        return checked_frame(frame, where=where), own
     return frame_of(name, where=where), own
 
 
@@ -203,8 +199,7 @@ def _clicks(
     where: str,
 ) -> list[Click]:
     values = annotation["keypoints"]
-    right = isinstance(values, list) and len(values) == 3 * len(keypoints)
-    if not right or not all(
+    if len(values) != 3 * len(keypoints) or not all(
         isinstance(value, int | float) and math.isfinite(value) for value in values
     ):
         raise InputError(
@@ -212,7 +207,7 @@ def _clicks(
             where=where,
             remedy="Give the file as the labelling tool wrote it.",
         )
-    outside = {str(name) for name in annotation.get("outside", [])}
+    outside = {str(name) for name in annotation.get("outside") or []}
     clicks = []
     for i, name in enumerate(keypoints):
         if name not in known:

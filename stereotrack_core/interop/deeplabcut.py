@@ -16,10 +16,18 @@ from pathlib import Path
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.atomic import write_files
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.label_names import Labels, camera_of, frame_of, map_names
-from stereotrack_core.interop.table_file import text_cells
-from stereotrack_core.recording.csv_table import csv_text
+from stereotrack_core.interop.label_names import (
+    Labels,
+    camera_of,
+    checked_frame,
+    frame_of,
+    map_names,
+)
+from stereotrack_core.recording.csv_table import csv_text, read_cells
 from stereotrack_core.recording.description import Recording
+
+_NOT_IN_FILES = frozenset('/\\:*?"<>|').union(map(chr, range(32)))
+"""Signs that some system does not allow in names, or takes for the way to another folder."""
 
 _HEADERS = ("scorer", "individuals", "bodyparts", "coords")
 
@@ -63,7 +71,7 @@ def read_deeplabcut(
     InputError
         Where the file cannot be read at all, or none of its landmarks is known.
     """
-    lines = text_cells(path)
+    lines = read_cells(path)
     header = {line[0].strip(): line for line in lines[:4] if line and line[0].strip() in _HEADERS}
     if len({name.strip() for name in header.get("individuals", [])[1:]} - {""}) > 1:
         raise InputError(
@@ -118,13 +126,11 @@ def write_deeplabcut(
     for click in clicks:
         if not click.deleted:
             by_camera.setdefault(click.camera, []).append(click)
+    of_camera = {camera: file_of_camera(path, camera) for camera in by_camera}
     if len(by_camera) < 2:
         files = {path: next(iter(by_camera.values()), [])}
     else:
-        files = {
-            path.with_name(f"{path.stem}_{camera}{path.suffix}"): own
-            for camera, own in by_camera.items()
-        }
+        files = {of_camera[camera]: own for camera, own in by_camera.items()}
     write_files({file: _text(own, landmarks, scorer) for file, own in files.items()})
     return {file: sum(click.position is not None for click in own) for file, own in files.items()}
 
@@ -148,6 +154,23 @@ def _text(clicks: Iterable[Click], landmarks: Sequence[str], scorer: str) -> str
     return csv_text(["scorer", *[scorer] * len(twice)], rows)
 
 
+def file_of_camera(path: Path, camera: str) -> Path:
+    """File of one camera, where those of several are written: ``labels_S.csv`` for ``labels.csv``.
+
+    Raises
+    ------
+    InputError
+        Where the camera's name is none that a file or a folder can have.
+    """
+    if camera.strip() in ("", ".", "..") or any(sign in _NOT_IN_FILES for sign in camera):
+        raise InputError(
+            f"the camera's name {camera!r} cannot be that of a folder",
+            where=str(path),
+            remedy="Write the clicks as csv or coco, or rename the camera.",
+        )
+    return path.with_name(f"{path.stem}_{camera}{path.suffix}")
+
+
 def _picture(
     cells: Sequence[str], path: Path, recording: Recording, camera: str | None, where: str
 ) -> tuple[int, str]:
@@ -157,9 +180,8 @@ def _picture(
         frame = float(text)
     except ValueError:
         return frame_of(text, where=where), camera_of(text, recording, camera, where=where)
-    if not (frame >= 0 and frame.is_integer()):
-        raise InputError(f"{text!r} is no frame", where=where, remedy="Frames count from 0.")
-    return int(frame), camera_of(path.name, recording, camera, where=str(path))
+    own = camera_of(path.name, recording, camera, where=str(path))
+    return checked_frame(frame, where=where), own
 
 
 def _clicks(

@@ -8,19 +8,30 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
+_WIDEST_GAP, _MOST_MISSING = 10_000, 100
+"""Rows that are filled in at most: so many, and so many for each frame that is known."""
 
-def contiguous(trajectory: LandmarkTrajectory) -> tuple[int, FloatArray]:
+
+def contiguous(trajectory: LandmarkTrajectory, where: str) -> tuple[int, FloatArray]:
     """First frame, and landmarks (F, 9, 3) of every frame from there on; NaN in the gaps.
 
     Raises
     ------
     InputError
-        For a trajectory without frames.
+        For a trajectory without frames, or with few in a long stretch.
     """
     frame = trajectory.frame
     if not len(frame):
-        raise InputError("there are no frames to write", remedy="Track at least one frame.")
+        raise InputError(
+            "there are no frames to write", where=where, remedy="Track at least one frame."
+        )
     first, last = int(frame[0]), int(frame[-1])
+    if last - first > _WIDEST_GAP + _MOST_MISSING * len(frame):
+        raise InputError(
+            f"the frames go from {first} to {last}, but there are only {len(frame)}",
+            where=where,
+            remedy="Write .csv or .npz, which need no rows in between, or a part of the frames.",
+        )
     points: FloatArray = np.full((last - first + 1, *trajectory.points.shape[1:]), np.nan)
     points[frame - first] = trajectory.points
     return first, points

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.reading import TABLE_BYTES, parsed_json, read_bytes
 
 
 def read_journal(path: Path) -> list[dict[str, Any]]:
@@ -23,20 +24,14 @@ def read_journal(path: Path) -> list[dict[str, Any]]:
     InputError
         Where the file cannot be read.
     """
-    try:
-        lines = path.read_bytes().split(b"\n")
-    except FileNotFoundError:
+    if not path.exists():
         return []
-    except OSError as error:
-        raise InputError(
-            f"the journal cannot be read ({error.strerror})", where=str(path),
-            remedy="Ask for the right to read it, or name another table.",
-        ) from None  # fmt: skip
+    lines = read_bytes(path, TABLE_BYTES).split(b"\n")
     entries = []
     for line in lines[:-1]:  # what stands after the last line's end was not finished
         try:
-            entry = json.loads(line)
-        except ValueError:
+            entry = parsed_json(line, str(path))
+        except InputError:
             continue  # a line that somebody was killed in
         if isinstance(entry, dict):
             entries.append(entry)

@@ -8,7 +8,9 @@ from dataclasses import dataclass, field
 from pathlib import PurePosixPath
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.interop.clicks_csv import ClicksFile
+from stereotrack_core.recording.csv_table import LARGEST
 from stereotrack_core.recording.description import Recording
 
 _SIDES = {"l": "left", "r": "right", "left": "left", "right": "right"}
@@ -145,6 +147,25 @@ def camera_of(path: str, recording: Recording, stated: str | None, *, where: str
     return known[longest[0]]
 
 
+def known_camera(name: str, recording: Recording, *, where: str) -> Camera:
+    """A camera of the recording.
+
+    Raises
+    ------
+    InputError
+        Where there is none of that name.
+    """
+    camera = recording.cameras.get(name)
+    if camera is None:
+        raise InputError(
+            f"there is no camera {name!r} in the recording",
+            where=where,
+            remedy=f"It has {_list(tuple(recording.cameras))}; name one of them so, or leave out"
+            " what is of this camera.",
+        )
+    return camera
+
+
 def frame_of(path: str, *, where: str) -> int:
     """The frame that a numbered picture is of: the last number of its name.
 
@@ -161,7 +182,20 @@ def frame_of(path: str, *, where: str) -> int:
             where=where,
             remedy="The last number of its name has to be the frame, counted from 0.",
         )
-    return int(match.group(1))
+    return checked_frame(float(match.group(1)), where=where)
+
+
+def checked_frame(number: float, *, where: str) -> int:
+    """The number of a frame.
+
+    Raises
+    ------
+    InputError
+        Where no recording has a frame of that number.
+    """
+    if not 0 <= number <= LARGEST or number != int(number):
+        raise InputError(f"{number:g} is no frame", where=where, remedy="Frames count from 0.")
+    return int(number)
 
 
 def _words(name: str) -> tuple[str, ...]:

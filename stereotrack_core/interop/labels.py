@@ -13,7 +13,7 @@ from stereotrack_core.interop.coco import read_coco
 from stereotrack_core.interop.deeplabcut import is_deeplabcut, read_deeplabcut
 from stereotrack_core.interop.label_names import Labels
 from stereotrack_core.interop.sleap import read_sleap
-from stereotrack_core.interop.table_file import text_cells
+from stereotrack_core.recording.csv_table import read_cells
 from stereotrack_core.recording.description import Recording
 
 _UNDERSTOOD = (
@@ -39,7 +39,7 @@ def is_trajectory(path: Path) -> bool:
     suffix = path.suffix.lower()
     if suffix != ".csv":
         return suffix in (".trc", ".c3d", ".npz")
-    lines = text_cells(path)
+    lines = read_cells(path)
     return bool(lines) and {cell.strip() for cell in lines[0]} >= TRAJECTORY_COLUMNS
 
 
@@ -83,7 +83,7 @@ def read_labels(
             where=str(path),
             remedy=_OTHERS.get(suffix, _UNDERSTOOD),
         )
-    if is_deeplabcut(text_cells(path)):
+    if is_deeplabcut(read_cells(path)):
         found = read_deeplabcut(path, recording, landmarks=landmarks, camera=camera, names=names)
         return _checked(found, path, recording, frames)
     for option, given in (("--camera", camera), ("--name", names)):
@@ -116,7 +116,9 @@ def _checked(found: Labels, path: Path, recording: Recording, frames: int | None
 def _trouble(click: Click, recording: Recording, frames: int | None) -> str:
     if frames is not None and click.frame >= frames:
         return f"the last frame is {frames - 1}"
-    camera = recording.cameras[click.camera]
+    camera = recording.cameras.get(click.camera)
+    if camera is None:
+        return "its camera is not in the calibration"
     if click.position is not None:
         (x, y), size = click.position, (camera.width, camera.height)
         if not (-0.5 <= x <= size[0] - 0.5 and -0.5 <= y <= size[1] - 0.5):

@@ -4,19 +4,42 @@ from __future__ import annotations
 
 import io
 import json
-import zipfile
-import zlib
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.atomic import write_file
+from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.errors import InputError
+from stereotrack_core.interop.npz import ArrayLayout, array_names, read_arrays
+from stereotrack_core.plain_data import Kind, check_kind
+from stereotrack_core.reading import MB, decoding, open_file, parsed_json
+from stereotrack_core.recording.csv_table import LARGEST as LAST_FRAME
 
-_NEEDED = ("frame", "points", "landmark_names", "meta")
-_OPTIONAL = ("covariance", "limb_sigma_deg", "filled")
+_LAYOUT: dict[str, ArrayLayout] = {
+    "frame": ArrayLayout("i", ("F",)),
+    "points": ArrayLayout("f", ("F", "n", 3)),
+    "landmark_names": ArrayLayout("U", ("n",)),
+    "meta": ArrayLayout("U", ()),
+    "covariance": ArrayLayout("f", ("F", "n", 3, 3), optional=True),
+    "limb_sigma_deg": ArrayLayout("f", ("F", len(LIMBS)), optional=True),
+    "filled": ArrayLayout("b", ("F",), optional=True),
+}
+
+_META: Kind = {
+    "fps": float,
+    "sigma_factor": float,
+    "recording_folder": str,
+    "mistakes": [[int, str, str, float]],
+}
+
+_WHAT = "reference of this program"
+_REMEDY = "Give the .npz file that `stereotrack fit` or the workbench wrote."
+_MOST_BYTES = 4096 * MB
+_FARTHEST = 1e6
+"""Metres."""
 
 
 def write_reference(path: Path, reference: Reference) -> None:
@@ -38,29 +61,18 @@ def read_reference(path: Path) -> Reference:
     InputError
         For a file that is missing, damaged or no reference.
     """
-    try:
-        data = path.read_bytes()
-    except FileNotFoundError:
-        raise InputError(
-            "there is no such file", where=str(path), remedy="Check the path."
-        ) from None
-    except OSError as error:
-        raise InputError(
-            f"the file cannot be read ({error.strerror})",
-            where=str(path),
-            remedy="Give the .npz file that `stereotrack fit` or the workbench wrote.",
-        ) from error
-    return reference_of_bytes(data, str(path))
+    with open_file(path, _MOST_BYTES) as file:
+        return _reference_in(file, str(path))
 
 
 def is_reference(path: Path) -> bool:
     """Whether an ``.npz`` file holds a reference (a run has other arrays); False for no file."""
+    needed = {name for name, own in _LAYOUT.items() if not own.optional}
     try:
-        with zipfile.ZipFile(path) as archive:
-            names = set(archive.namelist())
-    except (OSError, zipfile.BadZipFile):
+        with open_file(path, _MOST_BYTES) as file:
+            return needed <= array_names(file)
+    except InputError:
         return False
-    return {f"{name}.npy" for name in _NEEDED} <= names
 
 
 def reference_bytes(reference: Reference) -> bytes:
@@ -71,8 +83,8 @@ def reference_bytes(reference: Reference) -> bytes:
         "landmark_names": np.array(reference.landmark_names, dtype=np.str_),
         "meta": np.array(json.dumps(dict(reference.meta))),
     }
-    for key in _OPTIONAL:
-        if (array := getattr(reference, key)) is not None:
+    for key, own in _LAYOUT.items():
+        if own.optional and (array := getattr(reference, key)) is not None:
             arrays[key] = array
     file = io.BytesIO()
     np.savez_compressed(file, allow_pickle=False, **arrays)
@@ -87,26 +99,30 @@ def reference_of_bytes(data: bytes, where: str) -> Reference:
     InputError
         Where it is none.
     """
-    try:
-        with np.load(io.BytesIO(data), allow_pickle=False) as stored:
-            meta = json.loads(str(stored["meta"]))
-            if stored["frame"].dtype.kind != "i" or not isinstance(meta, dict):
-                raise ValueError("its frames or its meta are no reference's")
-            return Reference(
-                frame=stored["frame"],
-                points=stored["points"],
-                covariance=stored.get("covariance"),
-                limb_sigma_deg=stored.get("limb_sigma_deg"),
-                filled=stored.get("filled"),
-                landmark_names=tuple(str(one) for one in stored["landmark_names"]),
-                meta=meta,
-            )
-    except (ValueError, KeyError, EOFError, TypeError, zipfile.BadZipFile, zlib.error) as error:
-        raise InputError(
-            f"the data of the reference are of another kind ({error})",
-            where=where,
-            remedy="Give a reference that `stereotrack fit` or the workbench wrote.",
-        ) from error
+    return _reference_in(io.BytesIO(data), where)
+
+
+def _reference_in(file: BinaryIO, where: str) -> Reference:
+    arrays = read_arrays(file, where, _LAYOUT, _WHAT, _REMEDY)
+    frame, points = arrays["frame"], arrays["points"]
+    if len(frame) and (frame[0] < 0 or frame[-1] > LAST_FRAME or (abs(points) > _FARTHEST).any()):
+        raise InputError(f"this is no {_WHAT}: numbers are too large", where=where, remedy=_REMEDY)
+    with decoding(where, f"the file is damaged or is no {_WHAT}", _REMEDY):
+        return Reference(
+            frame=frame.astype(np.int64),
+            points=points,
+            covariance=arrays.get("covariance"),
+            limb_sigma_deg=arrays.get("limb_sigma_deg"),
+            filled=arrays.get("filled"),
+            landmark_names=tuple(str(one) for one in arrays["landmark_names"]),
+            meta=_meta(str(arrays["meta"]), f"{where}, meta"),
+        )
+
+
+def _meta(text: str, where: str) -> dict[str, Any]:
+    meta: dict[str, Any] = parsed_json(text, where)
+    check_kind(meta, _META, where, _REMEDY)
+    return meta
 
 
 def fps_of_reference(reference: Reference) -> float | None:

@@ -12,6 +12,7 @@ from stereotrack_core.interop.reference_npz import (
     read_reference,
 )
 from stereotrack_core.interop.run_npz import read_npz, write_npz
+from stereotrack_core.reading import check_file
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.stored import fps_of_run
@@ -109,8 +110,7 @@ def read_run(path: Path) -> Run:
         For a file that is not a complete run.
     """
     path = Path(path)
-    if not path.is_file():
-        raise InputError("there is no such file", where=str(path), remedy="Check the path.")
+    check_file(path)
     if path.suffix.lower() != ".npz":
         raise InputError(
             "this file does not hold a complete run",

@@ -5,10 +5,9 @@ from __future__ import annotations
 import io
 import json
 import os
-import zipfile
-import zlib
 from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -17,30 +16,38 @@ from numpy.typing import NDArray
 from stereotrack_core.atomic import write_file
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.errors import InputError
+from stereotrack_core.interop.npz import ArrayLayout, read_arrays
+from stereotrack_core.reading import MB, decoding, open_file, parsed_json
+from stereotrack_core.recording.csv_table import LARGEST as LAST_FRAME
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.run_meta import check_meta
 
-_SHAPES: dict[str, tuple[str, tuple[str | int, ...]]] = {
-    "frame": ("i", ("F",)),
-    "landmarks": ("f", ("F", len(LANDMARKS), 3)),
-    "landmark_names": ("U", (len(LANDMARKS),)),
-    "x": ("f", ("F", "n")),
-    "P": ("f", ("F", "n", "n")),
-    "state_names": ("U", ("n",)),
-    "tracked": ("b", ("F",)),
-    "coverage": ("f", ("F",)),
-    "residual": ("f", ("F",)),
-    "innovation": ("f", ("F",)),
-    "limb_sigma_deg": ("f", ("F", len(LIMBS))),
-    "limb_lost": ("f", ("F", len(LIMBS))),
-    "seconds": ("f", ("F", "stages")),
-    "stage_names": ("U", ("stages",)),
-    "meta": ("U", ()),
+_LAYOUT: dict[str, ArrayLayout] = {
+    "frame": ArrayLayout("i", ("F",)),
+    "landmarks": ArrayLayout("f", ("F", len(LANDMARKS), 3)),
+    "landmark_names": ArrayLayout("U", (len(LANDMARKS),)),
+    "x": ArrayLayout("f", ("F", "n")),
+    "P": ArrayLayout("f", ("F", "n", "n")),
+    "state_names": ArrayLayout("U", ("n",)),
+    "tracked": ArrayLayout("b", ("F",)),
+    "coverage": ArrayLayout("f", ("F",)),
+    "residual": ArrayLayout("f", ("F",)),
+    "innovation": ArrayLayout("f", ("F",)),
+    "limb_sigma_deg": ArrayLayout("f", ("F", len(LIMBS))),
+    "limb_lost": ArrayLayout("f", ("F", len(LIMBS)), optional=True),  # older files lack it
+    "seconds": ArrayLayout("f", ("F", "stages")),
+    "stage_names": ArrayLayout("U", ("stages",)),
+    "meta": ArrayLayout("U", ()),
 }
-"""Kind and shape of every array; a letter stands for the same length wherever it appears."""
 
-_ADDED = ("limb_lost",)
-"""Arrays that files of older versions lack; NaN then."""
+_WHAT = "run file of this program"
+_REMEDY = "Give a run that `stereotrack track` wrote, or track the recording again."
+
+_MOST_BYTES = 4096 * MB
+
+_LARGEST: Mapping[str, float] = MappingProxyType({"landmarks": 1e6, "x": 1e6, "P": 1e12})
+"""Metres, radians and their squares; beyond it, they are no person's."""
 
 _FOLDER = "recording_folder"
 _FOLDER_FROM_RUN = "recording_folder_from_run"
@@ -76,7 +83,7 @@ def run_of_bytes(data: bytes, where: str) -> Run:
     InputError
         Where it is none.
     """
-    return _run_of(Path(where), _arrays_in(Path(where), io.BytesIO(data)), None)
+    return _run_of(Path(where), io.BytesIO(data), None)
 
 
 def read_npz(path: Path) -> Run:
@@ -87,13 +94,22 @@ def read_npz(path: Path) -> Run:
     InputError
         For a file that is missing, damaged, or not a run of this program.
     """
-    return _run_of(path, _arrays(path), path.absolute().parent)
+    with open_file(path, _MOST_BYTES) as file:
+        return _run_of(path, file, path.absolute().parent)
 
 
-def _run_of(path: Path, arrays: Mapping[str, NDArray[Any]], beside: Path | None) -> Run:
-    _check(path, arrays)
-    if tuple(arrays["landmark_names"]) != LANDMARKS:
-        raise _foreign(path, "its landmarks are not the nine of this program, in their order")
+def _run_of(path: Path, file: BinaryIO, beside: Path | None) -> Run:
+    arrays = read_arrays(file, str(path), _LAYOUT, _WHAT, _REMEDY)
+    unknown = np.full((len(arrays["frame"]), len(LIMBS)), np.nan)
+    arrays.setdefault("limb_lost", unknown)
+    with decoding(path, f"the file is damaged or is no {_WHAT}", _REMEDY):
+        text = str(arrays["meta"])  # letters that are none show only now
+        run = _run(arrays, _meta_from_store(path, text, beside))
+    _check(path, run)
+    return run
+
+
+def _run(arrays: Mapping[str, NDArray[Any]], meta: Mapping[str, Any]) -> Run:
     return Run(
         frame=arrays["frame"].astype(np.int64),
         landmarks=arrays["landmarks"].astype(np.float64),
@@ -101,6 +117,7 @@ def _run_of(path: Path, arrays: Mapping[str, NDArray[Any]], beside: Path | None)
         P=arrays["P"].astype(np.float64),
         state_names=tuple(str(name) for name in arrays["state_names"]),
         tracked=arrays["tracked"],
+        landmark_names=tuple(str(name) for name in arrays["landmark_names"]),
         coverage=arrays["coverage"].astype(np.float64),
         residual=arrays["residual"].astype(np.float64),
         innovation=arrays["innovation"].astype(np.float64),
@@ -108,7 +125,7 @@ def _run_of(path: Path, arrays: Mapping[str, NDArray[Any]], beside: Path | None)
         limb_lost=arrays["limb_lost"].astype(np.float64),
         seconds=arrays["seconds"].astype(np.float64),
         stage_names=tuple(str(name) for name in arrays["stage_names"]),
-        meta=_meta_from_store(path, str(arrays["meta"]), beside),
+        meta=meta,
     )
 
 
@@ -121,8 +138,8 @@ def _arrays_of(run: Run, meta: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
         "tracked": np.asarray(run.tracked, dtype=np.bool_),
         "meta": np.array(json.dumps(meta, ensure_ascii=False)),
     }
-    for name, (kind, _) in _SHAPES.items():
-        if kind == "f":
+    for name, own in _LAYOUT.items():
+        if own.kind == "f":
             arrays[name] = np.asarray(getattr(run, name), dtype=np.float64)
     return arrays
 
@@ -131,63 +148,25 @@ def _texts(names: tuple[str, ...]) -> NDArray[Any]:
     return np.array(names, dtype=np.str_)
 
 
-def _arrays(path: Path) -> dict[str, NDArray[Any]]:
-    if not path.is_file():
-        raise InputError("there is no such file", where=str(path), remedy="Check the path.")
-    try:
-        with path.open("rb") as file:
-            return _arrays_in(path, file)
-    except OSError as error:
-        raise InputError(
-            f"the file cannot be read ({error.strerror})",
-            where=str(path),
-            remedy="Take another copy of the file.",
-        ) from error
-
-
-def _arrays_in(path: Path, file: BinaryIO) -> dict[str, NDArray[Any]]:
-    try:
-        stored = np.load(file, allow_pickle=False)
-        if not isinstance(stored, np.lib.npyio.NpzFile):
-            raise _foreign(path, "it holds a single array")
-        missing = [name for name in _SHAPES if name not in (*stored.files, *_ADDED)]
-        if missing:
-            raise _foreign(path, f"it lacks {', '.join(missing)}")
-        arrays = {name: stored[name] for name in _SHAPES if name in stored.files}
-    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error) as error:
-        raise InputError(
-            "the file is damaged or is not a run file",
-            where=str(path),
-            remedy="Track the recording again, or take another copy of the file.",
-        ) from error
-    for name in _ADDED:
-        arrays.setdefault(name, np.full((arrays["frame"].size, len(LIMBS)), np.nan))
-    return arrays
-
-
-def _check(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
-    """Kinds and shapes, each length the same wherever its letter appears."""
-    lengths: dict[str, int] = {}
-    for name, (kind, shape) in _SHAPES.items():
-        array = arrays[name]
-        if array.dtype.kind != kind:
-            raise _foreign(path, f"the values of {name} are of the wrong kind ({array.dtype})")
-        if array.ndim != len(shape):
-            raise _foreign(path, f"{name} has {array.ndim} dimensions instead of {len(shape)}")
-        for length, wanted in zip(array.shape, shape, strict=True):
-            right = lengths.setdefault(wanted, length) if isinstance(wanted, str) else wanted
-            if length != right:
-                raise _foreign(path, f"{name} has the length {length} where {right} is expected")
-    if (np.diff(arrays["frame"]) <= 0).any():
-        raise _foreign(path, "its frames do not ascend")
-
-
-def _foreign(path: Path, reason: str) -> InputError:
-    return InputError(
-        f"this is not a run file of this program: {reason}",
-        where=str(path),
-        remedy="Give a run that `stereotrack track` wrote.",
-    )
+def _check(path: Path, run: Run) -> None:
+    """Refuse numbers that no run has."""
+    frame = run.frame
+    in_order = bool((frame[1:] > frame[:-1]).all())
+    possible = not len(frame) or (frame[0] >= 0 and frame[-1] <= LAST_FRAME)
+    posed = np.isfinite(run.x).all(axis=1) & np.isfinite(run.landmarks).all(axis=(1, 2))
+    large = [name for name, most in _LARGEST.items() if (abs(getattr(run, name)) > most).any()]
+    wrong = {
+        "its landmarks are not the nine of this program, in their order": (
+            run.landmark_names != LANDMARKS
+        ),
+        "its frames do not ascend": not in_order,
+        f"its frames are not between 0 and {LAST_FRAME}": not possible,
+        f"{', '.join(large)} hold numbers that are too large": bool(large),
+        "a frame that is tracked has no pose": bool((run.tracked & ~posed).any()),
+    }
+    for reason, true in wrong.items():
+        if true:
+            raise InputError(f"this is no {_WHAT}: {reason}", where=str(path), remedy=_REMEDY)
 
 
 def _meta_to_store(path: Path, meta: Mapping[str, Any]) -> dict[str, Any]:
@@ -205,12 +184,9 @@ def _meta_to_store(path: Path, meta: Mapping[str, Any]) -> dict[str, Any]:
 
 def _meta_from_store(path: Path, text: str, folder: Path | None) -> dict[str, Any]:
     """The meta; where it lies in a folder, the recording may have moved together with it."""
-    try:
-        meta = json.loads(text)
-    except json.JSONDecodeError as error:
-        raise _foreign(path, "its meta is not JSON") from error
-    if not isinstance(meta, dict):
-        raise _foreign(path, "its meta is not a JSON object")
+    where = f"{path}, meta"
+    meta: dict[str, Any] = parsed_json(text, where)
+    check_meta(meta, where, _REMEDY)
     from_run = meta.pop(_FOLDER_FROM_RUN, None)
     if isinstance(from_run, str) and folder is not None:
         beside = Path(os.path.normpath(folder / from_run))

@@ -18,7 +18,8 @@ from stereotrack_core.annotation.click import Click, Visibility
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.atomic import replacing
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.label_names import Labels, camera_of, map_names
+from stereotrack_core.interop.label_names import Labels, camera_of, known_camera, map_names
+from stereotrack_core.reading import check_file, decoding
 from stereotrack_core.recording.description import Recording, Stream
 from stereotrack_core.recording.landmarks import SKELETON
 from stereotrack_core.recording.numbered import is_pattern, numbered_files
@@ -46,6 +47,7 @@ def write_sleap(
     videos: dict[str, Any] = {}
     frames = []
     for (camera, frame), found in sorted(pictures.items()):
+        known_camera(camera, recording, where=str(path))
         stream = streams[camera]
         if camera not in videos:
             videos[camera] = _video(sio, recording, stream)
@@ -99,36 +101,36 @@ def read_sleap(
         Where the file cannot be read, sleap-io is not installed, or no landmark is known.
     """
     sio = _library(path)
-    if not path.is_file():
-        raise InputError("there is no such file", where=str(path), remedy="Check the path.")
-    try:
+    check_file(path)
+    with decoding(path, "this is no labels file of SLEAP", "Give the .slp that SLEAP saved."):
         stored = sio.load_slp(str(path), open_videos=False)
-    except (OSError, KeyError, ValueError, TypeError) as error:
-        raise InputError(
-            f"this is no labels file of SLEAP ({error})",
-            where=str(path),
-            remedy="Give the .slp that SLEAP saved.",
-        ) from error
-    theirs = [node.name for skeleton in stored.skeletons for node in skeleton.nodes]
+        theirs = [str(node.name) for skeleton in stored.skeletons for node in skeleton.nodes]
     found = map_names(theirs, landmarks, names, where=str(path))
     clicks: list[Click] = []
     problems: list[InputError] = []
     for labelled in stored.labeled_frames:
         where = f"{path}, frame {labelled.frame_idx}"
-        people = labelled.user_instances
         try:
-            if len(people) > 1:
-                raise InputError(
-                    f"{len(people)} people are labelled",
-                    where=where,
-                    remedy="Keep the instances of the one person alone.",
-                )
-            for person in people:
-                place = _place(labelled, recording, camera, where)
-                clicks += _clicks(person, place, found.known)
+            with decoding(where, "it cannot be read", "Label it again in SLEAP."):
+                clicks += _labelled(labelled, recording, camera, found.known, where)
         except InputError as problem:
             problems.append(problem)
     return Labels(tuple(clicks), tuple(problems), found.left_out)
+
+
+def _labelled(
+    labelled: Any, recording: Recording, camera: str | None, known: Mapping[str, str], where: str
+) -> list[Click]:
+    """Clicks of a labelled frame."""
+    people = labelled.user_instances
+    if len(people) > 1:
+        raise InputError(
+            f"{len(people)} people are labelled",
+            where=where,
+            remedy="Keep the instances of the one person alone.",
+        )
+    place = _place(labelled, recording, camera, where) if people else (0, "")
+    return [click for person in people for click in _clicks(person, place, known)]
 
 
 def _library(path: Path) -> Any:

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.recording.csv_table import unguarded
-from stereotrack_core.recording.toml_table import readable, reason
+from stereotrack_core.recording.csv_table import read_cells
 
 SUFFIXES = (".csv", ".md")
 
@@ -40,33 +37,6 @@ def markdown_text(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
 
-def text_cells(
-    path: Path, *, delimiter: str = ",", quoting: Literal[0, 3] = csv.QUOTE_MINIMAL
-) -> list[list[str]]:
-    """All cells of a text file, stripped and unguarded, line by line.
-
-    Raises
-    ------
-    InputError
-        Where it cannot be read.
-    """
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            lines = csv.reader(file, delimiter=delimiter, quoting=quoting)
-            return [[unguarded(cell.strip()) for cell in line] for line in lines]
-    except FileNotFoundError:
-        raise InputError(
-            "the file does not exist", where=str(path), remedy="Correct its path."
-        ) from None
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        sign = "tabulators" if delimiter == "\t" else "commas"
-        raise InputError(
-            f"the file cannot be read ({reason(error, str(error))})",
-            where=str(path),
-            remedy=readable(error, f"It has to be a UTF-8 text file with {sign} between values."),
-        ) from None
-
-
 def read_csv_table(path: Path) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...]]:
     """Headings and rows of a CSV file; empty lines are left out.
 
@@ -75,7 +45,7 @@ def read_csv_table(path: Path) -> tuple[tuple[str, ...], tuple[tuple[str, ...], 
     InputError
         When the file cannot be read, has no heading, a heading twice, or a row of another length.
     """
-    filled = [(number, line) for number, line in enumerate(text_cells(path), start=1) if any(line)]
+    filled = [(number, line) for number, line in enumerate(read_cells(path), start=1) if any(line)]
     if not filled or not all(filled[0][1]) or len(set(filled[0][1])) < len(filled[0][1]):
         raise InputError(
             "the first line does not name every column once",

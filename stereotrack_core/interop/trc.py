@@ -16,8 +16,7 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.gaps import checked_fps
-from stereotrack_core.interop.table_file import text_cells
-from stereotrack_core.recording.csv_table import guarded, whole_number
+from stereotrack_core.recording.csv_table import guarded, read_cells, whole_number
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
 _TRC_FROM_WORLD = [1, 2, 0]
@@ -62,7 +61,7 @@ def read_trc(path: Path) -> tuple[LandmarkTrajectory, float]:
     InputError
         For a damaged file, an unknown unit, or a file without any of the nine landmarks.
     """
-    lines = text_cells(path, delimiter="\t", quoting=csv.QUOTE_NONE)
+    lines = read_cells(path, delimiter="\t", quoting=csv.QUOTE_NONE)
     if len(lines) < 5 or lines[0][:1] != ["PathFileType"]:
         raise InputError(
             "this is not a TRC file",

@@ -1,4 +1,4 @@
-"""Small CSV files with a header: written, and read with sentences about what is wrong in them.
+"""Text tables: CSV is written, and cells or the rows below a header are read.
 
 A spreadsheet computes a cell that begins with one of ``= + - @``, a tabulator or a line break,
 whoever has named a recording, run or segment so. Such a text is written with an apostrophe before
@@ -8,13 +8,14 @@ it, which is taken away when it is read.
 from __future__ import annotations
 
 import csv
+import io
 import re
 from collections.abc import Iterable, Sequence
-from io import StringIO
 from pathlib import Path
+from typing import Literal
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.recording.toml_table import readable, reason
+from stereotrack_core.reading import TABLE_BYTES, decoding, open_file
 
 LARGEST = 2**31 - 1
 """Frame numbers beyond this are slips."""
@@ -45,11 +46,29 @@ def _is_computed(cell: str) -> bool:
 
 def csv_text(columns: Sequence[str], rows: Iterable[Sequence[str | float | int]]) -> str:
     """A table as CSV; numbers in full, texts guarded."""
-    buffer = StringIO()
+    buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
     for row in (columns, *rows):
         writer.writerow([guarded(cell) if isinstance(cell, str) else cell for cell in row])
     return buffer.getvalue()
+
+
+def read_cells(
+    path: Path, *, delimiter: str = ",", quoting: Literal[0, 3] = csv.QUOTE_MINIMAL
+) -> list[list[str]]:
+    """All cells of a text file, stripped and unguarded, line by line.
+
+    Raises
+    ------
+    InputError
+        Where it cannot be read.
+    """
+    sign = "tabulators" if delimiter == "\t" else "commas"
+    remedy = f"It has to be a UTF-8 text file with {sign} between values."
+    with open_file(path, TABLE_BYTES) as file, decoding(path, "the file cannot be read", remedy):
+        text = io.TextIOWrapper(file, encoding="utf-8-sig", newline="")
+        lines = csv.reader(text, delimiter=delimiter, quoting=quoting)
+        return [[unguarded(cell.strip()) for cell in line] for line in lines]
 
 
 def read_rows(
@@ -72,20 +91,8 @@ def read_rows(
         When the file is missing or unreadable, or a column is missing; where there is no list of
         complaints, also when a row is too short or too long.
     """
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            lines = list(csv.reader(file))
-    except FileNotFoundError:
-        raise InputError(
-            "the file does not exist", where=str(path), remedy="Add it or correct its path."
-        ) from None
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError(
-            f"the file cannot be read ({reason(error)})",
-            where=str(path),
-            remedy=readable(error, "It has to be a UTF-8 text file with commas."),
-        ) from None
-    header = [name.strip() for name in lines[0]] if lines else []
+    lines = read_cells(path)
+    header = lines[0] if lines else []
     foreign = any(sign in name for name in header for sign in ";\t")
     missing = [name for name in columns if name not in header]
     if missing:
@@ -98,15 +105,15 @@ def read_rows(
     place = {name: header.index(name) for name in columns}
     rows = []
     for number, line in enumerate(lines[1:], start=2):
-        if not any(cell.strip() for cell in line):
+        if not any(line):
             continue
-        if len(line) <= max(place.values()) or any(cell.strip() for cell in line[len(header) :]):
+        if len(line) <= max(place.values()) or any(line[len(header) :]):
             complaint = _wrong_length(path, number, line, header)
             if complaints is None:
                 raise complaint
             complaints.append(complaint)
             continue
-        rows.append((number, {name: unguarded(line[i].strip()) for name, i in place.items()}))
+        rows.append((number, {name: line[i] for name, i in place.items()}))
     return rows
 
 

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 
+from stereotrack_core.errors import InputError
+from stereotrack_core.reading import SETTINGS_BYTES, open_file, read_bytes
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import DESCRIPTION
 from stereotrack_core.recording.numbered import is_pattern, numbered_files
@@ -26,7 +30,8 @@ def fingerprint(recording: Recording) -> str:
     folder = recording.folder
     calibration = load_toml(folder / DESCRIPTION).get("calibration", "")
     for path in (folder / DESCRIPTION, folder / str(calibration)):
-        digest.update(path.read_bytes() if path.is_file() else b"")
+        with suppress(InputError):
+            digest.update(read_bytes(path, SETTINGS_BYTES))
     for view in recording.views:
         for key, stream in view.streams().items():
             digest.update(f"{view.name}/{key}".encode())
@@ -72,7 +77,8 @@ def _files(folder: Path, frames: str) -> Iterator[Path]:
 
 def _beginning(path: Path) -> bytes:
     try:
-        with path.open("rb") as file:
-            return f"{path.name} {path.stat().st_size} ".encode() + file.read(FIRST_BYTES)
-    except OSError:
+        with open_file(path) as file:
+            size = os.fstat(file.fileno()).st_size
+            return f"{path.name} {size} ".encode() + file.read(FIRST_BYTES)
+    except (InputError, OSError):
         return b"missing"

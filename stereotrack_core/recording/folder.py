@@ -18,6 +18,7 @@ from stereotrack_core.recording.toml_table import Table, load_toml
 from stereotrack_core.recording.view_table import parse_view
 
 FORMAT = 1
+MOST_VIEWS = 100
 DESCRIPTION = "recording.toml"
 
 T = TypeVar("T")
@@ -124,6 +125,9 @@ def _views(table: Table) -> tuple[View, ...]:
     entries: Any = table.values.get("views")
     if not isinstance(entries, list) or not entries:
         table.complain("views", "there are no views", "Add at least one section [[views]].")
+        return ()
+    if len(entries) > MOST_VIEWS:
+        table.complain("views", f"there are {len(entries)} views", f"Keep {MOST_VIEWS} at most.")
         return ()
     views: list[View] = []
     for i, entry in enumerate(entries):

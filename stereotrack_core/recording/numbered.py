@@ -10,10 +10,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from stereotrack_core.errors import InputError
+from stereotrack_core.reading import PICTURE_BYTES, read_bytes
 from stereotrack_core.recording.pictures import PictureKind
 from stereotrack_core.recording.stream_source import DamagedFrame, Keep
 
 NUMBER = re.compile(r"%(0(\d+))?d")
+
+WIDEST = 18
+"""Digits of the longest number in a file's name."""
 
 READ_FLAGS: dict[PictureKind, int] = {
     # Turning a picture by its EXIF entry would part it from its calibration.
@@ -44,9 +49,11 @@ def numbered_files(folder: Path, pattern: str) -> dict[int, Path]:
         raise ValueError(pattern)
     place = places[0]
     width = int(place.group(2) or 1)
+    if width > WIDEST:
+        raise ValueError(pattern)
     fitting = re.compile(
         re.escape(path.name[: place.start()])
-        + rf"(\d{{{width},}})"
+        + rf"(\d{{{width},{WIDEST}}})"
         + re.escape(path.name[place.end() :])
     )
     found = {}
@@ -71,9 +78,9 @@ def read_image(path: Path, kind: PictureKind) -> NDArray[Any]:
         When the file is missing or no image.
     """
     try:
-        content = np.fromfile(path, dtype=np.uint8)
-    except OSError:
-        raise DamagedFrame(f"the file {path.name} is missing or cannot be read") from None
+        content = np.frombuffer(read_bytes(path, PICTURE_BYTES), dtype=np.uint8)
+    except InputError as refusal:
+        raise DamagedFrame(f"{path.name}: {refusal.what}") from None
     try:
         picture = cv2.imdecode(content, READ_FLAGS[kind]) if content.size else None
     except cv2.error:

@@ -7,6 +7,7 @@ from pathlib import Path, PureWindowsPath
 import av
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.reading import check_file, readable, reason
 from stereotrack_core.recording.numbered import (
     NumberedImages,
     is_pattern,
@@ -16,7 +17,6 @@ from stereotrack_core.recording.numbered import (
 from stereotrack_core.recording.pictures import PictureKind
 from stereotrack_core.recording.stream_source import DamagedFrame, StreamSource
 from stereotrack_core.recording.timestamps import open_container, video_stream
-from stereotrack_core.recording.toml_table import readable, reason
 from stereotrack_core.recording.video import VideoStream
 
 IMAGE_SUFFIXES = frozenset(
@@ -44,7 +44,7 @@ def inside(folder: Path, relative: str, where: str) -> Path:
         there = shown.exists()
     except (OSError, RuntimeError) as error:  # no permission; links that lead in a circle
         raise InputError(
-            f"the path {relative!r} cannot be followed ({reason(error, 'links in a circle')})",
+            f"the path {relative!r} cannot be followed ({reason(error) or 'links in a circle'})",
             where=where,
             remedy="Make it readable, or replace the link by the file.",
         ) from None
@@ -60,6 +60,8 @@ def inside(folder: Path, relative: str, where: str) -> Path:
             where=where,
             remedy="Add it or correct the path.",
         )
+    if not is_pattern(relative):
+        check_file(full, where)
     return folder / path
 
 

@@ -21,7 +21,7 @@ from typing import Any
 
 import av
 
-from stereotrack_core.recording.toml_table import reason
+from stereotrack_core.reading import reason
 
 REORDER_DEPTH = 32
 """More packets than any codec holds back for reordering (H.264 and H.265 allow 16)."""

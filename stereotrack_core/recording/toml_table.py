@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,9 +11,15 @@ from pathlib import Path
 from typing import Any
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.plain_data import DEEPEST, checked_tree
+from stereotrack_core.reading import decoding, read_text
 
 LARGEST = 10**9
 """No number that these files hold is larger; beyond it, it is a slip."""
+
+_NAME = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
+_DEEP_KEY = re.compile(rf"(?:^|[\[{{,])[ \t]*(?:{_NAME}[ \t]*\.[ \t]*){{{DEEPEST}}}", re.MULTILINE)
+"""A key of so many parts that reading it would take for ever."""
 
 
 def load_toml(path: Path) -> dict[str, Any]:
@@ -21,40 +28,16 @@ def load_toml(path: Path) -> dict[str, Any]:
     Raises
     ------
     InputError
-        When the file is missing, unreadable, or not TOML.
+        When the file is missing, unreadable, or not TOML, or nested deeper or with larger numbers
+        than anybody writes.
     """
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise InputError(
-            "the file does not exist", where=str(path), remedy="Add it or correct its path."
-        ) from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(
-            f"the file cannot be read ({reason(error)})",
-            where=str(path),
-            remedy=readable(error, "It has to be a UTF-8 text file."),
-        ) from None
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(
-            f"this is not valid TOML: {error}", where=str(path), remedy="Correct that line."
-        ) from None
-
-
-def reason(error: Exception, otherwise: str = "") -> str:
-    """The reason within an error of the operating system or a codec, in a few words."""
-    if isinstance(error, UnicodeDecodeError):
-        return f"byte {error.start} is no text"
-    return getattr(error, "strerror", None) or otherwise or type(error).__name__
-
-
-def readable(error: Exception, otherwise: str) -> str:
-    """What to do about a file that may not be read, else `otherwise`."""
-    if isinstance(error, PermissionError):
-        return "Give yourself the right to read it."
-    return otherwise
+    text = read_text(path)
+    with decoding(path, "this is not valid TOML", "Correct that line."):
+        if _DEEP_KEY.search(text):
+            raise RecursionError
+        content = tomllib.loads(text)
+    checked_tree(content, str(path))
+    return content
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,10 @@ from typing import Any
 import av
 from numpy.typing import NDArray
 
+from stereotrack_core.reading import reason
 from stereotrack_core.recording.pictures import PictureKind, picture_of
 from stereotrack_core.recording.stream_source import DamagedFrame, Keep
 from stereotrack_core.recording.timestamps import FrameTimes, open_container, video_stream
-from stereotrack_core.recording.toml_table import reason
 
 KEPT_ON_THE_WAY = 24
 """Pictures before the wanted one that are handed on too, which makes going backwards fast."""
@@ -116,7 +116,8 @@ class VideoStream:
         keys = self._times.key_times(time)
         failures = 0
         for key in [*reversed(keys), None]:
-            self._start_at(key)
+            if not self._start_at(key):
+                continue
             frame = self._forward_to(time, keep)
             if self._is_sound(frame, time):
                 return picture_of(frame, self._kind)
@@ -145,16 +146,29 @@ class VideoStream:
         here, there = self._times.frame_at(self._at or 0), self._times.frame_at(time)
         return here is not None and there == here + 1
 
-    def _start_at(self, key: int | None) -> None:
-        """Stand at a key frame, or at the beginning of the file."""
+    def _start_at(self, key: int | None) -> bool:
+        """Stand at a key frame, or at the beginning of the file; whether the container can.
+
+        Raises
+        ------
+        DamagedFrame
+            Where the file itself has changed or gone.
+        """
         if key is None:
             self._container.close()
-            self._open()
-            return
-        self._container.seek(key, stream=self._stream, backward=True)
+            try:
+                self._open()
+            except (av.FFmpegError, OSError, IndexError) as error:
+                raise DamagedFrame(f"the video cannot be read any more ({error})") from None
+            return True
         self._frames = self._decode()
         self._spoilt = []
         self._at = self._counted = None
+        try:
+            self._container.seek(key, stream=self._stream, backward=True)
+        except (av.FFmpegError, OSError):
+            return False
+        return True
 
     def _forward_to(self, time: int, keep: Keep) -> Any | None:
         """Decode up to the frame shown at `time`; None where it does not come.

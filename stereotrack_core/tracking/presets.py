@@ -170,7 +170,7 @@ def read_preset(path: Path) -> UserPreset:
         raise InputError(
             f"{name!r} is no name", where=f"{path}, name", remedy='Write name = "...".'
         )
-    if base not in _CHANGES:
+    if not isinstance(base, str) or base not in _CHANGES:
         raise InputError(
             f"there is no preset {base!r}",
             where=f"{path}, base",

@@ -274,7 +274,10 @@ def _first_pose(meta: Mapping[str, Any]) -> FirstPose | None:
     stored, init = meta.get("first_pose"), str(meta.get("init", "auto"))
     if not isinstance(stored, dict):
         return None if init == "pose" else init
-    rotations = np.array(stored.get("rotations"), dtype=np.float64)
+    try:
+        rotations = np.array(stored.get("rotations"), dtype=np.float64)
+    except ValueError:  # lists of different lengths
+        rotations = np.empty(0)
     if rotations.shape == REST[: CLAVICLES[0]].shape:  # of a version whose shoulders were fixed
         rotations = np.concatenate([rotations, REST[CLAVICLES[0] :]])
     pose = Pose(np.array(stored.get("position"), dtype=np.float64), rotations)

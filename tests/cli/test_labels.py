@@ -222,3 +222,16 @@ def test_coco_file_says_what_other_tools_need(run, project, tmp_path):
     assert {one["file_name"] for one in content["images"]} >= {"N_right/000000.png"}
     assert all(len(one["keypoints"]) == 27 for one in content["annotations"])
     assert content["categories"][0]["keypoints"][0] == "left_shoulder"
+
+
+def test_a_camera_with_a_slash_is_not_written_to_another_folder(run, recording, tmp_path):
+    path, out = tmp_path / "a.stereotrack", tmp_path / "out"
+    out.mkdir()
+    with Project.create(path, recording, who="A") as made:
+        there = (Click(0, "../S", "head", (1.0, 2.0)), Click(0, "N_left", "head", (1.0, 2.0)))
+        made.apply(PlaceClicks(there))
+    ended = run("export", path, "--format", "dlc", "-o", out / "x.csv")
+    assert (ended.status, ended.out) == (2, "")
+    assert "'../S' cannot be that of a folder" in ended.err
+    assert run("export", path, "--format", "coco", "-o", out / "x.json").status == 2
+    assert not list(tmp_path.rglob("*.csv"))

@@ -213,7 +213,7 @@ def test_a_sweep_that_is_killed_or_stopped_goes_on_where_it_was(run, recording, 
         (("--grid", "views=NX"), "no view"),
         (("--seeds", "0,0"), "list of seeds"),
         (("--set", "iterations=many"), "whole number"),
-        (("--list", "none.csv"), "does not exist"),
+        (("--list", "none.csv"), "no such file"),
         (("-o", "sweep.txt"), "end in .csv"),
     ],
 )

@@ -125,6 +125,21 @@ def test_places_that_cannot_be_written(sound, tmp_path, run):
         assert word in run("track", sound, "-o", place).sentence
 
 
+def test_links_in_a_circle_are_no_files(sound, tmp_path, run):
+    for suffix in ("", ".npz", ".csv", ".toml", ".ply"):
+        (tmp_path / f"loop{suffix}").symlink_to(tmp_path / f"loop{suffix}")
+    loop, out = tmp_path / "loop", tmp_path / "run.npz"
+    assert "no such folder" in run("info", loop).sentence
+    assert "no such folder" in run("track", loop, "-o", out).sentence
+    for option in ("--init=loop.npz", "--detections=loop.csv", "--preset=loop.toml"):
+        name, _, file = option.partition("=")
+        assert "cannot be read" in run("track", sound, "-o", out, name, tmp_path / file).sentence
+    assert "cannot be read" in run("evaluate", tmp_path / "loop.npz").sentence
+    cloud = tmp_path / "loop.ply"
+    assert run("cloud", sound, "--frame", 0, "-o", cloud).status == 0
+    assert not cloud.is_symlink()
+
+
 @pytest.mark.parametrize(
     ("arguments", "word"),
     [

@@ -134,7 +134,7 @@ def test_points_and_fields_tell_their_runs(shown, qtbot, table, tmp_path):
         qtbot.mouseClick(results.take_button, Qt.MouseButton.LeftButton)
     assert taken.args[0] == {"data_points": "900"}
     qtbot.mouseClick(results.best_button, Qt.MouseButton.LeftButton)
-    assert "data points 900, preset accurate</b>, 2 runs" in results.chosen_label.text()
+    assert "data points 900, preset accurate – 2 runs" in results.chosen_label.text()
     results.kind.setCurrentIndex(1)
     results.second.setCurrentIndex(results.second.findData("preset"))
     results.draw()

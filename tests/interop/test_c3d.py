@@ -1,5 +1,7 @@
 """C3D files, also as ezc3d sees them."""
 
+import struct
+
 import ezc3d
 import numpy as np
 import pytest
@@ -75,7 +77,7 @@ def test_files_that_would_be_taken_wrongly(tmp_path, random, body_trajectory, ke
 
 
 def test_missing_file(tmp_path):
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match="no such file"):
         read_c3d(tmp_path / "none.c3d")
 
 
@@ -127,3 +129,27 @@ def test_a_file_without_frames_has_none(tmp_path, random, body_trajectory):
     found, fps = read_c3d(path)
     assert found.points.shape == (0, len(LANDMARKS), 3)
     assert fps == 10.0
+
+
+def test_parameters_that_overlap_are_refused(tmp_path, random, body_trajectory):
+    """Each could claim the same bytes again, and a small file any number of them."""
+    path = tmp_path / "a.c3d"
+    write_c3d(path, body_trajectory(random, range(3)), 10.0)
+    data = bytearray(path.read_bytes())
+    at = data.index(b"LABELS") + len("LABELS")
+    assert int.from_bytes(data[at : at + 2], "little") > 100
+    data[at : at + 2] = (9).to_bytes(2, "little")
+    path.write_bytes(data)
+    with pytest.raises(InputError, match="damaged"):
+        read_c3d(path)
+
+
+@pytest.mark.parametrize("rate", [0.0, -10.0, float("nan"), float("inf")])
+def test_rates_that_are_none(tmp_path, random, body_trajectory, rate):
+    path = tmp_path / "a.c3d"
+    write_c3d(path, body_trajectory(random, range(3)), 10.0)
+    data = bytearray(path.read_bytes())
+    data[20:24] = struct.pack("<f", rate)
+    path.write_bytes(data)
+    with pytest.raises(InputError, match="damaged"):
+        read_c3d(path)

@@ -119,7 +119,7 @@ def test_every_slip_is_named_with_its_line_and_a_remedy(tmp_path):
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        (None, "does not exist"),
+        (None, "no such file"),
         ("frame;view\n", "column 'frame' is missing"),
         (b"\xff\xfe", "read"),
     ],

@@ -52,5 +52,5 @@ def test_an_entry_is_in_the_file_when_append_returns(tmp_path):
 def test_what_cannot_be_written_is_refused_in_words(tmp_path):
     with pytest.raises(InputError, match="cannot be written"):
         Journal(tmp_path / "missing" / "a.jsonl")
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match="a folder, not a file"):
         read_journal(tmp_path)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 from dataclasses import replace
 
@@ -18,7 +19,7 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.interop.clicks_csv import write_clicks
 from stereotrack_core.interop.coco import read_coco, write_coco
-from stereotrack_core.interop.deeplabcut import read_deeplabcut, write_deeplabcut
+from stereotrack_core.interop.deeplabcut import file_of_camera, read_deeplabcut, write_deeplabcut
 from stereotrack_core.interop.label_names import camera_of, frame_of, map_names
 from stereotrack_core.interop.labels import is_trajectory, read_labels
 from stereotrack_core.interop.sleap import read_sleap, write_sleap
@@ -306,8 +307,89 @@ def test_trajectories_are_told_from_clicks(recording, tmp_path):
     assert not is_trajectory(path)
     assert is_trajectory(tmp_path / "a.trc")
     assert not is_trajectory(tmp_path / "a.json")
-    with pytest.raises(InputError, match="the file does not exist"):
+    with pytest.raises(InputError, match="there is no such file"):
         is_trajectory(tmp_path / "absent.csv")
     path.write_text("frame,view,landmark,x,y,visibility\n0,S,head,1,2,2\n")
     with pytest.raises(InputError, match="itself"):
         read_labels(path, recording, landmarks=NINE.names, camera="S")
+
+
+@pytest.mark.parametrize("name", ["a/b", "a\\b", "../a", "..", ".", " ", "a:b", "a\nb", "a\0b"])
+def test_a_camera_whose_name_leads_elsewhere_is_not_written(recording, tmp_path, name):
+    folder = tmp_path / "out"
+    folder.mkdir()
+    click = Click(0, name, "head", (5.0, 6.0), origin="imported")
+    with pytest.raises(InputError, match="cannot be that of a folder") as refusal:
+        write_deeplabcut(folder / "a.csv", [click], NINE.names)
+    assert refusal.value.where == str(folder / "a.csv")
+    with pytest.raises(InputError, match="cannot be that of a folder"):
+        file_of_camera(folder / "a.csv", name)
+    assert [each.name for each in tmp_path.rglob("*")] == ["out"]
+    assert file_of_camera(folder / "a.csv", "cam 1.b") == folder / "a_cam 1.b.csv"
+
+
+def test_clicks_of_a_camera_that_the_recording_does_not_have(recording, tmp_path):
+    click = Click(0, "X", "head", (5.0, 6.0), origin="imported")
+    with pytest.raises(InputError, match="no camera 'X' in the recording") as refusal:
+        write_coco(tmp_path / "a.json", [click], recording, NINE)
+    assert "N_left, N_right, S" in refusal.value.remedy
+    assert not list(tmp_path.iterdir())
+
+
+def _coco(tmp_path, **changes):
+    one = {"images": [{"id": 1, "file_name": "S/3.png"}], "categories": [
+        {"id": 1, "keypoints": ["head"]}]}  # fmt: skip
+    annotation = {"image_id": 1, "category_id": 1, "keypoints": [1, 2, 2]}
+    image = {**one["images"][0], **changes.pop("image", {})}
+    path = tmp_path / "a.json"
+    text = {**one, "images": [image], "annotations": [{**annotation, **changes}]}
+    path.write_text(json.dumps(text))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (
+            {"keypoints": [1, 10**400, 2]},
+            r"annotations\[0\]\.keypoints\[1\]: a number of about 400",
+        ),
+        ({"id": 10**400}, "a number of about 400 digits"),
+        ({"image_id": [1]}, "image_id: .* is not a whole number or a text"),
+        ({"keypoints": {"a": 1}}, "is not a list"),
+    ],
+)
+def test_numbers_and_kinds_that_no_coco_file_has(recording, tmp_path, changes, words):
+    with pytest.raises(InputError, match=words):
+        read_labels(_coco(tmp_path, **changes), recording, landmarks=NINE.names)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"keypoints": [1, "2", 2]}, "not 1 times x, y and v"),
+        ({"keypoints": [float("nan"), 2, 2]}, "not 1 times x, y and v"),
+        ({"image": {"camera": "X"}}, "no camera 'X'"),
+        ({"image": {"camera": ["S"]}}, "no camera"),
+        ({"image": {"frame": 2**40}}, "is no frame"),
+        ({"image": {"frame": -1}}, "is no frame"),
+        ({"image": {"file_name": "S/" + "9" * 5000 + ".png"}}, "inf is no frame"),
+        ({"image": {"id": 2}}, "picture is not in the file"),
+    ],
+)
+def test_a_wrong_annotation_is_a_problem_of_its_own(recording, tmp_path, changes, words):
+    found = read_labels(_coco(tmp_path, **changes), recording, landmarks=NINE.names)
+    assert len(found.problems) == 1
+    assert re.search(words, str(found.problems[0]))
+    assert found.problems[0].remedy
+    assert not found.clicks
+
+
+@pytest.mark.parametrize("frame", ["1e300", "-1", "2.5", "9" * 5000])
+def test_frames_that_no_recording_has(recording, tmp_path, frame):
+    header = "scorer,a,a\nbodyparts,head,head\ncoords,x,y\n"
+    path = tmp_path / "S.csv"
+    path.write_text(f"{header}{frame},1,2\n7,1,2\n")
+    found = read_labels(path, recording, landmarks=NINE.names)
+    assert [one.frame for one in found.clicks] == [7]
+    assert "is no frame" in str(found.problems[0])

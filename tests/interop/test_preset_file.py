@@ -74,7 +74,7 @@ def test_a_wrong_file_is_refused_with_the_place(tmp_path, text, where, said):
 
 
 def test_a_missing_file_is_refused(tmp_path):
-    with pytest.raises(InputError, match="does not exist"):
+    with pytest.raises(InputError, match="no such file"):
         preset(str(tmp_path / "none.toml"))
 
 

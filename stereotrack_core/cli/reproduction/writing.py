@@ -8,12 +8,16 @@ import os
 import platform
 import shlex
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from stereotrack_core.atomic import write_file
 from stereotrack_core.cli.output import Table, plain, put_json, put_table, say
 from stereotrack_core.cli.reproduction.places import Places, kept_runs
 from stereotrack_core.cli.reproduction.strips import motion_pictures
+from stereotrack_core.errors import InputError
+from stereotrack_core.plain_data import check_kind
+from stereotrack_core.reading import decoding, read_json
 
 if TYPE_CHECKING:
     from stereotrack_core.evaluation.reproduction.outcomes import Outcome
@@ -107,19 +111,35 @@ def _facts(*, short: bool) -> tuple[RecordingFacts, ...]:
 
 def _timings(places: Places, recording: Recording, presets: Sequence[str]) -> tuple[Timing, ...]:
     """Times of the presets, measured once and kept."""
-    from stereotrack_core.evaluation.reproduction.timing import StepCost, Timing, timing
+    from stereotrack_core.evaluation.reproduction.timing import timing
 
     path = places.folder / "timing.json"
-    kept: dict[str, Any] = json.loads(path.read_text("utf-8")) if path.is_file() else {}
+    kept = kept_timings(path)
     for name in presets:
         if name not in kept:
             say(f"Timing {name}; nothing else should run meanwhile.")
-            kept[name] = plain(timing(recording, name))
-            write_file(path, json.dumps(kept, indent=2))
-    return tuple(
-        Timing(**{**kept[name], "costs": tuple(StepCost(**cost) for cost in kept[name]["costs"])})
-        for name in presets
-    )
+            kept[name] = timing(recording, name)
+            write_file(path, json.dumps(plain(kept), indent=2))
+    return tuple(kept[name] for name in presets)
+
+
+def kept_timings(path: Path) -> dict[str, Timing]:
+    """Times by preset that were measured before; none where the file is damaged."""
+    from stereotrack_core.evaluation.reproduction.timing import StepCost, Timing
+
+    cost = dict.fromkeys(("points", "milliseconds"), float)
+    stages = dict.fromkeys(("filter_ms", "stereo_ms_per_view", "segmentation_ms"), float)
+    kind = {str: {"preset": str, "usual_points": int, **stages, "costs": [cost]}}
+    try:
+        kept = read_json(path)
+        check_kind(kept, kind, str(path), "Leave the file out.")
+        with decoding(path, "times are missing", "Leave the file out."):
+            return {
+                name: Timing(**{**one, "costs": tuple(StepCost(**each) for each in one["costs"])})
+                for name, one in kept.items()
+            }
+    except InputError:
+        return {}
 
 
 def _circumstances(
@@ -152,8 +172,6 @@ def _circumstances(
 
 def _processor() -> str:
     """Name of the processor, as far as the system tells."""
-    from pathlib import Path
-
     facts: Mapping[str, str] = {}
     listed = Path("/proc/cpuinfo")
     if listed.is_file():

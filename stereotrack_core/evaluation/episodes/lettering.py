@@ -64,4 +64,5 @@ def write(
 
 def _path(text: str, size: float, bold: bool) -> TextPath:
     letters = FontProperties(family="DejaVu Sans", weight="bold" if bold else "normal", size=size)
-    return TextPath((0.0, 0.0), text, prop=letters)
+    literally = text.replace("$", r"\$")  # or it would begin a formula
+    return TextPath((0.0, 0.0), literally, prop=letters)

@@ -44,9 +44,18 @@ def image_of(figure: Figure, kind: Kind) -> bytes:
 
     buffer = BytesIO()
     metadata = {"Date": None} if kind == "svg" else {"Software": None}
+    take_literally(figure)
     with matplotlib.rc_context(_STYLE):
         figure.savefig(buffer, format=kind, dpi=_DPI, metadata=metadata)
     return buffer.getvalue()
+
+
+def take_literally(figure: Figure) -> None:
+    """Let a dollar sign be one: names from files are no formulas."""
+    from matplotlib.text import Text
+
+    for text in figure.findobj(Text):
+        text.set_parse_math(False)
 
 
 def mime(kind: Kind) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from stereotrack_core.atomic import write_file
+from stereotrack_core.evaluation.report.drawing import take_literally
 from stereotrack_core.evaluation.sweeps.measures import measure_named
 from stereotrack_core.evaluation.sweeps.points import parameter_rows
 from stereotrack_core.evaluation.sweeps.table import Axis, Curve, Heat, best_cell
@@ -83,6 +84,7 @@ def draw_heat(path: Path, names: tuple[str, str], measure: str, heat: Heat) -> N
 
 
 def _write(path: Path, figure: Any) -> None:
+    take_literally(figure)
     drawn = BytesIO()
     figure.savefig(drawn, format=path.suffix.removeprefix("."), dpi=_DPI)
     write_file(path, drawn.getvalue())

@@ -77,7 +77,7 @@ class JobResult:
                 error=str(facts["error"]),
                 attempts=int(facts["attempts"]),
             )
-        except (KeyError, TypeError, AttributeError) as error:
+        except (KeyError, TypeError, AttributeError, OverflowError) as error:
             raise ValueError(f"this is no result of a job ({error})") from error
 
 

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from stereotrack_core.evaluation.episodes.lettering import text_width
 from stereotrack_core.evaluation.report.drawing import drawn_axes, image_of
 from stereotrack_core.evaluation.report.html import (
     bullets,
@@ -103,3 +104,13 @@ def test_the_same_curve_is_the_same_file(kind, begin):
 
     assert draw() == draw()
     assert draw().startswith(begin)
+
+
+@pytest.mark.parametrize("name", [r"$\foo$", "a $x_{$ b", "$$", "3 $ and 4 $"])
+def test_dollar_signs_in_names_begin_no_formula(name):
+    figure, axes = drawn_axes(1, 1, 3.0, 2.0)
+    axes[0].set_title(name)
+    axes[0].annotate(name, (0.5, 0.5))
+    axes[0].set_xticks([0.0, 1.0], [name, name])
+    assert image_of(figure, "svg")
+    assert text_width(name, 12.0) > 0.0

@@ -129,7 +129,7 @@ def test_files_are_exchanged(dialog, tmp_path, qtbot):
     dialog.load(tmp_path / "set.toml")
     assert dialog.draft == longer
     dialog.load(tmp_path / "none.toml")
-    assert "does not exist" in dialog.words.text()
+    assert "no such file" in dialog.words.text()
 
 
 def test_dots_are_where_landmarks_are(dialog):

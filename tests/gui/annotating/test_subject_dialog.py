@@ -91,7 +91,7 @@ def test_files_are_exchanged(project, make, dialog, tmp_path):
     dialog.load(tmp_path / "p2.toml")
     assert dialog.draft() == RECORDED
     dialog.load(tmp_path / "missing.toml")
-    assert "does not exist" in dialog.words.text()
+    assert "no such file" in dialog.words.text()
 
 
 def test_subjects_are_reused_and_deleted(qtbot, project, make, shown, tasks):

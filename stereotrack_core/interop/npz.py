@@ -1,0 +1,177 @@
+"""Archives of arrays whose layout is known: no value is read before its header fits."""
+
+from __future__ import annotations
+
+import math
+import os
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.reading import MB, decoding
+
+_MOST_MEMBERS = 1000
+_LARGEST_TOTAL = 256 * MB
+_LARGEST_RATIO = 32
+"""Bytes of arrays for each byte of a file; more only where they are few altogether."""
+
+_PIECE = 4 * MB
+_HEADERS = {
+    (1, 0): np.lib.format.read_array_header_1_0,
+    (2, 0): np.lib.format.read_array_header_2_0,
+}
+
+
+@dataclass(frozen=True)
+class ArrayLayout:
+    """What an array of an archive shall be.
+
+    Attributes
+    ----------
+    kind : str
+        Of NumPy's type: ``f``, ``i``, ``b`` or ``U``.
+    shape : tuple of int and str
+        A letter or word stands for the same length wherever it appears.
+    optional : bool
+        Whether it may be missing.
+    """
+
+    kind: str
+    shape: tuple[int | str, ...]
+    optional: bool = False
+
+
+@dataclass(frozen=True)
+class _Header:
+    shape: tuple[int, ...]
+    fortran: bool
+    dtype: np.dtype[Any]
+
+    @property
+    def bytes(self) -> int:
+        return math.prod(self.shape) * self.dtype.itemsize
+
+
+def read_arrays(
+    file: BinaryIO, where: str, layout: Mapping[str, ArrayLayout], what: str, remedy: str
+) -> dict[str, NDArray[Any]]:
+    """Arrays of a layout by name; others are ignored.
+
+    Parameters
+    ----------
+    file : binary file
+    where : str
+        Its path, for messages.
+    layout : mapping of ArrayLayout by name
+    what : str
+        What the file should be, such as ``run file of this program``.
+    remedy : str
+
+    Raises
+    ------
+    InputError
+        For a damaged archive, a missing array, one of another kind or shape, and for more than
+        such a file can hold.
+    """
+    with decoding(where, f"the file is damaged or is no {what}", remedy):
+        size = file.seek(0, os.SEEK_END)
+        with zipfile.ZipFile(file) as archive:
+            headers = _headers(archive, where, layout, what, remedy)
+            total = sum(header.bytes for header in headers.values())
+            if total > max(_LARGEST_TOTAL, _LARGEST_RATIO * size):
+                raise _foreign(where, what, f"it claims to hold {total // MB} MB", remedy)
+            return {name: _values(archive, name, header) for name, header in headers.items()}
+
+
+def array_names(file: BinaryIO) -> frozenset[str]:
+    """Names of the arrays in an archive.
+
+    Raises
+    ------
+    InputError
+        Where it is none.
+    """
+    wrong = decoding("", "this is no archive of arrays", "Take another copy of the file.")
+    with wrong, zipfile.ZipFile(file) as archive:
+        return frozenset(name.removesuffix(".npy") for name in archive.namelist())
+
+
+def _headers(
+    archive: zipfile.ZipFile, where: str, layout: Mapping[str, ArrayLayout], what: str, remedy: str
+) -> dict[str, _Header]:
+    """Headers of the arrays that are there, which fit the layout and each other."""
+    members = archive.infolist()
+    stored = {info.filename.removesuffix(".npy"): info for info in members}
+    missing = [name for name, own in layout.items() if not own.optional and name not in stored]
+    if missing:
+        raise _foreign(where, what, f"it lacks {', '.join(missing)}", remedy)
+    if len(members) > _MOST_MEMBERS or len(stored) < len(members):
+        raise _foreign(where, what, f"it has {len(members)} members", remedy)
+    lengths: dict[str, int] = {}
+    headers = {}
+    for name, own in layout.items():
+        if name not in stored:
+            continue
+        header = _header(archive, stored[name])
+        if wrong := _mismatch(name, header, own, lengths):
+            raise _foreign(where, what, wrong, remedy)
+        headers[name] = header
+    return headers
+
+
+def _header(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> _Header:
+    """Header of a member; ValueError where it contradicts the archive."""
+    if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        raise ValueError(info.filename)  # others unfold into far more than NumPy writes
+    with archive.open(info) as file:
+        version = np.lib.format.read_magic(file)
+        header = _Header(*_HEADERS[version](file))
+        if file.tell() + header.bytes != info.file_size:
+            raise ValueError(info.filename)
+    return header
+
+
+def _mismatch(name: str, header: _Header, own: ArrayLayout, lengths: dict[str, int]) -> str:
+    """What is wrong about an array, empty where nothing is; `lengths` learns its lengths."""
+    if header.dtype.kind != own.kind:
+        return f"the values of {name} are of the wrong kind ({header.dtype})"
+    if len(header.shape) != len(own.shape):
+        return f"{name} has {len(header.shape)} dimensions instead of {len(own.shape)}"
+    for length, wanted in zip(header.shape, own.shape, strict=True):
+        right = lengths.setdefault(wanted, length) if isinstance(wanted, str) else wanted
+        if length != right or length < 0:
+            return f"{name} has the length {length} where {right} is expected"
+    return ""
+
+
+def _values(archive: zipfile.ZipFile, name: str, header: _Header) -> NDArray[Any]:
+    """Values of an array; ValueError where there are fewer or more than its header says."""
+    flat = np.empty(math.prod(header.shape), dtype=header.dtype)
+    room = flat.view(np.uint8) if flat.nbytes else np.empty(0, dtype=np.uint8)
+    with archive.open(f"{name}.npy") as file:
+        version = np.lib.format.read_magic(file)
+        _HEADERS[version](file)
+        at = 0
+        while piece := file.read(_PIECE):
+            room[at : at + len(piece)] = np.frombuffer(piece, dtype=np.uint8)
+            at += len(piece)
+    if at != flat.nbytes:
+        raise EOFError
+    if header.dtype.kind == "U" and not _are_letters(flat):
+        raise ValueError(name)
+    return flat.reshape(header.shape, order="F" if header.fortran else "C")
+
+
+def _are_letters(texts: NDArray[np.str_]) -> bool:
+    """Whether texts can be taken for Python's, which NumPy does not ask."""
+    codes = texts.view(np.dtype(np.uint32).newbyteorder(texts.dtype.byteorder))
+    return bool((codes < 0x110000).all())
+
+
+def _foreign(where: str, what: str, reason: str, remedy: str) -> InputError:
+    return InputError(f"this is no {what}: {reason}", where=where, remedy=remedy)

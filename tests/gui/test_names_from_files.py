@@ -1,0 +1,63 @@
+"""What files hold is shown as it is written: never as formatting, never as a command."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtWidgets import QLabel, QMessageBox, QToolTip, QWidget
+
+from app.failures import Message
+from app.views.message_bar import MessageBar
+from app.views.plots import label_axis, new_plot
+
+NAME = "<img src='x'><b>N</b>"
+
+
+@pytest.fixture
+def parent(shown) -> QWidget:
+    return shown(QWidget())
+
+
+def test_labels_show_plain_text_unless_they_say_so(parent, qtbot):
+    label, rich, message = QLabel(NAME, parent), QLabel(parent), MessageBar(parent)
+    rich.setTextFormat(Qt.TextFormat.RichText)
+    label.setProperty("role", "muted")
+    message.show_message(Message("error", f"there is no view {NAME}"))
+    labels = [label, rich, *message.findChildren(QLabel)]
+    for each in labels:
+        each.show()
+    assert {each.textFormat() for each in labels if each is not rich} == {Qt.TextFormat.PlainText}
+    assert rich.textFormat() == Qt.TextFormat.RichText
+
+
+def test_questions_show_plain_text(parent, qtbot):
+    box = QMessageBox(parent)
+    box.setText(NAME)
+    box.setInformativeText(NAME)
+    box.show()
+    formats = {each.textFormat() for each in box.findChildren(QLabel) if each.text()}
+    assert formats == {Qt.TextFormat.PlainText}
+    box.close()
+
+
+def test_tooltips_show_plain_text(parent, qapp):
+    QToolTip.showText(QPoint(5, 5), NAME, parent)
+    tips = [each for each in qapp.topLevelWidgets() if each.metaObject().className() == "QTipLabel"]
+    assert [(tip.text(), tip.textFormat()) for tip in tips] == [(NAME, Qt.TextFormat.PlainText)]
+    QToolTip.hideText()
+
+
+def test_axes_show_plain_text(qtbot, dark):
+    plot = new_plot()
+    qtbot.addWidget(plot)
+    label_axis(plot, "left", NAME)
+    assert plot.getAxis("left").label.toPlainText().strip() == NAME
+
+
+def test_control_characters_are_spelled_out_in_messages():
+    message = Message(
+        "error", "the view 'N\x1b[31m\u202e' is not there", "a\x9b.toml", "Name\x07 it."
+    )
+    sentence = message.sentence()
+    assert sentence.isprintable()
+    assert "\\u001b[31m\\u202e" in sentence

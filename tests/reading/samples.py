@@ -1,0 +1,139 @@
+"""Small valid files of every format that is read."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from pathlib import Path
+
+import av
+import numpy as np
+
+from stereotrack_core.annotation.click import Click, Visibility
+from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.annotation.reference import Reference
+from stereotrack_core.body.angles import ALL_JOINTS, pose_of_state, state_names, state_of_pose
+from stereotrack_core.body.model import body_model, landmarks
+from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.body.pose import hanging_pose
+from stereotrack_core.body.proportions import proportions_of
+from stereotrack_core.body.skeleton import PARTS
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.recording.description import Recording, Segment, Stream, Subject, View
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.recording.video_file import write_png
+from stereotrack_core.recording.writing import write_recording_description
+from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.settings import Settings
+from stereotrack_core.versions import versions
+
+WIDTH, HEIGHT, FRAMES = 48, 36, 6
+SUBJECT = Subject("P", shoulder_width=0.4, torso_length=0.5)
+
+
+@dataclass(frozen=True)
+class Samples:
+    """A recording folder in which nothing is wrong, and what belongs to it."""
+
+    recording: Recording
+    run: Run
+    reference: Reference
+    clicks: tuple[Click, ...]
+
+
+def made_samples(folder: Path) -> Samples:
+    """Make the recording in `folder`, and in memory the rest."""
+    rng = np.random.default_rng(5)
+    lens = np.array([[40.0, 0, 23.5], [0, 40, 17.5], [0, 0, 1]])
+    ahead = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
+    cameras = {
+        name: Camera(name, WIDTH, HEIGHT, lens, np.zeros(5), False,
+                     RigidTransform(ahead, np.array([aside, 1.2, 3.0])))
+        for name, aside in (("N_left", 0.1), ("N_right", 0.0), ("O", 0.5), ("S", -0.5))
+    }  # fmt: skip
+    for name in (*cameras, "O_depth"):
+        (folder / name).mkdir()
+        for k in range(2):
+            kind = np.uint16 if name == "O_depth" else np.uint8
+            picture = rng.integers(0, 200, (HEIGHT, WIDTH)).astype(kind)
+            write_png(folder / name / f"{k:03d}.png", picture)
+    left, right, image, mono = (
+        Stream(name, f"{name}/%03d.png", f"{name}/000.png", first_frame=1, time_offset=-0.1)
+        for name in cameras
+    )
+    views = (
+        View("N", "stereo", right, left=left),
+        View(
+            "O",
+            "depth",
+            image,
+            depth=Stream("O", "O_depth/%03d.png"),
+            mask=Stream("", "O/%03d.png"),
+        ),
+        View("S", "mono", mono, display_rotation=90),
+    )
+    run = made_run(folder)
+    recording = Recording(
+        folder, "small", 10.0, views, cameras, SUBJECT,
+        LandmarkTrajectory(run.frame, run.landmarks), (Segment("first", 0, 4), Segment("b", 4, 6)),
+    )  # fmt: skip
+    write_recording_description(recording)
+    reference = Reference(
+        run.frame, run.landmarks, np.tile(1e-4 * np.eye(3), (FRAMES, 9, 1, 1)),
+        run.limb_sigma_deg, np.zeros(FRAMES, dtype=bool),
+        meta={"fps": 10.0, "sigma_factor": 1.0, "mistakes": [[0, "S", "head", 0.5]]},
+    )  # fmt: skip
+    return Samples(recording, run, reference, made_clicks())
+
+
+def made_run(folder: Path) -> Run:
+    """A run of a person who stands still, and states everything that runs state."""
+    names, body = state_names(ALL_JOINTS), body_model(proportions_of(SUBJECT))
+    x = np.tile(state_of_pose(hanging_pose(np.array([0.0, 0, 1])), ALL_JOINTS), (FRAMES, 1))
+    n = len(names)
+    meta = {
+        "program": "stereotrack", "version": "0.1.0", "preset": "accurate",
+        "parameters": Settings().values(), "body": BodyParameters().values(), "seed": 0,
+        "views": ["N", "O"], "init": "pose", "fps": 10.0, "recording": "small",
+        "recording_folder": str(folder), "fingerprint": "0" * 32,
+        "subject": dataclasses.asdict(SUBJECT), "smoothed": False, "bridged": [],
+        "first_pose": {"position": [0.0, 0.0, 1.0], "rotations": [np.eye(3).tolist()] * len(PARTS)},
+        "frames": [0, FRAMES], "colour": False, "calibration": "1" * 32, "versions": versions(),
+        "detections": {"source": "detections.csv", "fingerprint": "2" * 32, "count": 3},
+        "made": "2026-06-11T10:00:00+00:00", "wall_seconds": 1.5, "covariance_axes": "chain",
+        "blind": [{"view": "N", "first": 1, "end": 3, "reason": "dark"}],
+        "started_at_reference": False,
+    }  # fmt: skip
+    return Run(
+        frame=np.arange(FRAMES), landmarks=landmarks(body, pose_of_state(x, ALL_JOINTS)), x=x,
+        P=np.tile(1e-4 * np.eye(n), (FRAMES, 1, 1)), state_names=names,
+        tracked=np.ones(FRAMES, dtype=bool), coverage=np.full(FRAMES, 0.1),
+        residual=np.full(FRAMES, 0.01), innovation=np.ones(FRAMES),
+        limb_sigma_deg=np.full((FRAMES, 6), 3.0), limb_lost=np.full((FRAMES, 6), 0.1),
+        seconds=np.zeros((FRAMES, 2)), stage_names=("match", "filter"), meta=meta,
+    )  # fmt: skip
+
+
+def made_clicks() -> tuple[Click, ...]:
+    """Some of every kind."""
+    return tuple(
+        Click(frame, "S", name, None if k == 3 else (k + 1.5, 7.25), Visibility(0 if k == 3 else 2))
+        for frame in range(4)
+        for k, name in enumerate(NINE.names[:5])
+    )
+
+
+def made_video(path: Path, codec: str, pixels: str, options: dict[str, str] | None = None) -> bytes:
+    """A short video, the same on every machine; its bytes."""
+    rng = np.random.default_rng(7)
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream(codec, rate=10)
+        stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, pixels
+        stream.options, stream.thread_count = options or {}, 1
+        for _ in range(FRAMES):
+            grey = rng.integers(30, 220, (HEIGHT, WIDTH)).astype(np.uint8)
+            frame = av.VideoFrame.from_ndarray(grey, format="gray").reformat(format=pixels)
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+    return path.read_bytes()

@@ -1,0 +1,67 @@
+"""Whatever a file holds: a sentence or what was read, never a traceback."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from stereotrack_core.errors import InputError
+from tests.reading.catalogue import Reader, damaged
+
+FEW, MANY = 30, 2000
+NAMES = (
+    *("recording.toml", "calibration.toml", "recording, examined", "calibration alone"),
+    *("subject.toml", "reference.csv", "segments.csv", "detections.csv", "board_corners_2d.csv"),
+    *("landmark set", "preset", "run.npz", "run.npz, meta", "reference.npz", "reference.npz, meta"),
+    *("TRC", "C3D", "clicks", "COCO", "DeepLabCut", "SLEAP"),
+    *("sweep journal", "sweep state", "sweep table", "sweep points"),
+    *("PNG", "depth PNG", "JPEG", "TIFF", "BMP", "MP4", "Matroska", "AVI"),
+)
+
+
+def unhandled(reader: Reader, name: str, numbers: range, folder: Path) -> dict[int, str]:
+    """What went wrong with the damaged files of these numbers."""
+    wrong = {}
+    for number in numbers:
+        path = folder / reader.file
+        path.write_bytes(damaged(reader, name, number))
+        try:
+            reader.read(path)
+        except InputError as refusal:
+            if not refusal.remedy:
+                wrong[number] = f"no remedy: {refusal}"
+        except Exception as error:  # noqa: BLE001 - every other one is what is looked for
+            wrong[number] = f"{type(error).__name__}: {error}"[:300]
+    shutil.rmtree(folder)
+    return wrong
+
+
+@pytest.fixture
+def reader(name, catalogue):
+    """The reader of that name."""
+    if name == "SLEAP":
+        pytest.importorskip("sleap_io")
+    return catalogue[name]
+
+
+def test_every_reader_is_here(catalogue):
+    assert set(NAMES) - {"SLEAP"} <= set(catalogue) <= set(NAMES)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_sound_file_is_read(name, reader, tmp_path):
+    (tmp_path / reader.file).write_bytes(reader.content)
+    reader.read(tmp_path / reader.file)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_damaged_file_gives_a_sentence(name, reader, tmp_path):
+    assert unhandled(reader, name, range(FEW), tmp_path) == {}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
+def test_thousands_of_damaged_files_give_sentences(name, reader, tmp_path):
+    assert unhandled(reader, name, range(FEW, MANY), tmp_path) == {}

@@ -1,0 +1,213 @@
+"""Archives of arrays that promise what they do not hold, and runs that state nonsense."""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stereotrack_core.cli import main
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.reference_npz import is_reference, read_reference, write_reference
+from stereotrack_core.interop.run_file import read_run, write_trajectory
+from stereotrack_core.interop.run_npz import run_bytes, run_of_bytes, write_npz
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from tests.reading.mutations import member, with_meta
+
+
+@pytest.fixture(params=["run", "reference"])
+def stored(request, samples, tmp_path):
+    """Path of a file of either kind, and what reads it."""
+    path = tmp_path / f"{request.param}.npz"
+    if request.param == "run":
+        write_npz(path, samples.run)
+        return path, read_run
+    write_reference(path, samples.reference)
+    return path, read_reference
+
+
+def replaced(path: Path, kind: int = zipfile.ZIP_DEFLATED, **members: bytes) -> None:
+    """Write an archive again with other members."""
+    with zipfile.ZipFile(path) as archive:
+        content = {info.filename: archive.read(info) for info in archive.infolist()}
+    with zipfile.ZipFile(path, "w", kind) as archive:
+        for name, data in (
+            content | {f"{key}.npy": value for key, value in members.items()}
+        ).items():
+            archive.writestr(name, data)
+
+
+@pytest.mark.parametrize(
+    ("members", "words"),
+    [
+        ({"frame": member("<i8", (10**18,))}, "damaged"),
+        ({"frame": member("<i8", (-1,))}, "damaged"),
+        ({"frame": member("<i8", (6, 2**40))}, "damaged"),
+        ({"frame": b"no array at all"}, "damaged"),
+        ({"frame": member("|O", (6,), bytes(48))}, "wrong kind"),
+        ({"frame": member("<f8", (6,), bytes(48))}, "wrong kind"),
+        ({"frame": member("<i8", (7,), bytes(56))}, "length"),
+        ({"frame": member("<i8", (6,), bytes(40))}, "damaged"),
+        ({"frame": member("<i8", (6,), bytes(56))}, "damaged"),
+        ({"frame": member("<i8", "x", bytes(48))}, "damaged"),
+        ({"frame": member([("a", "<i8")], (6,), bytes(48))}, "wrong kind"),
+        ({"frame": member("<i8", (6,), bytes(48)).replace(b"descr", b"other")}, "damaged"),
+        ({"meta": member("<U1000000000", ())}, "damaged"),
+        ({"meta": member("<U1", (), b"\xff\xff\xff\x7f")}, "damaged"),
+    ],
+)
+def test_headers_that_lie(stored, members, words, little_memory):
+    path, read = stored
+    replaced(path, **members)
+    with pytest.raises(InputError, match=words) as refusal, little_memory():
+        read(path)
+    assert refusal.value.where.startswith(str(path))
+    assert "memory" not in str(refusal.value)
+
+
+def test_an_archive_that_unfolds_without_end(stored, little_memory):
+    path, read = stored
+    replaced(path, meta=member("<U70000000", (), bytes(280_000_000)))
+    assert path.stat().st_size < 1_000_000
+    with pytest.raises(InputError, match="claims to hold 267 MB"), little_memory():
+        read(path)
+
+
+@pytest.mark.parametrize("kind", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_kinds_of_packing_that_unfold_farther(stored, kind):
+    path, read = stored
+    replaced(path, kind)
+    with pytest.raises(InputError, match="damaged"):
+        read(path)
+
+
+def test_an_archive_of_many_members(stored):
+    path, read = stored
+    replaced(path, **{f"x{k}": b"" for k in range(1200)})
+    with pytest.raises(InputError, match="members"):
+        read(path)
+
+
+def test_other_arrays_do_no_harm(stored):
+    path, read = stored
+    before = read(path).frame
+    replaced(path, more=b"no array", other=member("|O", (10**18,)))
+    assert np.array_equal(read(path).frame, before)
+    assert is_reference(path) == (read is read_reference)
+
+
+def test_arrays_in_the_order_of_fortran_come_back(samples, tmp_path):
+    path = tmp_path / "run.npz"
+    write_npz(path, samples.run)
+    arrays = {name: np.array(value, order="F") for name, value in np.load(path).items()}
+    arrays["landmarks"] = arrays["landmarks"].astype(">f4")
+    np.savez(path, **arrays)
+    np.testing.assert_array_equal(read_run(path).P, samples.run.P)
+    np.testing.assert_allclose(read_run(path).landmarks, samples.run.landmarks, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"frame": lambda a: a - 1}, "between 0 and"),
+        ({"frame": lambda a: a + 2**40}, "between 0 and"),
+        ({"frame": lambda a: a * 2**61}, r"between 0 and|ascend"),
+        ({"x": lambda a: a * np.inf}, "too large"),
+        ({"landmarks": lambda a: a + 1e9}, "landmarks hold numbers"),
+        ({"P": lambda a: a + 1e300}, "P hold numbers"),
+        ({"x": lambda a: np.full_like(a, np.nan)}, "has no pose"),
+        ({"landmarks": lambda a: np.full_like(a, np.nan)}, "has no pose"),
+    ],
+)
+def test_numbers_that_no_run_has(samples, tmp_path, changes, words):
+    path = tmp_path / "run.npz"
+    write_npz(path, samples.run)
+    arrays = dict(np.load(path))
+    with np.errstate(invalid="ignore"):
+        np.savez(path, **arrays | {name: change(arrays[name]) for name, change in changes.items()})
+    with pytest.raises(InputError, match=words):
+        read_run(path)
+
+
+WRONG = {
+    **dict.fromkeys(
+        ("preset", "init", "made", "version", "recording", "recording_folder"), (3, ["x"])
+    ),
+    **dict.fromkeys(("fingerprint", "calibration", "covariance_axes"), (7, {})),
+    **dict.fromkeys(("fps", "wall_seconds"), ("10", True, [10.0], float("nan"))),
+    **dict.fromkeys(("smoothed", "colour", "started_at_reference"), ("no", 1)),
+    "seed": ("0", 1.5, True),
+    "views": ("NS", 3, [3], {"N": 1}),
+    "parameters": ([], 5, {"iterations": [3]}, {"legs": {}}),
+    "body": (3, "x", {"legs": []}),
+    "subject": (5, [1.0], {"shoulder_width": "0.4"}, {"torso_length": -1.0}, {"name": 3}),
+    "frames": (5, [1], [1, 2, 3], ["0", "6"]),
+    "first_pose": (1.0, {"position": "x"}, {"position": [0, 0, None]}, {"rotations": [1.0]}),
+    "bridged": (3, ["x"]),
+    "versions": ([1, 2], {"numpy": 2}),
+    "detections": ("d.csv", {"source": 3}, {"count": "3"}),
+    "blind": ({"view": "N"}, [5], [{"view": "N", "first": "a", "end": 3}]),
+}
+"""Keys of a run's meta with values of another kind."""
+
+
+@pytest.mark.parametrize(("key", "value"), [(k, v) for k, many in WRONG.items() for v in many])
+def test_a_run_states_a_value_of_another_kind(samples, tmp_path, key, value, capsys):
+    path = tmp_path / "run.npz"
+    path.write_bytes(with_meta(run_bytes(samples.run), lambda meta: {**meta, key: value}))
+    with pytest.raises(InputError, match=key) as refusal:
+        read_run(path)
+    assert refusal.value.where.startswith(f"{path}, meta, {key}")
+    assert refusal.value.remedy
+    capsys.readouterr()
+    assert main(["evaluate", str(path)]) == 2
+    told = capsys.readouterr().err.strip()
+    assert told == f"stereotrack: {refusal.value}"
+
+
+def test_what_older_runs_do_not_state_is_not_missed(samples, tmp_path):
+    for key in samples.run.meta:
+        for value in ({}, {key: None}):
+            kept = {name: one for name, one in samples.run.meta.items() if name != key}
+            data = with_meta(run_bytes(samples.run), lambda _, kept=kept, value=value: kept | value)
+            assert run_of_bytes(data, "a run").meta == kept | value
+
+
+@pytest.mark.parametrize("text", ["{", "[]", "[" * 3000, '{"seed": ' + "9" * 400 + "}", '"x"'])
+def test_meta_that_is_no_table(samples, tmp_path, text):
+    arrays = dict(np.load(io.BytesIO(run_bytes(samples.run))))
+    np.savez(tmp_path / "run.npz", **arrays | {"meta": np.array(text)})
+    with pytest.raises(InputError, match="meta"):
+        read_run(tmp_path / "run.npz")
+
+
+@pytest.mark.parametrize("meta", [{"fps": "x"}, {"mistakes": [[1, "S"]]}, {"sigma_factor": []}])
+def test_a_reference_states_a_value_of_another_kind(samples, tmp_path, meta):
+    path = tmp_path / "reference.npz"
+    write_reference(path, samples.reference)
+    path.write_bytes(with_meta(path.read_bytes(), lambda _: meta))
+    with pytest.raises(InputError, match=next(iter(meta))):
+        read_reference(path)
+    path.write_bytes(with_meta(path.read_bytes(), lambda _: json.loads("{}")))
+    assert read_reference(path).meta == {}
+
+
+@pytest.mark.parametrize("suffix", [".c3d", ".bvh"])
+def test_few_frames_in_a_long_stretch(tmp_path, suffix, samples, little_memory):
+    """Formats without gaps would need a row for each of thirty million frames."""
+    far = np.array([0, 30_000_000])
+    trajectory = LandmarkTrajectory(far, samples.run.landmarks[:2])
+    with (
+        pytest.raises(InputError, match=r"30000000|counts frames up to") as refusal,
+        little_memory(),
+    ):
+        write_trajectory(tmp_path / f"a{suffix}", trajectory, 10.0)
+    assert refusal.value.where == str(tmp_path / f"a{suffix}")
+    for other in (".csv", ".trc"):
+        write_trajectory(tmp_path / f"a{other}", trajectory, 10.0)
+    near = LandmarkTrajectory(np.array([0, 9000]), samples.run.landmarks[:2])
+    write_trajectory(tmp_path / f"b{suffix}", near, 10.0)

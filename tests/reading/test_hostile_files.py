@@ -1,0 +1,237 @@
+"""Files that are none, have no end or are nested without one: a sentence at once, and no memory."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.plain_data import check_kind, checked_tree
+from stereotrack_core.reading import MB, check_file, decoding, open_file, parsed_json, read_bytes
+from stereotrack_core.recording.folder import describe
+from stereotrack_core.recording.numbered import numbered_files, read_image
+from stereotrack_core.recording.stream_files import open_stream
+from stereotrack_core.recording.stream_source import DamagedFrame
+from stereotrack_core.recording.toml_table import load_toml
+
+
+def _pipe(path: Path) -> None:
+    os.mkfifo(path)
+
+
+def _device(path: Path) -> None:
+    path.symlink_to("/dev/zero")
+
+
+def _endless(path: Path) -> None:
+    with path.open("wb") as file:
+        file.truncate(1 << 42)
+
+
+def _loop(path: Path) -> None:
+    path.symlink_to(path)
+
+
+NO_FILES: dict[str, Callable[[Path], None]] = {
+    "named pipe": _pipe,
+    "device": _device,
+    "sparse file of 4 TB": _endless,
+    "folder": Path.mkdir,
+    "link to itself": _loop,
+    "nothing": lambda path: None,
+}
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs named pipes and devices")
+@pytest.mark.parametrize("kind", NO_FILES)
+def test_what_is_no_file_is_refused_at_once(kind, catalogue, tmp_path, little_memory):
+    for name, reader in catalogue.items():
+        folder = tmp_path / str(len(list(tmp_path.iterdir())))
+        folder.mkdir()
+        NO_FILES[kind](folder / reader.file)
+        try:
+            with little_memory():
+                reader.read(folder / reader.file)
+        except InputError as refusal:
+            assert "memory" not in str(refusal), name  # noqa: PT017 - others need not refuse it
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs named pipes and devices")
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [
+        ("named pipe", "this is a named pipe"),
+        ("device", "this is a device"),
+        ("sparse file of 4 TB", "more than 4 MB"),
+        ("folder", "this is a folder"),
+        ("link to itself", "cannot be read"),
+        ("nothing", "no such file"),
+    ],
+)
+def test_the_sentence_says_what_it_is(kind, words, tmp_path):
+    NO_FILES[kind](tmp_path / "s.toml")
+    with pytest.raises(InputError, match=words) as refusal:
+        load_toml(tmp_path / "s.toml")
+    assert refusal.value.where == str(tmp_path / "s.toml")
+    assert refusal.value.remedy
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs named pipes")
+def test_streams_that_are_no_files(tmp_path):
+    _pipe(tmp_path / "v.mp4")
+    (tmp_path / "N").mkdir()
+    _pipe(tmp_path / "N" / "0.png")
+    with pytest.raises(InputError, match="named pipe"):
+        open_stream(tmp_path, "v.mp4", "grey", "recording.toml, view N, image.frames")
+    with pytest.raises(DamagedFrame, match="named pipe"):
+        read_image(tmp_path / "N" / "0.png", "grey")
+
+
+def test_a_file_that_grows_is_read_to_the_limit(tmp_path, monkeypatch):
+    path = tmp_path / "grows"
+    path.write_bytes(bytes(3 * MB))
+    with open_file(path) as file:
+        assert len(file.read()) == 3 * MB
+    assert len(read_bytes(path, 3 * MB)) == 3 * MB
+    with pytest.raises(InputError, match="more than 2 MB"):
+        read_bytes(path, 2 * MB)
+    check_file(path)
+
+
+DEEP = 3000
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (f"a = {'[' * DEEP}{']' * DEEP}", "nested too deeply"),
+        (f"a = {'{b = ' * DEEP}1{'}' * DEEP}", "nested too deeply"),
+        (f"{'a.' * DEEP}b = 1", "nested too deeply"),
+        (f"[{'a . ' * DEEP}b]", "nested too deeply"),
+        ("x = {" + '"a".' * DEEP + "b = 1}", "nested too deeply"),
+        ("\n".join(f"{'a.' * 30}b{i} = {{c.d.e.f = 1}}" for i in range(2)), "nested too deeply"),
+        (f"[view]\nfps = {'9' * 400}", r"view\.fps: a number of about 400 digits is too large"),
+        (f"fps = {'9' * 5000}", "a number is too large"),
+        (f"fps = -{'9' * 20}", "a number of about 20 digits is too large"),
+    ],
+)
+def test_toml_without_end(tmp_path, text, words):
+    path = tmp_path / "recording.toml"
+    path.write_text(text)
+    with pytest.raises(InputError, match=words) as refusal:
+        load_toml(path)
+    assert refusal.value.where.startswith(str(path))
+    complaints: list[InputError] = []
+    assert describe(tmp_path, complaints) is None
+    assert len(complaints) == 1
+
+
+def test_what_people_write_is_not_without_end(tmp_path):
+    path = tmp_path / "a.toml"
+    path.write_text(
+        "a.b.c = [[1.5, 2.5, -3.0], [1e300, nan, inf]]\n"
+        + f"text = '{'a.' * DEEP}'\nmany = [{'1.5, ' * DEEP}]\nlong = [{'[1, 2], ' * DEEP}]\n"
+    )
+    assert len(load_toml(path)["many"]) == DEEP
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[" * DEEP * 100, "nested too deeply"),
+        ('{"a":' * 40 + "1" + "}" * 40, "nested too deeply"),
+        ('{"a": [1, ' + "9" * 400 + "]}", r"a\[1\]: a number of about 400 digits"),
+        ("9" * 5000, "a number is too large"),
+        ("{", "not valid JSON"),
+        (b"\xff\xfe\xff", "not valid JSON"),
+        (r'{"a": ["x", "\ud800"]}', r"a\[1\]: a text holds signs that are no letters"),
+        (r'{"a": {"\udfff": 1}}', "a: a text holds signs that are no letters"),
+    ],
+)
+def test_json_without_end(text, words):
+    with pytest.raises(InputError, match=words):
+        parsed_json(text, "x.json")
+
+
+def test_a_tree_that_is_wide_is_none_that_is_deep():
+    tree: dict[str, object] = {"a": list(range(100_000)), "b": [{"c": [[[1.5]]]}] * 1000}
+    checked_tree(tree, "f")
+    inner: list[object] = []
+    for _ in range(10_000):  # deeper than Python's own repr can go
+        inner = [inner]
+    with pytest.raises(InputError, match="nested too deeply"):
+        checked_tree(inner, "f")
+
+
+@pytest.mark.parametrize(
+    ("value", "kind", "where"),
+    [
+        (3, str, "f"),
+        (True, int, "f"),
+        (1, bool, "f"),
+        (float("nan"), float, "f"),
+        ([1, "2"], [int], "f, [1]"),
+        ([1], [int, int], "f"),
+        ({"a": {"b": [None, "x"]}}, {"a": {"b": [(int, float)]}}, "f, a.b[0]"),
+        ({"x": 1, "y": []}, {str: (int, str)}, "f, y"),
+        ([], {"a": int}, "f"),
+    ],
+)
+def test_kinds(value, kind, where):
+    with pytest.raises(InputError) as refusal:
+        check_kind(value, kind, where="f", remedy="Correct it.")
+    assert refusal.value.where == where
+
+
+def test_kinds_that_fit():
+    kind = {"a": int, "b": [str], "c": [float, float], "d": {str: (bool, int)}, "e": object}
+    check_kind({"a": None, "b": ["x"], "c": [1, 2.5], "d": {"y": True}, "z": 3}, kind, "f", "")
+    check_kind({"b": [], "d": {}, "e": [[{}]]}, kind, "f", "")
+
+
+@pytest.mark.parametrize(
+    "error",
+    [KeyError("x"), IndexError(), MemoryError(), RecursionError(), OSError(5, "no"), EOFError()],
+)
+def test_what_decoders_raise_becomes_the_sentence(error):
+    with (
+        pytest.raises(InputError, match=r"^f: it is broken") as refusal,
+        decoding("f", "it is broken", "Mend it."),
+    ):
+        raise error
+    assert refusal.value.remedy == "Mend it."
+
+
+def test_a_number_in_a_pattern_may_not_be_long(tmp_path):
+    (tmp_path / "1.png").touch()
+    assert list(numbered_files(tmp_path, "%01d.png")) == [1]
+    for width in ("9" * 12, "9" * 5000):
+        with pytest.raises(InputError, match="does not have exactly one number"):
+            open_stream(tmp_path, f"%0{width}d.png", "grey", "recording.toml")
+
+
+def test_a_picture_may_not_unfold_into_any_number_of_pixels():
+    """Asked in a process of its own: OpenCV takes its limit when it is loaded."""
+    program = (
+        "import stereotrack_core, cv2, numpy as np, zlib\n"
+        "def chunk(kind, data):\n"
+        "    sum = zlib.crc32(kind + data).to_bytes(4, 'big')\n"
+        "    return len(data).to_bytes(4, 'big') + kind + data + sum\n"
+        "size = 2 * (30_000).to_bytes(4, 'big') + bytes([8, 0, 0, 0, 0])\n"
+        "png = b'\\x89PNG\\r\\n\\x1a\\n' + chunk(b'IHDR', size)\n"
+        "png += chunk(b'IDAT', zlib.compress(bytes(100_000))) + chunk(b'IEND', b'')\n"
+        "try:\n"
+        "    cv2.imdecode(np.frombuffer(png, np.uint8), 0)\n"
+        "except cv2.error as error:\n"
+        "    print(error)\n"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert "CV_IO_MAX_IMAGE_PIXELS" in ended.stdout
+    assert ended.stderr == ""
