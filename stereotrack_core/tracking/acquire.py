@@ -117,9 +117,9 @@ class SeekingTracker(ManifoldTracker):
         self._arms = FreeArmSearch(body, parameters.search, parameters.arms_apart)
         super().__init__(body, parameters, cameras, fps, seed)
 
-    def start(self, pose: Pose) -> None:
-        """Begin from a pose that is roughly right."""
-        super().start(pose)
+    def start(self, pose: Pose, time: float | None = None) -> None:
+        """Begin from a pose that is roughly right; see :class:`ManifoldTracker`."""
+        super().start(pose, time)
         self._present = True
         self._age, self._unchanged = 0, _SETTLED
         self._cost = self._doubt = 0.0
@@ -138,7 +138,7 @@ class SeekingTracker(ManifoldTracker):
 
     def step(self, cloud: Cloud) -> Estimate:
         """Follow to the next cloud; look for the body first where it was lost."""
-        before = self.pose
+        before = self.state
         if len(cloud.points) >= self.parameters.least_points:
             if not self._present:
                 self._begin(cloud)
@@ -151,7 +151,7 @@ class SeekingTracker(ManifoldTracker):
         if estimate.tracked:
             reason = self._why_partial(cloud)
             if reason:
-                estimate = self.lost(before, reason)
+                estimate = self.lost(before, cloud, reason)
         if not estimate.tracked:
             self.seek()
         return estimate
@@ -176,7 +176,7 @@ class SeekingTracker(ManifoldTracker):
         ]
         if found:
             best, *others = _distinct(sorted(found, key=_by_cost))
-            self.start(best.tracker.pose)
+            self.start(best.tracker.pose, cloud.frame)
             self.observer.sought(self.pose)
             self._cost, self._unchanged = best.cost, 0
             self._rivals = others[:_RIVALS]
@@ -221,20 +221,20 @@ class SeekingTracker(ManifoldTracker):
         gain = self.gain_of_turning(self.pose, cloud)
         self._doubt = max(-_MOST_TRUST, self._doubt + gain - _TURN_GAIN)
         if self._doubt > _ENOUGH_DOUBT:
-            self.start(turned_round(self.pose))
+            self.start(turned_round(self.pose), cloud.frame)
             estimate = self._estimate_anew(cloud)
         return estimate
 
     def _exchanged(self, rival: _Candidate) -> _Candidate:
-        """Let a rival lead; the pose that led becomes the rival."""
-        twin, cost, leader = self.twin(self.pose), self._cost, rival.tracker
-        twin.P, twin.movement = self.P, self.movement
-        self.pose, self.P, self.movement = leader.pose, leader.P, leader.movement
+        """Let a rival lead, from where it was before this frame; who led becomes the rival."""
+        twin, cost = self.twin(self.pose), self._cost
+        twin.resume(self.state)
+        self.resume(rival.tracker.origin)
         self._cost = rival.cost
         return _Candidate(twin, cost)
 
     def _estimate_anew(self, cloud: Cloud) -> Estimate:
-        """Estimate of the pose that leads now; nothing was predicted for it."""
+        """Estimate of the frame by the pose that leads now; no backward pass goes beyond it."""
         self._anew = True
         return super().step(cloud)
 
@@ -275,14 +275,14 @@ class SeekingTracker(ManifoldTracker):
             if cost < least:
                 best, least = twin.pose, cost
             twin.start(pose)
-        twin.start(self._followed(best, data))
+        twin.start(self._followed(best, data), cloud.frame)
         self._turn_if_natural(twin, cloud)
         return _Candidate(twin, self.cost(twin.pose, cloud))
 
     def _turn_if_natural(self, tracker: ManifoldTracker, cloud: Cloud) -> None:
         """Let a tracker go on from the other side's pose where that is clearly more natural."""
         if self.gain_of_turning(tracker.pose, cloud) > _TURN_GAIN:
-            tracker.start(turned_round(tracker.pose))
+            tracker.start(turned_round(tracker.pose), cloud.frame)
 
     def gain_of_turning(self, pose: Pose, cloud: Cloud) -> float:
         """How much more natural a pose is the other way round; negative where it is less."""

@@ -105,7 +105,7 @@ def _followed_back(
     first: int,
     last: int,
 ) -> Pose:
-    seeker.start(estimates[last].pose)
+    seeker.start(estimates[last].pose, clouds[last].frame)
     for cloud in reversed(clouds[first:last]):
         estimate = seeker.step(cloud)
         if not estimate.tracked:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import time
+from dataclasses import dataclass
+from time import perf_counter
 
 import numpy as np
 import scipy.linalg
 
-from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.angles import state_names, state_of_pose
 from stereotrack_core.body.jacobian import columns_of
 from stereotrack_core.body.manifold import difference, displaced
@@ -31,7 +32,7 @@ from stereotrack_core.tracking.limits import limit_residuals
 from stereotrack_core.tracking.lost.judge import lost_probability
 from stereotrack_core.tracking.lost.signs import Judged, limb_signs, unexpected
 from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.process import process_noise
+from stereotrack_core.tracking.process import elapsed, process_noise
 from stereotrack_core.tracking.residuals import (
     Observation,
     Residual,
@@ -57,6 +58,27 @@ _WIDE_ARM = np.radians(40.0)
 """Standard deviation of the arms' joints around a proposal."""
 
 
+@dataclass(frozen=True, eq=False)
+class State:
+    """What a tracker carries from frame to frame.
+
+    Attributes
+    ----------
+    pose : Pose
+    P : (n, n) float64
+        Covariance of the pose's error state.
+    movement : (n,) float64
+        By which the pose has moved in a frame.
+    time : float or None
+        Frame that they belong to; None: the one before the next cloud's.
+    """
+
+    pose: Pose
+    P: FloatArray
+    movement: FloatArray
+    time: float | None
+
+
 class ManifoldTracker:
     """Predict, then iterate posterior linearisation of the distances to the surface.
 
@@ -66,6 +88,8 @@ class ManifoldTracker:
     ----------
     observer : Observer
         Is told what happens inside a frame.
+    origin : State
+        From which the last step went out; what it was started with before the first.
     """
 
     observer: Observer = SILENT
@@ -92,34 +116,54 @@ class ManifoldTracker:
         self._sensors = sensors_for(parameters)
         self.start(t_pose(np.zeros(3)))
 
-    def start(self, pose: Pose) -> None:
-        """Begin from a pose that is roughly right."""
-        self.pose = pose
+    def start(self, pose: Pose, time: float | None = None) -> None:
+        """Begin from a pose that is roughly right.
+
+        Parameters
+        ----------
+        pose : Pose
+        time : float, optional
+            Frame that it belongs to; where not given, the one before the next cloud's.
+        """
         girdle = np.radians(self.parameters.girdle_rest) ** 2
         turns = [girdle if joint in CLAVICLES else _ARM for joint in self.joints]
-        self.P = np.diag(np.concatenate([_START, np.repeat(turns, 2)]))
-        self.movement = np.zeros(len(self.Q))
+        P = np.diag(np.concatenate([_START, np.repeat(turns, 2)]))
+        self.resume(State(pose, P, np.zeros(len(self.Q)), time))
+        self._gone = 1.0
         self._observed: tuple[Observation, ...] = ()
         self._seen: Cloud | None = None
         self._prior: Prior | None = None
         self._anew = True
 
+    @property
+    def state(self) -> State:
+        """Where it is."""
+        return State(self.pose, self.P, self.movement, self.time)
+
+    def resume(self, state: State) -> None:
+        """Go on from a state."""
+        self.pose, self.P = state.pose, state.P
+        self.movement, self.time = state.movement, state.time
+        self.origin = state
+
     def step(self, cloud: Cloud) -> Estimate:
         """Follow to the next cloud (method.md 4D)."""
-        begun = time.perf_counter()
-        before = self.pose
-        self.predict()
-        self.observer.predicted(self.pose, self.P)
+        begun = perf_counter()
+        self.origin = before = self.state
+        self._gone = elapsed(before.time, cloud.frame)
+        self.predict(cloud.frame)
+        self.observer.predicted(before, self.pose, self.P)
         if len(cloud.points) < self.parameters.least_points:
-            return self.lost(before, f"the cloud has only {len(cloud.points)} points")
+            return self.lost(before, cloud, f"the cloud has only {len(cloud.points)} points")
         data = self.choose(cloud)
         surface, innovation = self.track(cloud, data)
         if coverage(surface_distances(data, self.body, self.pose)) > self.parameters.lost_coverage:
-            return self.lost(before, "the cloud does not look like the body")
+            return self.lost(before, cloud, "the cloud does not look like the body")
         self.pose = orthonormal(self.pose)
-        self.movement = difference(self.pose, before, self.joints)
+        if self._gone:
+            self.movement = difference(self.pose, before.pose, self.joints) / self._gone
         self._prior, self._anew = None if self._anew else self._prior, False
-        return self.estimate(cloud, surface, innovation, time.perf_counter() - begun)
+        return self.estimate(cloud, surface, innovation, perf_counter() - begun)
 
     def observe(self, cloud: Cloud) -> None:
         """Let all sensors see the frame, once."""
@@ -143,13 +187,25 @@ class ManifoldTracker:
             followed = surface
             surface = self.search_arms(cloud, data, predicted, P0, followed)
             carried[self._arm_columns()] = surface is followed
-        self._prior = Prior(self.parameters.velocity * self.movement, P0, carried)
+        self._prior = self.prior(P0, carried)
         return surface, innovation
 
-    def predict(self) -> None:
-        """Predict a damped repetition of the last movement, with more uncertainty."""
-        self.pose = displaced(self.pose, self.parameters.velocity * self.movement, self.joints)
-        self.P = self.P + self.Q
+    def predict(self, time: float) -> None:
+        """Predict a damped repetition of the last movement, with the uncertainty of the time.
+
+        Where no time goes by, nothing is predicted.
+        """
+        if gone := elapsed(self.time, time):
+            self.pose = displaced(self.pose, self._expected(gone), self.joints)
+            self.P = self.P + gone * self.Q
+        self.time = time
+
+    def _expected(self, gone: float) -> FloatArray:
+        return gone * self.parameters.velocity * self.movement
+
+    def prior(self, P0: FloatArray, carried: BoolArray) -> Prior:
+        """What the frame's correction has begun from, seen from where the step began."""
+        return Prior(self._expected(self._gone), P0, carried)
 
     def choose(self, cloud: Cloud) -> FloatArray:
         """Draw the data (N, 3) evenly from the cloud; the same for the same frame."""
@@ -265,11 +321,11 @@ class ManifoldTracker:
             return float("nan")
         return float(np.sqrt(np.mean(surface.distance**2 / surface.variance)))
 
-    def lost(self, before: Pose, reason: str) -> Estimate:
+    def lost(self, before: State, cloud: Cloud, reason: str) -> Estimate:
         """State a frame in which nothing could be measured; the body is expected to stay."""
-        self.pose, self.movement = before, np.zeros_like(self.movement)
-        x = state_of_pose(before, self.joints)
-        return Estimate(False, reason, before, x, self.P.copy())
+        P = before.P + elapsed(before.time, cloud.frame) * self.Q
+        self.resume(State(before.pose, P, np.zeros_like(before.movement), cloud.frame))
+        return Estimate(False, reason, before.pose, state_of_pose(before.pose, self.joints), P)
 
     def estimate(
         self, cloud: Cloud, surface: SurfaceResidual, innovation: float, seconds: float
@@ -281,11 +337,11 @@ class ManifoldTracker:
         )
         weight = surface.weight
         squared = float(weight @ surface.distance**2) / max(float(weight.sum()), 1e-12)
-        begun = time.perf_counter()
+        begun = perf_counter()
         sigma = limb_sigma_deg(spread, self._weights.covariance)
         pairs = Correspondences(surface.data, surface.foot, surface.part, weight)
         share = coverage_of(cloud.points, self.body, frames)
-        jump = unexpected(self.movement, self._prior, self.joints)
+        jump = unexpected(self._gone * self.movement, self._prior, self.joints)
         judged = Judged(self.pose, frames, sigma, share, pairs, jump)
         signs = limb_signs(cloud, self.body, judged)
         return Estimate(
@@ -301,6 +357,6 @@ class ManifoldTracker:
             limb_lost=lost_probability(signs),
             limb_signs=signs,
             correspondences=pairs,
-            seconds={"track": seconds, "judge": time.perf_counter() - begun},
+            seconds={"track": seconds, "judge": perf_counter() - begun},
             prior=self._prior,
         )

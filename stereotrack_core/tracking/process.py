@@ -1,4 +1,4 @@
-"""How much a body may move from one frame set to the next (3.2.1)."""
+"""How much a body may move from one frame set to the next (3.2.1), and how many there are."""
 
 from __future__ import annotations
 
@@ -30,3 +30,16 @@ def process_noise(
     rotations = np.radians([p.sigma_rotation] * 3 + [turn for turn in turns for _ in range(2)])
     sigma = np.concatenate([np.full(3, p.sigma_position), rotations])
     return np.diag(sigma**2 * _STATED_AT / fps)
+
+
+def elapsed(since: float | None, time: float) -> float:
+    """Frames between two times, never negative: a random walk is alike forwards and backwards.
+
+    Parameters
+    ----------
+    since : float or None
+        In frames; where it is not known, the frame before `time`.
+    time : float
+        In frames.
+    """
+    return 1.0 if since is None else abs(time - since)

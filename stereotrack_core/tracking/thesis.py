@@ -29,7 +29,7 @@ from stereotrack_core.tracking.inside.observer import SILENT, Observer
 from stereotrack_core.tracking.lost.judge import lost_probability
 from stereotrack_core.tracking.lost.signs import Judged, limb_signs, unexpected
 from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.process import process_noise
+from stereotrack_core.tracking.process import elapsed, process_noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,18 +113,20 @@ class ThesisTracker:
         self.P = self.Q.copy()
         self._prior: Prior | None = None
         self._movement = np.zeros(len(self.Q))
+        self._time: float | None = None
         self._anew = True
 
     def start(self, pose: Pose) -> None:
         """Begin from a pose, as uncertain as one step of the process makes it."""
         self.x = state_of_pose(pose, THESIS_JOINTS)
         self.P = self.Q.copy()
+        self._time = None
         self._anew = True
 
     def step(self, cloud: Cloud) -> Estimate:
         """Follow to the next cloud (3.2.3 and 3.2.4)."""
         begun, before = time.perf_counter(), self.x
-        self.predict()
+        self.predict(cloud.frame)
         self.observer.predicted_state(self.x, self.P)
         carried = np.ones(len(self.x), dtype=np.bool_)
         self._prior = None if self._anew else Prior(np.zeros(len(self.x)), self.P, carried)
@@ -149,9 +151,10 @@ class ThesisTracker:
         self._movement[3:] = np.arctan2(np.sin(self._movement[3:]), np.cos(self._movement[3:]))
         return self.estimate(cloud, pairs, innovations[0], time.perf_counter() - begun)
 
-    def predict(self) -> None:
+    def predict(self, time: float) -> None:
         """Predict that the body stays where it is, with more uncertainty (3.2.1)."""
-        self.P = self.P + self.Q
+        self.P = self.P + elapsed(self._time, time) * self.Q
+        self._time = time
 
     def sample(self) -> SurfacePoints:
         """Draw the model points G(x_hat), (3.4)."""

@@ -31,7 +31,7 @@ def prepared(make_tracker, rng):
     """A tracker before its first correction, and a cloud that does not fit yet."""
     tracker = make_tracker("thesis", model_points=40)
     tracker.start(disturbed(POSES["pointing"], THESIS_JOINTS, rng))
-    tracker.predict()
+    tracker.predict(0)
     return tracker, surface_points(tracker.body, POSES["pointing"], 700, rng, 0.005)
 
 

@@ -115,7 +115,7 @@ def test_measuring_makes_certain_and_waiting_makes_uncertain(make_tracker, rng, 
     found = tracker.step(cloud_of(surface_points(tracker.body, POSES["t"], 2500, rng)))
     assert np.trace(found.P[:6, :6]) < 0.2 * np.trace(tracker.Q[:6, :6])
     before = tracker.P.copy()
-    tracker.predict()
+    tracker.predict(1)
     np.testing.assert_allclose(tracker.P - before, tracker.Q, atol=1e-12)
 
 
@@ -125,14 +125,14 @@ def test_too_few_points_are_not_tracked_and_it_goes_on_afterwards(make_tracker, 
     tracker.start(true)
     full = _clouds(tracker.body, true, rng, 3)
     assert tracker.step(full[0]).tracked
-    for points in (np.empty((0, 3)), full[0].points[:99]):
-        lost = tracker.step(cloud_of(points, 1))
+    for k, points in enumerate((np.empty((0, 3)), full[0].points[:99]), 1):
+        lost = tracker.step(cloud_of(points, k))
         assert not lost.tracked
         assert f"{len(points)} points" in lost.reason
         assert np.isnan([lost.coverage, lost.residual, lost.innovation]).all()
         assert lost.correspondences is None
-    assert tracker.step(cloud_of(full[1].points[:100], 2)).tracked
-    found = tracker.step(full[2])
+    assert tracker.step(cloud_of(full[1].points[:100], 3)).tracked
+    found = tracker.step(cloud_of(full[2].points, 4))
     assert found.tracked
     assert angle_errors(tracker.body, found.pose, true).max() < 12.0
 

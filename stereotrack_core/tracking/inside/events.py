@@ -12,6 +12,7 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.sampling import SurfacePoints
 from stereotrack_core.tracking.data_to_model import SurfaceResidual
 from stereotrack_core.tracking.inside.observer import Observer
+from stereotrack_core.tracking.manifold_tracker import State
 from stereotrack_core.tracking.residuals import Residual
 from stereotrack_core.tracking.search.arms import Arms
 from stereotrack_core.tracking.search.search import Evidence
@@ -29,6 +30,7 @@ class Sought:
 class Predicted:
     """See :meth:`Observer.predicted`."""
 
+    before: State
     pose: Pose
     P: FloatArray
 

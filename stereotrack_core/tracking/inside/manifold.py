@@ -117,8 +117,7 @@ class _Reader:
         if self._passes > 1:
             self._begin()
             self.notes.append(ANEW)
-        if self.notes:
-            self.before = Belief(event.pose, event.P - self.tracker.Q)
+        self.before = Belief(event.before.pose, event.before.P)
         self.predicted = Belief(event.pose, event.P)
         self._count("predict", pause)
 

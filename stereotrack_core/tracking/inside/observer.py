@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from stereotrack_core.body.pose import Pose
     from stereotrack_core.body.sampling import SurfacePoints
     from stereotrack_core.tracking.data_to_model import SurfaceResidual
+    from stereotrack_core.tracking.manifold_tracker import State
     from stereotrack_core.tracking.residuals import Residual
     from stereotrack_core.tracking.search.arms import Arms
     from stereotrack_core.tracking.search.search import Evidence
@@ -24,8 +25,8 @@ class Observer:
     def sought(self, pose: Pose) -> None:
         """Somebody was looked for without help, and found in this pose."""
 
-    def predicted(self, pose: Pose, P: FloatArray) -> None:
-        """The frame's prediction stands."""
+    def predicted(self, before: State, pose: Pose, P: FloatArray) -> None:
+        """The frame's prediction from a state before it stands."""
 
     def predicted_state(self, x: FloatArray, P: FloatArray) -> None:
         """The same by the numbers of the thesis's state."""

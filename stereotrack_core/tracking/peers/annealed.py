@@ -7,8 +7,8 @@ import scipy.optimize
 
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.manifold import difference, displaced
-from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import PARENTS, TORSO
+from stereotrack_core.tracking.manifold_tracker import State
 from stereotrack_core.tracking.peers.base import PeerTracker
 from stereotrack_core.tracking.peers.energy import PoseEnergy
 
@@ -33,11 +33,11 @@ class AnnealedParticleTracker(PeerTracker):
     layer, whose particles go on to the next frame.
     """
 
-    def start(self, pose: Pose) -> None:
-        """Begin from a pose that is roughly right; the particles are drawn around it."""
-        super().start(pose)
+    def resume(self, state: State) -> None:
+        """Go on from a state; the particles are drawn around it."""
+        super().resume(state)
         self._particles: FloatArray | None = None
-        self._centre = self._left = pose
+        self._centre = self._left = state.pose
 
     def settle(self, frame: int, data: FloatArray, P0: FloatArray) -> None:
         """Scatter, weigh and draw the particles, layer by layer."""
@@ -73,7 +73,7 @@ class AnnealedParticleTracker(PeerTracker):
             return result
         seen = displaced(self._centre, self._particles, self.joints)
         moved = [difference(seen[k], self.pose, self.joints) for k in range(len(self._particles))]
-        scatter = p.annealed_spread * np.sqrt(np.diagonal(self.Q))
+        scatter = p.annealed_spread * np.sqrt(self._gone * np.diagonal(self.Q))
         return np.array(moved) + scatter * rng.normal(size=self._particles.shape)
 
     def _limbs(self) -> list[IntArray]:

@@ -10,7 +10,6 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.colours.tracker import ColouredTracker
 from stereotrack_core.tracking.data_to_model import SurfaceResidual
-from stereotrack_core.tracking.estimate import Prior
 from stereotrack_core.tracking.limits import limit_residuals
 from stereotrack_core.tracking.residuals import Residual
 
@@ -50,7 +49,7 @@ class PeerTracker(ColouredTracker, ABC):
         expected = self.correspond(data, WIDE)
         self.settle(cloud.frame, data, P0)
         carried = np.ones(len(P0), dtype=np.bool_)
-        self._prior = Prior(self.parameters.velocity * self.movement, P0, carried)
+        self._prior = self.prior(P0, carried)
         return self.correspond(data, NARROW), _innovation(expected)
 
     def beside(self) -> tuple[Residual, ...]:

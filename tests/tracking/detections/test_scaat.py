@@ -13,6 +13,7 @@ from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.acquire import SeekingTracker
 from stereotrack_core.tracking.detections.listening import ListeningTracker
 from stereotrack_core.tracking.detections.scaat import corrected_by
+from stereotrack_core.tracking.inside.observer import Observer
 from stereotrack_core.tracking.presets import preset
 from tests.tracking.detections.cases import BENT_CAMERA, BODY, PLAIN_CAMERA, seen
 from tests.tracking.scenes import CAMERAS, POSES, cloud_of, disturbed, surface_points
@@ -122,7 +123,8 @@ def test_process_noise_is_that_of_one_frame_however_many_detections_come(rng):
     nowhere = np.array([9.0, 9.0, 9.0])
     far = [seen("head", POSES["t"], time=t, off=nowhere) for t in (0.2, 0.5, 0.7)]
     cloud = cloud_of(surface_points(BODY, POSES["t"], 900, rng, 0.01), 1)
-    tracker._due, tracker._time = tuple(far), 0.0
-    assert len(_with(cloud, *far).detections) == 3
-    tracker.predict()
-    np.testing.assert_allclose(tracker.P, before + tracker.Q, rtol=1e-12)
+    predicted = []
+    tracker.observer = Observer()
+    tracker.observer.predicted = lambda state, pose, P: predicted.append(P)
+    tracker.step(_with(cloud, *far))
+    np.testing.assert_allclose(predicted, [before + tracker.Q], rtol=1e-12)
