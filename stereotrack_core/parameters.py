@@ -44,7 +44,8 @@ class ParameterRow:
     help : str
         One sentence that says what it does.
     thesis : Value or None
-        The thesis's value (section 4.2.1), where it gives one.
+        Value of preset ``thesis`` where the thesis decides it, by section 4.2.1 or by its method;
+        None where it leaves that open: the default holds there.
     """
 
     name: str

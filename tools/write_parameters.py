@@ -16,9 +16,9 @@ ABOUT = """\
 
 Made by `make docs` from the rows that the code declares; do not edit it by hand. Change a parameter
 with `--set name=value` on the command line or in the panel of the workbench. The columns under the
-presets give their values; the last column names the value of the thesis (section 4.2.1) where it
-states one. The presets {peers} are peers to measure against: they differ from `accurate` in
-`estimator` alone.
+presets give their values; the last column names what the thesis decides, by its section 4.2.1 or by
+its method (chapters 2 and 3). Preset `thesis` is made of these, with the defaults elsewhere. The
+presets {peers} are peers to measure against: they differ from `accurate` in `estimator` alone.
 """
 OWN = tuple(name for name in PRESETS if name not in PEERS)
 HEADINGS = ("parameter", "what it does", "unit", "accepted", *OWN, "in the thesis")

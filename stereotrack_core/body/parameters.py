@@ -22,7 +22,10 @@ class BodyParameters(ParameterGroup):
         thesis="individual",
     )
     legs: bool = parameter(
-        True, "Cones for the legs, so that their data attract nothing else.", group=_GROUP
+        True,
+        "Cones for the legs, so that their data attract nothing else.",
+        group=_GROUP,
+        thesis=False,
     )
     girdle: bool = parameter(
         True,
@@ -52,6 +55,7 @@ class BodyParameters(ParameterGroup):
         unit="m",
         minimum=-0.2,
         maximum=0.2,
+        thesis=0.0,
     )
     torso_forward_high: float = parameter(
         0.015,
@@ -60,6 +64,7 @@ class BodyParameters(ParameterGroup):
         unit="m",
         minimum=-0.2,
         maximum=0.2,
+        thesis=0.0,
     )
     shoulder_rise: float = parameter(
         0.0,
@@ -98,6 +103,7 @@ class BodyParameters(ParameterGroup):
         unit="m",
         minimum=-0.2,
         maximum=0.2,
+        thesis=0.0,
     )
     arm_radius_factor: float = parameter(
         1.0, "Factor on the radii of arms and hands.", group=_GROUP, minimum=0.3, maximum=3.0

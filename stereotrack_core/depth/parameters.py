@@ -71,6 +71,7 @@ class DepthParameters(ParameterGroup):
         True,
         "Match horizontal derivatives, which differences in gain do not change.",
         group=_MATCH,
+        thesis=False,
     )
     match_texture: int = parameter(
         10,
@@ -120,7 +121,6 @@ class DepthParameters(ParameterGroup):
         unit="px",
         minimum=0,
         maximum=100000,
-        thesis=0,
     )
     speckle_range: float = parameter(
         1.0,
@@ -232,7 +232,6 @@ class DepthParameters(ParameterGroup):
         unit="px",
         minimum=1,
         maximum=16,
-        thesis=1,
     )
     outlier_neighbours: int = parameter(
         8,

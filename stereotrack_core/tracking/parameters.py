@@ -224,7 +224,6 @@ class TrackingParameters(ParameterGroup):
         unit="deg",
         minimum=0.0,
         maximum=170.0,
-        thesis=30.0,
     )
     fit_shape: bool = parameter(
         True,

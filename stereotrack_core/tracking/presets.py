@@ -18,40 +18,7 @@ _CHANGES: Mapping[str, Mapping[str, Value]] = MappingProxyType(
     {
         "accurate": MappingProxyType({}),
         "thesis": MappingProxyType(
-            {
-                "matching": "model_to_data",
-                "iterations": 4,
-                "sigma_position": 0.1,
-                "sigma_rotation": 20.0,
-                "sigma_joint": 40.0,
-                "sigma_measurement": 0.02,
-                "velocity": 0.0,
-                "sampling": "random",
-                "model_points": 64,
-                "clearance": 0.15,
-                "arms_apart": 0.0,
-                "legs": False,
-                "girdle": False,
-                "fit_shape": False,
-                "search_arms": False,
-                "colour_weight": 0.0,
-                "torso_forward_low": 0.0,
-                "torso_forward_high": 0.0,
-                "head_forward": 0.0,
-                "least_focal": 0.0,
-                "low_pass": 0.8,
-                "edge_images": False,
-                "match_left_right": -1,
-                "disparity_from_volume": False,
-                "match_region": "whole",
-                "background_doubt": False,
-                "outlines": False,
-                "subpixel": "matcher",
-                "halo_trim": "none",
-                "measure_outlines": False,
-                "background_mode": "average",
-                "outlier_repeat": True,
-            }
+            {row.name: row.thesis for row in Settings.rows() if row.thesis is not None}
         ),
         "fast": MappingProxyType(
             {
