@@ -133,7 +133,8 @@ def _counted(name: str, used: int, unused: list[int]) -> tuple[str, ...]:
 
 def _pairs(trace: FrameTrace, step: Step, correction: Correction) -> StepContent:
     points = correction.points
-    words = f"{_said(points)} Innovation {correction.innovation:.2f} of what was expected."
+    residual = correction.normalised_residual
+    words = f"{_said(points)} Normalised residual {residual:.2f}; 1 is as expected."
     sides = _SIDES
     if trace.method == "thesis":
         sides = ("", "")

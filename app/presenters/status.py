@@ -149,9 +149,10 @@ def _frame_rows(
         ),
         (
             "",
-            "innovation",
+            "normalised innovation",
             f"{tracked.innovation:.2f}",
-            "Surprise of the measurement over what was expected; 1 is as expected.",
+            "Distance of the points from the prediction, over the standard deviation predicted of "
+            "it; 1 is as expected.",
         ),
         ("", "time", f"{total:.0f} ms", _stages(tracked)),
     ]

@@ -231,11 +231,13 @@ class ClickGains:
         """B = J^T (J P J^T + sigma^2 I)^-1 J (R, n, 3, 3) of a click in a camera."""
         jacobian = pixel_jacobian(camera, self._points[rows])
         across = np.swapaxes(jacobian, -1, -2)
-        innovation = jacobian @ self._covariance[rows] @ across
-        innovation = innovation + np.square(sigma)[..., None, None] * np.eye(2)
-        unknown: BoolArray = np.asarray(~np.isfinite(innovation).all(axis=(-1, -2)))
-        innovation[unknown] = np.eye(2)
-        result: FloatArray = across @ np.linalg.solve(innovation, jacobian)
+        innovation_covariance = jacobian @ self._covariance[rows] @ across
+        innovation_covariance = innovation_covariance + np.square(sigma)[..., None, None] * np.eye(
+            2
+        )
+        unknown: BoolArray = np.asarray(~np.isfinite(innovation_covariance).all(axis=(-1, -2)))
+        innovation_covariance[unknown] = np.eye(2)
+        result: FloatArray = across @ np.linalg.solve(innovation_covariance, jacobian)
         return np.where(unknown[..., None, None], 0.0, result)
 
     def _spread(self, row: int, new: BoolArray) -> IntArray:

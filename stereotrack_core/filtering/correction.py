@@ -25,6 +25,14 @@ class Correction:
     P: FloatArray
 
 
+def normalised(nu: FloatArray, variance: FloatArray) -> float:
+    """Root mean square of differences (m,) over their standard deviations; NaN without any.
+
+    For innovations, with the variances H P H' + R that are predicted of them, 1 is as expected.
+    """
+    return float(np.sqrt(np.mean(nu**2 / variance))) if len(nu) else float("nan")
+
+
 def correct(
     P: FloatArray,
     dX: FloatArray,

@@ -81,7 +81,9 @@ class Estimate:
     residual : float, metres
         Weighted root mean square distance after the last correction.
     innovation : float
-        Root mean square of the innovation over its predicted standard deviation.
+        Normalised: root mean square of z - z_hat, over the points of the frame's first correction,
+        each over its predicted standard deviation sqrt(H P H' + R). 1 is as expected, more a
+        surprise.
     limb_sigma_deg : (6,) float64
         Root mean square angle of each limb's direction, in the order of ``LIMBS``; that of the
         covariance times :data:`OVERCONFIDENCE`.

@@ -96,7 +96,7 @@ class TrackedFrame:
 
     @property
     def innovation(self) -> float:
-        """Innovation over its predicted standard deviation."""
+        """Normalised innovation of the first correction."""
         return self.estimate.innovation
 
     @property

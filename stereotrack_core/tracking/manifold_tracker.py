@@ -38,6 +38,7 @@ from stereotrack_core.tracking.residuals import (
     Residual,
     gathered,
     gathered_by_sigma_points,
+    innovation_of,
 )
 from stereotrack_core.tracking.search.search import ArmSearch
 from stereotrack_core.tracking.sensors import sensors_for
@@ -173,15 +174,16 @@ class ManifoldTracker:
         self._observed = tuple(sensor.observe(cloud) for sensor in self._sensors)
 
     def track(self, cloud: Cloud, data: FloatArray) -> tuple[SurfaceResidual, float]:
-        """Correct the predicted pose; returns the last pairs and the innovation."""
+        """Correct the predicted pose; returns the last pairs and the normalised innovation."""
         self.observe(cloud)
         predicted, P0 = self.pose, self.P
-        surface, innovation = self.follow(data, predicted, P0)
+        first, surface = self.follow(data, predicted, P0)
+        innovation = innovation_of(first, self.body, predicted, P0, self._columns)
         hurried = self.widened(predicted, P0)
         if hurried is not None:
             P0 = hurried
             self.observer.widened(P0)
-            surface, _ = self.follow(data, predicted, P0)
+            _, surface = self.follow(data, predicted, P0)
         carried = np.ones(len(P0), dtype=np.bool_)
         if self.parameters.search.search_arms:
             followed = surface
@@ -217,14 +219,13 @@ class ManifoldTracker:
 
     def follow(
         self, data: FloatArray, prior: Pose, P0: FloatArray
-    ) -> tuple[SurfaceResidual, float]:
-        """Iterate correspondences and corrections; returns the last pairs and the innovation."""
-        innovation, last = 0.0, self.parameters.iterations - 1
+    ) -> tuple[SurfaceResidual, SurfaceResidual]:
+        """Iterate correspondences and corrections; returns the first and the last pairs."""
+        surfaces, last = [], self.parameters.iterations - 1
         for i in range(self.parameters.iterations):
-            surface = self.correspond(data if i == last else data[::_COARSE], i)
-            found = self.correct(prior, P0, surface)
-            innovation = found if i == 0 else innovation
-        return surface, innovation
+            surfaces.append(self.correspond(data if i == last else data[::_COARSE], i))
+            self.correct(prior, P0, surfaces[-1])
+        return surfaces[0], surfaces[-1]
 
     def widened(self, predicted: Pose, P0: FloatArray) -> FloatArray | None:
         """Widen the prior where the data ask for more movement than it allows for.
@@ -298,8 +299,8 @@ class ManifoldTracker:
         self.observer.corresponded(data, surface)
         return surface
 
-    def correct(self, prior: Pose, P0: FloatArray, surface: SurfaceResidual) -> float:
-        """Linearise at the present posterior, correct the frame's prior; returns the innovation."""
+    def correct(self, prior: Pose, P0: FloatArray, surface: SurfaceResidual) -> None:
+        """Linearise at the present posterior, correct the frame's prior."""
         residuals: tuple[Residual, ...] = (
             surface,
             *(row for seen in self._observed for row in seen.residuals(self.body, self.pose)),
@@ -317,9 +318,6 @@ class ManifoldTracker:
         dx, self.P = posterior(P0_inverse, from_prior, found)
         self.pose = displaced(self.pose, np.clip(dx, -_STEP_LIMIT, _STEP_LIMIT), self.joints)
         self.observer.corrected(self.pose, self.P, dx)
-        if not len(surface.distance):
-            return float("nan")
-        return float(np.sqrt(np.mean(surface.distance**2 / surface.variance)))
 
     def lost(self, before: State, cloud: Cloud, reason: str) -> Estimate:
         """State a frame in which nothing could be measured; the body is expected to stay."""

@@ -13,6 +13,7 @@ from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.filtering.correction import normalised
 from stereotrack_core.filtering.linearisation import (
     Information,
     information,
@@ -73,6 +74,19 @@ def gathered(
             J = residual.jacobian(frames, columns)
             total += information(J.T, nu, residual.variance)
     return total
+
+
+def innovation_of(
+    residual: Residual, body: BodyModel, pose: Pose, P: FloatArray, columns: Columns
+) -> float:
+    """Normalised innovation of a measurement at a predicted pose with covariance P (n, n)."""
+    frames = body.frames(pose)
+    nu = (
+        residual.measured
+        - residual.predicted(PartFrames(frames.rotations[None], frames.origins[None]))[0]
+    )
+    H = residual.jacobian(frames, columns)
+    return normalised(nu, np.einsum("mn,mn->m", H @ P, H) + residual.variance)
 
 
 def gathered_by_sigma_points(

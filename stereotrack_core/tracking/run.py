@@ -31,7 +31,8 @@ class Run:
     residual : (F,) float64, metres
         Weighted root mean square of the residuals after the last correction.
     innovation : (F,) float64
-        Root mean square of the innovation over its predicted standard deviation.
+        Normalised, see :class:`Estimate`: of the points of the frame's first correction, over the
+        standard deviations predicted of them.
     limb_sigma_deg : (F, 6) float64
         Standard deviation of each limb's direction, in the order of ``LIMBS``.
     limb_lost : (F, 6) float64

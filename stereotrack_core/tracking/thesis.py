@@ -14,7 +14,7 @@ from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.sampling import SurfacePoints, visible_points
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.filtering.correction import correct
+from stereotrack_core.filtering.correction import correct, normalised
 from stereotrack_core.filtering.sigma_points import scaled_weights, sigma_deviations
 from stereotrack_core.tracking.collisions import Clearance, collisions_avoided
 from stereotrack_core.tracking.confidence import coverage_of
@@ -175,7 +175,7 @@ class ThesisTracker:
         return Projection(sampled[apart], predicted[apart], measured[apart], e[apart])
 
     def correct(self, pairs: Projection) -> float:
-        """Correct state and covariance by the unscented transform; returns the innovation."""
+        """Correct state and covariance by the unscented transform; returns its innovation."""
         dX = sigma_deviations(self.P, self._weights)
         Y = pairs.z_hat(self.body.frames(pose_of_state(self.x + dX, THESIS_JOINTS)))
         z_hat = self._weights.mean @ Y
@@ -185,7 +185,7 @@ class ThesisTracker:
         corrected = correct(self.P, dX, Y - z_hat, self._weights.covariance, nu, R)
         self.x = self.x + corrected.dx
         self.P = corrected.P
-        return float(np.sqrt(np.mean(nu**2 / (P_zz + R))))
+        return normalised(nu, P_zz + R)
 
     def avoid_collisions(self) -> None:
         """Set the arms to a pose that keeps the least distances (3.2.4)."""

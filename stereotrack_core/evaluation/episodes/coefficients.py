@@ -11,8 +11,8 @@ UPPER_ARM = (
     0.0000,  # sigma around
     0.0000,  # unexplained
     0.0000,  # unexplained more than usual
-    0.0000,  # innovation
-    0.0000,  # residual
+    0.0000,  # innovation more than usual
+    0.0000,  # residual more than usual
 )
 
 UPPER_ARM_WITHOUT_LOST = (
@@ -26,8 +26,8 @@ UPPER_ARM_WITHOUT_LOST = (
     0.0000,  # sigma around
     2.2725,  # unexplained
     0.0000,  # unexplained more than usual
-    0.0000,  # innovation
-    0.3991,  # residual
+    0.0000,  # innovation more than usual
+    0.3991,  # residual more than usual
 )
 
 FOREARM = (
@@ -41,8 +41,8 @@ FOREARM = (
     0.0000,  # sigma around
     0.0000,  # unexplained
     0.0000,  # unexplained more than usual
-    0.0000,  # innovation
-    0.0000,  # residual
+    0.0000,  # innovation more than usual
+    0.0000,  # residual more than usual
 )
 
 FOREARM_WITHOUT_LOST = (
@@ -56,6 +56,6 @@ FOREARM_WITHOUT_LOST = (
     0.5567,  # sigma around
     2.9733,  # unexplained
     0.0000,  # unexplained more than usual
-    0.0001,  # innovation
-    0.6206,  # residual
+    0.0001,  # innovation more than usual
+    0.6206,  # residual more than usual
 )

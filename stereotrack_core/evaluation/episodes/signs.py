@@ -24,8 +24,8 @@ FIT_SIGNS: tuple[str, ...] = (
     "sigma around",
     "unexplained",
     "unexplained more than usual",
-    "innovation",
-    "residual",
+    "innovation more than usual",
+    "residual more than usual",
 )
 """Signs of how well the model fits, which every run has."""
 

@@ -71,7 +71,7 @@ MEASURES: tuple[SweepMeasure, ...] = (
     SweepMeasure("gaps", "frames without a pose", "%", short="no pose"),
     SweepMeasure("coverage", "unexplained share of the cloud", "%", short="unexplained"),
     SweepMeasure("residual", "residual", "mm"),
-    SweepMeasure("innovation", "innovation over its expected deviation", ""),
+    SweepMeasure("innovation", "normalised innovation", ""),
     SweepMeasure("limb_sigma", "uncertainty of the limbs", "deg", short="uncertain"),
     SweepMeasure("limb_lost", "own probability of lost arm segments", "%", short="taken for lost"),
     SweepMeasure("frames_per_second", "frames per second", "", more_is_better=True, short="fps"),

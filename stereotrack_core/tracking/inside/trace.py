@@ -10,6 +10,7 @@ import numpy as np
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import Pose
+from stereotrack_core.filtering.correction import normalised
 from stereotrack_core.geometry.rotation import angle_between, vector_from_rotation
 from stereotrack_core.tracking.estimate import Estimate, limb_directions
 
@@ -207,12 +208,12 @@ class Correction:
         return float(np.linalg.norm(self.gain))
 
     @property
-    def innovation(self) -> float:
-        """Root mean square of the points' residuals over what was expected of them."""
-        if not len(self.points.residual):
-            return float("nan")
-        expected = self.P_zz + self.points.sigma**2
-        return float(np.sqrt(np.mean(self.points.residual**2 / expected)))
+    def normalised_residual(self) -> float:
+        """Root mean square of the points' residuals over their predicted standard deviations.
+
+        That of the first correction is the frame's innovation.
+        """
+        return normalised(self.points.residual, self.P_zz + self.points.sigma**2)
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.colours.tracker import ColouredTracker
 from stereotrack_core.tracking.data_to_model import SurfaceResidual
 from stereotrack_core.tracking.limits import limit_residuals
-from stereotrack_core.tracking.residuals import Residual
+from stereotrack_core.tracking.residuals import Residual, innovation_of
 
 WIDE, NARROW = 0, 2
 """Iterations of the tracker in which a datum's weight falls off slowly, and fast."""
@@ -43,14 +43,15 @@ class PeerTracker(ColouredTracker, ABC):
         """
 
     def track(self, cloud: Cloud, data: FloatArray) -> tuple[SurfaceResidual, float]:
-        """Correct the predicted pose; returns the last pairs and the innovation."""
+        """Correct the predicted pose; returns the last pairs and the normalised innovation."""
         self.observe(cloud)
         P0 = self.P
         expected = self.correspond(data, WIDE)
+        innovation = innovation_of(expected, self.body, self.pose, P0, self._columns)
         self.settle(cloud.frame, data, P0)
         carried = np.ones(len(P0), dtype=np.bool_)
         self._prior = self.prior(P0, carried)
-        return self.correspond(data, NARROW), _innovation(expected)
+        return self.correspond(data, NARROW), innovation
 
     def beside(self) -> tuple[Residual, ...]:
         """What the sensors beside the cloud's points say about the present pose."""
@@ -63,9 +64,3 @@ class PeerTracker(ColouredTracker, ABC):
     def random(self, frame: int) -> np.random.Generator:
         """Source of what is random in a frame."""
         return np.random.default_rng((self._seed, frame, 3))
-
-
-def _innovation(expected: SurfaceResidual) -> float:
-    if not len(expected.distance):
-        return float("nan")
-    return float(np.sqrt(np.mean(expected.distance**2 / expected.variance)))

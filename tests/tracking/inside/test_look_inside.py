@@ -94,6 +94,15 @@ def test_iterations_lead_from_the_prediction_to_the_result(kind):
     assert len(trace.state_names) == len(first.dx) == len(trace.after.P)
 
 
+@pytest.mark.parametrize("kind", ["thesis", "accurate", "sigma points", "fast", "ekf"])
+def test_the_innovation_of_a_frame_is_that_of_its_first_correction(kind):
+    tracker, cloud = followed(kind)
+    trace = look_inside(tracker, cloud)
+    first = trace.corrections[0].normalised_residual
+    assert trace.estimate.innovation == pytest.approx(first, rel=0.01)
+    assert 0.0 < first < 1.0
+
+
 def test_a_frame_with_nothing_in_it_has_a_prediction_and_no_correction():
     tracker, _ = followed("accurate")
     trace = look_inside(tracker, cloud_of(np.zeros((3, 3)), 5))
