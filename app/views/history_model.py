@@ -24,7 +24,9 @@ _TIPS = {
     "done": "In effect. A click takes back everything after it.",
     "undone": "Taken back. A click makes it, and everything before it, again.",
     "dropped": "Taken back, and then followed by another edit; it cannot be made again.",
+    "kept": "A run that was kept. Undo passes it by; it is deleted in the panel Runs.",
 }
+_MOVED = {"done", "undone"}
 _Index: TypeAlias = QModelIndex | QPersistentModelIndex
 _NOWHERE = QModelIndex()
 
@@ -57,14 +59,14 @@ class HistoryModel(QAbstractTableModel):
         return self._fetch is not None and self._whole and row == len(self._rows)
 
     def current_row(self) -> int:
-        """Row of the last edit in effect."""
+        """Row of the last edit in effect that undo would take back."""
         return self._current
 
     def steps_to(self, row: int) -> int:
         """How many edits have to be undone or redone to come to a row."""
         here = self.current_row()
         passed = self._rows[min(here, row) : max(here, row)]
-        return sum(entry.state != "dropped" for entry in passed)
+        return sum(entry.state in _MOVED for entry in passed)
 
     def follow(self) -> None:
         """Take over an edit, an undo or a redo; what is loaded further down is not read again."""
@@ -81,11 +83,11 @@ class HistoryModel(QAbstractTableModel):
     def _take_in(self, newest: Entry) -> None:
         assert self._fetch is not None  # noqa: S101 - there is a newest edit
         known = self._rows[0].number if self._rows else 0
-        added = self._fetch(newest.number - known, None)
-        added = tuple(entry for entry in added if entry.number > known)
-        for row in range(self._current):
-            self._set_state(row, "dropped")
-        self._current = 0
+        found = self._fetch(newest.number - known + self._current, None)
+        added = tuple(entry for entry in found if entry.number > known)
+        states = [entry.state for entry in found[len(added) :]]
+        for row, state in zip(range(len(self._rows)), states, strict=False):
+            self._set_state(row, state)  # what was taken back may be given up now
         self.beginInsertRows(QModelIndex(), 0, len(added) - 1)
         self._rows[:0] = added
         self.endInsertRows()
@@ -95,9 +97,10 @@ class HistoryModel(QAbstractTableModel):
         assert self._fetch is not None  # noqa: S101 - asked by the caller
         while True:
             border = self._current = self._border()
-            first = max(border - 2, 0)
+            above = (row for row in range(border - 1, -1, -1) if self._rows[row].state == "undone")
+            first = max(next(above, border) - 2, 0)
             before = self._rows[first - 1].number if first else None
-            for row, entry in enumerate(self._fetch(5, before), start=first):
+            for row, entry in enumerate(self._fetch(border - first + 3, before), start=first):
                 if row < len(self._rows) and entry.number == self._rows[row].number:
                     self._set_state(row, entry.state)
             if self._border() == border:
@@ -150,7 +153,7 @@ class HistoryModel(QAbstractTableModel):
 
     def flags(self, index: _Index) -> Qt.ItemFlag:
         entry = self.entry(index.row())
-        if entry is not None and entry.state == "dropped":
+        if entry is not None and entry.state not in _MOVED:
             return Qt.ItemFlag.NoItemFlags
         return Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
 
@@ -167,7 +170,7 @@ class HistoryModel(QAbstractTableModel):
             return f"{entry.words}\n{entry.who}, {local:%Y-%m-%d %H:%M:%S}\n{_TIPS[entry.state]}"
         if role == Qt.ItemDataRole.ForegroundRole and entry.state != "done":
             theme = current_theme()
-            return QColor(theme.muted if entry.state == "undone" else theme.disabled)
+            return QColor(theme.disabled if entry.state == "dropped" else theme.muted)
         if role == Qt.ItemDataRole.FontRole:
             font = QFont()
             font.setItalic(entry.state == "undone")

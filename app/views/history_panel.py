@@ -99,7 +99,7 @@ class HistoryPanel(QWidget):
         row, entry = index.row(), self.model.entry(index.row())
         if entry is None and not self.model.is_beginning(row):
             return
-        if row == self.model.current_row() or (entry is not None and entry.state == "dropped"):
+        if row == self.model.current_row() or not index.flags():
             return
         self._steps = self.model.steps_to(row)
         self.jump_requested.emit(0 if entry is None else entry.number)

@@ -1,4 +1,8 @@
-"""Every edit that was ever made, from which undo and redo work without limit."""
+"""Every edit that was ever made, from which undo and redo work without limit.
+
+Keeping a run is noted here as well, but is nothing that undo takes back: a run goes into the
+project by itself when it has come to its end, at a moment nobody chose. Deleting it is an edit.
+"""
 
 from __future__ import annotations
 
@@ -12,10 +16,11 @@ from stereotrack_core.project.content import store
 from stereotrack_core.project.edit import Edit, Stamp, State
 from stereotrack_core.project.failures import ProjectDamaged
 from stereotrack_core.project.rows import Change, as_json, from_json, without_idle
-from stereotrack_core.project.schema import EDITED_TABLES
+from stereotrack_core.project.schema import EDITED_TABLES, RUN
 
-How: TypeAlias = Literal["done", "undone", "dropped"]
-"""State of an edit: in effect, taken back, or taken back and then followed by another edit."""
+How: TypeAlias = Literal["done", "undone", "dropped", "kept"]
+"""State of an edit: in effect, taken back, taken back and then followed by another edit, or the
+keeping of a run, which stays in effect."""
 
 
 @dataclass(frozen=True)
@@ -61,11 +66,23 @@ class Changed:
         )
 
 
-_EDITS = "SELECT number, kind, words, who, at, state FROM edit"
+_SAVE = "save"
+_KEEPS_A_RUN = (
+    f"kind = '{_SAVE}' AND EXISTS (SELECT 1 FROM edit_change WHERE edit = number AND place = 0"  # noqa: S608 - constants
+    f" AND changed_table = '{RUN.name}' AND before IS NULL)"
+)
+_EDITS = (
+    f"SELECT number, kind, words, who, at, CASE WHEN state = 'done' AND {_KEEPS_A_RUN}"  # noqa: S608
+    " THEN 'kept' ELSE state END FROM edit"
+)
 _NEXT = {
-    "ASC": f"{_EDITS} WHERE state = ? ORDER BY number LIMIT 1",
-    "DESC": f"{_EDITS} WHERE state = ? ORDER BY number DESC LIMIT 1",
+    "undone": f"{_EDITS} WHERE state = 'undone' ORDER BY number LIMIT 1",
+    "done": f"{_EDITS} WHERE state = 'done' AND NOT ({_KEEPS_A_RUN}) ORDER BY number DESC LIMIT 1",
 }
+_AGAIN = (
+    "SELECT 1 FROM edit JOIN edit_change ON edit = number"
+    " WHERE state = 'undone' AND changed_table = ? AND changed_key = ?"
+)
 
 
 class HistoryReader:
@@ -76,11 +93,11 @@ class HistoryReader:
 
     def to_undo(self) -> Entry | None:
         """What undo would take back."""
-        return self._next("done", "DESC")
+        return self._next("done")
 
     def to_redo(self) -> Entry | None:
         """What redo would make again."""
-        return self._next("undone", "ASC")
+        return self._next("undone")
 
     def entries(self, limit: int = 200, before: int | None = None) -> tuple[Entry, ...]:
         """The newest edits first, of those whose number is less than `before`."""
@@ -103,8 +120,8 @@ class HistoryReader:
                 for name, key, *before_after in rows
             )
 
-    def _next(self, state: How, direction: Literal["ASC", "DESC"]) -> Entry | None:
-        row = self._access.row(_NEXT[direction], (state,))
+    def _next(self, state: Literal["done", "undone"]) -> Entry | None:
+        row = self._access.row(_NEXT[state])
         return None if row is None else Entry(*row)
 
 
@@ -130,9 +147,7 @@ class History(HistoryReader):
             store(database, edit.contents())
             for change in changes:
                 change.table.write(database, change.key, change.after)
-            dropped = database.execute(
-                "UPDATE edit SET state = 'dropped' WHERE state = 'undone'"
-            ).rowcount
+            dropped = 0 if _leaves_redo(database, edit, changes) else _drop_undone(database)
             if not (
                 continues and not dropped and self._continued(database, edit.kind, changes, stamp)
             ):
@@ -142,16 +157,16 @@ class History(HistoryReader):
 
     def undo(self) -> Changed | None:
         """Take back the last edit that is in effect; None where there is none."""
-        return self._turn("done", "DESC")
+        return self._turn("done")
 
     def redo(self) -> Changed | None:
         """Make the edit again that was taken back last; None where there is none."""
-        return self._turn("undone", "ASC")
+        return self._turn("undone")
 
-    def _turn(self, state: How, direction: Literal["ASC", "DESC"]) -> Changed | None:
+    def _turn(self, state: Literal["done", "undone"]) -> Changed | None:
         undoing = state == "done"
         with self._access.writing() as database:
-            entry = self._next(state, direction)
+            entry = self._next(state)
             if entry is None:
                 return None
             changes = self.changes_of(entry.number)
@@ -197,7 +212,7 @@ class History(HistoryReader):
         stamp: Stamp,
     ) -> bool:
         """Let the last edit lead to the rows after these changes; False where it is another."""
-        last = self._next("done", "DESC")
+        last = self._next("done")
         if last is None or last.kind != kind or last.who != stamp.who:
             return False
         earlier = self.changes_of(last.number)
@@ -209,3 +224,17 @@ class History(HistoryReader):
         )
         database.execute("UPDATE edit SET at = ? WHERE number = ?", (stamp.at, last.number))
         return True
+
+
+def _leaves_redo(database: sqlite3.Connection, edit: Edit, changes: tuple[Change, ...]) -> bool:
+    """Whether what was taken back can still be made again after an edit: the keeping of a run."""
+    first = changes[0]
+    if edit.kind != _SAVE or first.table is not RUN or first.before is not None:
+        return False
+    again = database.execute(_AGAIN, (RUN.name, as_json(first.key))).fetchone()
+    return again is None  # else redo would find another run of that name
+
+
+def _drop_undone(database: sqlite3.Connection) -> int:
+    """Give up what was taken back; how many edits these were."""
+    return database.execute("UPDATE edit SET state = 'dropped' WHERE state = 'undone'").rowcount

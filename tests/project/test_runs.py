@@ -10,9 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_npz import run_bytes, run_of_bytes
 from stereotrack_core.project import content
+from stereotrack_core.project.click_edits import MoveClicks, place
 from stereotrack_core.project.entries import SaveEntry, facts_as_json
 from stereotrack_core.project.failures import ProjectDamaged
 from stereotrack_core.project.project import Project
@@ -29,6 +31,7 @@ from stereotrack_core.project.runs import (
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import Run
 
+CLICK = Click(1, "N", "head", (1.0, 2.0))
 VERSIONS = {"stereotrack": "1", "numpy": "2.1"}
 
 
@@ -156,6 +159,56 @@ def test_deleting_is_a_fact_that_can_be_undone(project):
     assert_same(load_run(project.runs, "accurate"), run())
     project.redo()
     assert kept_runs(project.runs) == ()
+
+
+def test_undo_passes_by_a_run_that_was_kept_and_takes_back_what_a_person_did(project):
+    project.apply(place(CLICK))
+    project.apply(keep_run("accurate", run()))
+    assert project.history.to_undo().words == "place head in N, frame 1"
+    assert [entry.state for entry in project.history.entries()] == ["kept", "done"]
+    project.undo()
+    assert (project.clicks.count(), len(kept_runs(project.runs))) == (0, 1)
+    assert project.undo() is None
+    project.redo()
+    assert (project.clicks.count(), len(kept_runs(project.runs))) == (1, 1)
+    project.apply(delete_run("accurate"))
+    assert kept_runs(project.runs) == ()
+    assert project.history.to_undo().words == "delete run accurate"
+    project.undo()
+    assert_same(load_run(project.runs, "accurate"), run())
+
+
+def test_a_run_that_comes_to_its_end_meanwhile_leaves_redo_as_it_is(project):
+    project.apply(place(CLICK))
+    project.undo()
+    project.apply(keep_run("accurate", run()))
+    assert project.history.to_redo().words == "place head in N, frame 1"
+    project.redo()
+    assert project.clicks.count() == 1
+    project.undo()
+    assert (project.clicks.count(), len(kept_runs(project.runs))) == (0, 1)
+
+
+def test_small_steps_around_a_run_that_was_kept_stay_one_edit(project):
+    step = MoveClicks((CLICK.key,), (0.5, 0.0))
+    project.apply(place(CLICK))
+    project.apply(step, continues=True)
+    project.apply(keep_run("accurate", run()))
+    project.apply(step, continues=True)
+    assert project.clicks.at(1)[0].position == (2.0, 2.0)
+    project.undo()
+    assert project.clicks.at(1)[0].position == (1.0, 2.0)
+
+
+def test_a_name_that_redo_would_use_again_is_taken_by_the_run_alone(project):
+    """Redo is given up there rather than found to contradict what the project holds."""
+    project.apply(keep_run("one", run()))
+    project.apply(RenameRun("one", "two"))
+    project.undo()
+    project.apply(keep_run("two", run(seed=9)))
+    assert project.history.to_redo() is None
+    assert project.redo() is None
+    assert {one.name for one in kept_runs(project.runs)} == {"one", "two"}
 
 
 def test_a_run_is_renamed_with_all_that_belongs_to_it(project):

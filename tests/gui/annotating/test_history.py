@@ -11,6 +11,8 @@ from app.views.history_model import HistoryModel
 from app.views.history_panel import HistoryPanel
 from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.project.click_edits import MoveClicks, place
+from stereotrack_core.project.entries import SaveEntry
+from stereotrack_core.project.schema import RUN
 
 LEFT = Qt.MouseButton.LeftButton
 
@@ -106,6 +108,48 @@ def test_following_is_the_same_as_reading_everything(project):
         afresh.fetchMore(model.index(-1, -1))
     assert rows_of(model) == rows_of(afresh)
     assert model.current_row() == afresh.current_row()
+
+
+def kept(project, name):
+    """Keep something in place of a run; what it holds does not matter to the history."""
+    project.apply(SaveEntry(RUN.name, name, "{}", name.encode()))
+
+
+def test_a_run_that_was_kept_is_listed_and_passed_by(qtbot, project, panel):
+    edits(project, 2)
+    for name in ("a", "b", "c", "d"):
+        kept(project, name)
+    edits(project, 1, start=2)
+    assert panel.model.index(4, 0).data() == "save run a"
+    click_on(qtbot, panel, 2)
+    assert project.clicks.count() == 3, "a run that was kept is no place to go to"
+    click_on(qtbot, panel, 6)
+    assert (project.clicks.count(), panel.model.current_row()) == (1, 6)
+    click_on(qtbot, panel, 0)
+    assert (project.clicks.count(), panel.model.current_row()) == (3, 0)
+    assert len(project.runs.names()) == 4
+
+
+def test_following_runs_that_are_kept_is_the_same_as_reading_everything(project):
+    model = HistoryModel()
+    model.show(project.history.entries)
+    rng = np.random.default_rng(5)
+    for step in range(300):
+        if (turn := rng.integers(6)) == 0:
+            project.redo()
+        elif turn < 3:
+            project.undo()
+        elif turn == 3:
+            edits(project, 1, start=step)
+        else:
+            kept(project, f"run {step}")
+        model.follow()
+        afresh = HistoryModel()
+        afresh.show(lambda _limit, before: project.history.entries(400, before))
+        assert rows_of(model)[: len(project.history.entries(400))] == [
+            (entry.number, entry.state) for entry in project.history.entries(400)
+        ]
+        assert model.current_row() == afresh.current_row()
 
 
 def test_only_what_is_looked_at_is_read(qtbot, project, shown):

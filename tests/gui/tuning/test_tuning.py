@@ -176,6 +176,30 @@ def test_an_attempt_is_adopted_as_a_preset_of_the_project(tuning, qtbot, tmp_pat
     qtbot.waitUntil(tuning.settled, timeout=60_000)
 
 
+def test_undo_after_a_change_leaves_a_run_that_was_kept(tuning, qtbot):
+    tuning.run_work.keep_active()
+    qtbot.waitUntil(tuning.settled, timeout=60_000)
+    run = tuning.runs.active
+    assert run.kept == "quick"
+    typed(tuning, "sigma_joint", "25")
+    tuning.refresh()
+    undo = tuning.actions_book.action("undo")
+    assert not undo.isEnabled(), undo.text()
+    undo.trigger()
+    tuning.project.undo()
+    assert run in tuning.runs.entries
+    assert tuning.project.project.runs.names() == ("quick",)
+    assert tuning.track.settings.tracking.sigma_joint == 25.0
+    tuning.run_work.remove_active()
+    assert run not in tuning.runs.entries
+    tuning.refresh()
+    assert undo.text() == "Undo: delete run quick"
+    undo.trigger()
+    qtbot.waitUntil(tuning.settled, timeout=60_000)
+    assert tuning.project.project.runs.names() == ("quick",)
+    assert [entry.name for entry in tuning.runs.entries if entry.kept] == ["quick"]
+
+
 def test_differences_of_settings_are_from_preset_run_or_thesis(tuning, qtbot):
     tuning.tuning.toggle_live()
     typed(tuning, "sigma_joint", "25")
