@@ -22,11 +22,14 @@ from .main_window import MainWindow, user_settings
 from .picture_file import write_picture
 from .presenters.runs import RunEntry
 from .tasks.garbage import GarbageTimer
+from .tasks.threaded import wait_for_threads
 from .theme import THEME_NAMES, ThemeName, apply_theme
 
 _LOOK_MS = 50
 _CALM_LOOKS = 4
 _PATIENCE_S = 1800.0
+_LAST_THREADS_S = 15.0
+"""The window is gone by then; work that takes longer to notice that is left behind."""
 
 
 class WindowProgram:
@@ -63,6 +66,7 @@ class WindowProgram:
         try:
             return self.app.exec()
         finally:
+            wait_for_threads(_LAST_THREADS_S)
             self._relay.remove()
 
     def track_demo(self, args: Namespace) -> None:
@@ -93,6 +97,7 @@ class WindowProgram:
         if message is not None and failed:
             say(message.sentence())
         window.close()
+        wait_for_threads(_LAST_THREADS_S)
         self._relay.remove()
         return saved and settled and not failed
 

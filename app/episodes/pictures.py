@@ -16,6 +16,7 @@ from stereotrack_core.evaluation.episodes.strip import Paper
 from stereotrack_core.recording.reader import FrameReader
 
 from ..tasks.newest import NewestWins
+from ..tasks.shared import Shared
 from ..theme import current_theme
 
 
@@ -25,7 +26,7 @@ class Wanted:
 
     subject: Subject
     episode: Episode
-    reader: FrameReader
+    reader: Shared[FrameReader]
     paper: Paper
 
 
@@ -46,7 +47,7 @@ class EpisodePictures(QObject):
     drawn = Signal(object)
     failed = Signal(object)
 
-    def __init__(self, reader: Callable[[], FrameReader | None]) -> None:
+    def __init__(self, reader: Callable[[], Shared[FrameReader] | None]) -> None:
         super().__init__()
         self._reader = reader
         self._worker: NewestWins | None = None
@@ -99,9 +100,10 @@ class EpisodePictures(QObject):
 def _drawn(wanted: Wanted) -> ImageArray:
     recording = wanted.subject.recording
     assert recording is not None  # noqa: S101 - it is not asked for else
-    return evidence_picture(
-        wanted.subject, recording, wanted.episode, reader=wanted.reader, paper=wanted.paper
-    )
+    with wanted.reader.used() as reader:
+        return evidence_picture(
+            wanted.subject, recording, wanted.episode, reader=reader, paper=wanted.paper
+        )
 
 
 def _bgr(colour: str) -> tuple[int, int, int]:

@@ -12,11 +12,51 @@ from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.tracking.tuning.sources import NumberedReader
 
 from ..failures import message_of
 from ..tasks.newest import NewestWins
+from ..tasks.shared import Shared
 
 _KEPT = 12
+
+
+class _Measuring:
+    """Measures points of one recording in one thread, which alone has the chain.
+
+    Another recording gets another one of these, so that a thread that is late has nothing to do
+    with it. Once the reader is closed the work ends with the next images.
+    """
+
+    def __init__(self, recording: Recording, reader: Shared[FrameReader]) -> None:
+        self._recording, self._reader = recording, reader
+        self._chain: DepthChain | None = None
+
+    def __call__(self, question: tuple[DepthParameters, int]) -> Cloud:
+        """Make one cloud."""
+        parameters, frame = question
+        with self._reader.used() as reader:
+            pictures = NumberedReader(reader, self)
+            if self._chain is None or self._chain.parameters != parameters:
+                self.close()
+                self._chain = DepthChain(self._recording, parameters)
+                try:
+                    self._chain.learn_background(pictures, range(reader.frame_count))
+                except BaseException:
+                    self.close()  # it has learned a part at most
+                    raise
+            return self._chain.process(pictures.frame_set(frame))
+
+    def go_on(self) -> None:
+        """Raise :class:`Cancelled` where another recording is measured by now."""
+        if not self._reader.wanted:
+            raise Cancelled
+
+    def close(self) -> None:
+        """End the chain's threads."""
+        chain, self._chain = self._chain, None
+        if chain is not None:
+            chain.close()
 
 
 class CloudPresenter(QObject):
@@ -35,16 +75,14 @@ class CloudPresenter(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._recording: Recording | None = None
-        self._reader: FrameReader | None = None
-        self._chain: DepthChain | None = None
+        self._reader: Shared[FrameReader] | None = None
         self._worker: NewestWins | None = None
         self._parameters = DepthParameters()
         self._clouds: OrderedDict[tuple[DepthParameters, int], Cloud] = OrderedDict()
         self._failed: set[tuple[DepthParameters, int]] = set()
 
     @property
-    def reader(self) -> FrameReader | None:
+    def reader(self) -> Shared[FrameReader] | None:
         """Reader of the images in grey, as the tracker sees them."""
         return self._reader
 
@@ -53,19 +91,17 @@ class CloudPresenter(QObject):
         if self._worker is not None:
             self._worker.close()
             self._worker = None
-        if self._chain is not None:
-            self._chain.close()
-            self._chain = None
         if self._reader is not None:
             self._reader.close()
             self._reader = None
         self._clouds.clear()
         self._failed.clear()
-        self._recording = recording
         names = [view.name for view in recording.views if view.kind != "mono"] if recording else []
         if recording is not None and names:
-            self._reader = FrameReader(recording, views=names, colour=False)
-            self._worker = NewestWins(self._measure, "measure points")
+            reader = FrameReader(recording, views=names, colour=False)
+            self._reader = Shared(reader, reader.close)
+            measuring = _Measuring(recording, self._reader)
+            self._worker = NewestWins(measuring, "measure points", measuring.close)
             self._worker.answered.connect(self._on_measured)
             self._worker.failed.connect(self._on_failed)
 
@@ -108,32 +144,13 @@ class CloudPresenter(QObject):
         """Whether nothing is being made."""
         return self._worker is None or self._worker.idle()
 
-    def _measure(self, question: tuple[DepthParameters, int]) -> Cloud:
-        """Make one cloud; in the worker's thread, which alone uses the chain."""
-        parameters, frame = question
-        recording, reader = self._recording, self._reader
-        if recording is None or reader is None:
-            raise Cancelled
-        if self._chain is None or self._chain.parameters != parameters:
-            if self._chain is not None:
-                self._chain.close()
-                self._chain = None
-            chain = DepthChain(recording, parameters)
-            chain.learn_background(reader, range(reader.frame_count))
-            self._chain = chain
-        return self._chain.process(reader.frame_set(frame))
-
     @Slot(object, object)
     def _on_measured(self, question: tuple[DepthParameters, int], cloud: Cloud) -> None:
-        if self._worker is None:
-            return
         self.keep(cloud, question[0])
         self.measured.emit(cloud)
 
     @Slot(object, object)
     def _on_failed(self, question: tuple[DepthParameters, int], error: Exception) -> None:
-        if self._worker is None:
-            return
         first = not self._failed
         self._failed.add(question)
         if first:

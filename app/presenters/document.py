@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TypeAlias
 
@@ -19,6 +20,7 @@ from stereotrack_core.recording.reader import FrameReader
 
 from ..failures import Message, message_of
 from ..tasks.newest import NewestWins
+from ..tasks.shared import Shared
 from ..tasks.task import Task, TaskList
 from .recording_corrections import applied_message, refused_message
 
@@ -111,6 +113,7 @@ class DocumentPresenter(QObject):
         super().__init__(parent)
         self._tasks = tasks
         self._opened: Opened | None = None
+        self._reader: Shared[FrameReader] | None = None
         self._frame = 0
         self._frame_set: FrameSet | None = None
         self._reading: NewestWins | None = None
@@ -143,9 +146,9 @@ class DocumentPresenter(QObject):
         return self._opened is not None and self._opened.refused is not None
 
     @property
-    def reader(self) -> FrameReader | None:
+    def reader(self) -> Shared[FrameReader] | None:
         """Reader of the images in colour."""
-        return self._opened.reader if self._opened is not None else None
+        return self._reader
 
     @property
     def frame(self) -> int:
@@ -205,11 +208,11 @@ class DocumentPresenter(QObject):
         if self._reading is not None:
             self._reading.close()
             self._reading = None
-        opened, self._opened = self._opened, None
+        reader, self._opened, self._reader = self._reader, None, None
         self._frame_set, self._frame, self._count, self.findings = None, 0, 0, None
         self._loop = None
-        if opened is not None:
-            opened.reader.close()
+        if reader is not None:
+            reader.close()
             self.closed.emit()
 
     def go_to(self, frame: int) -> None:
@@ -271,7 +274,8 @@ class DocumentPresenter(QObject):
     def _on_opened(self, opened: Opened) -> None:
         self.close()
         self._opened = opened
-        self._reading = NewestWins(opened.reader.frame_set, "read frames")
+        self._reader = Shared(opened.reader, opened.reader.close)
+        self._reading = NewestWins(partial(_frame_set, self._reader), "read frames")
         self._reading.answered.connect(self._on_frame_read)
         self._reading.failed.connect(self._on_frame_failed)
         self._count, final = opened.reader.frame_count_so_far()
@@ -356,6 +360,11 @@ class DocumentPresenter(QObject):
             self.count_changed.emit(count)
             if first or self._frame >= count:
                 self.go_to(self._start_frame)
+
+
+def _frame_set(reader: Shared[FrameReader], frame: int) -> FrameSet:
+    with reader.used() as open_reader:
+        return open_reader.frame_set(frame)
 
 
 def _unless_cancelled(task: Task, opened: Opened) -> Opened:

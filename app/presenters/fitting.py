@@ -316,7 +316,7 @@ def _fit_elsewhere(
         while not over.wait(_LOOK_SECONDS):
             if cancelled():
                 process.close()
-                continue  # one that was just about to be started is ended with the next look
+                return
             done, now = frames_done(job), time.monotonic()
             if done != before:
                 before, since = done, now

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from PySide6.QtCore import QObject, Signal, Slot
@@ -47,12 +47,65 @@ class Ranking:
     sign: StopSign
 
 
-@dataclass
-class _Inbox:
-    """What the worker has not taken in yet."""
+@dataclass(frozen=True, eq=False)
+class _Order:
+    """What a ranking is made of, as it is when it is asked for."""
 
-    build: bool = False
-    frames: set[int] = field(default_factory=set)
+    fit: TrajectoryFit
+    run: LandmarkTrajectory | None
+    wish: Wish
+    wanted_deg: float
+
+
+class _Ranker:
+    """Ranks the places of one project in one thread, which alone has the ranking.
+
+    Another project gets another one of these, so that a thread that is late has nothing to do with
+    it.
+    """
+
+    def __init__(self, project: Project, cameras: Mapping[str, Camera]) -> None:
+        self._project, self._cameras = project, cameras
+        self._lock = threading.Lock()
+        self._order: _Order | None = None
+        self._build, self._frames = False, frozenset[int]()
+        self._ranking: NextClicks | None = None
+
+    def tell(self, order: _Order, *, build: bool, frames: frozenset[int]) -> None:
+        """Say what the next ranking is made of, and in which frames clicks have changed."""
+        with self._lock:
+            self._order = order
+            self._build |= build
+            self._frames |= frames
+
+    def __call__(self, _question: int) -> Ranking:
+        """Rank; called in the worker's thread."""
+        with self._lock:
+            order, build, frames = self._order, self._build, self._frames
+            self._build, self._frames = False, frozenset()
+        assert order is not None  # noqa: S101 - told before it was asked
+        gaps = gaps_of(self._project)
+        ranking, self._ranking = self._ranking, None  # where this fails, the next one begins anew
+        if ranking is None or build:
+            ranking = self._built(order, gaps)
+        else:
+            clicks = self._project.clicks
+            for frame in sorted(frames):
+                ranking.update(frame, (*clicks.at(frame), *clicks.deleted_at(frame)))
+        self._ranking = ranking
+        counts = np.ones(len(order.fit.frame), dtype=np.bool_)
+        for gap in gaps:
+            counts &= (order.fit.frame < gap.start) | (order.fit.frame >= gap.stop)
+        sigma = ranking.gains.limb_sigma_deg()[counts]
+        return Ranking(ranking.best(order.wish), good_enough(sigma, order.wanted_deg))
+
+    def _built(self, order: _Order, gaps: Sequence[range]) -> NextClicks:
+        project = self._project
+        return NextClicks(
+            self._cameras, project.landmark_set(), order.fit,
+            project.clicks.all(with_deleted=True),
+            sigma=measured_sigmas(project, USUAL_SIGMA), run=order.run, gaps=gaps,
+        )  # fmt: skip
 
 
 class NextPresenter(QObject):
@@ -77,8 +130,7 @@ class NextPresenter(QObject):
         self._wish = Wish(count=_MOST)
         self._wanted = WANTED_DEG
         self._worker: NewestWins | None = None
-        self._ranking: NextClicks | None = None
-        self._inbox, self._lock = _Inbox(), threading.Lock()
+        self._ranker: _Ranker | None = None
         self._asked = self._told = 0
 
     @property
@@ -97,9 +149,9 @@ class NextPresenter(QObject):
             self._worker.close()
             self._worker = None
         self._project, self._cameras = project, cameras
-        self._fit = self._run = self._ranking = None
+        self._fit = self._run = self._ranker = None
         self._wish = Wish(count=_MOST)
-        self._inbox = _Inbox()
+        self._told = self._asked
         if project is not None:
             self._wanted = float(project.view_settings.get(_WANTED, WANTED_DEG))
         self.ranked.emit(None)
@@ -144,38 +196,15 @@ class NextPresenter(QObject):
     def _ask(self, *, build: bool = False, frames: frozenset[int] = frozenset()) -> None:
         if self._fit is None or self._project is None:
             return
-        with self._lock:
-            self._inbox.build |= build
-            self._inbox.frames |= frames
-        if self._worker is None:
-            self._worker = NewestWins(self._rank, "rank clicks")
+        if self._ranker is None or self._worker is None:
+            self._ranker = _Ranker(self._project, self._cameras)
+            self._worker = NewestWins(self._ranker, "rank clicks")
             self._worker.answered.connect(self._on_ranked)
             self._worker.failed.connect(self._on_failed)
+        order = _Order(self._fit, self._run, self._wish, self._wanted)
+        self._ranker.tell(order, build=build, frames=frames)
         self._asked += 1
         self._worker.ask(self._asked)
-
-    def _rank(self, _question: int) -> Ranking:
-        """Called in the worker's thread, which alone touches the ranking."""
-        project, fit = self._project, self._fit
-        assert project is not None  # noqa: S101 - asked before
-        assert fit is not None  # noqa: S101 - asked before
-        with self._lock:
-            inbox, self._inbox = self._inbox, _Inbox()
-        gaps = gaps_of(project)
-        if inbox.build or self._ranking is None:
-            self._ranking = NextClicks(
-                self._cameras, project.landmark_set(), fit, project.clicks.all(with_deleted=True),
-                sigma=measured_sigmas(project, USUAL_SIGMA), run=self._run, gaps=gaps,
-            )  # fmt: skip
-        else:
-            for frame in sorted(inbox.frames):
-                there = (*project.clicks.at(frame), *project.clicks.deleted_at(frame))
-                self._ranking.update(frame, there)
-        counts = np.ones(len(fit.frame), dtype=np.bool_)
-        for gap in gaps:
-            counts &= (fit.frame < gap.start) | (fit.frame >= gap.stop)
-        sigma = self._ranking.gains.limb_sigma_deg()[counts]
-        return Ranking(self._ranking.best(self._wish), good_enough(sigma, self._wanted))
 
     @Slot(object, object)
     def _on_ranked(self, question: int, ranking: Ranking) -> None:

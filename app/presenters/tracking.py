@@ -6,6 +6,7 @@ import dataclasses
 import threading
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import dataclass
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
@@ -22,6 +23,8 @@ from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.settings import Settings
 
 from ..failures import message_of
+from ..tasks.shared import Shared
+from ..tasks.threaded import WorkThread
 from .runs import RunEntry, RunList
 
 UPDATES_PER_SECOND = 20
@@ -36,7 +39,7 @@ class Order:
     preset: str
     frames: range
     init: FirstPose
-    reader: FrameReader | None
+    reader: Shared[FrameReader] | None
 
 
 class TrackWorker:
@@ -59,7 +62,7 @@ class TrackWorker:
         self._working = False
         self._results: list[TrackedFrame] = []
         self._condition = threading.Condition()
-        self._thread = threading.Thread(target=self._run, name="track", daemon=True)
+        self._thread = WorkThread(self._run, "track")
         self._thread.start()
 
     def allow(self, frames: float) -> None:
@@ -77,12 +80,11 @@ class TrackWorker:
         """Whether a frame is in work, or the tracker has leave to go on."""
         return not self.done and (self._allowed > 0 or self._working)
 
-    def stop(self, seconds: float = 15.0) -> None:
-        """End the thread; what was tracked stays."""
+    def stop(self) -> None:
+        """Let the thread end after the frame in work; what was tracked stays."""
         with self._condition:
             self._stop = True
             self._condition.notify_all()
-        self._thread.join(seconds)
 
     def taken(self) -> list[TrackedFrame]:
         """Results since the last call."""
@@ -100,13 +102,16 @@ class TrackWorker:
         order = self.order
         begun = time.perf_counter()
         try:
-            with Pipeline(
-                order.recording,
-                order.settings,
-                init=order.init,
-                reader=order.reader,
-                preset=order.preset,
-            ) as pipeline:
+            with (
+                order.reader.used() if order.reader is not None else nullcontext() as reader,
+                Pipeline(
+                    order.recording,
+                    order.settings,
+                    init=order.init,
+                    reader=reader,
+                    preset=order.preset,
+                ) as pipeline,
+            ):
                 pipeline.on_first_pass = self._go_on_preparing
                 pipeline.prepare(order.frames)
                 self.worked_seconds = time.perf_counter() - begun
@@ -114,7 +119,7 @@ class TrackWorker:
                 self.pipeline = pipeline
                 self._follow(pipeline)
         except Cancelled:
-            pass  # stopped while lengths were estimated: there is no frame yet
+            pass  # stopped before the first frame
         except Exception as error:  # noqa: BLE001 - handed to the window, which shows it
             self.error = error
         finally:
@@ -214,7 +219,7 @@ class TrackPresenter(QObject):
         recording: Recording,
         frames: range,
         init: FirstPose,
-        reader: FrameReader | None,
+        reader: Shared[FrameReader] | None,
         *,
         allowed: float = float("inf"),
     ) -> RunEntry:

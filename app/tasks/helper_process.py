@@ -12,8 +12,10 @@ import signal
 import struct
 import subprocess
 import sys
+import threading
 from typing import IO, Any
 
+_DIED = (EOFError, OSError, pickle.UnpicklingError)
 _LENGTH = struct.Struct("<Q")
 _CODE = "import sys; sys.path[:] = {path!r}; from {here} import serve; serve({of!r})"
 
@@ -32,41 +34,62 @@ class HelperProcess:
         self._worker = worker
         self._process: subprocess.Popen[bytes] | None = None
         self._closed = False
+        self._starting = threading.Lock()
+        self._turn = threading.Lock()
 
     def __call__(self, question: object) -> Any:
         """The answer; a process that has died is started anew, once.
+
+        May be called from several threads, which take turns.
 
         Raises
         ------
         Exception
             What answering raised.
+        EOFError
+            Where it is closed, or the process dies again.
         """
         data = pickle.dumps(question)
-        try:
-            answered, result = self._exchange(data)
-        except (EOFError, OSError, pickle.UnpicklingError):
-            self._end()
-            answered, result = self._exchange(data)
+        with self._turn:
+            try:
+                answered, result = self._exchange(data)
+            except _DIED:
+                answered, result = self._exchange(data)
         if not answered:
             raise result
         return result
 
     def close(self) -> None:
-        """End the process; whoever waits for an answer gets an ``EOFError``."""
+        """End the process for good; whoever waits for an answer gets an ``EOFError``."""
         self._closed = True
-        self._end()
+        with self._starting:  # whoever comes later sees that it is closed
+            process = self._process
+        if process is not None:
+            process.kill()
+        with self._turn:  # whoever has waited for an answer waits no longer
+            self._end()
 
     def _exchange(self, data: bytes) -> tuple[bool, Any]:
-        process = self._process
-        if self._closed:
-            raise EOFError
-        if process is None:
-            process = self._process = self._started()
+        """Ask the process, in one's turn; one that does not answer is ended."""
+        process = self._running()
         assert process.stdin is not None  # noqa: S101 - it was made with pipes
         assert process.stdout is not None  # noqa: S101 - it was made with pipes
-        _send(process.stdin, data)
-        answer: tuple[bool, Any] = pickle.loads(_receive(process.stdout))  # noqa: S301 - our own
+        try:
+            _send(process.stdin, data)
+            answer: tuple[bool, Any] = pickle.loads(_receive(process.stdout))  # noqa: S301 - own
+        except BaseException:
+            self._end()  # what it may still answer is not for the next question
+            raise
         return answer
+
+    def _running(self) -> subprocess.Popen[bytes]:
+        """The process, started where there is none."""
+        with self._starting:
+            if self._closed:
+                raise EOFError
+            if self._process is None:
+                self._process = self._started()
+            return self._process
 
     def _started(self) -> subprocess.Popen[bytes]:
         code = _CODE.format(path=sys.path, here=__name__, of=self._worker)
@@ -79,6 +102,7 @@ class HelperProcess:
         )
 
     def _end(self) -> None:
+        """End the process and close its pipes, which only the one whose turn it is reads."""
         process, self._process = self._process, None
         if process is not None:
             process.kill()

@@ -6,10 +6,12 @@ import threading
 from collections.abc import Callable, Hashable
 from typing import Any
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import Qt, Signal, Slot
+
+from .threaded import Threaded
 
 
-class NewestWins(QObject):
+class NewestWins(Threaded):
     """Answers questions in a thread of its own; only the newest waiting one is kept.
 
     Parameters
@@ -18,20 +20,35 @@ class NewestWins(QObject):
         From a question to its answer; called in the worker's thread.
     name : str
         Name of the thread.
+    at_end : callable, optional
+        Called in the worker's thread when it has answered its last question: closes what `answer`
+        alone has used.
+
+    Signals
+    -------
+    answered : question, answer
+    failed : question, Exception
+        Both are sent in the thread that made the worker, and neither once it is closed.
     """
 
     answered = Signal(object, object)
     failed = Signal(object, object)
+    _over = Signal(bool, object, object)
 
-    def __init__(self, answer: Callable[[Any], Any], name: str) -> None:
-        super().__init__()
-        self._answer = answer
+    def __init__(
+        self,
+        answer: Callable[[Any], Any],
+        name: str,
+        at_end: Callable[[], object] | None = None,
+    ) -> None:
+        super().__init__(name)
+        self._over.connect(self._tell, Qt.ConnectionType.QueuedConnection)
+        self._answer, self._at_end = answer, at_end
         self._condition = threading.Condition()
         self._waiting: list[Hashable] = []
         self._busy_with: Hashable | None = None
         self._closed = False
-        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
-        self._thread.start()
+        self._begin()
 
     def ask(self, question: Hashable) -> None:
         """Ask; overtakes a question that waits. Asking twice for the same is asking once."""
@@ -47,30 +64,41 @@ class NewestWins(QObject):
         with self._condition:
             return self._busy_with is None and not self._waiting
 
-    def close(self, seconds: float = 10.0) -> None:
-        """Forget what waits and end the thread."""
+    def close(self) -> None:
+        """Forget what waits, and end; returns at once, and tells nobody what is still answered."""
         with self._condition:
             self._closed = True
             self._waiting = []
             self._condition.notify()
-        self._thread.join(seconds)
 
     def _run(self) -> None:
-        while True:
-            with self._condition:
-                self._busy_with = None
-                while not self._waiting and not self._closed:
-                    self._condition.wait()
-                if self._closed:
-                    return
-                question = self._busy_with = self._waiting.pop()
-            try:
-                result = self._answer(question)
-            except Exception as error:  # noqa: BLE001 - handed to the window, which shows it
-                self._tell(self.failed, question, error)
-            else:
-                self._tell(self.answered, question, result)
+        try:
+            while self._wait():
+                self._answer_one()
+        finally:
+            if self._at_end is not None:
+                self._at_end()
 
-    def _tell(self, signal: Any, question: Hashable, what: object) -> None:
+    def _wait(self) -> bool:
+        """Wait for a question; False when there are no more."""
+        with self._condition:
+            self._busy_with = None
+            self._condition.wait_for(lambda: self._waiting or self._closed)
+            if self._closed:
+                return False
+            self._busy_with = self._waiting.pop()
+            return True
+
+    def _answer_one(self) -> None:
+        question = self._busy_with
+        try:
+            result = self._answer(question)
+        except Exception as error:  # noqa: BLE001 - handed to the window, which shows it
+            self._over.emit(False, question, error)
+        else:
+            self._over.emit(True, question, result)
+
+    @Slot(bool, object, object)
+    def _tell(self, well: bool, question: Hashable, what: object) -> None:
         if not self._closed:
-            signal.emit(question, what)
+            (self.answered if well else self.failed).emit(question, what)

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable
 from typing import Any
 
 from PySide6.QtCore import QObject, Qt, Signal, Slot
 
 from stereotrack_core.errors import Cancelled
+
+from .threaded import Threaded
 
 
 class CancelToken:
@@ -26,7 +29,7 @@ class CancelToken:
         return self._event.is_set()
 
 
-class Task(QObject):
+class Task(Threaded):
     """One piece of work in a thread of its own.
 
     Signals are sent in the thread that made the task, from its event loop: whoever connects to
@@ -55,22 +58,27 @@ class Task(QObject):
     _over = Signal(str, object)
 
     def __init__(self, title: str, work: Callable[[Task], Any]) -> None:
-        super().__init__()
+        super().__init__(title)
         self._over.connect(self._tell, Qt.ConnectionType.QueuedConnection)
         self.title = title
         self.token = CancelToken()
         self.share = 0.0
         self.words = ""
         self._work = work
-        self._thread = threading.Thread(target=self._run, name=title, daemon=True)
+        self._given_up = False
 
     def start(self) -> None:
         """Begin."""
-        self._thread.start()
+        self._begin()
 
     def cancel(self) -> None:
         """Ask the work to stop."""
         self.token.cancel()
+
+    def give_up(self) -> None:
+        """Ask the work to stop, and tell nobody how it ends."""
+        self.cancel()
+        self._given_up = True
 
     def join(self, seconds: float) -> bool:
         """Wait for the end of the work; False where it still runs."""
@@ -99,6 +107,8 @@ class Task(QObject):
 
     @Slot(str, object)
     def _tell(self, how: str, what: object) -> None:
+        if self._given_up:
+            return
         if how == "stopped":
             self.stopped.emit()
         elif how == "failed":
@@ -147,10 +157,12 @@ class TaskList(QObject):
             task.cancel()
 
     def shutdown(self, seconds: float = 10.0) -> None:
-        """Stop all work and wait for it."""
+        """Stop all work and wait for it, all in all so long; what takes longer ends by itself."""
+        end = time.monotonic() + seconds
         self.cancel_all()
         for task in tuple(self._tasks):
-            task.join(seconds)
+            if not task.join(max(end - time.monotonic(), 0.0)):
+                task.give_up()
         self._tasks.clear()
 
     @Slot(float, str)

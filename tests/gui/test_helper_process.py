@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 
 import pytest
 
+from app.tasks import helper_process
 from app.tasks.helper_process import HelperProcess
 from stereotrack_core.errors import InputError
 
@@ -81,3 +86,56 @@ def test_it_ends_with_the_window(worker, capfd):
     assert not os.path.exists(f"/proc/{process}")
     with pytest.raises(EOFError):
         helper("abc")
+
+
+A_MOMENT_S = 0.5
+"""What must not come to an end gets so long; a busy machine makes that prove less, not fail."""
+
+
+def test_one_that_is_closed_while_it_is_being_started_leaves_no_process(worker, capfd, monkeypatch):
+    helper = worker(WORKER)
+    closing = threading.Thread(target=helper.close)
+    started = []
+
+    start = subprocess.Popen
+
+    def late(*what, **how):
+        closing.start()
+        closing.join(A_MOMENT_S)
+        started.append(start(*what, **how))
+        return started[-1]
+
+    monkeypatch.setattr(subprocess, "Popen", late)
+    with suppress(EOFError):  # it may have answered before it was closed
+        helper("abc")
+    closing.join(300)
+    (process,) = started
+    assert process.poll() is not None, "the process outlives the window"
+    with pytest.raises(EOFError):
+        helper("abc")
+
+
+def test_one_that_is_closed_while_its_answer_is_read_ends_that_in_words(worker, capfd, monkeypatch):
+    helper = worker(WORKER)
+    helper("abc")
+    closing = threading.Thread(target=helper.close)
+    read = helper_process._receive
+
+    def receive(pipe):
+        closing.start()
+        closing.join(A_MOMENT_S)
+        return read(pipe)
+
+    monkeypatch.setattr(helper_process, "_receive", receive)
+    with pytest.raises(EOFError):
+        helper("abc")
+    closing.join(300)
+    assert not closing.is_alive()
+
+
+def test_several_threads_take_turns_also_where_the_process_has_died(worker, capfd):
+    helper = worker(WORKER)
+    os.kill(helper("who"), signal.SIGTERM)
+    questions = [f"{k} {'x' * (k % 7) * 20_000}" for k in range(60)]
+    with ThreadPoolExecutor(6) as pool:
+        assert list(pool.map(helper, questions)) == [one[::-1] for one in questions]

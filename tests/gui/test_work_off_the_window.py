@@ -1,10 +1,42 @@
-"""Work in threads of its own tells the window how it ended."""
+"""Work in threads of its own tells the window how it ended, and leaves nothing behind there."""
+
+import threading
+import weakref
 
 import pytest
+from PySide6.QtCore import QCoreApplication
 
+from app.tasks.newest import NewestWins
+from app.tasks.shared import Shared
 from app.tasks.task import TaskList
-from app.tuning.worker import AttemptWorker
 from stereotrack_core.errors import Cancelled, InputError
+
+PATIENCE_S = 300.0
+"""Waiting ends with the event that is waited for; this ends it where that never comes."""
+
+
+class Held:
+    """Work that is in the middle of something until it is let go."""
+
+    def __init__(self):
+        self.begun, self.go = threading.Event(), threading.Event()
+
+    def __call__(self, question=None):
+        self.begun.set()
+        assert self.go.wait(PATIENCE_S)
+        return question
+
+
+def thread_of(name):
+    (thread,) = [one for one in threading.enumerate() if one.name == name]
+    return thread
+
+
+def destroyed_in(thing):
+    """List that will name the thread in which the last reference to a thing has gone."""
+    where = []
+    weakref.finalize(thing, lambda: where.append(threading.current_thread()))
+    return where
 
 
 def _ends(task, told):
@@ -33,10 +65,74 @@ def test_who_connects_after_the_end_is_told_as_well(qtbot, error, how):
     assert tasks.tasks == ()
 
 
-def test_an_attempt_begins_when_its_end_can_be_told(qtbot):
-    worker, told = AttemptWorker((), store=None), []
-    assert not worker.done
-    worker.ended.connect(lambda: told.append("ended"))
-    worker.start()
-    qtbot.waitUntil(lambda: told == ["ended"], timeout=10_000)
-    assert worker.done
+def test_a_task_that_outlives_its_list_ends_in_the_window_s_thread(qtbot):
+    tasks, held, told = TaskList(), Held(), []
+    task = tasks.begin("something long", lambda _task: held(), told.append)
+    thread, where = thread_of("something long"), destroyed_in(task)
+    assert held.begun.wait(PATIENCE_S)
+    tasks.shutdown(0.0)
+    del task
+    held.go.set()
+    thread.join(PATIENCE_S)
+    qtbot.waitUntil(lambda: where != [], timeout=10_000)
+    assert where == [threading.main_thread()]
+    assert told == [], "nobody is there any more who could use what comes of it"
+
+
+def test_what_answers_and_is_closed_meanwhile_ends_in_the_window_s_thread(qtbot):
+    held, told, ended = Held(), [], []
+    newest = NewestWins(held, "something asked", lambda: ended.append(threading.current_thread()))
+    newest.answered.connect(lambda *what: told.append(what))
+    newest.ask("first")
+    thread, where = thread_of("something asked"), destroyed_in(newest)
+    assert held.begun.wait(PATIENCE_S)
+    newest.close()
+    assert thread.is_alive(), "closing waits for nothing"
+    assert ended == []
+    del newest
+    held.go.set()
+    thread.join(PATIENCE_S)
+    assert ended == [thread], "who has used it alone has closed it"
+    qtbot.waitUntil(lambda: where != [], timeout=10_000)
+    assert where == [threading.main_thread()]
+    assert told == []
+
+
+def test_an_answer_that_is_on_its_way_when_it_is_closed_is_told_to_nobody(qtbot):
+    told = []
+    newest = NewestWins(lambda question: question, "something quick")
+    newest.answered.connect(lambda *what: told.append(what))
+    newest.ask("first")
+    thread = thread_of("something quick")
+    while not newest.idle():
+        thread.join(0.001)  # no event is delivered meanwhile
+    newest.close()
+    thread.join(PATIENCE_S)
+    QCoreApplication.processEvents()
+    assert told == []
+
+
+def test_what_is_shared_is_closed_by_whoever_leaves_it_last():
+    closed = []
+    shared = Shared("a reader", lambda: closed.append(threading.current_thread()))
+    held = Held()
+
+    def use():
+        with shared.used() as resource:
+            held(resource)
+
+    user = threading.Thread(target=use)
+    user.start()
+    assert held.begun.wait(PATIENCE_S)
+    shared.close()
+    assert closed == []
+    with pytest.raises(Cancelled), shared.used():
+        pytest.fail("nobody begins to use what its owner has closed")
+    held.go.set()
+    user.join(PATIENCE_S)
+    assert closed == [user]
+    shared.close()
+    assert closed == [user]
+    alone = Shared("a reader", lambda: closed.append("at once"))
+    alone.close()
+    assert closed == [user, "at once"]

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 
+from app.presenters import next_clicks
 from app.presenters.next_clicks import NextPresenter
 from app.views.next_panel import NextPanel, SuggestionModel
 from stereotrack_core.annotation.fit.results import CLICKED, INTERPOLATED, TrajectoryFit
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.limb_axes import limb_sigma_deg
+from stereotrack_core.annotation.next_clicks import NextClicks
 from stereotrack_core.annotation.suggestion import StopSign, Suggestion
 from stereotrack_core.project.click_edits import PlaceClicks
 from stereotrack_core.project.marks import FrameFlag, SetFlags
@@ -93,6 +96,38 @@ def test_the_wanted_accuracy_is_kept_and_stops(qtbot, project, presenter, make):
     again = NextPresenter()
     again.set_project(project, make.CAMERAS)
     assert again.wanted_deg == 40.0
+
+
+def test_a_ranking_that_comes_too_late_is_not_gone_on_with_in_another_project(
+    qtbot, project, presenter, make, monkeypatch
+):
+    begun, go, made, used = threading.Event(), threading.Event(), [], []
+
+    class Slow(NextClicks):
+        def __init__(self, *what, **how):
+            made.append(self)
+            if len(made) == 1:
+                begun.set()
+                assert go.wait(300)
+            super().__init__(*what, **how)
+
+        def best(self, wish):
+            used.append(self)
+            return super().best(wish)
+
+    monkeypatch.setattr(next_clicks, "NextClicks", Slow)
+    presenter.set_fit(fit_between(make, [0, 39]))
+    assert begun.wait(300)
+    (late,) = [one for one in threading.enumerate() if one.name == "rank clicks"]
+    presenter.set_project(project, make.CAMERAS)
+    ranking_after(qtbot, presenter, lambda: presenter.set_fit(fit_between(make, [0, 39])))
+    go.set()
+    late.join(300)
+    there = make.clicks_at([10])
+    ranking_after(qtbot, presenter, lambda: project.apply(PlaceClicks(there)))
+    assert used[-1] is made[1], "the project's own ranking is gone on with"
+    assert presenter.heard[1] is None
+    assert len(presenter.heard) == 4
 
 
 def test_only_the_selection(qtbot, presenter, make):

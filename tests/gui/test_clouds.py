@@ -1,0 +1,97 @@
+"""Measured points: each recording is measured with its own cameras, however late a thread is."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass, field
+
+import pytest
+from PySide6.QtCore import QCoreApplication
+
+from app.presenters import clouds
+from app.presenters.clouds import CloudPresenter
+from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.recording.folder import open_recording
+
+PATIENCE_S = 300.0
+
+
+@dataclass(eq=False)
+class Points:
+    """In place of a cloud: says which chain has made it."""
+
+    frame: int
+    chain: Chain
+
+
+@dataclass(eq=False)
+class Chain:
+    """In place of a depth chain; learns until it is let go."""
+
+    recording: object
+    parameters: DepthParameters
+    go: threading.Event
+    begun: threading.Event = field(default_factory=threading.Event)
+    closed_in: list[threading.Thread] = field(default_factory=list)
+
+    def learn_background(self, _pictures, _frames):
+        self.begun.set()
+        assert self.go.wait(PATIENCE_S)
+
+    def process(self, frame_set):
+        return Points(frame_set.index, self)
+
+    def close(self):
+        self.closed_in.append(threading.current_thread())
+
+
+@pytest.fixture
+def chains(monkeypatch):
+    """Chains in the order in which they were made; the first is slow."""
+    made = []
+
+    def make(recording, parameters):
+        go = threading.Event()
+        if made:
+            go.set()
+        made.append(Chain(recording, parameters, go))
+        return made[-1]
+
+    monkeypatch.setattr(clouds, "DepthChain", make)
+    return made
+
+
+@pytest.fixture
+def presenter(qtbot):
+    made = CloudPresenter()
+    made.told, made.wrong = [], []
+    made.measured.connect(made.told.append)
+    made.message.connect(made.wrong.append)
+    yield made
+    made.set_recording(None)
+
+
+def test_a_late_thread_has_nothing_to_do_with_the_next_recording(
+    qtbot, presenter, chains, small_recording
+):
+    first, second = open_recording(small_recording), open_recording(small_recording)
+    presenter.set_recording(first)
+    presenter.ask(0)
+    qtbot.waitUntil(lambda: bool(chains))
+    assert chains[0].begun.wait(PATIENCE_S)
+    (late,) = [one for one in threading.enumerate() if one.name == "measure points"]
+    presenter.set_recording(second)
+    assert late.is_alive(), "the window waits for nobody"
+    presenter.ask(0)
+    qtbot.waitUntil(lambda: len(presenter.told) == 1)
+    chains[0].go.set()
+    late.join(PATIENCE_S)
+    presenter.ask(1)
+    qtbot.waitUntil(lambda: len(presenter.told) == 2)
+    QCoreApplication.processEvents()
+    assert [one.chain.recording for one in presenter.told] == [second, second]
+    assert [one.recording for one in chains] == [first, second]
+    assert chains[0].closed_in == [late], "who has used it alone has closed it"
+    assert chains[1].closed_in == []
+    assert presenter.wrong == []
+    assert not presenter.given_up(0)
