@@ -20,6 +20,7 @@ from .presenters.runs import RunEntry
 from .tuning.attempts import AttemptPresenter
 from .tuning.numbers import attempt_table
 from .tuning.preset_work import PresetWork
+from .tuning.runner import TrialRunner
 from .tuning.series import SeriesPresenter
 from .tuning.stores import StoreKeeper
 from .tuning.warming import CloudWarmer
@@ -40,16 +41,17 @@ class TuningWork(QObject):
         super().__init__(window)
         self._w = w = window
         self.stores = StoreKeeper(w.document, w.clouds)
+        self.runner = TrialRunner(self)
         self.attempts = AttemptPresenter(
-            w.document, w.clouds, w.runs, w.track, w.judging, self.stores, self.stretch,
-            self._first_pose,
+            w.document, w.clouds, w.runs, w.track, w.judging, self.runner,
+            self.stores, self.stretch, self._first_pose,
         )  # fmt: skip
         self.series = SeriesPresenter(
-            w.document, w.runs, w.judging, w.tasks, self.attempts, self.stores, self.stretch,
-            self._first_pose,
+            w.document, w.runs, w.judging, w.tasks, self.runner, self.attempts, self.stores,
+            self.stretch, self._first_pose,
         )  # fmt: skip
         self.attempts.live = bool(w.settings.value("tune/live", True, type=bool))
-        self.warmer = CloudWarmer(self.stores, self._to_warm)
+        self.warmer = CloudWarmer(self.runner, self.stores, self._to_warm)
         self.presets = PresetWork(w, self.selected)
         self._against: RunEntry | None = None
         self._compared = "preset"
@@ -71,8 +73,6 @@ class TuningWork(QObject):
         w.series_panel.taken.connect(self._on_taken)
         self.attempts.changed.connect(self.show)
         self.attempts.arrived.connect(w.instant.tell_soon)
-        self.attempts.begins.connect(self.warmer.cancel)
-        self.series.begins.connect(self.warmer.cancel)
         for changed in (w.runs.active_changed, w.timeline.selection_changed, w.spaces.changed):
             changed.connect(self.warmer.warm_soon)
         self.series.changed.connect(self.show_series)
@@ -318,9 +318,10 @@ class TuningWork(QObject):
         self._w.parameters.focus_search()
 
     def stop(self) -> None:
-        """End everything, as another recording comes or the window closes."""
+        """End everything, as another recording comes or the window closes; waits for nothing."""
         self._against = None
-        self.warmer.stop()
+        self.warmer.cancel()
         self.attempts.stop()
         self.series.clear()
+        self.runner.close()
         self.stores.close()

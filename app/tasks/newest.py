@@ -41,7 +41,7 @@ class NewestWins(Threaded):
         name: str,
         at_end: Callable[[], object] | None = None,
     ) -> None:
-        super().__init__(name)
+        super().__init__(self._run, name)
         self._over.connect(self._tell, Qt.ConnectionType.QueuedConnection)
         self._answer, self._at_end = answer, at_end
         self._condition = threading.Condition()

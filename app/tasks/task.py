@@ -58,7 +58,7 @@ class Task(Threaded):
     _over = Signal(str, object)
 
     def __init__(self, title: str, work: Callable[[Task], Any]) -> None:
-        super().__init__(title)
+        super().__init__(self._run, title)
         self._over.connect(self._tell, Qt.ConnectionType.QueuedConnection)
         self.title = title
         self.token = CancelToken()

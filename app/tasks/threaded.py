@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from functools import partial
 
 from PySide6.QtCore import QObject, Qt, Signal, Slot
 
@@ -17,32 +18,36 @@ class WorkThread(threading.Thread):
 
 
 class Threaded(QObject):
-    """Works in a thread of its own: subclasses say in :meth:`_run` what is done there.
+    """Works in a thread of its own, from when a subclass calls :meth:`_begin`.
 
     The thread refers to the object as long as it runs. Were that the last reference, Qt's part
     would be destroyed in that thread, while the window's may be about to deliver something to it.
     So the object holds itself from the beginning, and lets go in the window's thread, when that
     thread knows that the other one has ended.
+
+    Parameters
+    ----------
+    work : callable
+        What is done in the thread.
+    name : str
+        Name of the thread.
     """
 
     _left = Signal()
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, work: Callable[[], object], name: str) -> None:
         super().__init__()
         self._left.connect(self._let_go, Qt.ConnectionType.QueuedConnection)
-        self._thread = WorkThread(self._live, name)
+        self._thread = WorkThread(partial(self._live, work), name)
         self._itself: Threaded | None = None
-
-    def _run(self) -> None:
-        raise NotImplementedError
 
     def _begin(self) -> None:
         self._itself = self
         self._thread.start()
 
-    def _live(self) -> None:
+    def _live(self, work: Callable[[], object]) -> None:
         try:
-            self._run()
+            work()
         finally:
             self._left.emit()
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from weakref import WeakKeyDictionary
 
 from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal, Slot
@@ -20,8 +20,8 @@ from ..presenters.judging import JudgementPresenter
 from ..presenters.runs import RunEntry, RunList
 from ..presenters.tracking import TrackPresenter
 from .base import Base, attempt_from, base_of, changes_in_words
+from .runner import Request, Result, TrialRunner, Trials
 from .stores import StoreKeeper
-from .worker import AttemptWorker, Progress
 
 PAUSE_MS = 100
 """Time without a further change after which an attempt begins."""
@@ -34,6 +34,8 @@ class AttemptPresenter(QObject):
     ----------
     document, clouds, runs, track, judging
         Where the facts come from.
+    runner : TrialRunner
+        Tracks them.
     stores : StoreKeeper
     stretch : callable
         Frames that are to be tracked.
@@ -47,8 +49,6 @@ class AttemptPresenter(QObject):
 
     Signals
     -------
-    begins : ()
-        An attempt is about to use the clouds.
     arrived : ()
         An attempt has the frame that is shown.
     changed : ()
@@ -59,7 +59,6 @@ class AttemptPresenter(QObject):
         Seconds from a change to its first frame.
     """
 
-    begins = Signal()
     arrived = Signal()
     changed = Signal()
     message = Signal(object)
@@ -72,18 +71,20 @@ class AttemptPresenter(QObject):
         runs: RunList,
         track: TrackPresenter,
         judging: JudgementPresenter,
+        runner: TrialRunner,
         stores: StoreKeeper,
         stretch: Callable[[], range],
         init: Callable[[], FirstPose],
     ) -> None:
         super().__init__()
         self._document, self._clouds, self._runs = document, clouds, runs
-        self._track, self._judging, self._stores = track, judging, stores
+        self._track, self._judging = track, judging
+        self._runner, self._stores = runner, stores
         self._stretch, self._init = stretch, init
         self.live = True
         self._made: WeakKeyDictionary[RunEntry, Attempt] = WeakKeyDictionary()
         self._changes: WeakKeyDictionary[RunEntry, str] = WeakKeyDictionary()
-        self._worker: AttemptWorker | None = None
+        self._trials: Trials | None = None
         self._entry: RunEntry | None = None
         self._base: tuple[RunEntry, Origin | None, Base] | None = None
         self._number = 0
@@ -91,6 +92,9 @@ class AttemptPresenter(QObject):
         self._pause = QTimer(self, singleShot=True, interval=PAUSE_MS)
         self._pause.timeout.connect(self.try_now)
         runs.changed.connect(self._on_runs)
+        runner.advanced.connect(self._on_advanced)
+        runner.ended.connect(self._on_ended)
+        runner.overtaken.connect(self._on_overtaken)
 
     # ---- facts
 
@@ -120,7 +124,7 @@ class AttemptPresenter(QObject):
 
     def settled(self) -> bool:
         """Whether everything that was changed has been tried."""
-        return self._worker is None and not self.waits
+        return self._trials is None and not self.waits
 
     def base(self) -> Base | None:
         """The run that attempts are compared with; None where there is none."""
@@ -154,7 +158,7 @@ class AttemptPresenter(QObject):
         known = self._same(attempt)
         if known is not None:
             return f"{known.name.capitalize()} has these settings."
-        return f"To be computed: {work_of(attempt, store).words}."
+        return f"To be computed: {work_of(attempt, store.resource).words}."
 
     # ---- what a person does
 
@@ -171,7 +175,7 @@ class AttemptPresenter(QObject):
     def try_now(self) -> None:
         """Track the stretch with the settings as they are."""
         self._pause.stop()
-        before = self.cancel()
+        self.cancel()
         attempt, store = self.wanted(), self._stores.store()
         if attempt is None or store is None or self._is_run(attempt):
             self.changed.emit()
@@ -179,25 +183,20 @@ class AttemptPresenter(QObject):
         if self._same(attempt) is not None:
             self.changed.emit()
             return
-        self.begins.emit()
-        self._entry = self._new_entry(attempt)
-        self._worker = AttemptWorker([attempt], store, before)
-        self._worker.advanced.connect(self._collect)
-        self._worker.ended.connect(self._collect)
-        self._worker.start()
+        trials = Trials([attempt], store)
+        self._entry, self._trials = self._new_entry(attempt), trials
         self._runs.add(self._entry, active=self._runs.active is None)
+        self._runner.begin(trials)
 
-    def cancel(self) -> AttemptWorker | None:
-        """End the attempt in progress, and forget it; returns who has still to end."""
-        worker, entry = self._worker, self._entry
-        self._worker = self._entry = None
+    def cancel(self) -> None:
+        """End the attempt in progress, and forget it."""
+        trials, entry = self._trials, self._entry
+        self._trials = self._entry = None
         self._pause.stop()
-        if worker is None or entry is None:
-            return None
-        worker.cancel()
-        self._number -= entry.kind == "attempt"
-        self._runs.remove(entry)
-        return worker
+        if trials is not None and entry is not None:
+            self._runner.cancel(trials)
+            self._number -= entry.kind == "attempt"
+            self._runs.remove(entry)
 
     def dismiss(self, entry: RunEntry) -> None:
         """Take an attempt away."""
@@ -222,10 +221,8 @@ class AttemptPresenter(QObject):
             self.changed.emit()
 
     def stop(self) -> None:
-        """Forget everything, as another recording comes; waits for the thread."""
-        worker = self.cancel()
-        if worker is not None:
-            worker.join()
+        """Forget everything, as another recording comes."""
+        self.cancel()
         self._made.clear()
         self._base = None
         self._number = 0
@@ -274,47 +271,57 @@ class AttemptPresenter(QObject):
     @Slot()
     def _on_runs(self) -> None:
         """Somebody may have taken the attempt away that is being made."""
-        if self._entry is not None and self._entry not in self._runs.entries and self._worker:
-            self._worker.cancel()
-            self._worker = self._entry = None
+        if self._trials is not None and self._entry not in self._runs.entries:
+            self._runner.cancel(self._trials)
+            self._trials = self._entry = None
         self.changed.emit()
 
-    @Slot()
-    def _collect(self) -> None:
-        worker, entry = self._worker, self._entry
-        if worker is None or entry is None or self.sender() not in (worker, None):
+    @Slot(object)
+    def _on_advanced(self, request: Request) -> None:
+        if request is self._trials and self._entry is not None:
+            self._take(self._trials.taken(), self._entry)
+            self.changed.emit()
+
+    @Slot(object)
+    def _on_overtaken(self, request: Request) -> None:
+        if request is self._trials:
+            self.cancel()
+
+    @Slot(object, object)
+    def _on_ended(self, request: Request, error: Exception | None) -> None:
+        trials, entry = self._trials, self._entry
+        if request is not trials or trials is None or entry is None:
             return
-        ended = worker.done
-        results = worker.taken()
-        take_over(entry, worker.progress[0])
-        first = not entry.frames
-        for _, tracked in results:
-            entry.frames[tracked.frame] = tracked.without_cloud()
-            if entry.settings is not None and tracked.frame == self._document.frame:
-                self._clouds.keep(tracked.cloud, entry.settings.depth)
-                self.arrived.emit()
-        if results and first:
-            self._judging.judge()  # the first frame is shown at once, those after it now and then
-            if self._since.isValid():
-                self.first_shown.emit(self._since.elapsed() / 1000.0)
-        if results:
-            self._runs.grew.emit()
-        if ended:
-            self._finish(worker, entry)
-        self.changed.emit()
-
-    def _finish(self, worker: AttemptWorker, entry: RunEntry) -> None:
-        self._worker = self._entry = None
-        if worker.error is not None:
-            self.message.emit(message_of(worker.error))
+        self._take(trials.taken(), entry)
+        self._trials = self._entry = None
+        if error is not None:
+            self.message.emit(message_of(error))
         if entry.frames:
             self._judging.judge()
         else:
             self._runs.remove(entry)
+        self.changed.emit()
+
+    def _take(self, results: Sequence[Result], entry: RunEntry) -> None:
+        if not results:
+            return
+        first = not entry.frames
+        take_over(entry, results)
+        for result in results:
+            tracked = result.tracked
+            if entry.settings is not None and tracked.frame == self._document.frame:
+                self._clouds.keep(tracked.cloud, entry.settings.depth)
+                self.arrived.emit()
+        if first:
+            self._judging.judge()  # the first frame is shown at once, those after it now and then
+            if self._since.isValid():
+                self.first_shown.emit(self._since.elapsed() / 1000.0)
+        self._runs.grew.emit()
 
 
-def take_over(entry: RunEntry, progress: Progress) -> None:
-    """What an entry says about itself beside its frames."""
-    entry.body = progress.body or entry.body
-    entry.origin = progress.origin
-    entry.wall_seconds = progress.seconds
+def take_over(entry: RunEntry, results: Sequence[Result]) -> None:
+    """Let an entry have these frames, and what is known of its attempt by then."""
+    for result in results:
+        entry.frames[result.tracked.frame] = result.tracked.without_cloud()
+        entry.body, entry.origin = result.body, result.origin
+        entry.wall_seconds = result.seconds

@@ -25,8 +25,8 @@ from ..views.small_multiples import Multiple
 from .attempts import AttemptPresenter, take_over
 from .base import attempt_from, with_unit
 from .numbers import Summary, summary_of
+from .runner import Request, Result, TrialRunner, Trials
 from .stores import StoreKeeper
-from .worker import AttemptWorker
 
 _LOOK_SECONDS = 0.1
 
@@ -68,22 +68,21 @@ class SeriesPresenter(QObject):
     ----------
     document, runs, judging, tasks
         Where the facts come from.
+    runner : TrialRunner
+        Tracks them; a series ends where something else is tried, and what it has stays.
     attempts : AttemptPresenter
-        Knows the run that all are compared with; its own attempt ends when a series begins.
+        Knows the run that all are compared with.
     stores : StoreKeeper
     stretch, init : callable
         See :class:`AttemptPresenter`.
 
     Signals
     -------
-    begins : ()
-        The clouds are about to be used.
     changed : ()
         There are more frames, or another value is shown.
     message : Message
     """
 
-    begins = Signal()
     changed = Signal()
     message = Signal(object)
 
@@ -93,6 +92,7 @@ class SeriesPresenter(QObject):
         runs: RunList,
         judging: JudgementPresenter,
         tasks: TaskList,
+        runner: TrialRunner,
         attempts: AttemptPresenter,
         stores: StoreKeeper,
         stretch: Callable[[], range],
@@ -100,13 +100,17 @@ class SeriesPresenter(QObject):
     ) -> None:
         super().__init__()
         self._document, self._runs, self._judging = document, runs, judging
-        self._tasks, self._attempts, self._stores = tasks, attempts, stores
+        self._tasks, self._runner = tasks, runner
+        self._attempts, self._stores = attempts, stores
         self._stretch, self._init = stretch, init
         self._row: ParameterRow | None = None
         self._tried: list[Tried] = []
-        self._worker: AttemptWorker | None = None
+        self._trials: Trials | None = None
         self._task: Task | None = None
         self._shown: int | None = None
+        runner.advanced.connect(self._on_advanced)
+        runner.ended.connect(self._on_ended)
+        runner.overtaken.connect(self._on_overtaken)
 
     # ---- facts
 
@@ -128,7 +132,7 @@ class SeriesPresenter(QObject):
     @property
     def running(self) -> bool:
         """Whether values are being tracked."""
-        return self._worker is not None
+        return self._trials is not None
 
     @property
     def share(self) -> float:
@@ -164,13 +168,11 @@ class SeriesPresenter(QObject):
             attempt = attempt_from(base, changed, stretch, init, "")
             attempts.append(attempt)
             self._tried.append(self._new(row, value, attempt))
-        self.begins.emit()
-        worker = AttemptWorker(attempts, store)
-        worker.advanced.connect(self._collect)
-        worker.ended.connect(self._collect)
-        worker.start()
-        self._worker = worker
-        self._task = self._tasks.begin(f"trying {row.name.replace('_', ' ')}", self._watch(worker))
+        trials = self._trials = Trials(attempts, store)
+        self._runner.begin(trials)
+        self._task = self._tasks.begin(
+            f"trying {row.name.replace('_', ' ')}", lambda task: _watch(task, trials)
+        )
         self.changed.emit()
 
     def show(self, place: int | None) -> None:
@@ -186,17 +188,15 @@ class SeriesPresenter(QObject):
 
     def cancel(self) -> None:
         """Track no further value; those that are complete stay."""
-        if self._worker is not None:
-            self._worker.cancel()
+        if self._trials is not None:
+            self._runner.cancel(self._trials)
+            self._on_ended(self._trials, None)
 
     def clear(self) -> None:
-        """Forget what was tried; waits for the thread."""
-        worker, self._worker = self._worker, None
-        if worker is not None:
-            worker.cancel()
-            worker.join()
-        if self._task is not None:
-            self._task.cancel()
+        """Forget what was tried."""
+        trials, self._trials = self._trials, None
+        if trials is not None:
+            self._runner.cancel(trials)
         self.show(None)
         self._tried, self._row, self._task = [], None, None
         self.changed.emit()
@@ -217,42 +217,49 @@ class SeriesPresenter(QObject):
         )
         return Tried(value, words, entry)
 
-    def _watch(self, worker: AttemptWorker) -> Callable[[Task], None]:
-        """Work of a task that lasts as long as the worker, so that it is seen and cancelled."""
+    @Slot(object)
+    def _on_advanced(self, request: Request) -> None:
+        if request is self._trials and self._trials is not None:
+            self._take(self._trials.taken())
+            self.changed.emit()
 
-        def watch(task: Task) -> None:
-            while not worker.wait(_LOOK_SECONDS):
-                if task.token.cancelled():
-                    worker.cancel()
-                done = sum(one.ended for one in worker.progress)
-                task.report(self.share, f"{done} of {len(worker.progress)} values")
-            if not worker.wanted:
-                raise Cancelled
+    @Slot(object)
+    def _on_overtaken(self, request: Request) -> None:
+        self._on_ended(request, None)
 
-        return watch
-
-    @Slot()
-    def _collect(self) -> None:
-        worker = self._worker
-        if worker is None or self.sender() is not worker:
+    @Slot(object, object)
+    def _on_ended(self, request: Request, error: Exception | None) -> None:
+        trials = self._trials
+        if request is not trials or trials is None:
             return
-        ended = worker.done
-        results = worker.taken()
-        grown = {place for place, _ in results}
-        for place, tracked in results:
-            self._tried[place].entry.frames[tracked.frame] = tracked.without_cloud()
+        self._take(trials.taken())
+        self._trials = None
+        if error is not None:
+            self.message.emit(message_of(error))
+        self._tried = [one for one in self._tried if one.entry.frames]
+        self.changed.emit()
+
+    def _take(self, results: Sequence[Result]) -> None:
+        grown = {result.place for result in results}
         for place in grown:
             one = self._tried[place]
-            take_over(one.entry, worker.progress[place])
+            take_over(one.entry, [result for result in results if result.place == place])
             one.judgement = judged(one.entry, self._judging.truth)
         if self._shown in grown:
             self._runs.grew.emit()
-        if ended:
-            self._worker = None
-            if worker.error is not None:
-                self.message.emit(message_of(worker.error))
-            self._tried = [one for one in self._tried if one.entry.frames]
-        self.changed.emit()
+        if self._task is not None:
+            done = sum(one.complete for one in self._tried)
+            self._task.report(self.share, f"{done} of {len(self._tried)} values")
+
+
+def _watch(task: Task, trials: Trials) -> None:
+    """Last as long as the trials, so that they are seen among what is under way, and cancelled."""
+    while not trials.over.wait(_LOOK_SECONDS):
+        if task.token.cancelled():
+            trials.cancel()
+            raise Cancelled
+    if not trials.wanted:
+        raise Cancelled
 
 
 def multiple_of(one: Tried, *, best: bool) -> Multiple:

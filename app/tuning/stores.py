@@ -5,10 +5,12 @@ from __future__ import annotations
 import dataclasses
 
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.tuning.clouds import CloudStore
 
 from ..presenters.clouds import CloudPresenter
 from ..presenters.document import DocumentPresenter
+from ..tasks.shared import Shared
 
 
 class StoreKeeper:
@@ -16,23 +18,32 @@ class StoreKeeper:
 
     def __init__(self, document: DocumentPresenter, clouds: CloudPresenter) -> None:
         self._document, self._clouds = document, clouds
-        self._store: CloudStore | None = None
+        self._store: Shared[CloudStore] | None = None
         self._of: Recording | None = None
 
-    def store(self) -> CloudStore | None:
+    def store(self) -> Shared[CloudStore] | None:
         """Clouds of the open recording; None where nothing gives depth."""
         recording, reader = self._document.recording, self._clouds.reader
         if recording is None or reader is None:
             return None
         if self._store is None or self._of is not recording:
             self.close()
-            # the tracker never sees the truth
-            unaided = dataclasses.replace(recording, reference=None)
-            self._store, self._of = CloudStore(unaided, reader), recording
+            self._store, self._of = _store_of(recording, reader), recording
         return self._store
 
     def close(self) -> None:
-        """Forget all clouds; who uses them has ended."""
+        """Forget all clouds; who still uses them forgets them in the end."""
         if self._store is not None:
             self._store.close()
         self._store = self._of = None
+
+
+def _store_of(recording: Recording, reader: Shared[FrameReader]) -> Shared[CloudStore]:
+    # the tracker never sees the truth
+    store = CloudStore(dataclasses.replace(recording, reference=None), reader.enter())
+
+    def close() -> None:
+        store.close()
+        reader.leave()
+
+    return Shared(store, close)

@@ -75,7 +75,8 @@ class _Made:
 class CloudStore:
     """Keeps disparities and clouds of a recording by the parameters on which each depends.
 
-    May be asked from several threads; one of them is served at a time.
+    May be asked from several threads; one of them is served at a time. What there would be to do
+    (:meth:`work`) is told at any time.
 
     Parameters
     ----------
@@ -115,9 +116,9 @@ class CloudStore:
     def close(self) -> None:
         """Forget everything and end the threads."""
         with self.lock:
-            for chain in self._chains.values():
+            chains, self._chains = self._chains, OrderedDict()
+            for chain in chains.values():
                 chain.close()
-            self._chains.clear()
             self.memory.clear()
 
     def go_on(self) -> None:
@@ -170,16 +171,20 @@ class CloudStore:
         chain = self._chains.get(key)
         if chain is None or chain.learns:
             chain = self._new_chain(key)
-        self._chains[key] = chain
-        self._chains.move_to_end(key)
-        while len(self._chains) > _CHAINS:
-            self._chains.popitem(last=False)[1].close()
+        chains = OrderedDict(self._chains)  # others may be looking through those that are there
+        chains[key] = chain
+        chains.move_to_end(key)
+        too_many = [chains.popitem(last=False)[1] for _ in range(len(chains) - _CHAINS)]
+        self._chains = chains
+        for old in too_many:
+            old.close()
         return chain
 
     def _new_chain(self, key: CloudKey) -> DepthChain:
         learned = self._learned(key)
-        old = self._chains.pop(key, None)
+        old = self._chains.get(key)
         if old is not None:
+            self._chains = OrderedDict(one for one in self._chains.items() if one[0] != key)
             old.close()
 
         def source(recording: Recording, view: View, p: DepthParameters) -> Any:

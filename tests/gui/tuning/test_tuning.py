@@ -1,5 +1,6 @@
 """What somebody who tunes does in the real window."""
 
+import threading
 import time
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from app.tuning import worker
+from app.tuning import runner
 from app.tuning.dialogs import NameDialog
 from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.tracking.presets import preset, read_preset
@@ -54,7 +55,7 @@ def endless(monkeypatch):
                 while self.settings.tracking.sigma_joint == 25.0 and not self._cancelled():
                     time.sleep(0.01)
 
-    monkeypatch.setattr(worker, "AttemptPipeline", Waiting)
+    monkeypatch.setattr(runner, "AttemptPipeline", Waiting)
 
 
 def names(window):
@@ -102,6 +103,58 @@ def test_a_further_edit_ends_the_attempt_in_progress(tuning, qtbot):
     qtbot.waitUntil(tuning.settled, timeout=60_000)
     assert names(tuning) == ["attempt 1"]
     assert tuning.tuning.attempts.entries[0].settings.tracking.sigma_joint == 30.0
+
+
+def test_an_attempt_waits_for_one_that_cannot_end_yet(tuning, qtbot, monkeypatch):
+    begun, go, others = threading.Event(), threading.Event(), threading.Event()
+
+    class Deaf(AttemptPipeline):
+        def prepare(self, frames):
+            if self.settings.tracking.sigma_joint == 25.0:
+                begun.set()
+                assert go.wait(300)
+            else:
+                others.set()
+            super().prepare(frames)
+
+    monkeypatch.setattr(runner, "AttemptPipeline", Deaf)
+    typed(tuning, "sigma_joint", "25")
+    qtbot.waitUntil(begun.is_set)
+    for text in ("30", "35"):
+        typed(tuning, "sigma_joint", text)
+        qtbot.waitUntil(lambda: tuning.tuning.attempts.running is not None)
+    assert not others.wait(0.2), "two would use the clouds at once"
+    go.set()
+    qtbot.waitUntil(tuning.settled)
+    (attempt,) = tuning.tuning.attempts.entries
+    assert attempt.settings.tracking.sigma_joint == 35.0
+    assert sorted(attempt.frames) == list(range(8))
+
+
+def test_an_attempt_takes_the_place_of_a_series(tuning, qtbot, monkeypatch):
+    begun, go = threading.Event(), threading.Event()
+
+    class Endless(AttemptPipeline):
+        def tracked(self):
+            for frame in super().tracked():
+                yield frame
+                if self.settings.tracking.sigma_joint == 15.0:
+                    begun.set()
+                    assert go.wait(300)
+
+    monkeypatch.setattr(runner, "AttemptPipeline", Endless)
+    series = tuning.tuning.series
+    row = next(one for one in tuning.track.settings.rows() if one.name == "sigma_joint")
+    series.begin(row, (10.0, 15.0, 20.0), tuning.track.settings)
+    qtbot.waitUntil(lambda: begun.is_set() and len(series.tried[1].entry.frames) == 1)
+    typed(tuning, "sigma_joint", "25")
+    qtbot.waitUntil(lambda: tuning.tuning.attempts.running is not None)
+    assert not series.running
+    go.set()
+    qtbot.waitUntil(tuning.settled)
+    assert [(one.value, len(one.entry.frames)) for one in series.tried] == [(10.0, 8), (15.0, 1)]
+    (attempt,) = tuning.tuning.attempts.entries
+    assert len(attempt.frames) == 8
 
 
 def test_attempts_stay_until_dismissed_one_or_all(tuning, qtbot):

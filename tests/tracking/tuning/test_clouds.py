@@ -1,5 +1,7 @@
 """Clouds that are kept are those that would be made."""
 
+import threading
+
 import numpy as np
 import pytest
 
@@ -45,6 +47,29 @@ def count_matches(monkeypatch):
 
     monkeypatch.setattr(StereoFrame, "disparity", counted)
     return lambda: len(seen)
+
+
+def test_what_is_to_be_done_can_be_asked_while_another_thread_makes_clouds(
+    cones, store_of, monkeypatch
+):
+    """The window says what an attempt would compute while another one is being computed."""
+    store = store_of(cones)
+    first, second, third = (CloudKey(USUAL, range(count)) for count in (1, 2, 3))
+    for key in (first, second):
+        store.clouds(key, STRETCH)
+    until, others = CloudKey.until, []
+
+    def interrupted(key, stage):
+        if key is first and not others:
+            others.append(threading.Thread(target=store.clouds, args=(third, STRETCH)))
+            others[0].start()
+            others[0].join(300)
+        return until(key, stage)
+
+    monkeypatch.setattr(CloudKey, "until", interrupted)
+    assert not store.work(second, STRETCH).background
+    assert not others[0].is_alive()
+    assert not store.work(third, STRETCH).background
 
 
 def parameters():

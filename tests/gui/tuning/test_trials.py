@@ -1,0 +1,176 @@
+"""One thing at a time is computed from the clouds of attempts, and only the newest is told of."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass
+
+import pytest
+from PySide6.QtCore import QCoreApplication
+
+from app.tasks.shared import Shared
+from app.tuning import runner
+from app.tuning.runner import Request, TrialRunner, Trials
+
+PATIENCE_S = 300.0
+A_MOMENT_S = 0.2
+"""What must not happen gets so long; on a busy machine that proves less, and fails nothing."""
+
+
+class Held(Request):
+    """Is in the middle of something until it is let go, and hears of nothing meanwhile."""
+
+    def __init__(self, store, name="", error=None):
+        super().__init__(store)
+        self.name, self.error = name, error
+        self.begun, self.go = threading.Event(), threading.Event()
+
+    def work(self, store, advanced):
+        store.log.append(f"{self.name} begins")
+        self.begun.set()
+        assert self.go.wait(PATIENCE_S)
+        store.log.append(f"{self.name} ends")
+        advanced()
+        if self.error is not None:
+            raise self.error
+
+
+class Store:
+    """In place of a store of clouds; knows in which thread it was closed."""
+
+    def __init__(self):
+        self.log = []
+        self.closed_in = None
+
+    def close(self):
+        self.closed_in = threading.current_thread()
+
+
+@pytest.fixture
+def store():
+    made = Store()
+    return Shared(made, made.close)
+
+
+@pytest.fixture
+def trials(qtbot):
+    made = TrialRunner()
+    made.told = []
+    for name in ("advanced", "overtaken"):
+        getattr(made, name).connect(lambda request, name=name: made.told.append((request, name)))
+    made.ended.connect(lambda request, error: made.told.append((request, error)))
+    yield made
+    made.close()
+
+
+def test_two_never_use_the_clouds_at_once_and_only_the_newest_is_told_of(qtbot, trials, store):
+    first, second, third = (Held(store, name) for name in ("first", "second", "third"))
+    trials.begin(first)
+    assert first.begun.wait(PATIENCE_S)
+    trials.begin(second)
+    trials.begin(third)
+    assert not third.begun.wait(A_MOMENT_S), "the one before is in the middle of something"
+    assert (first.wanted, second.wanted, third.wanted) == (False, False, True)
+    assert first.over.is_set()
+    third.go.set()
+    first.go.set()
+    qtbot.waitUntil(third.over.is_set)
+    assert store.resource.log == ["first begins", "first ends", "third begins", "third ends"]
+    assert trials.told == [
+        (first, "overtaken"), (second, "overtaken"), (third, "advanced"), (third, None)
+    ]  # fmt: skip
+    assert not second.begun.is_set()
+
+
+def test_what_is_cancelled_is_waited_for_by_the_next_one_too(qtbot, trials, store):
+    """A change of a parameter cancels; the attempt comes when the changes have stopped."""
+    first, second = Held(store, "first"), Held(store, "second")
+    trials.begin(first)
+    assert first.begun.wait(PATIENCE_S)
+    trials.cancel(first)
+    trials.begin(second)
+    assert not second.begun.wait(A_MOMENT_S)
+    second.go.set()
+    first.go.set()
+    qtbot.waitUntil(second.over.is_set)
+    assert store.resource.log == ["first begins", "first ends", "second begins", "second ends"]
+    assert trials.told == [(second, "advanced"), (second, None)]
+
+
+def test_a_failure_is_told_and_the_next_request_is_done(qtbot, trials, store):
+    error = RuntimeError("no clouds")
+    wrong, right = Held(store, error=error), Held(store)
+    for one in (wrong, right):
+        one.go.set()
+        trials.begin(one)
+        qtbot.waitUntil(one.over.is_set)
+    assert trials.told == [(wrong, "advanced"), (wrong, error), (right, "advanced"), (right, None)]
+
+
+def test_closing_waits_for_nobody_and_the_last_user_closes_the_clouds(qtbot, trials, store):
+    first, late = Held(store, "first"), Held(store, "late")
+    trials.begin(first)
+    assert first.begun.wait(PATIENCE_S)
+    (thread,) = [one for one in threading.enumerate() if one.name == "trials"]
+    trials.close()
+    store.close()
+    assert thread.is_alive(), "closing waits for nothing"
+    assert store.resource.closed_in is None, "somebody still uses it"
+    trials.begin(late)
+    qtbot.waitUntil(late.over.is_set)
+    assert not late.begun.is_set(), "nothing begins with clouds that were closed"
+    first.go.set()
+    thread.join(PATIENCE_S)
+    assert store.resource.closed_in is thread
+    QCoreApplication.processEvents()
+    assert trials.told == [(late, None)]
+
+
+@dataclass(frozen=True)
+class Tracked:
+    """In place of a tracked frame."""
+
+    frame: int
+
+
+class Pipeline:
+    """In place of the pipeline of an attempt, which is the frames that it gives."""
+
+    plain_body = "body"
+
+    def __init__(self, attempt, _store, _cancelled):
+        self.attempt = attempt
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        return None
+
+    def prepare(self, _stretch):
+        return None
+
+    def origin(self):
+        return "origin"
+
+    def tracked(self):
+        return (Tracked(frame) for frame in self.attempt.stretch)
+
+
+@dataclass(frozen=True)
+class Attempt:
+    stretch: range
+
+
+def test_frames_wait_until_they_are_taken_in_their_order(qtbot, trials, store, monkeypatch):
+    monkeypatch.setattr(runner, "AttemptPipeline", Pipeline)
+    request = Trials([Attempt(range(3)), Attempt(range(5, 7))], store)
+    trials.begin(request)
+    qtbot.waitUntil(request.over.is_set)
+    taken = request.taken()
+    assert [(one.place, one.tracked.frame) for one in taken] == [
+        (0, 0), (0, 1), (0, 2), (1, 5), (1, 6)
+    ]  # fmt: skip
+    assert {(one.body, one.origin) for one in taken} == {("body", "origin")}
+    assert request.taken() == []
+    assert trials.told == [(request, "advanced"), (request, None)]
