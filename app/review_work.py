@@ -92,7 +92,6 @@ class ReviewWork(QObject):
         """Bring the panels that are seen up to date."""
         if self._w.document.recording is None:
             return
-        self.sights.forget(self._w.runs.entries)
         if self.panels.statistics.isVisible():
             self._show_statistics()
         if self.panels.explanations.isVisible():

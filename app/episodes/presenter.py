@@ -14,7 +14,7 @@ from stereotrack_core.recording.description import Recording
 
 from ..presenters.document import DocumentPresenter
 from ..presenters.judging import JudgementPresenter
-from ..presenters.runs import RunEntry, RunList
+from ..presenters.runs import RunEntry, RunList, RunNow
 from ..presenters.tracking import TrackPresenter
 from ..presenters.truth import Truth
 from ..tasks.task import Task, TaskList
@@ -30,15 +30,16 @@ class Question:
     Attributes
     ----------
     entry : RunEntry
-    frames : int
-        That the run has.
+        Whose episodes they are.
+    run : RunNow
+        What it has; the work is given this.
     truth : Truth or None
     threshold : float, degrees
     recording : Recording
     """
 
     entry: RunEntry
-    frames: int
+    run: RunNow
     truth: Truth | None
     threshold: float
     recording: Recording
@@ -48,7 +49,7 @@ class Question:
         return (
             other is not None
             and self.entry is other.entry
-            and self.frames == other.frames
+            and len(self.run.frames) == len(other.run.frames)
             and self.truth is other.truth
             and self.threshold == other.threshold
             and self.recording is other.recording
@@ -56,7 +57,7 @@ class Question:
 
     def subject(self) -> Subject | None:
         """What the core is asked; None where the run does not say where it comes from."""
-        run = self.entry.run()
+        run = self.run.run()
         if run is None:
             return None
         rules = EpisodeRules().replaced(episode_error=min(max(self.threshold, 1.0), 180.0))
@@ -217,7 +218,7 @@ class EpisodePresenter(QObject):
         if entry is self._track.entry and self._track.running:
             return None  # it still grows
         truth = self._judging.truth
-        return Question(entry, len(entry.frames), truth, self._threshold(), recording)
+        return Question(entry, entry.now(), truth, self._threshold(), recording)
 
     @Slot(object)
     def _on_found(self, found: Found) -> None:

@@ -54,11 +54,11 @@ class ComparedRuns:
 
 
 def shown_beside_each_other(
-    entries: Sequence[RunEntry], active: RunEntry | None, judgements: Mapping[int, Judgement]
+    entries: Sequence[RunEntry], active: RunEntry | None, judgements: Mapping[RunEntry, Judgement]
 ) -> tuple[RunEntry, ...]:
     """The active run first, then all others that are shown; empty where there is no run."""
     others = [entry for entry in entries if entry is not active and entry.visible]
-    shown = [one for one in (active, *others) if one is not None and id(one) in judgements]
+    shown = [one for one in (active, *others) if one is not None and one in judgements]
     return tuple(shown) if shown and shown[0] is active else ()
 
 

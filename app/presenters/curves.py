@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -14,14 +14,16 @@ from ..limb_colours import EXTRA_COLOURS, LIMB_COLOURS, limb_words
 from ..views.error_curves import Curve
 from ..views.timeline_lanes import Lane, Span
 from .judgement import LOST_SHARE, MEASURED_LIMBS, Judgement
-from .runs import RunList
+from .runs import RunEntry, RunList
 from .truth import measure_of, with_quality
 
 FULL_DEG = 45.0
 """Angle that is shown in a lane's full colour; more than this is a lost limb."""
 
 
-def curves_of(runs: RunList, judgements: dict[int, Judgement], count: int) -> tuple[Curve, ...]:
+def curves_of(
+    runs: RunList, judgements: Mapping[RunEntry, Judgement], count: int
+) -> tuple[Curve, ...]:
     """One curve per limb and run that is shown; the active run's are solid.
 
     All curves have all `count` frames of the recording, so that the plot stays under the
@@ -30,7 +32,7 @@ def curves_of(runs: RunList, judgements: dict[int, Judgement], count: int) -> tu
     curves: list[Curve] = []
     every = np.arange(count)
     for entry in runs.entries:
-        judgement = judgements.get(id(entry))
+        judgement = judgements.get(entry)
         if not entry.visible or judgement is None:
             continue
         values = {limb: (LIMB_COLOURS[limb], judgement.limbs[limb]) for limb in MEASURED_LIMBS}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from typing import Any
+from weakref import WeakKeyDictionary
 
 from PySide6.QtCore import QObject, Signal, Slot
 
@@ -40,16 +41,15 @@ class AnglePresenter(QObject):
     def __init__(self, runs: RunList, tasks: TaskList, growing: Callable[[], object]) -> None:
         super().__init__()
         self._runs, self._tasks, self._growing = runs, tasks, growing
-        self._known: dict[int, tuple[RunEntry, int, JointAngles | None]] = {}
+        self._known: WeakKeyDictionary[RunEntry, tuple[int, JointAngles | None]]
+        self._known = WeakKeyDictionary()
         self._truth: tuple[Truth, JointAngles] | None = None
-        self._motions: dict[int, tuple[JointAngles, float, Motion]] = {}
+        self._motions: WeakKeyDictionary[JointAngles, tuple[float, Motion]] = WeakKeyDictionary()
         self._task: Task | None = None
         tasks.changed.connect(self._on_tasks)
 
     def ask(self, truth: Truth | None) -> None:
         """Work out what is not known yet: one thing at a time, in the background."""
-        alive = self._runs.entries
-        self._known = {k: known for k, known in self._known.items() if known[0] in alive}
         if self._task is not None:
             return
         if truth is not None and (self._truth is None or self._truth[0] is not truth):
@@ -58,15 +58,15 @@ class AnglePresenter(QObject):
         for entry in self._runs.entries:
             if self._wants(entry):
                 run, count = entry.run(), len(entry.frames)
-                self._known[id(entry)] = (entry, count, self.of(entry))
+                self._known[entry] = (count, self.of(entry))
                 if run is not None:
                     self._begin(partial(angles_of_run, run), partial(self._on_run, entry, count))
                     return
 
     def of(self, entry: RunEntry) -> JointAngles | None:
         """Angles of a run; None while they are not known."""
-        known = self._known.get(id(entry))
-        return known[-1] if known is not None and known[0] is entry else None
+        known = self._known.get(entry)
+        return known[-1] if known is not None else None
 
     def shown(self, truth: Truth | None, fps: float, cut_off: float = CUT_OFF_HZ) -> list[Moved]:
         """Angles of all runs that are shown, the active one first, then of the reference."""
@@ -87,17 +87,14 @@ class AnglePresenter(QObject):
         return found
 
     def _motion(self, angles: JointAngles, fps: float, cut_off: float) -> Motion:
-        known = self._motions.get(id(angles))
-        if known is None or known[0] is not angles or known[1] != cut_off:
-            kept = {id(one[-1]) for one in self._known.values()}
-            self._motions = {k: v for k, v in self._motions.items() if k in kept}
-            known = (angles, cut_off, motion_of(angles, fps, cut_off))
-            self._motions[id(angles)] = known
-        return known[2]
+        known = self._motions.get(angles)
+        if known is None or known[0] != cut_off:
+            known = self._motions[angles] = (cut_off, motion_of(angles, fps, cut_off))
+        return known[1]
 
     def _wants(self, entry: RunEntry) -> bool:
-        before = self._known.get(id(entry))
-        count, known = len(entry.frames), before[1] if before is not None else 0
+        before = self._known.get(entry)
+        count, known = len(entry.frames), before[0] if before is not None else 0
         if entry is self._growing():
             return count >= _MORE * known + 8
         return count != known
@@ -106,7 +103,7 @@ class AnglePresenter(QObject):
         self._task = self._tasks.begin("working out joint angles", lambda _task: work(), done)
 
     def _on_run(self, entry: RunEntry, count: int, found: JointAngles) -> None:
-        self._known[id(entry)] = (entry, count, found)
+        self._known[entry] = (count, found)
 
     def _on_truth(self, truth: Truth, found: JointAngles) -> None:
         self._truth = (truth, found)

@@ -31,7 +31,7 @@ class JudgementPresenter(QObject):
     def __init__(self, document: DocumentPresenter, runs: RunList) -> None:
         super().__init__()
         self._document, self._runs = document, runs
-        self._known: dict[int, tuple[int, Truth | None, Judgement]] = {}
+        self._known: dict[RunEntry, tuple[int, Truth | None, Judgement]] = {}
         self._wanted: Against | None = None
         self._recorded: Truth | None = None
         self._project: Truth | None = None
@@ -44,12 +44,12 @@ class JudgementPresenter(QObject):
 
     def of(self, entry: RunEntry | None) -> Judgement | None:
         """Judgement of a run, None where it has no frames yet."""
-        known = self._known.get(id(entry))
+        known = self._known.get(entry) if entry is not None else None
         return known[-1] if known is not None else None
 
-    def all(self) -> dict[int, Judgement]:
-        """Judgements by the id of their run."""
-        return {key: known[-1] for key, known in self._known.items()}
+    def all(self) -> dict[RunEntry, Judgement]:
+        """Judgements by run."""
+        return {entry: known[-1] for entry, known in self._known.items()}
 
     # ---- what errors are measured against
 
@@ -96,13 +96,13 @@ class JudgementPresenter(QObject):
         """Judge what has grown."""
         self._timer.stop()
         truth = self.truth
-        alive = {id(entry) for entry in self._runs.entries}
-        self._known = {key: value for key, value in self._known.items() if key in alive}
-        for entry in self._runs.entries:
+        entries = self._runs.entries
+        self._known = {entry: known for entry, known in self._known.items() if entry in entries}
+        for entry in entries:
             count = len(entry.frames)
-            known = self._known.get(id(entry))
+            known = self._known.get(entry)
             if count and (known is None or known[0] != count or known[1] is not truth):
-                self._known[id(entry)] = (count, truth, judged(entry, truth))
+                self._known[entry] = (count, truth, judged(entry, truth))
         self.judged.emit()
         if truth is not self._told:
             self._told = truth

@@ -50,13 +50,13 @@ class StretchNumbers:
 
 def numbers_of(
     entries: Sequence[RunEntry],
-    judgements: Mapping[int, Judgement],
+    judgements: Mapping[RunEntry, Judgement],
     stretches: Sequence[Segment],
     threshold: float,
 ) -> tuple[StretchNumbers, ...]:
     """Statistics: the first stretch for every run, the others for the first run alone."""
     return tuple(
-        _numbers(entry, judgements[id(entry)], stretch, threshold)
+        _numbers(entry, judgements[entry], stretch, threshold)
         for entry, stretch in _wanted(entries, judgements, stretches)
     )
 
@@ -151,10 +151,10 @@ def _row(row: LimbStatistics) -> StatisticsRow:
 
 def _wanted(
     entries: Sequence[RunEntry],
-    judgements: Mapping[int, Judgement],
+    judgements: Mapping[RunEntry, Judgement],
     stretches: Sequence[Segment],
 ) -> Iterator[tuple[RunEntry, Segment]]:
-    shown = [entry for entry in entries if id(entry) in judgements]
+    shown = [entry for entry in entries if entry in judgements]
     for entry in shown:
         yield entry, stretches[0]
     for stretch in stretches[1:]:

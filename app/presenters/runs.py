@@ -28,9 +28,36 @@ Kind: TypeAlias = Literal["run", "attempt"]
 _OTHERS: tuple[LineStyle, ...] = ("dash", "dot", "dashdot")
 
 
+@dataclass(frozen=True, eq=False)
+class RunNow:
+    """What a run holds at a moment; work in other threads is given this, never the entry.
+
+    Attributes
+    ----------
+    frames : tuple of TrackedFrame
+        In their order.
+    stored, origin, wall_seconds
+        See :class:`RunEntry`.
+    """
+
+    frames: tuple[TrackedFrame, ...]
+    stored: Run | None
+    origin: Origin | None
+    wall_seconds: float
+
+    def run(self) -> Run | None:
+        """Put the run together; None while nothing is known of its origin."""
+        if self.stored is not None:
+            return self.stored
+        if self.origin is None:
+            return None
+        run = run_of(list(self.frames), self.origin)
+        return replace(run, meta={**run.meta, "wall_seconds": self.wall_seconds})
+
+
 @dataclass(eq=False)
 class RunEntry:
-    """One run, growing while the tracker works.
+    """One run, growing while the tracker works; read and changed in the window's thread alone.
 
     Attributes
     ----------
@@ -101,12 +128,11 @@ class RunEntry:
 
     def run(self) -> Run | None:
         """Put the run together to be saved; None while nothing is known of its origin."""
-        if self.stored is not None:
-            return self.stored
-        if self.origin is None:
-            return None
-        run = run_of(list(self.ordered()), self.origin)
-        return replace(run, meta={**run.meta, "wall_seconds": self.wall_seconds})
+        return self.now().run()
+
+    def now(self) -> RunNow:
+        """What it holds now, for work in another thread."""
+        return RunNow(tuple(self.ordered()), self.stored, self.origin, self.wall_seconds)
 
     def frames_per_second(self) -> float | None:
         """How fast it was tracked; None where that is not known."""

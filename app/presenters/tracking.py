@@ -77,14 +77,15 @@ class TrackWorker:
 
     @property
     def running(self) -> bool:
-        """Whether a frame is in work, or the tracker has leave to go on."""
-        return not self.done and (self._allowed > 0 or self._working)
+        """Whether a frame is in work or not fetched yet, or the tracker has leave to go on."""
+        return not self.done and (self._allowed > 0 or self._working or bool(self._results))
 
-    def stop(self) -> None:
-        """Let the thread end after the frame in work; what was tracked stays."""
+    def stop(self, seconds: float = 15.0) -> None:
+        """End the thread; what was tracked stays."""
         with self._condition:
             self._stop = True
             self._condition.notify_all()
+        self._thread.join(seconds)
 
     def taken(self) -> list[TrackedFrame]:
         """Results since the last call."""

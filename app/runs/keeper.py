@@ -38,7 +38,7 @@ from stereotrack_core.tracking.stored import body_of_run
 from ..failures import message_of
 from ..presenters.document import DocumentPresenter
 from ..presenters.project_file import ProjectPresenter
-from ..presenters.runs import RunEntry, RunList, frames_of_run
+from ..presenters.runs import RunEntry, RunList, RunNow, frames_of_run
 from ..presenters.tracking import TrackPresenter
 from ..tasks.task import Task, TaskList
 
@@ -50,7 +50,6 @@ _SHOWN_AT_FIRST = 1
 class ReadRun:
     """A run of the project, ready to be drawn."""
 
-    entry: RunEntry
     run: Run
     body: BodyModel
     frames: dict[int, TrackedFrame]
@@ -58,6 +57,10 @@ class ReadRun:
 
 class RunKeeper(QObject):
     """Keeps runs in the project, and lists those that it has.
+
+    Work in other threads gets what a run holds, and gives what the project says; entries are
+    changed in the window's thread alone. Edits that are made meanwhile are followed after it, since
+    only then it is known whose row is whose.
 
     Signals
     -------
@@ -81,6 +84,7 @@ class RunKeeper(QObject):
         self._runs, self._track, self._tasks = runs, track, tasks
         self._content: WeakKeyDictionary[RunEntry, str] = WeakKeyDictionary()
         self._busy: dict[RunEntry, Task] = {}
+        self._behind = False
         self._tried: WeakSet[RunEntry] = WeakSet()
         self._wanted: WeakSet[RunEntry] = WeakSet()
         self._listed: Project | None = None
@@ -155,7 +159,7 @@ class RunKeeper(QObject):
         """Take a run from the list; one that the project keeps is deleted there, with undo."""
         if entry.kept and entry not in self._busy:
             self._project.apply(delete_run(entry.kept))
-        elif not entry.kept:
+        elif not entry.kept and entry not in self._busy:
             self._runs.remove(entry)
 
     # ---- following what happens
@@ -199,12 +203,14 @@ class RunKeeper(QObject):
     def _begin_keeping(self, entry: RunEntry) -> None:
         project = self._project.project
         if project is not None and not any(one.facts is None for one in self._busy):
-            work = partial(_kept, project, entry)
-            self._begin(f"keeping the run {entry.name}", entry, work, self._on_kept)
+            work = partial(_kept, project, entry.name, entry.now())
+            done = partial(self._on_kept, project, entry, entry.name)
+            self._begin(f"keeping the run {entry.name}", entry, work, done)
 
     def _begin_reading(self, project: Project, entry: RunEntry) -> None:
-        work = partial(_read, project, entry)
-        self._begin(f"reading the run {entry.name}", entry, work, self._on_read)
+        work = partial(_read, project, entry.kept)
+        done = partial(self._on_read, entry)
+        self._begin(f"reading the run {entry.name}", entry, work, done)
 
     def _begin(
         self,
@@ -220,17 +226,21 @@ class RunKeeper(QObject):
         task.ended.connect(self._on_ended)
         self._busy[entry] = task
 
-    @Slot(object)
-    def _on_kept(self, kept: tuple[RunEntry, KeptRun]) -> None:
-        entry, row = kept
-        self._content[entry] = row.content
-        entry.facts, entry.name = row.facts, row.name
+    def _on_kept(self, project: Project, entry: RunEntry, asked: str, row: KeptRun) -> None:
+        if project is not self._project.project:
+            return  # closed meanwhile; the next time it is opened it has the run
+        wanted = entry.name
+        self._take_row(entry, row)
         self._tried.discard(entry)
         self._runs.tell()
+        if wanted != asked:  # a person has renamed it meanwhile
+            self.rename(entry, wanted)
 
-    @Slot(object)
-    def _on_read(self, read: ReadRun) -> None:
-        entry = read.entry
+    def _take_row(self, entry: RunEntry, row: KeptRun) -> None:
+        self._content[entry] = row.content
+        entry.kept, entry.name, entry.facts = row.name, row.name, row.facts
+
+    def _on_read(self, entry: RunEntry, read: ReadRun) -> None:
         self._tried.discard(entry)
         if entry not in self._runs.entries:
             return
@@ -245,6 +255,7 @@ class RunKeeper(QObject):
     def _on_ended(self) -> None:
         under_way = self._tasks.tasks
         self._busy = {key: task for key, task in self._busy.items() if task in under_way}
+        self._follow()
         self._look_soon()
 
     def _list(self, project: Project) -> None:
@@ -284,18 +295,19 @@ class RunKeeper(QObject):
 
     @Slot(object)
     def _on_edited(self, changed: Changed) -> None:
-        project = self._project.project
-        if project is not None and project is self._listed and RUN.name in changed.tables:
-            self._follow(self._kept(project))
+        self._behind |= RUN.name in changed.tables
+        self._follow()
 
-    def _follow(self, kept: tuple[KeptRun, ...]) -> None:
-        """Let the list say what the project says."""
-        rows = {one.name: one for one in kept}
+    def _follow(self) -> None:
+        """Let the list say what the project says, as soon as nothing is being kept or read."""
+        project = self._project.project
+        if project is None or project is not self._listed or self._busy or not self._behind:
+            return
+        self._behind = False
+        rows = {one.name: one for one in self._kept(project)}
         mine = {entry.kept: entry for entry in self._runs.entries if entry.kept}
         new = {name: one for name, one in rows.items() if name not in mine}
         for name, entry in mine.items():
-            if entry in self._busy:
-                continue
             row = rows.get(name)
             if row is None:
                 content = self._content.get(entry)
@@ -306,7 +318,7 @@ class RunKeeper(QObject):
                 entry.kept = ""
                 self._runs.remove(entry)
             else:
-                entry.kept, entry.name, entry.facts = row.name, row.name, row.facts
+                self._take_row(entry, row)
         for one in new.values():
             self._runs.add(self._entry_of(one, visible=True), active=self._runs.active is None)
         self._runs.tell()
@@ -329,13 +341,13 @@ class RunKeeper(QObject):
             return
         for entry in self._to_keep():
             try:
-                _kept(project, entry)
+                self._take_row(entry, _kept(project, entry.name, entry.now()))
             except InputError as error:
                 self.message.emit(message_of(error))
 
     @Slot()
     def _forget(self) -> None:
-        self._listed = None
+        self._listed, self._behind = None, False
         self._tried.clear()
 
 
@@ -344,21 +356,16 @@ def _from_file(entry: RunEntry) -> bool:
     return entry.path is not None and entry.origin is None
 
 
-def _kept(project: Project, entry: RunEntry) -> tuple[RunEntry, KeptRun]:
+def _kept(project: Project, wanted: str, now: RunNow) -> KeptRun:
     """Put a run into the project; may take a while, in any thread."""
-    run = entry.run()
+    run = now.run()
     if run is None:
-        raise InputError("nothing is known of where the run comes from", where=entry.name)
-    name = free_name(project.runs, entry.name)
-    entry.kept = name  # before the edit: whoever hears of it shall know whose it is
-    try:
-        project.apply(keep_run(name, run))
-    except BaseException:
-        entry.kept = ""
-        raise
-    return entry, next(one for one in kept_runs(project.runs) if one.name == name)
+        raise InputError("nothing is known of where the run comes from", where=wanted)
+    name = free_name(project.runs, wanted)
+    project.apply(keep_run(name, run))
+    return next(one for one in kept_runs(project.runs) if one.name == name)
 
 
-def _read(project: Project, entry: RunEntry) -> ReadRun:
-    run = load_run(project.runs, entry.kept)
-    return ReadRun(entry, run, body_of_run(run), frames_of_run(run))
+def _read(project: Project, name: str) -> ReadRun:
+    run = load_run(project.runs, name)
+    return ReadRun(run, body_of_run(run), frames_of_run(run))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
+from weakref import ref
 
 from PySide6.QtCore import QObject, Slot
 
@@ -200,9 +201,8 @@ class RunWork(QObject):
     def _found(self, shown: tuple[RunEntry, ...], judgement: Judgement) -> ComparedRuns:
         """The comparison, worked out anew only where something about it has changed."""
         selection = self._w.timeline.selection
-        key = (
-            tuple((id(one), one.name, len(one.frames)) for one in shown), judgement.truth, selection
-        )  # fmt: skip
+        runs = tuple((ref(one), one.name, len(one.frames)) for one in shown)
+        key = runs, judgement.truth, selection
         if self._compared is None or self._compared[0] != key:
             self._compared = (key, compared(shown, judgement, selection))
         return self._compared[1]

@@ -72,7 +72,7 @@ def summary_of(judgement: Judgement, frames: IntArray | None = None) -> Summary:
 def attempt_table(
     run: RunEntry | None,
     attempts: Sequence[RunEntry],
-    judgements: Mapping[int, Judgement],
+    judgements: Mapping[RunEntry, Judgement],
     against: RunEntry | None,
     changes: Callable[[RunEntry], str],
 ) -> AttemptTable:
@@ -83,21 +83,21 @@ def attempt_table(
     run : RunEntry or None
         Whose settings were changed.
     attempts : sequence of RunEntry
-    judgements : mapping from the id of an entry to its judgement
+    judgements : mapping from RunEntry to Judgement
     against : RunEntry or None
         What differences are from; the run where it is not given or has no frames.
     changes : callable
         What an attempt changed, in words.
     """
     entries = [entry for entry in (run, *attempts) if entry is not None]
-    chosen = against if against in entries and id(against) in judgements else run
-    other = judgements.get(id(chosen))
-    truth = all(j.measure == "error" for e in entries if (j := judgements.get(id(e))) is not None)
-    tried = [_frames(judgements.get(id(entry))) for entry in attempts]
+    chosen = against if against in entries and against in judgements else run
+    other = judgements.get(chosen) if chosen is not None else None
+    truth = all(j.measure == "error" for e in entries if (j := judgements.get(e)) is not None)
+    tried = [_frames(judgements.get(entry)) for entry in attempts]
     common = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *tried]))
     rows = []
     for entry in entries:
-        judgement = judgements.get(id(entry))
+        judgement = judgements.get(entry)
         frames = common if entry is run else _frames(judgement)
         if judgement is None or not len(frames):
             nothing = (float("nan"),) * (5 if truth else 4)

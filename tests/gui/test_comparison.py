@@ -108,7 +108,7 @@ def test_without_a_reference_it_is_told_how_far_runs_are_apart():
 
 def test_only_runs_that_are_shown_are_compared(truth):
     a, b = entry("a", stored(0.04)), entry("b", stored(0.02))
-    judgements = {id(one): judged(one, truth) for one in (a, b)}
+    judgements = {one: judged(one, truth) for one in (a, b)}
     assert shown_beside_each_other((b, a), a, judgements) == (a, b)
     b.visible = False
     assert shown_beside_each_other((a, b), a, judgements) == (a,)

@@ -65,7 +65,7 @@ def test_a_selection_chooses_points_and_bins(recording, tmp_path):
 
 def test_statistics_become_csv_with_every_segment(recording, tmp_path):
     one = entry(recording, tmp_path, wild=(5, 6))
-    judgements = {id(one): judged(one, recorded_truth(recording.reference))}
+    judgements = {one: judged(one, recorded_truth(recording.reference))}
     stretches = stretches_of(None, 8, (Segment("end", 5, 7),))
     numbers = numbers_of([one], judgements, stretches, 30.0)
     text = as_csv(numbers, 30.0).splitlines()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,9 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from app.presenters import tracking
+from app.presenters.runs import RunList
+from app.presenters.tracking import TrackPresenter
+from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.tracking.pipeline import Pipeline, track
 
 pytestmark = pytest.mark.window
@@ -119,6 +123,30 @@ def test_pause_holds_and_run_goes_on_with_the_same_run(opened, qtbot, second_fra
     qtbot.waitUntil(lambda: opened.track.entry is None, timeout=90_000)
     assert opened.runs.entries == (run,)
     assert len(run.frames) == 8
+
+
+def test_a_tracker_is_held_when_its_frames_are_there(qtbot, small_recording, monkeypatch):
+    """Else it would be taken for one that is about to do the frame that it has just done."""
+
+    class Quick(Pipeline):
+        def prepare(self, frames):
+            pass
+
+        def frames(self, frames):
+            return (SimpleNamespace(frame=k, without_cloud=lambda k=k: k) for k in frames)
+
+    monkeypatch.setattr(tracking, "Pipeline", Quick)
+    track, recording = TrackPresenter(RunList()), open_recording(small_recording)
+    entry = track.begin(recording, range(3), "tpose", None, allowed=1)
+    worker = track._worker
+    while not worker._results:
+        worker._thread.join(0.001)  # no event is delivered meanwhile
+    assert (track.next_frame(), track.running) == (0, True)
+    assert track.held_before(0) is None
+    qtbot.waitUntil(lambda: track.paused)
+    assert (track.next_frame(), sorted(entry.frames)) == (1, [0])
+    assert track.held_before(1) is worker.pipeline is not None
+    track.stop()
 
 
 def test_iterations_show_the_prediction_and_then_the_corrected_model(opened, qtbot):

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import replace
+from pathlib import Path
+from weakref import ref
 
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
+from app.presenters.judgement import judged
 from app.presenters.runs import RunEntry, entry_of_run
-from stereotrack_core.project.runs import kept_runs, load_run
+from app.runs import keeper
+from stereotrack_core.project.runs import keep_run, kept_runs, load_run
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repeating import sameness
 from tests.gui.made_runs import add_run, made_run
@@ -114,6 +119,44 @@ def test_a_run_is_named_noted_and_deleted_and_each_is_taken_back(tracking, qtbot
     assert sameness(tracking.runs.entries[0].run(), entry.run()).equal
 
 
+def test_runs_are_changed_in_the_window_s_thread_alone(tracking, qtbot, monkeypatch):
+    elsewhere = []
+
+    def change(entry, name, value):
+        if threading.current_thread() is not threading.main_thread():
+            elsewhere.append(name)
+        object.__setattr__(entry, name, value)
+
+    monkeypatch.setattr(RunEntry, "__setattr__", change)
+    finished(tracking, "run")
+    settle(tracking, qtbot)
+    reopen(tracking, qtbot)
+    (entry,) = tracking.runs.entries
+    assert (entry.kept, len(entry.frames)) == ("run", 8)
+    assert elsewhere == []
+
+
+def test_what_is_done_to_a_run_while_it_is_being_kept_holds(tracking, qtbot, monkeypatch):
+    begun, go = threading.Event(), threading.Event()
+
+    def slowly(name, run):
+        begun.set()
+        assert go.wait(300)
+        return keep_run(name, run)
+
+    monkeypatch.setattr(keeper, "keep_run", slowly)
+    entry = finished(tracking, "run")
+    qtbot.waitUntil(begun.is_set)
+    assert entry.kept == "", "the project does not have it yet"
+    tracking.run_work.keeper.rename(entry, "with the coat")
+    other = finished(tracking, "another")
+    go.set()
+    settle(tracking, qtbot)
+    assert tracking.runs.entries == (entry, other)
+    assert (names(tracking), kept(tracking)) == (["with the coat", "another"],) * 2
+    assert tracking.project.to_undo() == "rename run run to with the coat"
+
+
 def test_a_name_that_another_run_has_is_refused(tracking, qtbot):
     finished(tracking, "one")
     finished(tracking, "two")
@@ -172,6 +215,29 @@ def test_runs_are_drawn_over_each_other_and_told_apart(tracking, qtbot):
     tracking.view.toggle_overlay("others")
     styles = {(curve.name, curve.style) for curve in tracking.plot._curves}
     assert styles == {("c", "solid"), ("a", "dash"), ("b", "dot")}
+
+
+def test_figures_of_a_run_that_is_gone_are_not_shown_for_another_one(tracking):
+    """Memory is used again: a new run may lie where the old one was, with its name and length."""
+    truth = tracking.judging.truth
+    old, new = (
+        entry_of_run(made_run(tracking.document.recording, off=off), Path("again.npz"))
+        for off in (0.6, 0.1)
+    )
+
+    def figures(entry):
+        found = tracking.run_work._found((entry,), judged(entry, truth))
+        return [row.cells[0].value for row in found.rows]
+
+    entry = replace(old)
+    before, place, gone = figures(entry), id(entry), ref(entry)
+    del entry
+    assert gone() is None
+    entry, missed = replace(new), []
+    while id(entry) != place and len(missed) < 1000:
+        missed.append(entry)
+        entry = replace(new)
+    assert figures(entry) == figures(new) != before
 
 
 def test_details_say_what_two_runs_were_made_with_differently(tracking, qtbot):
