@@ -76,7 +76,7 @@ def oldest_glibc(distribution: Distribution) -> tuple[int, int]:
 def test_the_readme_names_the_glibc_that_the_locked_wheels_need():
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     machine = platform.machine()
-    (stated,) = re.findall(rf"glibc (\d+\.\d+) or newer on {machine}\b", readme)
+    (stated,) = re.findall(rf"glibc (\d+\.\d+) or newer\s+on {machine}\b", readme)
     versions = {canonicalize_name(row.name): next(iter(row.specifier)).version for row in locked()}
     needed = {
         f"{one.name} {one.version}": oldest_glibc(one)
