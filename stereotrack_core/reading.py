@@ -72,7 +72,7 @@ def open_file(path: Path, at_most: int | None = None) -> BinaryIO:
     flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
     with decoding(path, "the file cannot be read", _AGAIN):
         check_file(path)  # before: a device may do something when it is opened
-        file = os.fdopen(os.open(path, flags | getattr(os, "O_CLOEXEC", 0)), "rb")
+        file = os.fdopen(os.open(path, flags), "rb")
         try:
             found = os.fstat(file.fileno())
             _check_kind(path, found)

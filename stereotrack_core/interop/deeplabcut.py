@@ -41,7 +41,7 @@ class _Column:
 
 def is_deeplabcut(lines: Sequence[Sequence[str]]) -> bool:
     """Whether a CSV begins as DeepLabCut's do."""
-    return bool(lines) and bool(lines[0]) and lines[0][0].strip() == "scorer"
+    return bool(lines) and bool(lines[0]) and lines[0][0] == "scorer"
 
 
 def read_deeplabcut(
@@ -72,8 +72,8 @@ def read_deeplabcut(
         Where the file cannot be read at all, or none of its landmarks is known.
     """
     lines = read_cells(path)
-    header = {line[0].strip(): line for line in lines[:4] if line and line[0].strip() in _HEADERS}
-    if len({name.strip() for name in header.get("individuals", [])[1:]} - {""}) > 1:
+    header = {line[0]: line for line in lines[:4] if line and line[0] in _HEADERS}
+    if len(set(header.get("individuals", [])[1:]) - {""}) > 1:
         raise InputError(
             "the file is of several individuals",
             where=str(path),
@@ -86,17 +86,17 @@ def read_deeplabcut(
             remedy="Give a .csv that DeepLabCut wrote.",
         )
     columns = [
-        _Column(part.strip(), coordinate.strip(), place)
+        _Column(part, coordinate, place)
         for place, (part, coordinate) in enumerate(
             zip(header["bodyparts"], header["coords"], strict=False)
         )
-        if coordinate.strip() in ("x", "y", "likelihood")
+        if coordinate in ("x", "y", "likelihood")
     ]
     found = map_names((one.part for one in columns), landmarks, names, where=str(path))
     first = min((one.place for one in columns), default=1)
     clicks, problems = [], []
     for number, line in enumerate(lines[len(header) :], start=len(header) + 1):
-        if not any(cell.strip() for cell in line):
+        if not any(line):
             continue
         where = f"{path}, line {number}"
         try:
@@ -120,17 +120,16 @@ def write_deeplabcut(
     Raises
     ------
     InputError
-        Where a file cannot be written; then all files stay as they were.
+        Where a file cannot be written, or a camera has a name that no file can have; then all
+        files stay as they were.
     """
     by_camera: dict[str, list[Click]] = {}
     for click in clicks:
         if not click.deleted:
             by_camera.setdefault(click.camera, []).append(click)
-    of_camera = {camera: file_of_camera(path, camera) for camera in by_camera}
-    if len(by_camera) < 2:
-        files = {path: next(iter(by_camera.values()), [])}
-    else:
-        files = {of_camera[camera]: own for camera, own in by_camera.items()}
+    files = {file_of_camera(path, camera): own for camera, own in by_camera.items()}
+    if len(files) < 2:
+        files = {path: next(iter(files.values()), [])}
     write_files({file: _text(own, landmarks, scorer) for file, own in files.items()})
     return {file: sum(click.position is not None for click in own) for file, own in files.items()}
 
@@ -157,6 +156,8 @@ def _text(clicks: Iterable[Click], landmarks: Sequence[str], scorer: str) -> str
 def file_of_camera(path: Path, camera: str) -> Path:
     """File of one camera, where those of several are written: ``labels_S.csv`` for ``labels.csv``.
 
+    Pictures of the camera lie in a folder of its name.
+
     Raises
     ------
     InputError
@@ -175,7 +176,7 @@ def _picture(
     cells: Sequence[str], path: Path, recording: Recording, camera: str | None, where: str
 ) -> tuple[int, str]:
     """Frame and camera of a row, from its number or its picture's path."""
-    text = "/".join(cell.strip() for cell in cells if cell.strip())
+    text = "/".join(cell for cell in cells if cell)
     try:
         frame = float(text)
     except ValueError:
@@ -195,7 +196,7 @@ def _clicks(
     values: dict[str, dict[str, float]] = {}
     for one in columns:
         if one.part in known:
-            text = line[one.place].strip() if one.place < len(line) else ""
+            text = line[one.place] if one.place < len(line) else ""
             try:
                 number = float(text) if text else math.nan
             except ValueError:

@@ -40,7 +40,7 @@ def is_trajectory(path: Path) -> bool:
     if suffix != ".csv":
         return suffix in (".trc", ".c3d", ".npz")
     lines = read_cells(path)
-    return bool(lines) and {cell.strip() for cell in lines[0]} >= TRAJECTORY_COLUMNS
+    return bool(lines) and set(lines[0]) >= TRAJECTORY_COLUMNS
 
 
 def read_labels(

@@ -69,14 +69,14 @@ def read_trc(path: Path) -> tuple[LandmarkTrajectory, float]:
             remedy="Give a file whose first line begins with PathFileType.",
         )
     facts = dict(zip(lines[1], lines[2], strict=False))
-    metres = _METRES.get(facts.get("Units", "").strip())
+    metres = _METRES.get(facts.get("Units", ""))
     if metres is None:
         raise InputError(
             f"the unit {facts.get('Units', '')!r} is not known",
             where=f"{path}, Units",
             remedy="Write m or mm.",
         )
-    columns = {name.strip(): k for k, name in enumerate(lines[3]) if name.strip() in LANDMARKS}
+    columns = {name: k for k, name in enumerate(lines[3]) if name in LANDMARKS}
     if not columns:
         raise InputError(
             "none of the nine landmarks is in the file",
@@ -93,7 +93,7 @@ def read_trc(path: Path) -> tuple[LandmarkTrajectory, float]:
             remedy="Write frames per second.",
         ) from None
     found = _frames(path, lines[5:], columns)
-    stated = facts.get("NumFrames", "").strip()
+    stated = facts.get("NumFrames", "")
     if stated.isdecimal() and len(found) < int(stated):
         raise InputError(
             f"the file ends after {len(found)} of its {stated} frames",
@@ -112,8 +112,8 @@ def _frames(path: Path, lines: list[list[str]], columns: dict[str, int]) -> dict
     """Landmarks (9, 3) by frame, in the file's unit and axes."""
     found: dict[int, FloatArray] = {}
     for number, line in enumerate(lines, start=6):
-        if any(cell.strip() for cell in line):
-            frame = whole_number(line[0].strip(), path, number, "frame")
+        if any(line):
+            frame = whole_number(line[0], path, number, "frame")
             if frame in found:
                 raise InputError(
                     f"line {number} gives frame {frame} twice",
@@ -134,7 +134,7 @@ def _frames(path: Path, lines: list[list[str]], columns: dict[str, int]) -> dict
 def _row(line: list[str], columns: dict[str, int]) -> FloatArray:
     points: FloatArray = np.full((len(LANDMARKS), 3), np.nan)
     for name, first in columns.items():
-        cells = [cell.strip() for cell in line[first : first + 3]]
+        cells = line[first : first + 3]
         if len(cells) == 3 and all(cells):
             place = np.array([float(cell) for cell in cells])
             points[LANDMARKS.index(name)] = place if np.isfinite(place).all() else np.nan

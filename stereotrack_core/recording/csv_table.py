@@ -1,4 +1,4 @@
-"""Text tables: CSV is written, and cells or the rows below a header are read.
+"""Tables as text: written, and read with sentences about what is wrong in them.
 
 A spreadsheet computes a cell that begins with one of ``= + - @``, a tabulator or a line break,
 whoever has named a recording, run or segment so. Such a text is written with an apostrophe before
@@ -8,9 +8,9 @@ it, which is taken away when it is read.
 from __future__ import annotations
 
 import csv
-import io
 import re
 from collections.abc import Iterable, Sequence
+from io import StringIO, TextIOWrapper
 from pathlib import Path
 from typing import Literal
 
@@ -46,7 +46,7 @@ def _is_computed(cell: str) -> bool:
 
 def csv_text(columns: Sequence[str], rows: Iterable[Sequence[str | float | int]]) -> str:
     """A table as CSV; numbers in full, texts guarded."""
-    buffer = io.StringIO()
+    buffer = StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
     for row in (columns, *rows):
         writer.writerow([guarded(cell) if isinstance(cell, str) else cell for cell in row])
@@ -66,7 +66,7 @@ def read_cells(
     sign = "tabulators" if delimiter == "\t" else "commas"
     remedy = f"It has to be a UTF-8 text file with {sign} between values."
     with open_file(path, TABLE_BYTES) as file, decoding(path, "the file cannot be read", remedy):
-        text = io.TextIOWrapper(file, encoding="utf-8-sig", newline="")
+        text = TextIOWrapper(file, encoding="utf-8-sig", newline="")
         lines = csv.reader(text, delimiter=delimiter, quoting=quoting)
         return [[unguarded(cell.strip()) for cell in line] for line in lines]
 
