@@ -100,6 +100,7 @@ class FileWork(QObject):
             self._window.project.open_file(path, frame)
             return
         self._project_when_open = None
+        self._window.project.give_up()
         self._window.document.open(path.parent if path.name == "recording.toml" else path, frame)
 
     def close_recording(self) -> None:

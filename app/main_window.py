@@ -286,6 +286,7 @@ class MainWindow(PanelWindow):
     def _on_opened(self) -> None:
         recording = self.document.recording
         self.messages.clear()
+        self.track.stop()
         self.tuning.stop()
         self.runs.clear()
         self.instant.clear()
@@ -302,6 +303,7 @@ class MainWindow(PanelWindow):
     @Slot()
     def _on_closed(self) -> None:
         self.spaces.leave()
+        self.track.stop()
         self.tuning.stop()
         self.runs.clear()
         self.instant.clear()

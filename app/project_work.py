@@ -133,7 +133,7 @@ class ProjectWork(QObject):
         title = f"Where is the recording of {path.name}?"
         chosen = QFileDialog.getExistingDirectory(self._w, title, str(path.parent))
         if not chosen:
-            self._w.project.give_up_missing()
+            self._w.project.give_up()
             return
         try:
             self._w.project.use_recording(Path(chosen))
@@ -156,12 +156,12 @@ class ProjectWork(QObject):
             self._ask_where_recording_is(path)
             return
         if answer != button.Yes:
-            self._w.project.give_up_missing()
+            self._w.project.give_up()
             return
         try:
             self._w.project.use_recording(folder, even_another=True)
         except InputError as still:
-            self._w.project.give_up_missing()
+            self._w.project.give_up()
             self._w.show_error(still)
 
     @Slot(object)

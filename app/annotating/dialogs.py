@@ -85,7 +85,7 @@ class AnnotationDialogs(QObject):
         if trajectory:
             self._panels.tasks.begin(
                 "reading the reference",
-                lambda _task: (file.path.stem, reference_in(file.path)),
+                lambda _task: (project, file.path.stem, reference_in(file.path)),
                 self._on_reference_read,
             )
             return
@@ -93,13 +93,13 @@ class AnnotationDialogs(QObject):
         self._take_in(project, lambda: labels_of(file, project, recording, frames), file.path.name)
 
     @Slot(object)
-    def _on_reference_read(self, found: tuple[str, Reference]) -> None:
-        project = self._panels.project
-        if project is None:
+    def _on_reference_read(self, found: tuple[Project, str, Reference]) -> None:
+        project, name, reference = found
+        if project is not self._panels.project:
             return
         try:
-            project.apply(save_reference(*found))
-            project.apply(Choose(REFERENCE.name, found[0]))
+            project.apply(save_reference(name, reference))
+            project.apply(Choose(REFERENCE.name, name))
         except InputError as error:
             self._panels.message.emit(message_of(error))
 

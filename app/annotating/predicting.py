@@ -122,13 +122,14 @@ class PredictionWork(QObject):
             view.image.camera: recording.cameras[view.image.camera] for view in recording.views
         }
         now, entry = self._p.reference.now, self._run
+        name, held = ("", None) if entry is None else (entry.name, entry.now())
 
         def make() -> Filling:
             if source == "fit" and now is not None and now.fit is not None:
                 return fit_filling(now.fit, cameras)
-            run = entry.run() if source == "run" and entry is not None else None
-            if entry is not None and run is not None:
-                return run_filling(run, entry.name, cameras, project.landmark_set())
+            run = held.run() if source == "run" and held is not None else None
+            if run is not None:
+                return run_filling(run, name, cameras, project.landmark_set())
             if source == "neighbours":
                 return neighbour_filling(project)
             raise InputError(

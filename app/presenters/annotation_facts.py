@@ -100,6 +100,8 @@ class AnnotationFacts(QObject):
         project.changed.connect(self._on_changed)
         project.opened.connect(self._on_project)
         project.closed.connect(self._on_project)
+        document.opened.connect(self._on_recording)
+        document.closed.connect(self._on_recording)
 
     def set_active(self, active: bool) -> None:
         """Work things out from now on, or rest."""
@@ -179,6 +181,14 @@ class AnnotationFacts(QObject):
     @Slot()
     def _on_project(self) -> None:
         self._measured = None
+
+    @Slot()
+    def _on_recording(self) -> None:
+        """Forget what is known, and whatever still comes, of frames of another recording."""
+        for source in (self._hints, self._fit, self._deep):
+            source.close()
+        self._predictions = None
+        self.ask()
 
     def _volume(self, recording: Recording) -> Volume:
         """Where landmarks can be: the depth's working volume, put where the cameras look."""

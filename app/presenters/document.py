@@ -196,7 +196,7 @@ class DocumentPresenter(QObject):
         self._start_frame = frame
         self._opening = self._tasks.begin(
             f"opening {folder.name}",
-            lambda task: _unless_cancelled(task, read_folder(folder, find(folder))),
+            lambda task: _unless_cancelled(task, lambda: read_folder(folder, find(folder))),
             self._on_opened,
         )
         self._opening.ended.connect(self._on_opening_ended)
@@ -272,6 +272,9 @@ class DocumentPresenter(QObject):
 
     @Slot(object)
     def _on_opened(self, opened: Opened) -> None:
+        if self.sender() is not self._opening:  # another one was asked for since
+            opened.reader.close()
+            return
         self.close()
         self._opened = opened
         self._reader = Shared(opened.reader, opened.reader.close)
@@ -367,7 +370,14 @@ def _frame_set(reader: Shared[FrameReader], frame: int) -> FrameSet:
         return open_reader.frame_set(frame)
 
 
-def _unless_cancelled(task: Task, opened: Opened) -> Opened:
+def _unless_cancelled(task: Task, read: Callable[[], Opened]) -> Opened:
+    """What was read; of a folder that nobody waits for any more nothing is said."""
+    try:
+        opened = read()
+    except InputError as error:
+        if task.token.cancelled():
+            raise Cancelled from error
+        raise
     if task.token.cancelled():
         opened.reader.close()
         raise Cancelled

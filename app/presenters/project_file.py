@@ -72,6 +72,7 @@ class ProjectPresenter(QObject):
         self._opened: OpenedProject | None = None
         self._waiting: OpenedProject | None = None
         self._task: Task | None = None
+        self._opening: Task | None = None
         self._problem = self._undo_words = self._redo_words = ""
         self._frame = 0
         self.makes = True
@@ -137,7 +138,7 @@ class ProjectPresenter(QObject):
         wishes, self._frame = self.wishes(), frame
         if self.path is not None and self.path == path.resolve():
             self.close()  # its lock is our own
-        self._begin(
+        self._opening = self._begin(
             f"opening {path.name}",
             lambda _task: open_project(path, wishes, take_over=take_over),
             self._on_file_opened,
@@ -159,8 +160,9 @@ class ProjectPresenter(QObject):
         self._waiting = OpenedProject(waiting.project, folder, (), waiting.in_use)
         self._document.open(folder, self._frame, _corrected_by(waiting.project))
 
-    def give_up_missing(self) -> None:
-        """Do without the project whose recording nobody knows."""
+    def give_up(self) -> None:
+        """Do without the project that is being opened, or whose recording nobody knows."""
+        self._opening = None
         self._give_up_waiting()
 
     @Slot()
@@ -177,7 +179,7 @@ class ProjectPresenter(QObject):
     def shutdown(self) -> None:
         """Close whatever is open; for the end of the window."""
         self.close()
-        self._give_up_waiting()
+        self.give_up()
 
     # ---- edits
 
@@ -243,13 +245,17 @@ class ProjectPresenter(QObject):
 
     def _begin(
         self, title: str, work: Callable[[Task], object], done: Callable[[Any], None]
-    ) -> None:
-        self._task = self._tasks.begin(title, work, done)
-        self._task.ended.connect(self._on_task_ended)
-        self._task.failed.connect(self._on_task_failed)
+    ) -> Task:
+        task = self._task = self._tasks.begin(title, work, done)
+        task.ended.connect(self._on_task_ended)
+        task.failed.connect(self._on_task_failed)
+        return task
 
     @Slot(object)
     def _on_file_opened(self, opened: OpenedProject) -> None:
+        if self.sender() is not self._opening:  # something else was asked for since
+            opened.project.close()
+            return
         self._give_up_waiting()
         self._waiting = opened
         if opened.folder is not None:

@@ -114,6 +114,7 @@ class ReferenceWork(QObject):
         self._recording: Recording | None = None
         self._frames = 0
         self._fitting: Task | None = None
+        self._reading: Task | None = None
         self._wanted: range | None = None
         self._now: ShownReference | None = None
         self._clicks_since = 0
@@ -249,20 +250,22 @@ class ReferenceWork(QObject):
         """Read the reference that the project uses; beside the window's thread."""
         project, recording, frames = self._project, self._recording, self._frames
         name = None if project is None else project.chosen(project.references)
+        self._reading = None
         if project is None or recording is None or name is None:
             self._take(None)
             return
         chosen = name
-        self._tasks.begin(
+        self._reading = self._tasks.begin(
             "reading the reference",
-            lambda _task: (project, read_reference(project, recording, chosen, frames)),
+            lambda _task: read_reference(project, recording, chosen, frames),
             self._on_read,
         )
 
     @Slot(object)
-    def _on_read(self, found: tuple[Project, ShownReference]) -> None:
-        if found[0] is self._project:
-            self._take(found[1])
+    def _on_read(self, found: ShownReference) -> None:
+        if self.sender() is self._reading:  # else another one was asked for since
+            self._reading = None
+            self._take(found)
 
     def _take(self, found: ShownReference | None) -> None:
         self._now = found

@@ -333,7 +333,8 @@ class RunKeeper(QObject):
 
     @Slot()
     def _keep_what_is_left(self) -> None:
-        """Keep before the project is closed what has come to its end a moment ago."""
+        """Keep before the project is closed what has come to its end just now, or comes to it."""
+        self._track.stop()
         project = self._project.project
         for task in list(self._busy.values()):
             task.join(10.0)
@@ -344,6 +345,7 @@ class RunKeeper(QObject):
                 self._take_row(entry, _kept(project, entry.name, entry.now()))
             except InputError as error:
                 self.message.emit(message_of(error))
+        self._remember_shown(project)
 
     @Slot()
     def _forget(self) -> None:

@@ -88,7 +88,7 @@ class NewestAnswer(QObject, Generic[A]):
         self._worker.ask(self._asked)
 
     def close(self) -> None:
-        """Forget everything and end the thread."""
+        """Forget everything, also what is still to be answered; the next question begins anew."""
         self._asked = self._known = None
         if self._worker is not None:
             self._worker.close()
@@ -102,8 +102,6 @@ class NewestAnswer(QObject, Generic[A]):
 
     @Slot(object, object)
     def _on_failed(self, question: Question, error: Exception) -> None:
-        if self._worker is None:
-            return  # closed meanwhile
         if question is self._asked:
             self._asked = self._known = None
             self.changed.emit()

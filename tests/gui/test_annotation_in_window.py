@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -14,9 +16,9 @@ from PySide6.QtWidgets import QInputDialog
 
 from app.views.timeline_lanes import Mark
 from stereotrack_core.annotation.click import ClickKey
-from stereotrack_core.project.click_edits import SwapLandmarks
+from stereotrack_core.project.click_edits import PlaceClicks, SwapLandmarks
 from stereotrack_core.project.project import Project
-from tests.gui.hands import LEFT, click, click_truth, clicks, key, view
+from tests.gui.hands import LEFT, annotate_all, click, click_truth, clicks, key, view
 
 pytestmark = pytest.mark.window
 
@@ -28,6 +30,30 @@ def trigger(window, name):
     action = window.actions_book.action(name)
     assert action.isEnabled(), action.statusTip()
     action.trigger()
+
+
+def test_no_fit_of_another_recording_is_shown(annotating, qtbot, small_recording, tmp_path):
+    """Both have clicks in the same frame, so that the one might be taken for the other."""
+    facts = annotating.annotate.facts
+    annotate_all(annotating, qtbot)
+    qtbot.waitUntil(lambda: facts.now().fit is not None)
+    folder = shutil.copytree(small_recording, tmp_path / "other")
+    path, moved = tmp_path / "other.stereotrack", []
+    for one in annotating.project.project.clicks.at(0):
+        x, y = one.position
+        moved.append(replace(one, position=(x + 3.0, y)))
+    with Project.create(path, folder) as project:
+        project.apply(PlaceClicks(tuple(moved)))
+    seen = []
+    annotating.document.opened.connect(lambda: seen.append(facts.now().fit))
+    facts.changed.connect(lambda: seen and seen.append(facts.now().fit))
+    annotating.files.open(path)
+    qtbot.waitUntil(lambda: bool(seen) and seen[-1] is not None)
+    known = [one.question.clicks for one in seen if one is not None]
+    assert seen[0] is None
+    assert {click.position for clicks in known for click in clicks} == {
+        one.position for one in moved
+    }
 
 
 def test_lanes_and_history_follow_a_click_and_lead_back_to_it(annotating, qtbot):

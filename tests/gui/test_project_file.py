@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import threading
 
 import pytest
 from PySide6.QtCore import QMimeData, QPointF, QSettings, Qt, QUrl
@@ -12,6 +13,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox
 
 from app.main_window import MainWindow
+from app.presenters import project_file
 from app.start import start
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.project.click_edits import place
@@ -71,6 +73,45 @@ def test_a_project_file_opens_its_recording(window, qtbot, folder, tmp_path):
     assert window.document.recording.folder.resolve() == folder.resolve()
     assert window.files.recent() == [path]
     assert len(window.project.project.clicks.at(3)) == 1
+
+
+def test_what_was_asked_for_last_is_opened(
+    window, qtbot, folder, small_recording, tmp_path, monkeypatch
+):
+    path = tmp_path / "mine.stereotrack"
+    Project.create(path, folder).close()
+    begun, go, open_it = threading.Event(), threading.Event(), project_file.open_project
+
+    def slowly(*what, **how):
+        opened = open_it(*what, **how)
+        begun.set()
+        assert go.wait(300)
+        return opened
+
+    monkeypatch.setattr(project_file, "open_project", slowly)
+    window.files.open(path)
+    assert begun.wait(300)
+    window.files.open(small_recording)
+    qtbot.waitUntil(lambda: window.document.recording is not None)
+    go.set()
+    qtbot.waitUntil(window.settled)
+    assert window.document.recording.folder == small_recording
+    assert window.project.path != path
+    Project.open(path).close()  # nobody holds it any more
+
+
+def test_a_recording_that_was_read_when_another_one_was_asked_for_is_not_opened(
+    window, qtbot, folder, small_recording
+):
+    opened = []
+    window.document.opened.connect(lambda: opened.append(window.document.recording.folder))
+    window.files.open(folder)
+    (task,) = window.tasks.tasks
+    assert task.join(300)
+    window.files.open(small_recording)
+    qtbot.waitUntil(lambda: bool(opened))
+    qtbot.waitUntil(window.settled)
+    assert opened == [small_recording]
 
 
 def test_the_menu_opens_a_project(window, qtbot, folder, tmp_path, monkeypatch):

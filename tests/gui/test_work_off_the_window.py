@@ -9,6 +9,7 @@ from PySide6.QtCore import QCoreApplication
 from app.tasks.newest import NewestWins
 from app.tasks.shared import Shared
 from app.tasks.task import TaskList
+from app.tasks.threaded import wait_for_threads
 from stereotrack_core.errors import Cancelled, InputError
 
 PATIENCE_S = 300.0
@@ -110,6 +111,20 @@ def test_an_answer_that_is_on_its_way_when_it_is_closed_is_told_to_nobody(qtbot)
     thread.join(PATIENCE_S)
     QCoreApplication.processEvents()
     assert told == []
+
+
+def test_the_program_waits_for_its_threads_but_not_for_ever(qtbot):
+    held = Held()
+    newest = NewestWins(held, "something asked")
+    newest.ask("first")
+    thread = thread_of("something asked")
+    assert held.begun.wait(PATIENCE_S)
+    newest.close()
+    wait_for_threads(0.0)
+    assert thread.is_alive()
+    held.go.set()
+    wait_for_threads(PATIENCE_S)
+    assert not thread.is_alive()
 
 
 def test_what_is_shared_is_closed_by_whoever_leaves_it_last():

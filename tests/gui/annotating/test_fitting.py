@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import threading
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from app.presenters import reference_work
 from app.presenters.fitting import FITTED, FitOrder, around, fit_process, fit_recording
 from app.presenters.reference_work import ReferenceWork, read_reference
 from app.tasks.task import TaskList
@@ -65,6 +69,28 @@ def test_it_is_near_the_truth_and_says_how_near(qtbot, annotated, work, make):
     assert "limbs are good to" in now.words
     assert np.isfinite(now.residuals[5]).all()
     assert np.isnan(now.residuals[6]).all()
+
+
+def test_what_was_asked_for_last_is_shown_whichever_is_read_last(
+    qtbot, annotated, work, monkeypatch
+):
+    fitted(qtbot, work)
+    read, go, names = reference_work.read_reference, threading.Event(), []
+
+    def reading(project, recording, name, frames):
+        if not names:
+            names.append(name)
+            assert go.wait(300)
+        return replace(read(project, recording, name, frames), words=str(frames))
+
+    monkeypatch.setattr(reference_work, "read_reference", reading)
+    work.set_frame_count(FRAMES + 1)
+    qtbot.waitUntil(lambda: bool(names))
+    work.set_frame_count(FRAMES + 2)
+    qtbot.waitUntil(lambda: work.now.words == str(FRAMES + 2))
+    go.set()
+    qtbot.waitUntil(lambda: not work.tasks.tasks)
+    assert work.now.words == str(FRAMES + 2)
 
 
 def test_it_can_be_undone_and_says_when_it_is_old(qtbot, annotated, work, make):

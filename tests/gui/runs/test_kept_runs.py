@@ -193,6 +193,19 @@ def test_a_run_that_ends_when_the_window_closes_is_kept(tracking, qtbot):
         assert [one.name for one in kept_runs(project.runs)] == ["last"]
 
 
+def test_a_run_in_progress_ends_with_its_recording_and_is_kept(tracking, qtbot):
+    """Whatever opens another recording: its frames would be followed and its clouds be kept."""
+    tracking.track.preset, tracking.track.settings = "fast", preset("fast").replaced(iterations=2)
+    tracking.tracker.step()
+    qtbot.waitUntil(lambda: tracking.track.paused and len(tracking.track.entry.frames) == 1)
+    tracking.project.open_file(tracking.project.path)
+    qtbot.waitUntil(lambda: tracking.document.opening)
+    settle(tracking, qtbot)
+    assert tracking.track.entry is None
+    (entry,) = tracking.runs.entries
+    assert (entry.kept, sorted(entry.frames)) == (kept(tracking)[0], [0])
+
+
 def test_runs_are_drawn_over_each_other_and_told_apart(tracking, qtbot):
     for name, off in (("a", 0.3), ("b", 0.6), ("c", 0.0)):
         finished(tracking, name, off=off)
