@@ -13,9 +13,10 @@ from stereotrack_core.annotation.click import ClickKey, Visibility
 from stereotrack_core.annotation.prediction import Prediction
 
 from .failures import Message
-from .presenters.annotating import ADVANCES, Advance, Annotating
+from .presenters.annotating import Annotating
 from .presenters.annotation_facts import AnnotationFacts
 from .presenters.blind_repeats import BlindRepeats
+from .presenters.choosing import ADVANCES, Advance
 from .presenters.landmark_rows import fit_words, landmark_rows, length_rows, limb_rows
 from .presenters.marks import marks_of, predictions_in
 from .presenters.swap_offers import SwapOffers
@@ -66,8 +67,9 @@ class AnnotateControl(QObject):
         w.grid.clicked.connect(self._on_clicked)
         w.grid.refused.connect(self._say)
         w.grid.space_tapped.connect(w.toggle_playing)
-        w.grid.active_changed.connect(self._on_active_view)
+        w.grid.at_hand_changed.connect(self._on_view_at_hand)
         w.grid.kinds_changed.connect(self.facts.ask)
+        w.grid.kinds_changed.connect(self.annotating.follow)
         w.spaces.changed.connect(self._on_workspace)
         w.project.opened.connect(self._on_workspace)
         w.project.closed.connect(self._on_workspace)
@@ -91,8 +93,8 @@ class AnnotateControl(QObject):
         return workspace is not None and workspace.name == "annotate"
 
     def camera_at_hand(self) -> str:
-        """The camera whose image the active view shows; empty where that takes no clicks."""
-        return self._w.grid.cameras().get(self._w.grid.active, "")
+        """The camera whose image the view at hand shows; empty where that takes no clicks."""
+        return self._w.grid.cameras().get(self._w.grid.at_hand, "")
 
     def _repeats(self) -> BlindRepeats | None:
         return self._w.annotation.repeats
@@ -157,7 +159,8 @@ class AnnotateControl(QObject):
     def _on_clicked(self, what: Placed | Moved | Picked) -> None:
         if isinstance(what, Placed):
             seen = Visibility.GUESSED if what.guessed else Visibility.SEEN
-            self.annotating.place(what.frame, what.camera, (what.x, what.y), seen)
+            key = ClickKey(what.frame, what.camera, what.landmark)
+            self.annotating.place(key, (what.x, what.y), seen)
         elif isinstance(what, Moved):
             key = ClickKey(what.frame, what.camera, what.landmark)
             self.annotating.move(key, (what.x, what.y))
@@ -182,10 +185,10 @@ class AnnotateControl(QObject):
 
     def why_no_camera(self) -> str:
         """Why keys act on no image."""
-        return "" if self.camera_at_hand() else "The active view shows no camera's own image."
+        return "" if self.camera_at_hand() else "This view shows no camera's own image."
 
     def predictions_here(self) -> tuple[Prediction, ...]:
-        """Prediction of the chosen landmark in the active view, where nobody has clicked it."""
+        """Prediction of the chosen landmark in the view at hand, where nobody has clicked it."""
         return self._predictions([self.camera_at_hand()])
 
     def predictions_everywhere(self) -> tuple[Prediction, ...]:
@@ -202,7 +205,7 @@ class AnnotateControl(QObject):
         )
 
     def accept_here(self) -> None:
-        """Accept the prediction of the chosen landmark in the active view."""
+        """Accept the prediction of the chosen landmark in the view at hand."""
         self.annotating.accept(self.predictions_here())
 
     def accept_everywhere(self) -> None:
@@ -211,7 +214,7 @@ class AnnotateControl(QObject):
 
     def choose_advance(self, name: Advance) -> None:
         """Say what follows when a click was placed, and keep it for next time."""
-        self.annotating.advance = name
+        self.annotating.set_advance(name)
         self._w.settings.setValue(_ADVANCE, name)
 
     def advances_to(self, name: Advance) -> bool:
@@ -260,11 +263,14 @@ class AnnotateControl(QObject):
         self._w.grid.set_clicking(self.active, why_not)
         self._w.body_panel.with_depth.setEnabled(self._w.clouds.available)
         self.facts.set_active(self.active)
+        self.annotating.follow()
         self.show()
 
     @Slot(str)
-    def _on_active_view(self, _name: str) -> None:
-        self.show()
+    def _on_view_at_hand(self, _name: str) -> None:
+        if self.active:
+            self.annotating.follow()
+            self.show()
 
     @Slot(bool)
     def _on_depth(self, wanted: bool) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from stereotrack_core.annotation.click import UNCERTAIN, Visibility
 
 from ..actions import Command
-from ..presenters.annotating import ADVANCES
+from ..presenters.choosing import ADVANCES
 from .reasons import no_recording
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ def no_click(w: MainWindow) -> str:
         return reason
     chosen = w.annotate.annotating.choice.landmark.replace("_", " ")
     there = w.annotate.annotating.at_hand() is not None
-    return "" if there else f"There is no click of the {chosen} in the active view."
+    return "" if there else f"There is no click of the {chosen} in this view."
 
 
 def _choosing(w: MainWindow) -> list[Command]:
@@ -96,13 +96,13 @@ def _placing(w: MainWindow) -> list[Command]:
         found = annotate.predictions_everywhere() if everywhere else annotate.predictions_here()
         if found:
             return ""
-        where = "in any view" if everywhere else "in the active view"
+        where = "in any view" if everywhere else "in this view"
         return f"Nothing is predicted {where} where nobody has clicked."
 
     return [
         Command(
             "accept", _MENU, "Accept the prediction", "Let the predicted point of the chosen "
-            "landmark in the active view be a click.", annotate.accept_here, "A", "accept",
+            "landmark in the view at the cursor be a click.", annotate.accept_here, "A", "accept",
             partial(nothing_predicted, False),
         ),
         Command(
@@ -112,7 +112,7 @@ def _placing(w: MainWindow) -> list[Command]:
         ),
         Command(
             "delete_click", _MENU, "Clear here", "Take away the click that was placed last, or "
-            "else the chosen landmark's in the active view.", annotate.annotating.delete, "Del",
+            "else the chosen landmark's in this view.", annotate.annotating.delete, "Del",
             "delete", lambda: no_click(w), section=True,
         ),
         Command(
@@ -138,7 +138,8 @@ def _marking(w: MainWindow) -> list[Command]:
         (Visibility.SEEN, "Seen", "I", "The landmark is in sight.", no_click),
         (Visibility.GUESSED, "Guessed", "B", "The landmark is behind something and its place "
          "guessed; Shift+click places it so at once.", no_click),
-        (Visibility.OUTSIDE, "Outside the image", "X", "The landmark is not in this image.",
+        (Visibility.OUTSIDE, "Outside the image", "X", "What the next click would place, or "
+         "the click in hand, is not in this image.",
          lambda w: no_annotating(w) or w.annotate.why_no_camera()),
     ]  # fmt: skip
     marks = [

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
-from typing import Literal, TypeAlias
+from dataclasses import replace
+from typing import Literal
 
 from PySide6.QtCore import QObject, Signal, Slot
 
@@ -28,40 +28,11 @@ from stereotrack_core.project.history import Changed
 
 from .blind_edits import second_reading
 from .blind_repeats import BlindRepeats, Repeat
+from .choosing import Advance, Annotated, Choice, landmark_at_hand, next_landmark
 from .document import DocumentPresenter
 from .project_file import ProjectPresenter
 
-Advance: TypeAlias = Literal["landmark", "view", "none"]
-ADVANCES: dict[Advance, tuple[str, str]] = {
-    "landmark": ("Go on to the next landmark", "Choose the next landmark that has no click here."),
-    "view": (
-        "Go on when all views have it",
-        "Stay with a landmark until every view that is shown has a click of it.",
-    ),
-    "none": ("Stay", "Keep the landmark; arrow keys move the click that was placed."),
-}
-"""What happens to the choice after a click was placed, as a title and a sentence."""
-
 _CLICKS = frozenset({"click", "repeat_click"})
-
-
-@dataclass(frozen=True)
-class Choice:
-    """What keys and clicks are about.
-
-    Attributes
-    ----------
-    landmark : str
-        What a click places.
-    touched : ClickKey or None
-        The click that was placed, picked or moved last, until another landmark is chosen.
-    held : bool
-        Whether arrow keys move it.
-    """
-
-    landmark: str
-    touched: ClickKey | None = None
-    held: bool = False
 
 
 class Annotating(QObject):
@@ -152,7 +123,8 @@ class Annotating(QObject):
             reading = (self._document.frame, self.repeat())
             if reading != self._reading:
                 self._reading = reading
-                self._choose(Choice(self.choice.landmark))
+                self._begin_reading()
+            self._follow()
             self._tell("clicks")
 
     def click_here(self) -> Click | None:
@@ -177,10 +149,27 @@ class Annotating(QObject):
 
     # ---- choosing
 
+    def next_in(self, camera: str) -> str | None:
+        """The landmark that the next click in a camera's image places; None: it places none."""
+        return next_landmark(self.choice, self.advance, self._annotated(), camera)
+
+    @Slot()
+    def follow(self) -> None:
+        """Another image is at hand: keys are about what the next click there places."""
+        with self._as_one():
+            self._follow()
+
+    def set_advance(self, advance: Advance) -> None:
+        """Let something else follow a click."""
+        self.advance = advance
+        with self._as_one():
+            self._follow()
+            self._tell("clicks")
+
     def choose(self, landmark: str) -> None:
-        """Let clicks place this landmark."""
+        """Let the next click place this landmark, in whichever image."""
         if landmark in self._set.names:
-            self._choose(Choice(landmark))
+            self._choose(Choice(landmark, asked=True))
 
     def choose_next(self, by: int) -> None:
         """Choose the landmark after (or before) the chosen one."""
@@ -200,7 +189,34 @@ class Annotating(QObject):
 
     def let_go(self) -> None:
         """Hold no click any more."""
-        self._choose(Choice(self.choice.landmark))
+        with self._as_one():
+            self._choose(Choice(self.choice.landmark))
+            self._follow()
+
+    def shown_cameras(self) -> tuple[str, ...]:
+        """Cameras whose images are shown and take clicks."""
+        return tuple(self._cameras())
+
+    def _annotated(self) -> Annotated:
+        clicks, frame = self.clicks(), self._document.frame
+        return Annotated(self._set.names, clicks, frame, self.shown_cameras())
+
+    def _begin_reading(self) -> None:
+        """Begin another frame, or this one once more; only what the person chose stays."""
+        choice = self.choice
+        own = choice.asked or self.advance == "none"
+        landmark = choice.landmark if own else self._set.names[0]
+        again = choice.again
+        if again is not None and again.frame != self._document.frame:
+            again = None
+        self._choose(Choice(landmark, asked=choice.asked, again=again))
+
+    def _follow(self) -> None:
+        camera = self._camera()
+        if self.held() is None and camera:
+            landmark = landmark_at_hand(self.choice, self.advance, self._annotated(), camera)
+            if landmark is not None:
+                self._choose(replace(self.choice, landmark=landmark))
 
     def _choose(self, choice: Choice) -> None:
         self._nudged = None
@@ -212,19 +228,33 @@ class Annotating(QObject):
 
     def place(
         self,
-        frame: int,
-        camera: str,
+        key: ClickKey,
         position: tuple[float, float] | None,
         visibility: Visibility = Visibility.SEEN,
     ) -> None:
-        """Place the chosen landmark; None: it is outside the image."""
+        """Place a landmark; None: it is outside the image.
+
+        A click that is there already is moved only where the person has chosen its landmark.
+        """
         with self._as_one():
-            click = Click(frame, camera, self.choice.landmark, position, visibility)
+            click = Click(*key, position, visibility)
+            before = self._click_of(key)
+            if before is not None and not (self.choice.asked or self.advance == "none"):
+                label = key.landmark.replace("_", " ")
+                self.said.emit(f"The {label} is clicked there already. Drag it to move it.")
+                return
             # the same click again changes nothing, and is as good
-            before = self.clicks().get(click.key)
             same = before is not None and before.says_the_same(click)
             if self._edit(place(click)) or same:
                 self._advance_from(click.key)
+
+    def _click_of(self, key: ClickKey) -> Click | None:
+        """A click, also of a frame that is about to give way to another one."""
+        project = self._project.project
+        if key.frame == self._document.frame or project is None:
+            return self.clicks().get(key)
+        click = project.clicks.get(key)
+        return None if click is None or click.deleted else click
 
     def move(self, key: ClickKey, position: tuple[float, float]) -> None:
         """Move a click to another place; everything else that it says stays."""
@@ -249,7 +279,8 @@ class Annotating(QObject):
         with self._as_one():
             click = self.at_hand()
             if click is not None and self._edit(DeleteClicks((click.key,))):
-                self._choose(Choice(click.landmark))
+                self._choose(Choice(click.landmark, again=click.key))
+                self._follow()
 
     def delete_everywhere(self) -> None:
         """Take away the clicks of a landmark in all views of this frame."""
@@ -258,18 +289,32 @@ class Annotating(QObject):
             landmark = click.landmark if click is not None else self.choice.landmark
             keys = tuple(key for key in self.clicks() if key.landmark == landmark)
             if keys and self._edit(DeleteClicks(keys)):
-                self._choose(Choice(landmark))
+                self.choose(landmark)
 
     def mark(self, visibility: Visibility) -> None:
-        """Say how the click that keys act on is seen; outside can be said without a click."""
+        """Say how the click that keys act on is seen.
+
+        What is outside the image is what the next click would place, unless a click is in hand:
+        the one that was placed last was in the image.
+        """
         with self._as_one():
-            click = self.at_hand()
-            if visibility == Visibility.OUTSIDE and (click is None or click.position is None):
-                self.place(self._document.frame, self._camera(), None, Visibility.OUTSIDE)
-            elif click is not None:
-                self._edit(MarkClicks((click.key,), visibility=visibility))
-                if visibility == Visibility.OUTSIDE:
-                    self._advance_from(click.key)
+            if visibility != Visibility.OUTSIDE:
+                click = self.at_hand()
+                if click is not None:
+                    self._edit(MarkClicks((click.key,), visibility=visibility))
+                return
+            key = self.held()
+            if key is None:
+                landmark = self.next_in(self._camera())
+                if landmark is None:
+                    self.said.emit("Take the click in hand that is outside: right click on it.")
+                    return
+                key = ClickKey(self._document.frame, self._camera(), landmark)
+            click = self.clicks().get(key)
+            if click is None or click.position is None:
+                self.place(key, None, Visibility.OUTSIDE)
+            elif self._edit(MarkClicks((key,), visibility=visibility)):
+                self._advance_from(key)
 
     def toggle_doubt(self) -> None:
         """Flag the click that keys act on as uncertain, or take the flag away."""
@@ -335,30 +380,15 @@ class Annotating(QObject):
 
     def _advance_from(self, key: ClickKey) -> None:
         """Choose what comes after a click that was placed."""
-        following = self._following(key)
-        if following is None:
-            self._choose(Choice(key.landmark, key, held=self.advance == "none"))
+        stays = self.advance == "none"
+        self._choose(Choice(key.landmark, key, held=stays))
+        following = landmark_at_hand(self.choice, self.advance, self._annotated(), key.camera)
+        if following is not None:
+            self._choose(replace(self.choice, landmark=following))
+        elif self.advance == "landmark":
+            self.said.emit("Every landmark has a click here.")
         else:
-            self._choose(Choice(following, key))
-
-    def _following(self, key: ClickKey) -> str | None:
-        """The landmark to be clicked next; None: the same one."""
-        if self.advance == "none":
-            return None
-        clicks = self.clicks()
-        cameras = [key.camera] if self.advance == "landmark" else list(self._cameras())
-        names = self._set.names
-        start = names.index(key.landmark) if key.landmark in names else 0
-        for step in range(len(names) if self.advance == "view" else len(names) + 1):
-            name = names[(start + step) % len(names)]
-            if any(ClickKey(key.frame, camera, name) not in clicks for camera in cameras):
-                return name
-        self.said.emit(
-            "Every landmark has a click here."
-            if self.advance == "landmark"
-            else "Every landmark has a click in every view."
-        )
-        return None
+            self.said.emit("Every landmark has a click in every view.")
 
     # ---- following
 
@@ -373,7 +403,9 @@ class Annotating(QObject):
         if changed.tables & _CLICKS:
             self._facts = None
         if changed.tables & {*_CLICKS, "choice", "landmark_set"}:
-            self._tell("clicks")
+            with self._as_one():
+                self._follow()
+                self._tell("clicks")
 
     @Slot()
     def _on_project(self) -> None:
@@ -385,10 +417,13 @@ class Annotating(QObject):
     @Slot(object)
     def _on_history_moved(self, changed: Changed) -> None:
         """Choose what was taken back or made again, so that it can be done another way."""
-        keys = [change.key for change in changed.changes if change.table.name in _CLICKS]
-        landmarks = {str(key[-1]) for key in keys}
-        if len(landmarks) == 1:
-            self.choose(landmarks.pop())
+        rows = [change.key[-3:] for change in changed.changes if change.table.name in _CLICKS]
+        keys = [ClickKey(int(row[0] or 0), str(row[1]), str(row[2])) for row in rows]
+        if len({key.landmark for key in keys}) == 1:
+            one = keys[0] if len(keys) == 1 else None
+            with self._as_one():
+                self._choose(Choice(keys[0].landmark, touched=one, again=one))
+                self._follow()
 
     def _read_set(self) -> None:
         project = self._project.project

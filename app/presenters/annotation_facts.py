@@ -136,6 +136,9 @@ class AnnotationFacts(QObject):
             hints=self._hints.at(frame),
             fit=self._best_fit(),
             views=self.view_names(),
+            offers={name: annotating.next_in(name) for name in annotating.shown_cameras()}
+            if self._active
+            else {},
         )
 
     def view_names(self) -> Mapping[str, str]:

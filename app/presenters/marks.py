@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from PySide6.QtGui import QPainterPath
@@ -14,13 +14,23 @@ from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.prediction import Prediction
 from stereotrack_core.geometry.camera import Camera
 
-from ..views.click_marks import ClickMark, ClickMarks, CurveMark, PredictionMark, ResidualMark
+from ..views.click_marks import (
+    ClickMark,
+    ClickMarks,
+    CurveMark,
+    Offer,
+    PredictionMark,
+    ResidualMark,
+)
 from ..views.overlays import limb_paths, part_shapes
 from .click_hints import ClickHints
 from .live_fit import ShownFit
 
 TRIANGULATED = "other views"
 """Source of predictions from the clicks of the same frame."""
+
+_KEYS = 9
+_NUMBERS = ("none", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +43,7 @@ class FrameMarks:
     clicks : tuple of Click
     landmark_set : LandmarkSet
     chosen : str
-        The landmark that a click places.
+        The landmark that keys act on.
     at_hand, held : ClickKey or None
         The click that keys act on; that arrow keys move.
     predictions : tuple of Prediction
@@ -41,6 +51,8 @@ class FrameMarks:
     hints : ClickHints or None
     fit : ShownFit or None
     views : mapping from camera name to view name
+    offers : mapping from camera name to str or None
+        The landmark that the next click in an image that is shown places; None: it places none.
     """
 
     frame: int
@@ -53,6 +65,7 @@ class FrameMarks:
     hints: ClickHints | None = None
     fit: ShownFit | None = None
     views: Mapping[str, str] | None = None
+    offers: Mapping[str, str | None] = field(default_factory=dict)
 
 
 def marks_of(facts: FrameMarks, cameras: Iterable[Camera]) -> dict[str, ClickMarks]:
@@ -93,7 +106,36 @@ def _marks(facts: FrameMarks, camera: Camera) -> ClickMarks:
         outside=tuple(
             _label(facts, click.landmark) for click in own if click.visibility == Visibility.OUTSIDE
         ),
+        offer=_offer(facts, camera.name, own),
     )
+
+
+def _offer(facts: FrameMarks, camera: str, own: Iterable[Click]) -> Offer:
+    """What the next click in a camera's image does."""
+    there = {click.landmark: click for click in own}
+    landmark = facts.offers.get(camera)
+    if landmark is None:
+        return Offer(words=_nothing_to_place(facts, set(there)))
+    label, click = _label(facts, landmark), there.get(landmark)
+    moves = click is not None and click.position is not None
+    words = f"move {label} here" if moves else label
+    return Offer(landmark, words, _colour(facts, landmark), moves)
+
+
+def _nothing_to_place(facts: FrameMarks, clicked: set[str]) -> str:
+    """Why a click places nothing, and what can be done."""
+    names = facts.landmark_set.names
+    if not clicked.issuperset(names):  # the chosen landmark waits for the other views
+        there = {click.key for click in facts.clicks}
+        views = [
+            (facts.views or {}).get(camera, camera)
+            for camera in facts.offers
+            if ClickKey(facts.frame, camera, facts.chosen) not in there
+        ]
+        return f"{_label(facts, facts.chosen)} is clicked here: go on in {', '.join(views)}"
+    count = len(names)
+    number = _NUMBERS[count] if count < len(_NUMBERS) else str(count)
+    return f"all {number} are clicked here: drag to move, 1-{min(count, _KEYS)} to click one again"
 
 
 def _click_mark(facts: FrameMarks, click: Click) -> ClickMark | None:

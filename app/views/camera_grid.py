@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Literal, TypeAlias
 
 from PySide6.QtCore import Qt, Signal
@@ -136,6 +137,8 @@ class CameraGrid(QWidget):
         A limb was clicked in a view; empty for none.
     active_changed : str
         Name of the view that keys act on.
+    at_hand_changed : str
+        Name of the view that a click goes to, and keys about clicks act on.
     arranged : ()
         The arrangement has changed.
     clicked : Placed, Moved or Picked
@@ -149,6 +152,7 @@ class CameraGrid(QWidget):
     hovered = Signal(str)
     limb_clicked = Signal(str)
     active_changed = Signal(str)
+    at_hand_changed = Signal(str)
     arranged = Signal()
     clicked = Signal(object)
     refused = Signal(str)
@@ -157,7 +161,7 @@ class CameraGrid(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._tiles: dict[str, CameraTile] = {}
-        self._active = ""
+        self._active = self._at_hand = ""
         self._arrangement: Arrangement = "grid"
         self._display = Display()
         self._lights: dict[str, tuple[float, float]] = {}
@@ -177,6 +181,11 @@ class CameraGrid(QWidget):
     def active(self) -> str:
         """Name of the view that keys act on; empty without views."""
         return self._active
+
+    @property
+    def at_hand(self) -> str:
+        """The view that the mouse was moved into or that was made active, whichever came last."""
+        return self._at_hand if self._at_hand in self.visible_views() else self._active
 
     @property
     def arrangement(self) -> Arrangement:
@@ -205,6 +214,7 @@ class CameraGrid(QWidget):
             tile.kind_chosen.connect(self._on_kind)
             tile.activated.connect(self.set_active)
             tile.camera.hovered.connect(self.hovered)
+            tile.camera.pointed.connect(partial(self._set_at_hand, view.name))
             tile.camera.limb_clicked.connect(self.limb_clicked)
             tile.camera.clicked.connect(self.clicked)
             tile.camera.refused.connect(self.refused)
@@ -213,7 +223,7 @@ class CameraGrid(QWidget):
             tile.camera.set_clicking(*self._clicking)
             tile.camera.set_keys(self._keys)
             self._tiles[view.name] = tile
-        self._active = views[0].name if views else ""
+        self._active = self._at_hand = views[0].name if views else ""
         self._arrange()
         self.set_active(self._active)
 
@@ -328,6 +338,12 @@ class CameraGrid(QWidget):
                 self._arrange()
                 self.kinds_changed.emit()
             self.active_changed.emit(name)
+        self._set_at_hand(name)
+
+    def _set_at_hand(self, name: str) -> None:
+        if name != self._at_hand:
+            self._at_hand = name
+            self.at_hand_changed.emit(name)
 
     def activate_next(self, by: int = 1) -> None:
         """Choose the view after (or before) the active one."""

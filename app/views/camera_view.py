@@ -21,10 +21,11 @@ from PySide6.QtWidgets import QWidget
 
 from ..theme import current_theme
 from .click_hand import ClickHand
-from .click_marks import ClickMarks
+from .click_marks import ClickMarks, Offer
 from .click_painting import paint_marks, paint_outside
+from .cursor_label import CursorLabel
 from .line_styles import paint_runs_legend
-from .loupe import paint_loupe
+from .loupe import loupe_size, paint_loupe
 from .overlays import paint_overlay
 from .picture import Picture
 from .picture_view import Display, PictureView
@@ -57,6 +58,8 @@ class CameraView(PictureView):
         Why a click was not taken.
     space_tapped : ()
         The space bar was pressed, but not to move the picture.
+    pointed : ()
+        The mouse is over this view.
     """
 
     hovered = Signal(str)
@@ -66,6 +69,7 @@ class CameraView(PictureView):
     clicked = Signal(object)
     refused = Signal(str)
     space_tapped = Signal()
+    pointed = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -76,6 +80,7 @@ class CameraView(PictureView):
         self._clicking = False
         self._why_no_clicks = ""
         self._hand = ClickHand(self)
+        self.label = CursorLabel(self)
         self._space: bool | None = None
         self._keys: Callable[[QKeySequence], Callable[[], None] | None] | None = None
         self.painted_frame = -1
@@ -102,6 +107,7 @@ class CameraView(PictureView):
         before, self._marks = self._marks, marks
         if marks is None or before is None or marks.frame != before.frame:
             self._keep_person()  # never while clicks are placed in the frame that is shown
+        self._show_cursor()
         self.update()
 
     def person_box(self) -> QRectF | None:
@@ -194,9 +200,12 @@ class CameraView(PictureView):
     def wheelEvent(self, event: QWheelEvent) -> None:
         if event.angleDelta().y():
             self.zoom_by(1.2 ** (event.angleDelta().y() / 120.0), event.position())
+            self._show_cursor()
         event.accept()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
+        self._cursor = event.position()
+        self.pointed.emit()
         self.pressed.emit()
         left = event.button() == Qt.MouseButton.LeftButton
         if left and self._clicking and self._space is None:
@@ -216,6 +225,7 @@ class CameraView(PictureView):
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         self._cursor = event.position()
+        self.pointed.emit()
         if self._drag is not None:
             start, last = self._drag
             if (event.position() - start).manhattanLength() > _CLICK_PIXELS or self._dragged:
@@ -227,6 +237,7 @@ class CameraView(PictureView):
             self._drag = (start, event.position())
         if self._hand.busy:
             self._hand.move(event.position())
+            self._say_offer()
             self.update()
         elif self._drag is None:
             self._show_cursor()
@@ -236,11 +247,13 @@ class CameraView(PictureView):
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         if self._hand.busy and event.button() == Qt.MouseButton.LeftButton:
-            marks = self.marks
+            marks, dragged = self.marks, self._hand.dragging
             if marks is not None:
                 done = self._hand.release(event.position(), marks, event.modifiers())
                 if done is not None:
                     self.clicked.emit(done)
+                elif not dragged and not marks.offer.landmark:
+                    self.refused.emit(f"{marks.offer.words.capitalize()}.")
             self._hand.let_go()
             self.update()
         elif self._drag is not None and not self._dragged:
@@ -311,7 +324,8 @@ class CameraView(PictureView):
         return self._keys(QKeySequence(QKeyCombination(modifiers, Qt.Key(event.key()))))
 
     def _show_cursor(self) -> None:
-        """The cursor says what the left button would do."""
+        """The cursor and what is written beside it say what the left button would do."""
+        self._say_offer()
         if not self._clicking or self._image.isNull():
             self.unsetCursor()
         elif self._space is not None:
@@ -324,12 +338,29 @@ class CameraView(PictureView):
             shape = Qt.CursorShape.SizeAllCursor if on_click else Qt.CursorShape.CrossCursor
             self.setCursor(shape)
 
+    def _say_offer(self) -> None:
+        marks, cursor = self.marks, self._cursor
+        moving = self._drag is not None or self._space is not None or self._hand.dragging
+        offer = Offer()
+        if self._clicking and marks is not None and cursor is not None and not moving:
+            there = self.inside(self.pixel_at(cursor)) and not self.why_no_clicks()
+            offer = self._hand.offer_at(cursor, marks) if there else offer
+        if cursor is None or not offer.words:
+            self.label.hide()
+            return
+        loupe = self._display.loupe and not self._display.loupe_in_corner
+        clear = 0.5 * loupe_size(QRectF(self.rect())) if loupe else 0.0
+        self.label.say(offer.words, offer.colour, cursor, clear)
+
     def enterEvent(self, event: QEnterEvent) -> None:
         self._cursor = event.position()
+        self.pointed.emit()
+        self._show_cursor()
         self._tell_hover()
 
     def leaveEvent(self, _event: QEvent) -> None:
         self._cursor = None
+        self._say_offer()
         self.hovered.emit("")
         self.update()
 

@@ -7,7 +7,7 @@ from typing import Protocol
 
 from PySide6.QtCore import QPointF, Qt
 
-from .click_marks import ClickMark, ClickMarks, Moved, Picked, Placed
+from .click_marks import ClickMark, ClickMarks, Moved, Offer, Picked, Placed
 
 HANDLE = 12.0
 """Widget pixels around a click within which it can be dragged."""
@@ -41,14 +41,19 @@ class ClickHand:
     """From presses and moves of the left button to what they mean.
 
     A press within :data:`HANDLE` of a click that moves drags it. A press that stays places the
-    chosen landmark, be it on another one's click: hands do lie on elbows. Only when the chosen
-    landmark has been clicked in this picture already, a press on a handle picks that click; with
-    Ctrl it places even then.
+    landmark that is offered, be it on another one's click: hands do lie on elbows. Only when that
+    has been clicked in this picture already, or everything has, a press on a handle picks that
+    click; with Ctrl it places even then.
     """
 
     def __init__(self, ground: Ground) -> None:
         self._ground = ground
         self._press: _Press | None = None
+
+    @property
+    def dragging(self) -> bool:
+        """Whether the mouse has moved with the button down."""
+        return self._press is not None and self._press.dragging
 
     @property
     def busy(self) -> bool:
@@ -95,13 +100,21 @@ class ClickHand:
             if not self._ground.inside(pixel):
                 return None
             return Moved(marks.frame, marks.camera, press.mark.landmark, pixel.x(), pixel.y())
-        if press.mark is not None and not anyway and any(mark.chosen for mark in marks.clicks):
+        offer = marks.offer
+        if press.mark is not None and not anyway and offer.picks:
             return Picked(marks.frame, marks.camera, press.mark.landmark)
         pixel = self._ground.pixel_at(position)
-        if not self._ground.inside(pixel):
+        if not self._ground.inside(pixel) or not offer.landmark:
             return None
         guessed = bool(modifiers & Qt.KeyboardModifier.ShiftModifier)
-        return Placed(marks.frame, marks.camera, pixel.x(), pixel.y(), guessed)
+        return Placed(marks.frame, marks.camera, offer.landmark, pixel.x(), pixel.y(), guessed)
+
+    def offer_at(self, position: QPointF, marks: ClickMarks) -> Offer:
+        """What a click there would do."""
+        mark = self.mark_at(position, marks) if marks.offer.picks else None
+        if mark is None:
+            return marks.offer
+        return Offer(words=f"{mark.label}: click to hold it, drag to move it", colour=mark.colour)
 
     def mark_at(self, position: QPointF, marks: ClickMarks) -> ClickMark | None:
         """The nearest click whose handle is under a place in the widget."""

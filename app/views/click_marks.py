@@ -93,6 +93,33 @@ class ResidualMark:
     end: tuple[float, float]
 
 
+@dataclass(frozen=True)
+class Offer:
+    """What the next click in a picture does.
+
+    Attributes
+    ----------
+    landmark : str
+        What it places; empty: it places nothing.
+    words : str
+        What is said at the cursor before the click.
+    colour : str
+        ``#rrggbb`` of the landmark's limb; empty where nothing is placed.
+    moves : bool
+        The landmark is clicked here already, so that the click moves it.
+    """
+
+    landmark: str = ""
+    words: str = ""
+    colour: str = ""
+    moves: bool = False
+
+    @property
+    def picks(self) -> bool:
+        """Whether a click on a click takes that one in hand, as none is to be placed there."""
+        return self.moves or not self.landmark
+
+
 @dataclass(frozen=True, eq=False)
 class ClickMarks:
     """Everything about clicks that is drawn over one picture.
@@ -109,6 +136,8 @@ class ClickMarks:
         Outline of each limb of the fitted model, raw pixels.
     outside : tuple of str
         Labels of landmarks that a person says are not in the picture.
+    offer : Offer
+        What the next click does.
     """
 
     frame: int
@@ -119,6 +148,7 @@ class ClickMarks:
     residuals: tuple[ResidualMark, ...] = ()
     model: tuple[tuple[str, QPainterPath], ...] = field(default=())
     outside: tuple[str, ...] = ()
+    offer: Offer = Offer()
 
     def person_box(self) -> QRectF | None:
         """Box around the clicks and the model that is fitted to them, in pixels."""
@@ -145,12 +175,15 @@ class Placed:
 
     Attributes
     ----------
+    landmark : str
+        The one that was named at the cursor.
     guessed : bool
         Shift was held: the landmark is behind something.
     """
 
     frame: int
     camera: str
+    landmark: str
     x: float
     y: float
     guessed: bool = False

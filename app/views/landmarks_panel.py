@@ -241,6 +241,7 @@ class LandmarksPanel(QWidget):
         column.setContentsMargins(0, 0, 0, 0)
         column.addWidget(self.table)
         self.table.selectionModel().currentRowChanged.connect(self._on_row)
+        self.table.pressed.connect(self._on_row)  # also the row that is chosen already
 
     def show_rows(self, cameras: Sequence[str], rows: Sequence[LandmarkRow]) -> None:
         """Show the landmarks; `cameras` are the headings of their cells."""
@@ -269,6 +270,6 @@ class LandmarksPanel(QWidget):
         for column in range(_FIRST_CAMERA + len(self._model.cameras), self._model.columnCount()):
             header.resizeSection(column, numbers)
 
-    def _on_row(self, current: QModelIndex, _previous: QModelIndex) -> None:
+    def _on_row(self, current: QModelIndex, _previous: QModelIndex | None = None) -> None:
         if current.isValid():
             self.chosen.emit(self._model.rows[current.row()].landmark)

@@ -15,6 +15,11 @@ LEAST_SCALE = 5.0
 _MARGIN = 10.0
 
 
+def loupe_size(bounds: QRectF) -> float:
+    """Side or diameter of the loupe in a widget of this size."""
+    return min(SIZE, 0.62 * min(bounds.width(), bounds.height()))
+
+
 def paint_loupe(
     painter: QPainter,
     cursor: QPointF,
@@ -41,7 +46,7 @@ def paint_loupe(
         In the corner that is farthest from the cursor; else around the cursor.
     """
     factor = max(FACTOR, LEAST_SCALE / max(scale, 1e-6))
-    size = min(SIZE, 0.62 * min(bounds.width(), bounds.height()))
+    size = loupe_size(bounds)
     centre = _corner(cursor, bounds, size) if corner else cursor
     frame = QRectF(centre.x() - 0.5 * size, centre.y() - 0.5 * size, size, size)
     path = QPainterPath()

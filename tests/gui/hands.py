@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
 
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.recording.landmarks import LANDMARKS
@@ -28,6 +29,29 @@ def click(window, x, y, name="N", modifiers=NONE, button=LEFT):
     place = at(window, x, y, name)
     pixel = view(window, name).pixel_at(place.toPointF())
     QTest.mouseClick(view(window, name), button, modifiers, place)
+    return pixel.x(), pixel.y()
+
+
+def in_window(window, x, y, name="N") -> QPoint:
+    """Where a raw pixel is in the whole window."""
+    return view(window, name).mapTo(window, at(window, x, y, name))
+
+
+def point(window, x, y, name="N"):
+    """Move the mouse as the screen does, so that views are entered and left."""
+    place = in_window(window, x, y, name)
+    for near in (place + QPoint(1, 1), place):  # a mouse that rests already would tell nothing
+        QTest.mouseMove(window.windowHandle(), near)
+    QApplication.processEvents()
+
+
+def point_and_click(window, x, y, name="N", modifiers=NONE):
+    """Go there and click, as the screen tells it; the raw pixel that the cursor really was on."""
+    point(window, x, y, name)
+    place = in_window(window, x, y, name)
+    pixel = view(window, name).pixel_at(view(window, name).mapFrom(window, place).toPointF())
+    QTest.mouseClick(window.windowHandle(), LEFT, modifiers, place)
+    QApplication.processEvents()
     return pixel.x(), pixel.y()
 
 

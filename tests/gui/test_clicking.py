@@ -31,16 +31,16 @@ from tests.gui.hands import (
 pytestmark = pytest.mark.window
 
 
-def test_a_click_places_the_chosen_landmark_exactly_and_the_next_is_chosen(annotating):
+def test_a_click_places_the_chosen_landmark_exactly_and_then_the_first_missing_one(annotating):
     key(annotating, Qt.Key.Key_3)
     x, y = click(annotating, 200.0, 150.0)
     found = clicks(annotating)[("N_right", "left_elbow")]
     assert found.position == pytest.approx((x, y), abs=1e-9)
     assert (found.visibility, found.origin) == (Visibility.SEEN, "hand")
-    assert annotating.annotate.annotating.choice.landmark == "right_elbow"
+    assert annotating.annotate.annotating.choice.landmark == "left_shoulder"
     x, y = click(annotating, 300.0, 150.0)
-    assert clicks(annotating)[("N_right", "right_elbow")].position == pytest.approx((x, y))
-    assert undo_words(annotating) == "place right elbow in N_right, frame 0"
+    assert clicks(annotating)[("N_right", "left_shoulder")].position == pytest.approx((x, y))
+    assert undo_words(annotating) == "place left shoulder in N_right, frame 0"
 
 
 def test_every_landmark_has_its_key(annotating):
@@ -92,9 +92,9 @@ def test_going_on_waits_for_all_views_or_not_at_all(annotating):
 def test_clicks_are_placed_where_a_hand_lies_on_an_elbow(annotating):
     key(annotating, Qt.Key.Key_4)
     click(annotating, 200.0, 150.0)
-    assert annotating.annotate.annotating.choice.landmark == "left_hand"
+    assert annotating.annotate.annotating.choice.landmark == "left_shoulder"
     click(annotating, 201.0, 150.0)
-    assert {("N_right", "right_elbow"), ("N_right", "left_hand")} == set(clicks(annotating))
+    assert {("N_right", "right_elbow"), ("N_right", "left_shoulder")} == set(clicks(annotating))
 
 
 def test_dragging_a_handle_moves_its_click_and_nothing_else(annotating):
@@ -223,6 +223,7 @@ def test_flags_on_keys(annotating, qtbot):
     dialog.setDoubleValue(4.5)
     dialog.accept()
     assert clicks(annotating)[place].sigma == 4.5
+    key(annotating, Qt.Key.Key_E)
     key(annotating, Qt.Key.Key_X)
     found = clicks(annotating)[place]
     assert (found.visibility, found.position) == (Visibility.OUTSIDE, None)

@@ -1,0 +1,98 @@
+"""Which landmark the next click is: what the person chose, else what a view has not yet."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from stereotrack_core.annotation.click import ClickKey
+
+Advance: TypeAlias = Literal["landmark", "view", "none"]
+ADVANCES: dict[Advance, tuple[str, str]] = {
+    "landmark": (
+        "Go on to the next landmark",
+        "A click places the first landmark that the view under the cursor has no click of.",
+    ),
+    "view": (
+        "Go on when all views have it",
+        "Stay with a landmark until every view that is shown has a click of it.",
+    ),
+    "none": ("Stay", "Keep the landmark; arrow keys move the click that was placed."),
+}
+"""What happens to the choice after a click was placed, as a title and a sentence."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What keys and clicks are about.
+
+    Attributes
+    ----------
+    landmark : str
+        The landmark that keys act on, and clicks as far as :func:`next_landmark` says.
+    touched : ClickKey or None
+        The click that was placed, picked or moved last, until another landmark is chosen.
+    held : bool
+        Whether arrow keys move it.
+    asked : bool
+        The person has chosen the landmark: the next click places it, clicked already or not.
+    again : ClickKey or None
+        A click that was taken away: the next click there places it again.
+    """
+
+    landmark: str
+    touched: ClickKey | None = None
+    held: bool = False
+    asked: bool = False
+    again: ClickKey | None = None
+
+
+@dataclass(frozen=True)
+class Annotated:
+    """What the choice depends on.
+
+    Attributes
+    ----------
+    names : sequence of str
+        All landmarks, in the person's order.
+    clicks : collection of ClickKey
+        What a person has said of a frame; also that something is outside an image.
+    frame : int
+    cameras : sequence of str
+        Cameras whose images are shown.
+    """
+
+    names: Sequence[str]
+    clicks: Collection[ClickKey]
+    frame: int
+    cameras: Sequence[str]
+
+    def missing(self, landmark: str, cameras: Sequence[str]) -> bool:
+        """Whether some of these images have no click of a landmark."""
+        return any(ClickKey(self.frame, camera, landmark) not in self.clicks for camera in cameras)
+
+
+def landmark_at_hand(choice: Choice, advance: Advance, known: Annotated, camera: str) -> str | None:
+    """The landmark that is under way while an image is at hand; None where all is clicked."""
+    if advance == "none" or choice.asked:
+        return choice.landmark
+    again = choice.again
+    if again is not None and again not in known.clicks and again[:2] == (known.frame, camera):
+        return again.landmark
+    one_view = advance == "landmark"
+    # the landmark that was begun goes through all views
+    names = known.names if one_view else (choice.landmark, *known.names)
+    cameras = (camera,) if one_view else (camera, *known.cameras)
+    return next((name for name in names if known.missing(name, cameras)), None)
+
+
+def next_landmark(choice: Choice, advance: Advance, known: Annotated, camera: str) -> str | None:
+    """The landmark that the next click in an image places; None where it would place nothing.
+
+    Only a landmark that the person has chosen is placed where it has a click already.
+    """
+    landmark = landmark_at_hand(choice, advance, known, camera)
+    if landmark is None or advance == "none" or choice.asked:
+        return landmark
+    return landmark if known.missing(landmark, (camera,)) else None

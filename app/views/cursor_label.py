@@ -1,0 +1,145 @@
+"""What a click would do, said beside the cursor before the click."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QFont, QFontMetrics, QPainter, QPaintEvent
+from PySide6.QtWidgets import QWidget
+
+_BACK = QColor(16, 16, 16, 225)
+_EDGE = QColor(255, 255, 255, 90)
+_PLAIN = "#FFFFFF"
+_WIDEST = 250
+_PADDING = 5
+_DOT = 4
+_GAP = 16.0
+_LEAST_CONTRAST = 4.5
+"""Between writing and what it stands on, as WCAG 2 asks for writing of this size."""
+
+_OVER_WHITE = QColor(44, 44, 44)
+"""What the back looks like over a white picture, where it is brightest."""
+
+
+class CursorLabel(QWidget):
+    """A name in its limb's colour on a dark box that stays inside its parent."""
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._ground = parent
+        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self._words = self._colour = ""
+        self.hide()
+
+    @property
+    def words(self) -> str:
+        """What is said; empty while nothing is."""
+        return self._words if self.isVisibleTo(self._ground) else ""
+
+    @property
+    def colour(self) -> str:
+        """``#rrggbb`` of what would be placed."""
+        return self._colour
+
+    def say(self, words: str, colour: str, cursor: QPointF, clear: float = 0.0) -> None:
+        """Say something beside the cursor.
+
+        Parameters
+        ----------
+        words : str
+        colour : str
+            ``#rrggbb`` of what would be placed; empty: nothing would be.
+        cursor : QPointF
+            Place in the parent.
+        clear : float
+            Pixels around the cursor that stay free, such as the loupe's.
+        """
+        if (words, colour) != (self._words, self._colour):
+            self._words, self._colour = words, colour
+            self.setAccessibleName(words)
+            self.update()
+        size = self._size_in(self._ground.size())
+        place = _beside(cursor, size, self._ground.rect(), max(_GAP, clear + 4.0))
+        self.setGeometry(place)
+        self.show()
+        self.raise_()
+
+    def sizeHint(self) -> QSize:
+        return self._size_in(QSize(_WIDEST, _WIDEST))
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setFont(self._font())
+        painter.setPen(_EDGE)
+        painter.setBrush(_BACK)
+        painter.drawRoundedRect(QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5), 4.0, 4.0)
+        box = self.rect().adjusted(_PADDING, 0, -_PADDING, 0)
+        if self._colour:
+            # the dot that a click would draw
+            painter.setPen(QColor(_PLAIN))
+            painter.setBrush(QColor(self._colour))
+            painter.drawEllipse(QPointF(box.left() + _DOT, box.center().y() + 0.5), _DOT, _DOT)
+            box.setLeft(box.left() + self._indent())
+        painter.setPen(readable(QColor(self._colour or _PLAIN)))
+        painter.drawText(box, _flags(), self._words)
+        painter.end()
+
+    def _size_in(self, room: QSize) -> QSize:
+        """As little as the words need; they are wrapped where the parent is narrow."""
+        edge = 2 * _PADDING + self._indent()
+        widest = max(min(_WIDEST, room.width() - 4) - edge, 1)
+        metrics = QFontMetrics(self._font())
+        words = metrics.boundingRect(QRect(0, 0, widest, 10_000), _flags(), self._words)
+        return QSize(words.width() + edge + 2, words.height() + _PADDING).boundedTo(room)
+
+    def _indent(self) -> int:
+        return 2 * _DOT + 5 if self._colour else 0
+
+    def _font(self) -> QFont:
+        font = self.font()
+        font.setBold(bool(self._colour))
+        return font
+
+
+def readable(colour: QColor) -> QColor:
+    """The colour, mixed with white until it can be read on the label over any picture."""
+    parts = (colour.redF(), colour.greenF(), colour.blueF())
+    for white in range(0, 100, 5):
+        share = white / 100.0
+        shown = QColor.fromRgbF(*(part + share * (1.0 - part) for part in parts))
+        if contrast(shown, _OVER_WHITE) >= _LEAST_CONTRAST:
+            return shown
+    return QColor(_PLAIN)
+
+
+def contrast(one: QColor, other: QColor) -> float:
+    """Contrast ratio of two colours after WCAG 2: 1 for the same, 21 for black and white."""
+    low, high = sorted((_luminance(one), _luminance(other)))
+    return (high + 0.05) / (low + 0.05)
+
+
+def _luminance(colour: QColor) -> float:
+    parts = (
+        value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4
+        for value in (colour.redF(), colour.greenF(), colour.blueF())
+    )
+    red, green, blue = parts
+    return 0.2126 * red + 0.7152 * green + 0.0722 * blue
+
+
+def _flags() -> int:
+    left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+    return int(left) | int(Qt.TextFlag.TextWordWrap)
+
+
+def _beside(cursor: QPointF, size: QSize, room: QRect, gap: float) -> QRect:
+    """Below to the right of the cursor, or on whichever side there is room."""
+    x, y = cursor.x(), cursor.y()
+    width, height = size.width(), size.height()
+    right, left = x + 0.75 * gap, x - 0.75 * gap - width
+    below, above = y + gap, y - gap - height
+    column = right if right + width <= room.right() - 1 else left
+    row = below if below + height <= room.bottom() - 1 else above
+    column = min(max(column, 2.0), max(room.width() - width - 2.0, 0.0))
+    row = min(max(row, 2.0), max(room.height() - height - 2.0, 0.0))
+    return QRect(round(column), round(row), width, height)

@@ -1,0 +1,300 @@
+"""Which landmark a click places: the first that the view under the cursor has not, said before."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from stereotrack_core.annotation.click import ClickKey, Visibility
+from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.simulation.make import simulate
+from tests.gui.hands import (
+    CTRL,
+    LEFT,
+    NONE,
+    SHIFT,
+    at,
+    click,
+    clicks,
+    drag,
+    key,
+    point,
+    point_and_click,
+    truth,
+    undo_words,
+    view,
+)
+
+pytestmark = pytest.mark.window
+
+VIEWS = "NOSW"
+
+
+@pytest.fixture(scope="session")
+def four_views(tmp_path_factory):
+    """Four stereo views of a person, rendered once."""
+    folder = tmp_path_factory.mktemp("recordings") / "four"
+    simulate(folder, person="P2", motion="t-pose", frames=3, views=VIEWS, seed=3)
+    return folder
+
+
+@pytest.fixture
+def four(window, qtbot, four_views):
+    """The window in the workspace Annotate, with four views and an empty project."""
+    window.files.open(four_views)
+    qtbot.waitUntil(lambda: window.document.frame_set is not None, timeout=30_000)
+    window.show_workspace_named("annotate")
+    qtbot.waitUntil(window.settled, timeout=60_000)
+    return window
+
+
+def annotate_view(window, name, landmarks=NINE.names):
+    """Click landmarks in this order where they are in a view; where the cursor really was."""
+    return {
+        (f"{name}_right", landmark): point_and_click(window, *truth(window, landmark, name), name)
+        for landmark in landmarks
+    }
+
+
+def said(window, name):
+    """What stands at the cursor in a view."""
+    return view(window, name).label.words
+
+
+def positions(window):
+    return {key: click.position for key, click in clicks(window).items()}
+
+
+def test_a_frame_of_four_views_needs_36_clicks_and_no_key(four, qtbot):
+    for frame, order in ((0, "NOSW"), (1, "WSNO")):
+        four.document.go_to(frame)
+        qtbot.waitUntil(four.settled, timeout=60_000)
+        wanted = {}
+        for name in order:
+            wanted |= annotate_view(four, name)
+        found = positions(four)
+        assert len(found) == 36
+        for place, pixel in wanted.items():
+            assert found[place] == pytest.approx(pixel, abs=1e-9), place
+    assert four.project.project.clicks.count() == 72
+    assert len(four.project.project.history.entries()) == 72, "a click, an edit"
+
+
+def test_views_in_any_order_with_flags_and_an_undo_in_between(four):
+    left, right, elbow = NINE.names[:3]
+    point_and_click(four, 100.0, 100.0, "S")
+    point_and_click(four, 150.0, 100.0, "W", SHIFT)
+    point_and_click(four, 120.0, 100.0, "S")
+    point_and_click(four, 160.0, 100.0, "W")
+    key(four, Qt.Key.Key_Z, CTRL, "W")
+    assert said(four, "W") == "right shoulder"
+    point(four, 130.0, 100.0, "S")
+    assert said(four, "S") == "left elbow"
+    point(four, 170.0, 110.0, "W")
+    key(four, Qt.Key.Key_X, name="W")
+    assert said(four, "W") == "left elbow"
+    point_and_click(four, 170.0, 110.0, "W")
+    found = clicks(four)
+    assert set(found) == {
+        ("S_right", left), ("S_right", right), ("W_right", left), ("W_right", right),
+        ("W_right", elbow),
+    }  # fmt: skip
+    seen = {key: one.visibility for key, one in found.items() if key[0] == "W_right"}
+    assert seen == {
+        ("W_right", left): Visibility.GUESSED,
+        ("W_right", right): Visibility.OUTSIDE,
+        ("W_right", elbow): Visibility.SEEN,
+    }
+
+
+def test_a_click_taken_back_is_offered_again_in_its_view_alone(four):
+    key(four, Qt.Key.Key_7)
+    point_and_click(four, 100.0, 100.0, "N")
+    key(four, Qt.Key.Key_Z, CTRL)
+    assert said(four, "N") == "head"
+    point(four, 100.0, 100.0, "S")
+    assert said(four, "S") == "left shoulder"
+    point_and_click(four, 110.0, 100.0, "N")
+    assert set(clicks(four)) == {("N_right", "head")}
+    key(four, Qt.Key.Key_Delete)
+    assert said(four, "N") == "head"
+
+
+def test_the_name_stands_at_the_cursor_before_the_click(four, qtbot):
+    label = view(four, "O").label
+    assert not label.isVisible()
+    point(four, 100.0, 100.0, "O")
+    assert said(four, "O") == "left shoulder"
+    assert label.colour == NINE["left_shoulder"].colour
+    before = label.pos()
+    point(four, 140.0, 100.0, "O")
+    assert label.pos().x() > before.x(), "it follows the mouse"
+    assert said(four, "N") == ""
+    point(four, 100.0, 100.0, "N")
+    assert (said(four, "O"), said(four, "N")) == ("", "left shoulder")
+    place = four.timeline.mapTo(four, four.timeline.rect().center())
+    QTest.mouseMove(four.windowHandle(), place)
+    QApplication.processEvents()
+    assert said(four, "N") == "", "gone with the mouse"
+    four.grid.show_kind("N", "disparity")
+    qtbot.waitUntil(four.settled, timeout=60_000)
+    point(four, 100.0, 100.0, "N")
+    assert said(four, "N") == "", "a computed picture takes no clicks"
+    four.show_workspace_named("track")
+    point(four, 100.0, 100.0, "O")
+    assert said(four, "O") == ""
+
+
+def test_the_name_is_of_the_frame_that_is_shown(four, qtbot):
+    for landmark in NINE.names[:2]:
+        point_and_click(four, *truth(four, landmark, "O"), "O")
+    assert said(four, "O") == "left elbow"
+    key(four, Qt.Key.Key_Period, name="O")
+    qtbot.waitUntil(four.settled, timeout=60_000)
+    assert said(four, "O") == "left shoulder", "without a move of the mouse"
+
+
+@pytest.mark.parametrize("loupe", [False, True])
+def test_the_name_stays_inside_its_view(four, loupe):
+    camera = view(four, "W")
+    if loupe:
+        key(four, Qt.Key.Key_L, name="W")
+    for landmarks in (0, 9):
+        if landmarks:
+            annotate_view(four, "W")
+        width, height = camera._image.width(), camera._image.height()
+        for x in (0.0, 0.5, 1.0):
+            for y in (0.0, 0.5, 1.0):
+                point(four, 1.0 + x * (width - 3.0), 1.0 + y * (height - 3.0), "W")
+                assert said(four, "W"), (x, y)
+                assert camera.rect().contains(camera.label.geometry())
+                place = at(four, 1.0 + x * (width - 3.0), 1.0 + y * (height - 3.0), "W")
+                assert not camera.label.geometry().contains(place), "the pixel is not hidden"
+
+
+def test_a_key_wins_for_one_click_in_whichever_view(four):
+    point_and_click(four, 100.0, 100.0, "N")
+    key(four, Qt.Key.Key_6, name="N")
+    assert said(four, "N") == "right hand"
+    point(four, 100.0, 100.0, "S")
+    assert said(four, "S") == "right hand"
+    click(four, 100.0, 100.0, "S")
+    assert set(clicks(four)) == {("N_right", "left_shoulder"), ("S_right", "right_hand")}
+    assert said(four, "S") == "left shoulder"
+    point(four, 130.0, 100.0, "N")
+    assert said(four, "N") == "right shoulder"
+    key(four, Qt.Key.Key_1, name="N")
+    assert said(four, "N") == "move left shoulder here"
+    click(four, 150.0, 120.0)
+    assert undo_words(four) == "place left shoulder in N_right, frame 0"
+    assert len(clicks(four)) == 2
+
+
+def test_a_row_wins_for_one_click_also_the_one_that_is_chosen_already(four, qtbot):
+    table = four.landmarks_panel.table
+    point(four, 100.0, 100.0, "N")
+    assert table.currentIndex().row() == 0
+    for row in (0, 4):
+        place = table.visualRect(table.model().index(row, 1)).center()
+        qtbot.mouseClick(table.viewport(), LEFT, pos=place)
+        assert four.annotate.annotating.choice.asked
+        assert table.currentIndex().row() == row
+        point_and_click(four, 100.0 + 30.0 * row, 100.0, "S")
+    assert {landmark for _, landmark in clicks(four)} == {"left_shoulder", "left_hand"}
+    assert said(four, "S") == "right shoulder"
+
+
+def test_when_all_is_clicked_a_click_changes_nothing_and_it_is_said(four):
+    annotate_view(four, "N")
+    before, edits = positions(four), len(four.project.project.history.entries())
+    words = "all nine are clicked here: drag to move, 1-9 to click one again"
+    point(four, 20.0, 200.0, "N")
+    assert said(four, "N") == words
+    point_and_click(four, 20.0, 200.0, "N")
+    point_and_click(four, 20.0, 200.0, "N", CTRL)
+    assert positions(four) == before
+    assert len(four.project.project.history.entries()) == edits
+    assert words[1:] in four.statusBar().currentMessage()
+    x, y = before[("N_right", "left_hand")]
+    point(four, x, y, "N")
+    assert said(four, "N") == "left hand: click to hold it, drag to move it"
+    click(four, x, y)
+    assert four.annotate.annotating.held() == ClickKey(0, "N_right", "left_hand")
+    assert positions(four) == before
+    key(four, Qt.Key.Key_Escape)
+    start = at(four, x, y)
+    drag(four, start, start + QPoint(20, 10))
+    moved = positions(four)
+    assert {name for name in before if before[name] != moved[name]} == {("N_right", "left_hand")}
+    key(four, Qt.Key.Key_2)
+    point_and_click(four, 20.0, 200.0, "N")
+    again = positions(four)
+    assert {name for name in before if again[name] != moved[name]} == {
+        ("N_right", "right_shoulder")
+    }
+    assert said(four, "N") != "", "and then all are clicked once more"
+    point_and_click(four, 25.0, 220.0, "N")
+    assert positions(four) == again
+
+
+def test_outside_is_what_is_named_and_not_the_click_before(four):
+    point_and_click(four, 100.0, 100.0, "N")
+    key(four, Qt.Key.Key_X)
+    found = clicks(four)
+    assert found[("N_right", "left_shoulder")].position is not None
+    assert found[("N_right", "right_shoulder")].visibility == Visibility.OUTSIDE
+    assert said(four, "N") == "left elbow"
+
+
+def test_the_choice_stays_where_the_person_wants_it_to(four):
+    four.actions_book.action("advance_none").trigger()
+    key(four, Qt.Key.Key_3)
+    for name in "NS":
+        point_and_click(four, 100.0, 100.0, name)
+        assert said(four, name).startswith("left elbow: click to hold it")
+        point(four, 160.0, 140.0, name)
+        assert said(four, name) == "move left elbow here"
+    four.document.go_to(1)
+    assert four.annotate.annotating.choice.landmark == "left_elbow"
+    assert {landmark for _, landmark in clicks(four, 0)} == {"left_elbow"}
+
+
+def test_a_landmark_goes_through_all_views_where_that_is_wanted(four):
+    four.actions_book.action("advance_view").trigger()
+    for name in "NOS":
+        point_and_click(four, 100.0, 100.0, name)
+    point(four, 160.0, 140.0, "S")
+    assert said(four, "S") == "left shoulder is clicked here: go on in W"
+    point_and_click(four, 160.0, 140.0, "S")
+    assert len(clicks(four)) == 3
+    point_and_click(four, 100.0, 100.0, "W")
+    for name in VIEWS:
+        point(four, 160.0, 140.0, name)
+        assert said(four, name) == "right shoulder"
+
+
+def test_a_second_click_on_a_picture_that_is_about_to_change_moves_nothing(four):
+    camera, place = view(four, "N"), at(four, 100.0, 100.0)
+    QTest.mouseClick(camera, LEFT, NONE, place)
+    four.document.go_to(2)  # its pictures are still on their way
+    for shift in (QPoint(20, 0), QPoint(40, 0)):
+        QTest.mouseClick(camera, LEFT, NONE, place + shift)
+    found = {landmark: one.position for (_, landmark), one in clicks(four, 0).items()}
+    wanted = camera.pixel_at((place + QPoint(20, 0)).toPointF())
+    assert set(found) == {"left_shoulder", "right_shoulder"}
+    assert found["right_shoulder"][0] == pytest.approx(wanted.x())
+
+
+def test_the_one_large_view_does_not_decide_what_is_clicked_in_a_small_one(four, qtbot):
+    annotate_view(four, "N")
+    four.actions_book.action("arrange_one-and-more").trigger()
+    qtbot.waitUntil(four.settled, timeout=60_000)
+    four.grid.set_active("N")
+    point(four, 100.0, 100.0, "O")
+    assert said(four, "O") == "left shoulder"
+    assert four.grid.active == "N", "nothing is arranged anew by a move of the mouse"
+    key(four, Qt.Key.Key_X, name="O")
+    assert clicks(four)[("O_right", "left_shoulder")].visibility == Visibility.OUTSIDE
+    assert clicks(four)[("N_right", "left_shoulder")].visibility == Visibility.SEEN
