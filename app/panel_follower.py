@@ -163,7 +163,7 @@ class PanelFollower(QObject):
         w = self._w
         tasks = w.tasks.tasks
         doing = "; ".join(task.says() for task in tasks)
-        w.state_label.setText(status_words(w.document, w.track, w.runs, doing))
+        w.state_label.setText(status_words(w.document, w.track, w.runs, w.judging, doing))
         working = bool(tasks)
         w.cancel_button.setVisible(working)
         w.progress.setVisible(working or w.track.entry is not None)
@@ -347,7 +347,8 @@ class PanelFollower(QObject):
         """Say in the status line how a run has ended."""
         judgement = self._w.judging.of(entry)
         score = score_words(judgement)
-        off = "off" if judgement is not None and judgement.measure == "error" else "uncertain"
-        arms = f", arms {off} by {score} in the median" if score else ""
+        known = judgement is not None and judgement.measure == "error"
+        whose = "off by" if known else "judged by the filter alone,"
+        arms = f", arms {whose} {score} in the median" if score else ""
         frames = counted(len(entry.frames), "frame")
         self._w.statusBar().showMessage(f"{entry.name}: {frames} tracked{arms}.", 8000)

@@ -30,6 +30,10 @@ UNCERTAIN_SHARE = 0.2
 LOST_SHARE = 0.5
 """A limb that is lost with a larger probability is called probably lost."""
 
+USUAL_UNEXPLAINED = 0.3
+USUAL_RESIDUAL = 0.03
+"""Share of the cloud, and metres, up to which a frame's fit says nothing against its limbs."""
+
 CROSSED_METRES = 0.16
 """Two limbs whose axes come nearer than this may be taken for each other."""
 
@@ -70,6 +74,14 @@ class Judgement:
     def words(self) -> str:
         """Name of the measure for axes and titles."""
         return "angular error" if self.measure == "error" else "standard deviation"
+
+    def errors_at(self, frame: int) -> dict[str, float]:
+        """Angles against the reference in a frame, degrees; of the limbs that it knows there."""
+        if self.measure != "error":
+            return {}
+        (places,) = np.nonzero(self.frame == frame)
+        found = {limb: float(values[i]) for i in places for limb, values in self.limbs.items()}
+        return {limb: error for limb, error in found.items() if np.isfinite(error)}
 
     @cached_property
     def quality(self) -> Mapping[str, float]:

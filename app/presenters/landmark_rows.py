@@ -53,12 +53,20 @@ def landmark_rows(facts: FrameMarks, cameras: Sequence[str]) -> tuple[LandmarkRo
 
 
 def limb_rows(facts: FrameMarks) -> tuple[BodyRow, ...]:
-    """How certain the direction of every limb is; nothing without a fit."""
+    """How well the clicks fix every limb's direction; nothing without a fit."""
     if facts.fit is None:
         return ()
     sigmas = facts.fit.fit.limb_sigma_deg
+    names = facts.landmark_set.names
+    astray = {facts.landmark_set[name].limb for name in names if _mistaken(facts, name)}
     return tuple(
-        BodyRow(limb, limb_words(limb), f"± {sigma:.1f}°", _certainty(sigma), sigma > _UNSURE_DEG)
+        BodyRow(
+            limb,
+            limb_words(limb),
+            f"± {sigma:.1f}°",
+            "a click looks wrong" if limb in astray else _precision(sigma),
+            limb in astray or sigma > _UNSURE_DEG,
+        )
         for limb, sigma in zip(LIMBS, sigmas.tolist(), strict=True)
     )
 
@@ -101,10 +109,11 @@ def _misfit(fit: ShownFit) -> tuple[str, ...]:
     return (f"The body does not fit these clicks: {median:.0f} px off in the median.",)
 
 
-def _certainty(sigma: float) -> str:
+def _precision(sigma: float) -> str:
+    """What a standard deviation is called; it holds if the clicks are right."""
     if not isfinite(sigma):
         return "not known"
-    for limit, words in ((3.0, "certain"), (6.0, "fairly certain"), (_UNSURE_DEG, "uncertain")):
+    for limit, words in ((3.0, "precise"), (6.0, "fairly precise"), (_UNSURE_DEG, "imprecise")):
         if sigma <= limit:
             return words
     return "hardly known"

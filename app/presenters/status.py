@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -11,14 +11,23 @@ from stereotrack_core.tracking.frame import TrackedFrame
 
 from ..limb_colours import limb_words
 from .document import DocumentPresenter
-from .judgement import Judgement, doubts
-from .runs import RunList
+from .judgement import UNCERTAIN_DEG, USUAL_RESIDUAL, USUAL_UNEXPLAINED, Judgement, doubts
+from .judging import JudgementPresenter
+from .runs import RunEntry, RunList
 from .tracking import TrackPresenter
 from .truth import TORSO_POSITION, measure_of, with_quality
 
 
+_NAMED = 2
+"""Limbs that are named in the status line."""
+
+
 def status_words(
-    document: DocumentPresenter, track: TrackPresenter, runs: RunList, doing: str
+    document: DocumentPresenter,
+    track: TrackPresenter,
+    runs: RunList,
+    judging: JudgementPresenter,
+    doing: str,
 ) -> str:
     """One sentence about the recording, the tracker and the frame that is shown.
 
@@ -35,13 +44,21 @@ def status_words(
     elif document.frame_count == 0:
         parts.append("the recording has no frame that all streams have")
     else:
-        parts.append(_tracker_words(document, track, runs))
+        parts.append(_tracker_words(document, track, runs, judging))
     if doing:
         parts.append(doing)
     return "   ·   ".join(parts)
 
 
-def _tracker_words(document: DocumentPresenter, track: TrackPresenter, runs: RunList) -> str:
+def _tracker_words(
+    document: DocumentPresenter,
+    track: TrackPresenter,
+    runs: RunList,
+    judging: JudgementPresenter,
+) -> str:
+    def words(tracked: TrackedFrame, of: RunEntry | None) -> str:
+        return frame_words(tracked, judging.of(of))
+
     entry = track.entry
     shown = runs.active.at(document.frame) if runs.active is not None else None
     if entry is not None:
@@ -54,10 +71,11 @@ def _tracker_words(document: DocumentPresenter, track: TrackPresenter, runs: Run
                 else ("paused before the first frame")
             )
         newest = entry.frames[max(entry.frames)]
-        return _joined(f"{verb} {done} of {wanted}", frame_words(shown or newest))
+        told = words(shown, runs.active) if shown is not None else words(newest, entry)
+        return _joined(f"{verb} {done} of {wanted}", told)
     active, recording = runs.active, document.recording
     if active is not None and shown is not None:
-        return _joined(f"frame {document.frame}, run “{active.name}”", frame_words(shown))
+        return _joined(f"frame {document.frame}, run “{active.name}”", words(shown, active))
     if active is not None:
         return f"frame {document.frame} is not part of the run “{active.name}”"
     if recording is None:
@@ -69,17 +87,67 @@ def _tracker_words(document: DocumentPresenter, track: TrackPresenter, runs: Run
     return f"{recording.name}: {length}; {state}"
 
 
-def frame_words(tracked: TrackedFrame) -> str:
-    """What is to be said about one tracked frame."""
+def frame_words(tracked: TrackedFrame, judgement: Judgement | None = None) -> str:
+    """What is known about one tracked frame: its errors, or else what speaks against its limbs.
+
+    The filter's covariance is what the filter expects if it follows the right thing. It is never
+    taken for a sign that it does.
+    """
     if not tracked.tracked:
         return f"not tracked: {tracked.reason}"
+    errors = judgement.errors_at(tracked.frame) if judgement is not None else {}
+    if errors:
+        return _error_words(tracked, errors)
     unsure = doubts(tracked)
-    if not unsure:
-        judged = np.isfinite(tracked.limb_lost).any()
-        return "all limbs certain" if judged else "limbs not judged"
-    words = [f"{limb_words(doubt.limb)} {doubt.words}" for doubt in unsure[:2]]
-    more = len(unsure) - len(words)
-    return ", ".join(words) + (f" and {more} more" if more > 0 else "")
+    if unsure:
+        return _some([f"{limb_words(doubt.limb)} {doubt.words}" for doubt in unsure])
+    if not np.isfinite(tracked.limb_lost).any():
+        return _joined("limbs not judged", _spread_words(tracked))
+    against = _against(tracked)
+    return f"no limb flagged, but {' and '.join(against)}" if against else "no limb flagged"
+
+
+def _error_words(tracked: TrackedFrame, errors: Mapping[str, float]) -> str:
+    """How far the limbs are off the reference, and whether the tracker has noticed."""
+    unsure = {doubt.limb: doubt.words for doubt in doubts(tracked)}
+    far = sorted(
+        (limb for limb in errors if errors[limb] > UNCERTAIN_DEG), key=lambda x: -errors[x]
+    )
+    if not far:
+        flagged = [f"{limb_words(limb)} {words}" for limb, words in unsure.items()]
+        told = f"limbs within {np.ceil(max(errors.values())):.0f}° of the reference"
+        return _joined(told, _some(flagged) if flagged else "")
+    return _some(
+        [
+            f"{limb_words(limb)} {errors[limb]:.0f}° off the reference"
+            f" ({unsure[limb] if limb in unsure else 'not flagged'})"
+            for limb in far
+        ]
+    )
+
+
+def _against(tracked: TrackedFrame) -> list[str]:
+    """What is not usual about a frame as a whole."""
+    found = []
+    if not np.isfinite([tracked.coverage, tracked.residual]).all():
+        found.append("how well the model explains the points is not known")
+    if tracked.coverage > USUAL_UNEXPLAINED:
+        found.append(f"{100.0 * tracked.coverage:.0f} % of the points are unexplained")
+    if tracked.residual > USUAL_RESIDUAL:
+        found.append(f"points are {1000.0 * tracked.residual:.0f} mm off the model")
+    return found
+
+
+def _spread_words(tracked: TrackedFrame) -> str:
+    sigma = tracked.limb_sigma_deg
+    known = sigma[np.isfinite(sigma)]
+    return f"± {known.max():.0f}° at most by the filter alone" if len(known) else ""
+
+
+def _some(words: Sequence[str]) -> str:
+    """The first ones, and how many more there are."""
+    more = len(words) - _NAMED
+    return ", ".join(words[:_NAMED]) + (f" and {more} more" if more > 0 else "")
 
 
 def _joined(first: str, second: str) -> str:
@@ -95,18 +163,20 @@ def number_rows(
     rows = []
     place = _place(judgement, tracked.frame)
     quality = _quality(judgement, tracked.frame)
-    unsure = {doubt.limb: doubt for doubt in doubts(tracked)}
+    unsure = {doubt.limb: doubt.words for doubt in doubts(tracked)}
+    errors = judgement.errors_at(tracked.frame) if judgement is not None else {}
     for index, limb in enumerate(LIMBS):
         sigma = tracked.limb_sigma_deg[index]
         value = f"± {sigma:.1f}°" if sigma == sigma else "not known"
-        error = _error(judgement, limb, place)
+        error = errors.get(limb)
         if error is not None:
             stated = with_quality(f"{error:.1f}°", quality.get(measure_of(limb)))
             value = f"{stated}  ({value})"
         chance = tracked.limb_lost[index]
         if chance == chance:
             value += f", lost {100.0 * chance:.0f} %"
-        hint = unsure[limb].words if limb in unsure else ""
+        missed = "far off, not flagged" if error is not None and error > UNCERTAIN_DEG else ""
+        hint = unsure.get(limb, missed)
         rows.append((limb, limb_words(limb), value, hint))
     rows += _frame_rows(tracked, judgement, place)
     return rows
@@ -173,10 +243,3 @@ def _place(judgement: Judgement | None, frame: int) -> int | None:
         return None
     found = (judgement.frame == frame).nonzero()[0]
     return int(found[0]) if len(found) else None
-
-
-def _error(judgement: Judgement | None, limb: str, place: int | None) -> float | None:
-    if judgement is None or judgement.measure != "error" or place is None:
-        return None
-    values = judgement.limbs.get(limb)
-    return float(values[place]) if values is not None and values[place] == values[place] else None

@@ -1,4 +1,4 @@
-"""How certain each limb is, and the clicked lengths beside the subject's."""
+"""How well clicks fix each limb, and the clicked lengths beside the subject's."""
 
 from __future__ import annotations
 
@@ -45,10 +45,13 @@ class BodyPanel(QWidget):
         self.tree.setHeaderHidden(True)
         self.tree.setRootIsDecorated(False)
         self.tree.setIndentation(10)
+        self.tree.setToolTip(
+            "± is the standard deviation of a limb's direction, if the clicks are right."
+        )
         self.tree.setFrameShape(QTreeWidget.Shape.NoFrame)
         self.tree.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.tree.setSelectionMode(QTreeWidget.SelectionMode.NoSelection)
-        self.tree.setAccessibleName("How certain the body is")
+        self.tree.setAccessibleName("How well the clicks fix the body")
         header = self.tree.header()
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(1, QHeaderView.ResizeMode.ResizeToContents)

@@ -36,7 +36,8 @@ _Index: TypeAlias = QModelIndex | QPersistentModelIndex
 _HEADINGS = ("", "Measure", "Value", "Remark")
 _VALUE_TIP = (
     "For a limb: its angle against the reference, where there is one. After the sign ±: the "
-    "standard deviation of its direction, as the tracker sees it."
+    "standard deviation of its direction by the filter, which is small too where the filter "
+    "follows the wrong thing."
 )
 _LIMB, _LABEL, _VALUE, _HINT = range(4)
 

@@ -1,10 +1,11 @@
-"""What is said about limbs that the tracker itself doubts."""
+"""What is said about the limbs of a tracked frame: their errors, or what speaks against them."""
 
 from __future__ import annotations
 
 import dataclasses
 
 import numpy as np
+import pytest
 
 from app.presenters.curves import lanes_of
 from app.presenters.judgement import MEASURED_LIMBS, Judgement, doubts
@@ -14,6 +15,7 @@ from stereotrack_core.body.pose import hanging_pose
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.frame import TrackedFrame
+from tests.gui.made_runs import add_run
 
 LEFT_FOREARM, RIGHT_FOREARM = LIMBS.index("left_forearm"), LIMBS.index("right_forearm")
 
@@ -44,11 +46,69 @@ def test_a_limb_that_is_probably_lost_is_named_first():
     assert values["left_forearm"].endswith("lost 80 %")
 
 
-def test_all_limbs_are_certain_only_where_they_were_judged():
-    assert frame_words(frame()) == "all limbs certain"
-    older = frame()
-    unknown = dataclasses.replace(older.estimate, limb_lost=np.full(6, np.nan))
-    assert frame_words(dataclasses.replace(older, estimate=unknown)) == "limbs not judged"
+def changed(tracked, **values) -> TrackedFrame:
+    return dataclasses.replace(tracked, estimate=dataclasses.replace(tracked.estimate, **values))
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"coverage": 0.18, "residual": 0.021}, "no limb flagged"),
+        (
+            {"coverage": 0.5, "residual": 0.021},
+            "no limb flagged, but 50 % of the points are unexplained",
+        ),
+        (
+            {"coverage": 0.44, "residual": 0.041},
+            "no limb flagged, but 44 % of the points are unexplained and points are 41 mm off the "
+            "model",
+        ),
+        ({}, "no limb flagged, but how well the model explains the points is not known"),
+        (
+            {"coverage": 0.1, "residual": 0.01, "limb_lost": np.full(6, np.nan)},
+            "limbs not judged, ± 3° at most by the filter alone",
+        ),
+    ],
+)
+def test_without_a_reference_only_what_is_known_is_said(values, words):
+    assert frame_words(changed(frame(), **values)) == words
+
+
+def against(**errors) -> Judgement:
+    """Errors in frame 0; of other limbs the reference knows nothing."""
+    limbs = {limb: np.array([errors.get(limb, np.nan)]) for limb in MEASURED_LIMBS}
+    return Judgement("error", np.arange(1), limbs, np.ones(1, bool), np.full(1, 0.1), None)
+
+
+def test_with_a_reference_the_errors_are_said_and_whether_anybody_noticed():
+    calm = changed(frame(), coverage=0.1, residual=0.01)
+    close = against(torso=3.0, left_upper_arm=11.2, left_forearm=4.0)
+    assert frame_words(calm, close) == "limbs within 12° of the reference"
+    doubted = frame({RIGHT_FOREARM: 0.8})
+    words = "limbs within 12° of the reference, right forearm probably lost"
+    assert frame_words(doubted, close) == words
+    far = against(torso=3.0, left_forearm=98.2, right_forearm=47.0, left_upper_arm=25.0)
+    assert frame_words(doubted, far) == (
+        "left forearm 98° off the reference (not flagged), right forearm 47° off the reference "
+        "(probably lost) and 1 more"
+    )
+    hints = {limb: hint for limb, _, _, hint in number_rows(doubted, far)}
+    assert hints["left_forearm"] == "far off, not flagged"
+    assert hints["right_forearm"] == "probably lost"
+    assert hints["torso"] == ""
+    unknown = against()
+    assert frame_words(calm, unknown) == "no limb flagged", "the reference knows nothing here"
+
+
+@pytest.mark.window
+def test_the_status_line_never_calls_a_limb_certain_that_is_off_the_reference(opened, qtbot):
+    add_run(opened, "wild", wild=(3,))
+    for shown, words in ((2, "limbs within "), (3, "° off the reference (not flagged)")):
+        opened.document.go_to(shown)
+        qtbot.waitUntil(opened.settled, timeout=60_000)
+        opened.refresh()
+        assert words in opened.state_label.text()
+        assert "certain" not in opened.state_label.text()
 
 
 def test_a_lane_names_the_limbs_that_are_probably_lost():
