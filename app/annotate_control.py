@@ -16,6 +16,7 @@ from .failures import Message
 from .presenters.annotating import Annotating
 from .presenters.annotation_facts import AnnotationFacts
 from .presenters.blind_repeats import BlindRepeats
+from .presenters.camera_doubts import CameraDoubts
 from .presenters.choosing import ADVANCES, Advance
 from .presenters.landmark_rows import fit_words, landmark_rows, length_rows, limb_rows
 from .presenters.marks import marks_of, predictions_in
@@ -43,6 +44,8 @@ class AnnotateControl(QObject):
         The choice and the edits.
     facts : AnnotationFacts
         What is known about the clicks of the frame.
+    cameras : CameraDoubts
+        Whether a camera contradicts the others.
     """
 
     def __init__(self, window: MainWindow) -> None:
@@ -51,10 +54,14 @@ class AnnotateControl(QObject):
         self.annotating = Annotating(
             window.document, window.project, self._repeats, self.camera_at_hand, self._cameras
         )
+        self.cameras = CameraDoubts(window.document, window.project)
         self.facts = AnnotationFacts(
-            window.document, window.project, window.clouds, self.annotating, self._all_cameras
-        )
+            window.document, window.project, window.clouds, self.annotating, self._all_cameras,
+            lambda: self.cameras.now,
+        )  # fmt: skip
         self._offers = SwapOffers(self.annotating.swap)
+        self._told: Message | None = None
+        self._told_cameras: tuple[str, ...] = ()
         stored = stored_text(window.settings, _ADVANCE)
         self.annotating.advance = next((name for name in ADVANCES if name == stored), "landmark")
         self.facts.use_depth = bool(window.settings.value(_DEPTH, True, type=bool))
@@ -82,6 +89,8 @@ class AnnotateControl(QObject):
         self.annotating.choice_changed.connect(self._on_annotated)
         self.facts.changed.connect(self.show)
         self.facts.failed.connect(w.show_error)
+        self.cameras.changed.connect(self._on_cameras)
+        self.cameras.failed.connect(w.show_error)
         w.messages.dismissed.connect(self._offers.dismiss)
 
     # ---- state, computed from facts
@@ -101,7 +110,7 @@ class AnnotateControl(QObject):
 
     def settled(self) -> bool:
         """Whether everything that was asked for is there."""
-        return self.facts.settled()
+        return self.facts.settled() and self.cameras.settled()
 
     def _cameras(self) -> tuple[str, ...]:
         return tuple(name for name in self._w.grid.cameras().values() if name)
@@ -152,6 +161,31 @@ class AnnotateControl(QObject):
             self._w.messages.take_back(message)
         for message in new:
             self._w.messages.show_message(message)
+
+    @Slot()
+    def _on_cameras(self) -> None:
+        """Say which camera contradicts the others, before its clicks are blamed."""
+        w = self._w
+        found = self.cameras.findings(self.facts.view_names())
+        doubtful = self._doubtful()
+        w.follower.show_findings()
+        w.rig.show_findings({name: one.what for one in found for name in doubtful})
+        if doubtful != self._told_cameras:  # and not again while more is clicked
+            self._told_cameras = doubtful
+            if self._told is not None:
+                w.messages.take_back(self._told)
+            self._told = (
+                Message("warning", found[0].what, remedy=found[0].remedy) if found else None
+            )
+            if self._told is not None:
+                w.messages.show_message(self._told)
+        self.show()
+
+    def _doubtful(self) -> tuple[str, ...]:
+        now = self.cameras.now
+        if now is None:
+            return ()
+        return (now.camera,) if now.camera else now.others
 
     # ---- what a person does
 
@@ -254,6 +288,7 @@ class AnnotateControl(QObject):
     def close(self) -> None:
         """End what works in the background."""
         self.facts.close()
+        self.cameras.close()
 
     # ---- following
 

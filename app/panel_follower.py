@@ -69,7 +69,7 @@ class PanelFollower(QObject):
         w.instant.ready.connect(self._on_instant)
         w.document.frame_changed.connect(self._on_frame_changed)
         w.document.count_changed.connect(self._on_count_changed)
-        w.document.findings_changed.connect(self._on_findings)
+        w.document.findings_changed.connect(self.show_findings)
         w.project.opened.connect(self.write_title)
         w.project.closed.connect(self.write_title)
         w.judging.judged.connect(self.show_judgements)
@@ -281,10 +281,14 @@ class PanelFollower(QObject):
         w.transport.set_range(count, fps)
 
     @Slot()
-    def _on_findings(self) -> None:
+    def show_findings(self) -> None:
+        """What looks wrong about the recording, be it by its files or by what is clicked."""
         w = self._w
-        w.findings.show_findings(w.document.findings)
-        serious = [f for f in w.document.findings or () if f.severity != "note"]
+        known = w.document.findings
+        if known is not None:
+            known = (*known, *w.annotate.cameras.findings(w.annotate.facts.view_names()))
+        w.findings.show_findings(known)
+        serious = [f for f in known or () if f.severity != "note"]
         title = TITLES["findings"]
         w.docks["findings"].setWindowTitle(f"{title} ({len(serious)})" if serious else title)
 

@@ -326,8 +326,7 @@ class AnnotationPanels(QObject):
                 now.residuals is None or len(now.residuals) == self.frame_count
             )
             if now is not None and fits:
-                mistakes = now.fit.flagged() if now.fit is not None else ()
-                self.lanes.show_reference(now.reference, now.residuals, mistakes)
+                self.lanes.show_reference(now.reference, now.residuals, now.mistakes)
             else:
                 self.lanes.show_reference(None)
 

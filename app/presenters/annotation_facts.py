@@ -13,6 +13,7 @@ from stereotrack_core.body.proportions import Proportions, proportions_of
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
+from stereotrack_core.geometry.camera_agreement import Disagreement
 from stereotrack_core.project.click_sigma import measured_sigmas
 from stereotrack_core.project.history import Changed
 from stereotrack_core.recording.description import Recording
@@ -40,6 +41,8 @@ class AnnotationFacts(QObject):
         Where the facts come from.
     cameras : callable
         Names of the cameras in whose images clicks are looked for, one for each view.
+    doubtful : callable
+        The camera that contradicts the others, if one does.
 
     Attributes
     ----------
@@ -63,8 +66,10 @@ class AnnotationFacts(QObject):
         clouds: CloudPresenter,
         annotating: Annotating,
         cameras: Callable[[], Sequence[str]],
+        doubtful: Callable[[], Disagreement | None],
     ) -> None:
         super().__init__()
+        self._doubtful = doubtful
         self._document, self._project, self._clouds = document, project, clouds
         self._annotating, self._cameras = annotating, cameras
         self._active = False
@@ -139,6 +144,7 @@ class AnnotationFacts(QObject):
             offers={name: annotating.next_in(name) for name in annotating.shown_cameras()}
             if self._active
             else {},
+            doubtful=self._doubtful(),
         )
 
     def view_names(self) -> Mapping[str, str]:

@@ -304,7 +304,7 @@ class DocumentPresenter(QObject):
         self.go_to(self._start_frame)
         self._tasks.begin(
             "examining the recording",
-            lambda _task: (opened, examine(opened.recording.folder)),
+            lambda _task: (opened, examine(opened.recording.folder, compare=True)),
             self._on_examined,
         )
 

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from stereotrack_core import __version__
+from stereotrack_core.annotation.camera_doubts import what_disagrees, what_to_do
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.click_points import click_pixels
 from stereotrack_core.annotation.click_residuals import click_residuals, limb_residuals
@@ -24,6 +25,7 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.geometry.camera_agreement import Disagreement
 from stereotrack_core.project.click_sigma import measured_sigmas
 from stereotrack_core.project.fitted import reference_of_fit
 from stereotrack_core.project.project import Project
@@ -186,8 +188,24 @@ def residuals_of(fit: TrajectoryFit, clicks: tuple[Click, ...], order: FitOrder)
     return residuals
 
 
-def fit_words(fit: TrajectoryFit) -> str:
-    """How good a fit is: ``good to 2.3° (root mean square over the limbs) …``."""
+def fit_words(
+    fit: TrajectoryFit,
+    mistakes: int,
+    doubtful: Disagreement | None = None,
+    names: Mapping[str, str] | None = None,
+) -> str:
+    """How good a fit is: ``good to 2.3° (root mean square over the limbs) …``.
+
+    Parameters
+    ----------
+    fit : TrajectoryFit
+    mistakes : int
+        Clicks that look like gross mistakes.
+    doubtful : Disagreement, optional
+        A camera that contradicts the others.
+    names : mapping from camera to str, optional
+        How people call the cameras.
+    """
     kinds = {kind: int((fit.kind == kind).sum()) for kind in (CLICKED, INTERPOLATED, GAP)}
     known = fit.kind != GAP
     parts = [
@@ -202,10 +220,13 @@ def fit_words(fit: TrajectoryFit) -> str:
         parts.append(
             f"limbs are good to {together:.1f}°, the {limb_words(worst)} to {scored[worst]:.1f}°"
         )
-    if mistakes := len(fit.flagged()):
+    if doubtful is not None:
+        parts.append(what_disagrees(doubtful, names))
+    if mistakes:
         verb = "looks like a mistake" if mistakes == 1 else "look like mistakes"
         parts.append(f"{counted(mistakes, 'click')} {verb}")
-    return "; ".join(parts) + "."
+    words = "; ".join(parts) + "."
+    return words if doubtful is None else f"{words} {what_to_do(doubtful)}"
 
 
 def merged_reference(old: Reference | None, new: Reference, frames: range) -> Reference:

@@ -7,9 +7,10 @@ from math import isfinite, sqrt
 
 import numpy as np
 
+from stereotrack_core.annotation.camera_doubts import what_disagrees, what_to_do
 from stereotrack_core.annotation.click import UNCERTAIN, Click, Visibility
 from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
-from stereotrack_core.annotation.fit.results import MISTAKEN
+from stereotrack_core.annotation.fit.report import mistake_words
 from stereotrack_core.body.limbs import LIMBS
 
 from ..limb_colours import limb_words
@@ -91,13 +92,33 @@ def length_rows(facts: FrameMarks) -> tuple[BodyRow, ...]:
 def fit_words(facts: FrameMarks) -> tuple[str, ...]:
     """What the fit says, the most important first; or what it waits for."""
     if facts.fit is not None:
-        said = (*_misfit(facts.fit), *facts.fit.fit.words)
+        said = (*_disagreement(facts), *_misfit(facts.fit), *_frame_words(facts, facts.fit))
         more = len(said) - _MOST_WORDS
         return (*said[:_MOST_WORDS], f"and {more} more") if more > 0 else said
     positions = sum(click.position is not None for click in facts.clicks)
     if positions:
         return ("The body is fitted from three clicks on.",)
     return ("Click landmarks: keys 1 to 9 choose which one.",)
+
+
+def _disagreement(facts: FrameMarks) -> tuple[str, ...]:
+    """A camera that contradicts the others comes before everything that follows from it."""
+    found = facts.doubtful
+    return () if found is None else (f"{what_disagrees(found, facts.views)}. {what_to_do(found)}",)
+
+
+def _frame_words(facts: FrameMarks, fit: ShownFit) -> tuple[str, ...]:
+    """What the fit says, without what a camera that contradicts the others makes look wrong."""
+    views = facts.views or {}
+    blamed = {
+        mistake_words(
+            key.landmark,
+            views.get(key.camera, key.camera),
+            float(np.linalg.norm(fit.residuals[key])),
+        )
+        for key in facts.flagged - facts.mistakes
+    }
+    return tuple(words for words in fit.fit.words if words not in blamed)
 
 
 def _misfit(fit: ShownFit) -> tuple[str, ...]:
@@ -149,8 +170,4 @@ def _distance(facts: FrameMarks, landmark: str) -> str:
 
 
 def _mistaken(facts: FrameMarks, landmark: str) -> bool:
-    if facts.fit is None:
-        return False
-    return any(
-        chance > MISTAKEN for key, chance in facts.fit.mistakes.items() if key.landmark == landmark
-    )
+    return any(key.landmark == landmark for key in facts.mistakes)

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from PySide6.QtGui import QPainterPath
 
+from stereotrack_core.annotation.camera_doubts import own_mistakes
 from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Visibility
 from stereotrack_core.annotation.fit.results import MISTAKEN
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.prediction import Prediction
 from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.camera_agreement import Disagreement
 
 from ..views.click_marks import (
     ClickMark,
@@ -53,6 +56,8 @@ class FrameMarks:
     views : mapping from camera name to view name
     offers : mapping from camera name to str or None
         The landmark that the next click in an image that is shown places; None: it places none.
+    doubtful : Disagreement or None
+        A camera that contradicts the others over all clicks.
     """
 
     frame: int
@@ -66,6 +71,19 @@ class FrameMarks:
     fit: ShownFit | None = None
     views: Mapping[str, str] | None = None
     offers: Mapping[str, str | None] = field(default_factory=dict)
+    doubtful: Disagreement | None = None
+
+    @cached_property
+    def flagged(self) -> frozenset[ClickKey]:
+        """Clicks that the fit of this frame takes for gross mistakes."""
+        found = self.fit.mistakes if self.fit is not None else {}
+        return frozenset(key for key, chance in found.items() if chance > MISTAKEN)
+
+    @cached_property
+    def mistakes(self) -> frozenset[ClickKey]:
+        """Those of them that no camera is to blame for."""
+        cameras = self.fit.question.cameras if self.fit is not None else {}
+        return frozenset(own_mistakes(self.flagged, self.doubtful, self.clicks, cameras))
 
 
 def marks_of(facts: FrameMarks, cameras: Iterable[Camera]) -> dict[str, ClickMarks]:
@@ -141,7 +159,6 @@ def _nothing_to_place(facts: FrameMarks, clicked: set[str]) -> str:
 def _click_mark(facts: FrameMarks, click: Click) -> ClickMark | None:
     if click.position is None:
         return None
-    mistakes = facts.fit.mistakes if facts.fit is not None else {}
     x, y = click.position
     return ClickMark(
         landmark=click.landmark,
@@ -152,7 +169,7 @@ def _click_mark(facts: FrameMarks, click: Click) -> ClickMark | None:
         guessed=click.visibility == Visibility.GUESSED,
         doubted=click.flag == UNCERTAIN,
         accepted=click.origin == "accepted",
-        mistaken=mistakes.get(click.key, 0.0) > MISTAKEN,
+        mistaken=click.key in facts.mistakes,
         chosen=click.landmark == facts.chosen,
         at_hand=click.key == facts.at_hand,
         held=click.key == facts.held,

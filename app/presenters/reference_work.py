@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from PySide6.QtCore import QObject, Signal, Slot
 
+from stereotrack_core.annotation.camera_doubts import doubtful_camera, own_mistakes
+from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.annotation.fit.results import TrajectoryFit
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.arrays import FloatArray
@@ -31,6 +33,7 @@ from stereotrack_core.recording.description import Recording
 
 from ..tasks.helper_process import HelperProcess
 from ..tasks.task import Task, TaskList
+from .annotation_facts import view_names
 from .fitting import (
     FITTED,
     FitOrder,
@@ -73,6 +76,8 @@ class ShownReference:
         Of each limb's clicks in pixels, over the frames of the recording.
     words : str
         How good it is.
+    mistakes : tuple of ClickKey
+        Clicks that look like gross mistakes.
     edits_since : int
         Edits of clicks that it does not know.
     """
@@ -82,6 +87,7 @@ class ShownReference:
     fit: TrajectoryFit | None
     residuals: FloatArray | None
     words: str
+    mistakes: tuple[ClickKey, ...] = ()
     edits_since: int = 0
 
 
@@ -289,8 +295,11 @@ def read_reference(
     inside = fit.frame < frames
     order = FitOrder(project, recording, range(frames))
     residuals[fit.frame[inside]] = residuals_of(fit, clicks, order)[inside]
-    words = f"“{name}”: {fit_words(fit)}"
-    return ShownReference(name, reference, fit, residuals, words, _edits_since(project, name))
+    doubtful = doubtful_camera(clicks, recording.cameras, project.landmark_set())
+    mistakes = own_mistakes(fit.flagged(), doubtful, clicks, recording.cameras)
+    words = f"“{name}”: {fit_words(fit, len(mistakes), doubtful, view_names(recording))}"
+    since = _edits_since(project, name)
+    return ShownReference(name, reference, fit, residuals, words, mistakes, since)
 
 
 def _edits_since(project: Project, name: str) -> int:

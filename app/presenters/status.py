@@ -17,7 +17,6 @@ from .runs import RunEntry, RunList
 from .tracking import TrackPresenter
 from .truth import TORSO_POSITION, measure_of, with_quality
 
-
 _NAMED = 2
 """Limbs that are named in the status line."""
 
@@ -119,10 +118,11 @@ def _error_words(tracked: TrackedFrame, errors: Mapping[str, float]) -> str:
         return _joined(told, _some(flagged) if flagged else "")
     return _some(
         [
-            f"{limb_words(limb)} {errors[limb]:.0f}° off the reference"
-            f" ({unsure[limb] if limb in unsure else 'not flagged'})"
+            f"{limb_words(limb)} {errors[limb]:.0f}° off the reference,"
+            f" {unsure.get(limb, 'not flagged')}"
             for limb in far
-        ]
+        ],
+        "; ",
     )
 
 
@@ -144,10 +144,10 @@ def _spread_words(tracked: TrackedFrame) -> str:
     return f"± {known.max():.0f}° at most by the filter alone" if len(known) else ""
 
 
-def _some(words: Sequence[str]) -> str:
+def _some(words: Sequence[str], between: str = ", ") -> str:
     """The first ones, and how many more there are."""
     more = len(words) - _NAMED
-    return ", ".join(words[:_NAMED]) + (f" and {more} more" if more > 0 else "")
+    return between.join(words[:_NAMED]) + (f" and {more} more" if more > 0 else "")
 
 
 def _joined(first: str, second: str) -> str:

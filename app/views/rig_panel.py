@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
+from PySide6.QtCore import QEvent, Qt
+from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QTreeWidget, QTreeWidgetItem, QVBoxLayout, QWidget
 
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording, View
+
+from ..theme import current_theme
 
 _COLUMNS = {
     "Camera": "View, and the cameras in it",
@@ -27,6 +31,7 @@ class RigPanel(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
+        self._found: dict[str, str] = {}
         self.tree = QTreeWidget()
         self.tree.setHeaderLabels(list(_COLUMNS))
         self.tree.setIndentation(14)
@@ -39,6 +44,27 @@ class RigPanel(QWidget):
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(self.tree)
 
+    def show_findings(self, found: Mapping[str, str]) -> None:
+        """Mark cameras that something is wrong with: what it is, by name."""
+        self._found = dict(found)
+        self._dress()
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange:
+            self._dress()
+
+    def _dress(self) -> None:
+        warning = QColor(current_theme().warning)
+        for view in range(self.tree.topLevelItemCount()):
+            item = self.tree.topLevelItem(view)
+            for row in range(item.childCount() if item is not None else 0):
+                camera = item.child(row) if item is not None else None
+                if camera is not None:
+                    what = self._found.get(camera.text(0), "")
+                    camera.setToolTip(0, what)
+                    camera.setData(0, Qt.ItemDataRole.ForegroundRole, warning if what else None)
+
     def show_rig(self, recording: Recording | None) -> None:
         """Show the cameras of a recording."""
         self.tree.clear()
@@ -48,6 +74,7 @@ class RigPanel(QWidget):
             item = _view_item(view, recording)
             self.tree.addTopLevelItem(item)
             item.setFirstColumnSpanned(True)
+        self._dress()
         self.tree.expandAll()
         for column in range(1, len(_COLUMNS)):
             self.tree.resizeColumnToContents(column)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stereotrack_core.annotation.camera_doubts import doubtful_camera, own_mistakes
 from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.annotation.click_doubts import (
     Doubt,
@@ -106,6 +107,11 @@ class NextClicks:
         )
         self._limbs = tuple(limbs)
         self._doubts = doubts_of(fit, cameras, self._sigma)
+        if self._doubts:
+            # to click again where a camera is wrong would help nobody
+            doubtful = doubtful_camera(known, cameras, landmark_set)
+            kept = own_mistakes(self._doubts, doubtful, known, cameras)
+            self._doubts = {key: self._doubts[key] for key in kept}
         suspicious = {key.frame for key in self._doubts}
         self._swaps = swaps_of(known, cameras, landmark_set, suspicious, self._sigma)
         self._apart_deg = None if run is None else disagreement_deg(fit, run, limbs)

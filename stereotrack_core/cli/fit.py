@@ -5,6 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,16 +23,17 @@ from stereotrack_core.cli.arguments import (
     views_of,
 )
 from stereotrack_core.cli.command import OK, Command
-from stereotrack_core.cli.output import Table, number, put_json, put_table, say
+from stereotrack_core.cli.output import Table, counted, number, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
-    from stereotrack_core.annotation.click import Click
+    from stereotrack_core.annotation.click import Click, ClickKey
     from stereotrack_core.annotation.fit.measurement import ClickMeasurement
     from stereotrack_core.annotation.fit.results import TrajectoryFit
     from stereotrack_core.annotation.fit.settings import FitSettings
     from stereotrack_core.body.proportions import Proportions
+    from stereotrack_core.geometry.camera_agreement import Disagreement
     from stereotrack_core.recording.description import Recording
 
 _SUFFIXES = (".csv", ".npz")
@@ -92,6 +94,8 @@ def _add_choice(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Read the clicks, fit, write."""
+    from stereotrack_core.annotation.camera_doubts import doubtful_camera, own_mistakes
+    from stereotrack_core.annotation.landmark_set import NINE
     from stereotrack_core.interop.clicks_csv import read_clicks
     from stereotrack_core.recording.folder import open_recording
     from stereotrack_core.recording.reader import FrameReader
@@ -111,16 +115,20 @@ def run(args: Namespace) -> int:
     frames = frames_within(args.frames, count)
     gaps = [_gap(text, count) for text in args.gaps]
     clicks = read_clicks(args.clicks, recording, frames=count).checked()
-    measured = _measurements(_of_views(clicks, recording, views), frames, sigma, args.clicks)
+    chosen = _of_views(clicks, recording, views)
+    measured = _measurements(chosen, frames, sigma, args.clicks)
     proportions = _proportions(args.subject, recording, clicks)
     fit = _fitted(recording, settings, proportions, measured, frames, views, gaps)
     meta = {"clicks": len(clicks), "click_sigma_px": sigma, "settings": settings.values()}
     _write(args.output, fit, recording, meta)
+    doubtful = doubtful_camera(chosen, recording.cameras, NINE)
+    mistakes = own_mistakes(fit.flagged(), doubtful, chosen, recording.cameras)
+    facts = _facts(fit, mistakes, doubtful)
     if args.json:
-        put_json({"reference": args.output, **_facts(fit)})
+        put_json({"reference": args.output, **facts})
     else:
-        put_table(_table(fit, f"{recording.name} in {args.output}"))
-        _say_mistakes(fit)
+        put_table(_table(facts, f"{recording.name} in {args.output}"))
+        _say_mistakes(fit, mistakes, doubtful)
     return OK
 
 
@@ -248,35 +256,40 @@ def _write(path: Path, fit: TrajectoryFit, recording: Recording, meta: Mapping[s
     write_landmarks(path, fit.trajectory())
 
 
-def _facts(fit: TrajectoryFit) -> dict[str, Any]:
+def _facts(
+    fit: TrajectoryFit, mistakes: Sequence[ClickKey], doubtful: Disagreement | None
+) -> dict[str, Any]:
     from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED
     from stereotrack_core.body.limbs import LIMBS
 
-    flagged = fit.flagged()
-    mistaken = set(flagged)
-    right = [residual for key, residual in fit.residual_px.items() if key not in mistaken]
+    flagged = set(fit.flagged())
+    right = [residual for key, residual in fit.residual_px.items() if key not in flagged]
     known = fit.kind != GAP
     squares = np.square(fit.limb_sigma_deg[known])
     sigma = np.sqrt(squares.mean(axis=0)) if known.any() else np.full(6, np.nan)
-    return {
+    facts = {
         "frames": {kind: int((fit.kind == kind).sum()) for kind in (CLICKED, INTERPOLATED, GAP)},
         "clicks": len(fit.residual_px),
         "residual_px": float(np.sqrt(np.nanmean(np.square(right)))) if right else None,
         "sigma_factor": fit.sigma_factor,
         "limb_sigma_deg": dict(zip(LIMBS, sigma.tolist(), strict=True)),
-        "probable_mistakes": [
-            {
-                **key._asdict(),
-                "residual_px": float(np.linalg.norm(fit.residual_px[key])),
-                "probability": fit.mistake[key],
-            }
-            for key in flagged
-        ],
+        "probable_mistakes": [_far_off(fit, key) for key in mistakes],
+        "disagreement": None,
     }
+    if doubtful is not None:
+        facts["disagreement"] = {
+            **asdict(doubtful),
+            "clicks_far_off": [_far_off(fit, key) for key in sorted(flagged - set(mistakes))],
+        }
+    return facts
 
 
-def _table(fit: TrajectoryFit, title: str) -> Table:
-    facts = _facts(fit)
+def _far_off(fit: TrajectoryFit, key: ClickKey) -> dict[str, Any]:
+    off = float(np.linalg.norm(fit.residual_px[key]))
+    return {**key._asdict(), "residual_px": off, "probability": fit.mistake[key]}
+
+
+def _table(facts: Mapping[str, Any], title: str) -> Table:
     rows = [(f"frames {kind}", str(count)) for kind, count in facts["frames"].items()]
     rows += [
         ("clicks", str(facts["clicks"])),
@@ -289,14 +302,21 @@ def _table(fit: TrajectoryFit, title: str) -> Table:
     return Table(title, ("what", ">value"), rows)
 
 
-def _say_mistakes(fit: TrajectoryFit) -> None:
-    flagged = fit.flagged()
-    for key in flagged[:_LISTED]:
+def _say_mistakes(
+    fit: TrajectoryFit, mistakes: Sequence[ClickKey], doubtful: Disagreement | None
+) -> None:
+    from stereotrack_core.annotation.camera_doubts import what_disagrees, what_to_do
+
+    if doubtful is not None:
+        count = counted(len(fit.flagged()) - len(mistakes), "click")
+        say(f"{what_disagrees(doubtful)}. {what_to_do(doubtful)}")
+        say(f"{count} far from the fit may be due to that; --views leaves the view out.")
+    for key in mistakes[:_LISTED]:
         off = float(np.linalg.norm(fit.residual_px[key]))
         place = f"frame {key.frame}, {key.camera}, {key.landmark}"
         say(f"{place}: {off:.0f} px off, probably a mistake")
-    if len(flagged) > _LISTED:
-        say(f"and {len(flagged) - _LISTED} more; --json lists them all")
+    if len(mistakes) > _LISTED:
+        say(f"and {len(mistakes) - _LISTED} more; --json lists them all")
 
 
 COMMAND = Command(

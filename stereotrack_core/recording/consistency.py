@@ -7,14 +7,14 @@ calibration board that lie beside the recording, and its reference.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.geometry.triangulation import nearest_to_rays
+from stereotrack_core.geometry.camera_agreement import disagreeing_camera
 from stereotrack_core.recording.csv_table import read_rows, whole_number
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.finding import Finding
@@ -26,8 +26,6 @@ FILES: tuple[tuple[str, str], ...] = (
 """Files of pixels and the column that names the point."""
 
 LEAST_POINTS = 30
-DISAGREEMENT_RATIO = 2.5
-DISAGREEMENT_PX = 6.0
 LEAST_SPEED_PX = 3.0
 """Pixels per frame; slower points say nothing about time."""
 
@@ -52,11 +50,14 @@ class Observations:
         Contiguous.
     pixels : (V, F, L, 2) float64
         NaN where not seen.
+    mirror : tuple of int
+        For each of the L points the one of the other side, or itself.
     """
 
     views: tuple[str, ...]
     frame: IntArray
     pixels: FloatArray
+    mirror: tuple[int, ...]
 
 
 def check_consistency(recording: Recording, frame_count: int) -> Iterator[Finding]:
@@ -68,12 +69,12 @@ def check_consistency(recording: Recording, frame_count: int) -> Iterator[Findin
             seen = _observations(recording, file, column, frame_count)
         except InputError:
             continue  # the format does not name this file: it may be laid out in another way
-        if seen is None or len(seen.views) < 3:
+        if seen is None or len(seen.views) < 2:
             continue
         cameras = _cameras(recording)
         misplaced = list(_check_place(file, cameras, seen))
         yield from misplaced
-        if not misplaced:
+        if not misplaced and len(seen.views) > 2:
             yield from _check_time(file, cameras, seen, recording.fps)
 
 
@@ -118,55 +119,39 @@ def _observations(
         return None
     pixels = np.full((len(names), len(frames), len(points), 2), np.nan)
     pixels[view_at, frame_at - frames[0], point_at] = table[:, 3:]
-    return Observations(tuple(names), frames, pixels)
+    mirror = tuple(points.get(_of_other_side(name), place) for name, place in points.items())
+    return Observations(tuple(names), frames, pixels, mirror)
 
 
-def _rays(cameras: Mapping[str, Camera], seen: Observations) -> tuple[FloatArray, FloatArray]:
-    """Origins (V, 3) and directions (V, F, L, 3), world."""
-    origins = np.array([cameras[name].position_world for name in seen.views])
-    directions = np.full((*seen.pixels.shape[:3], 3), np.nan)
-    for i, name in enumerate(seen.views):
-        known = np.isfinite(seen.pixels[i]).all(axis=-1)
-        if known.any():
-            directions[i, known] = cameras[name].rays_world(seen.pixels[i, known])
-    return origins, directions
-
-
-def _triangulated(origins: FloatArray, directions: FloatArray, views: list[int]) -> FloatArray:
-    """Points (F, L, 3), world, from some of the views."""
-    rays = np.moveaxis(directions[views], 0, -2)
-    return nearest_to_rays(origins[views], rays)
-
-
-def _distances(camera: Camera, points: FloatArray, pixels: FloatArray) -> FloatArray:
-    difference = camera.project(points) - pixels
-    return np.asarray(np.linalg.norm(difference, axis=-1), dtype=np.float64)
-
-
-def _median(values: FloatArray) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.median(known)) if known.size >= LEAST_POINTS else float("nan")
+def _of_other_side(point: str) -> str:
+    """``right_elbow`` for ``left_elbow``, and the other way round."""
+    side, _, rest = point.partition("_")
+    return f"{'right' if side == 'left' else 'left'}_{rest}" if side in {"left", "right"} else point
 
 
 def _check_place(file: str, cameras: Mapping[str, Camera], seen: Observations) -> Iterator[Finding]:
-    """The view without which the others agree best, if it is far from what they say."""
-    origins, directions = _rays(cameras, seen)
-    verdicts = []
-    for i, name in enumerate(seen.views):
-        others = [j for j in range(len(seen.views)) if j != i]
-        points = _triangulated(origins, directions, others)
-        own = _median(_distances(cameras[name], points, seen.pixels[i]))
-        rest = [_median(_distances(cameras[seen.views[j]], points, seen.pixels[j])) for j in others]
-        verdicts.append((float(np.median(rest)), own, name))
-    agreement, own, name = min(verdicts, key=lambda v: v[0] if np.isfinite(v[0]) else np.inf)
-    if own > DISAGREEMENT_PX and own > DISAGREEMENT_RATIO * agreement:
+    """The view that contradicts the others in place; what is late is measured by itself."""
+    named = [replace(cameras[name], name=name) for name in seen.views]
+    found = disagreeing_camera(named, seen.frame, seen.pixels, seen.mirror)
+    if found is None or np.isfinite(found.late_frames):
+        return
+    if not found.camera:
+        both = " and ".join(found.others)
         yield Finding(
             "warning",
-            f"calibration.toml, view {name}",
-            f"it disagrees with the other cameras: points of {file} that they agree on within"
-            f" {agreement:.0f} px lie {own:.0f} px off in its image (median)",
-            "Leave this view out where accuracy matters, or calibrate it again.",
+            f"calibration.toml, views {both}",
+            f"they disagree: points of {file} lie {found.off_px:.0f} px off (median), and nothing"
+            " tells which of them is wrong",
+            "Check calibration and synchronisation of both; a further view would tell.",
         )
+        return
+    yield Finding(
+        "warning",
+        f"calibration.toml, view {found.camera}",
+        f"it disagrees with the other cameras: points of {file} that they agree on within"
+        f" {found.agreement_px:.0f} px lie {found.off_px:.0f} px off in its image (median)",
+        "Leave this view out where accuracy matters, or calibrate it again.",
+    )
 
 
 def _check_time(

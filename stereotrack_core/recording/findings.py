@@ -31,7 +31,7 @@ __all__ = ["Finding", "Severity", "examine"]
 ORDER: dict[Severity, int] = {"error": 0, "warning": 1, "note": 2}
 
 
-def examine(folder: Path, deep: bool = False) -> tuple[Finding, ...]:
+def examine(folder: Path, deep: bool = False, *, compare: bool = False) -> tuple[Finding, ...]:
     """All findings about a recording folder, the gravest first.
 
     Parameters
@@ -39,7 +39,9 @@ def examine(folder: Path, deep: bool = False) -> tuple[Finding, ...]:
     folder : Path
     deep : bool
         Whether to decode all images too (undecodable, dark and frozen views, gain differences)
-        and to compare the cameras by clicks or board corners that lie beside the recording.
+        and to compare the cameras.
+    compare : bool
+        Whether to compare the cameras by clicks or board corners that lie beside the recording.
     """
     folder = Path(folder)
     complaints: list[InputError] = []
@@ -47,11 +49,15 @@ def examine(folder: Path, deep: bool = False) -> tuple[Finding, ...]:
     findings = [Finding.of(error) for error in complaints]
     if recording is not None:
         paced = not any((error.where or "").endswith(", fps") for error in complaints)
-        findings += _check(recording, readable=not complaints, paced=paced, deep=deep)
+        findings += _check(
+            recording, readable=not complaints, paced=paced, deep=deep, compare=deep or compare
+        )
     return tuple(sorted(findings, key=lambda finding: ORDER[finding.severity]))
 
 
-def _check(recording: Recording, *, readable: bool, paced: bool, deep: bool) -> Iterator[Finding]:
+def _check(
+    recording: Recording, *, readable: bool, paced: bool, deep: bool, compare: bool
+) -> Iterator[Finding]:
     yield from check_cameras(recording)
     yield from check_subject(recording)
     counts: dict[str, tuple[int, Stream]] = {}
@@ -71,7 +77,7 @@ def _check(recording: Recording, *, readable: bool, paced: bool, deep: bool) -> 
     yield from _check_detections(recording)
     if deep and readable and frame_count:
         yield from check_images(recording)
-    if deep and frame_count:
+    if compare and frame_count:
         yield from check_consistency(recording, frame_count)
 
 

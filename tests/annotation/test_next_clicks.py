@@ -136,6 +136,26 @@ def test_probable_mistakes_and_high_residuals_are_to_be_looked_at_again():
     assert found[far].gain_deg > 1.0
 
 
+def test_clicks_of_a_camera_that_is_wrong_itself_are_not_to_be_clicked_again():
+    points = bodies(20)
+    clicks = [
+        replace(one, position=(one.position[0] + 40.0, one.position[1]))
+        if one.camera == "S"
+        else one
+        for one in clicked_every(points, 5)
+    ]
+    keys = [one.key for one in clicks if one.camera == "S"]
+    keys.append(ClickKey(10, "O", "right_hand"))  # drawn aside by that camera
+    fit = fit_of(
+        points,
+        range(0, 20, 5),
+        residuals=dict.fromkeys(keys, np.array([30.0, 0.0])),
+        mistakes=dict.fromkeys(keys, 0.9),
+    )
+    found = next_clicks(RIG, NINE, fit, clicks, wish=Wish(500))
+    assert not [one for one in found if "mistake" in one.reason]
+
+
 def test_swapped_sides_are_told():
     points = bodies(12)
     clicks = {click.key: click for click in clicked_every(points, 4)}

@@ -59,6 +59,14 @@ def small_recording(tmp_path_factory) -> Path:
     return folder
 
 
+@pytest.fixture(scope="session")
+def four_views(tmp_path_factory) -> Path:
+    """Four stereo views of a person, rendered once."""
+    folder = tmp_path_factory.mktemp("recordings") / "four"
+    simulate(folder, person="P2", motion="t-pose", frames=3, views="NOSW", seed=3)
+    return folder
+
+
 @pytest.fixture
 def settings(tmp_path) -> QSettings:
     made = QSettings(str(tmp_path / "settings.ini"), QSettings.Format.IniFormat)
@@ -122,6 +130,16 @@ def annotating(opened, qtbot):
     qtbot.waitUntil(opened.settled, timeout=60_000)
     assert opened.project.why_no_edit() == ""
     return opened
+
+
+@pytest.fixture
+def four(window, qtbot, four_views):
+    """The window in the workspace Annotate, with four views and an empty project."""
+    window.files.open(four_views)
+    qtbot.waitUntil(lambda: window.document.frame_set is not None, timeout=30_000)
+    window.show_workspace_named("annotate")
+    qtbot.waitUntil(window.settled, timeout=60_000)
+    return window
 
 
 @pytest.fixture

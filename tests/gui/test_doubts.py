@@ -89,8 +89,8 @@ def test_with_a_reference_the_errors_are_said_and_whether_anybody_noticed():
     assert frame_words(doubted, close) == words
     far = against(torso=3.0, left_forearm=98.2, right_forearm=47.0, left_upper_arm=25.0)
     assert frame_words(doubted, far) == (
-        "left forearm 98° off the reference (not flagged), right forearm 47° off the reference "
-        "(probably lost) and 1 more"
+        "left forearm 98° off the reference, not flagged; right forearm 47° off the reference, "
+        "probably lost and 1 more"
     )
     hints = {limb: hint for limb, _, _, hint in number_rows(doubted, far)}
     assert hints["left_forearm"] == "far off, not flagged"
@@ -103,7 +103,7 @@ def test_with_a_reference_the_errors_are_said_and_whether_anybody_noticed():
 @pytest.mark.window
 def test_the_status_line_never_calls_a_limb_certain_that_is_off_the_reference(opened, qtbot):
     add_run(opened, "wild", wild=(3,))
-    for shown, words in ((2, "limbs within "), (3, "° off the reference (not flagged)")):
+    for shown, words in ((2, "limbs within "), (3, "° off the reference, not flagged")):
         opened.document.go_to(shown)
         qtbot.waitUntil(opened.settled, timeout=60_000)
         opened.refresh()

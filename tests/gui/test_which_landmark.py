@@ -9,7 +9,6 @@ from PySide6.QtWidgets import QApplication
 
 from stereotrack_core.annotation.click import ClickKey, Visibility
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.simulation.make import simulate
 from tests.gui.hands import (
     CTRL,
     LEFT,
@@ -30,24 +29,6 @@ from tests.gui.hands import (
 pytestmark = pytest.mark.window
 
 VIEWS = "NOSW"
-
-
-@pytest.fixture(scope="session")
-def four_views(tmp_path_factory):
-    """Four stereo views of a person, rendered once."""
-    folder = tmp_path_factory.mktemp("recordings") / "four"
-    simulate(folder, person="P2", motion="t-pose", frames=3, views=VIEWS, seed=3)
-    return folder
-
-
-@pytest.fixture
-def four(window, qtbot, four_views):
-    """The window in the workspace Annotate, with four views and an empty project."""
-    window.files.open(four_views)
-    qtbot.waitUntil(lambda: window.document.frame_set is not None, timeout=30_000)
-    window.show_workspace_named("annotate")
-    qtbot.waitUntil(window.settled, timeout=60_000)
-    return window
 
 
 def annotate_view(window, name, landmarks=NINE.names):

@@ -115,8 +115,7 @@ def words(
     order = np.argsort(-judgement.mistake, kind="stable")
     for i in order[judgement.mistake[order] > MISTAKEN]:
         one, off = measurements[i], float(np.linalg.norm(residual[i]))
-        view = views.get(one.camera, one.camera)
-        said.append(f"{_label(one.landmark)} in {view}: {off:.0f} px off, probably a mistake")
+        said.append(mistake_words(one.landmark, views.get(one.camera, one.camera), off))
     used = used_cameras(measurements, names, judgement.mistake)
     values, vectors = np.linalg.eigh(report.covariance)
     sigma = np.sqrt(np.maximum(values[:, -1], 0.0))
@@ -129,6 +128,11 @@ def words(
         if degrees > _UNSURE_LIMB:
             said.append(f"{_label(limb)}: good to {degrees:.0f} degrees only")
     return tuple(said)
+
+
+def mistake_words(landmark: str, view: str, off_px: float) -> str:
+    """What is said of a click that is probably a gross mistake."""
+    return f"{_label(landmark)} in {view}: {off_px:.0f} px off, probably a mistake"
 
 
 def _label(name: str) -> str:

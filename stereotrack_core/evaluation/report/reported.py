@@ -22,7 +22,6 @@ from stereotrack_core.evaluation.joint_angles.ranges import StretchMotion, range
 from stereotrack_core.evaluation.joint_angles.series import angles_of_run
 from stereotrack_core.evaluation.reference_quality import reference_quality
 from stereotrack_core.evaluation.summary import Summary, summarise, summarise_segments
-from stereotrack_core.recording.consistency import check_consistency
 from stereotrack_core.recording.description import Recording, Segment
 from stereotrack_core.recording.finding import Finding
 from stereotrack_core.recording.findings import examine
@@ -166,7 +165,7 @@ def gathered(
     first, end = int(run.frame[0]), int(run.frame[-1]) + 1
     segments = () if recording is None else _within(recording.segments, first, end)
     on_progress(0.02, "looking at the recording")
-    findings = () if recording is None else _findings(recording)
+    findings = () if recording is None else examine(recording.folder, compare=True)
     accuracy = _accuracy(source, segments)
     angles = angles_of_run(run)
     motion = motion_of(angles, source.fps)
@@ -180,13 +179,6 @@ def gathered(
         smoothing=motion.words,
         differs=() if recording is None else what_differs(run, recording),
     )
-
-
-def _findings(recording: Recording) -> tuple[Finding, ...]:
-    """What examining the folder finds, and whether the cameras agree on what lies beside it."""
-    with FrameReader(recording, read_ahead=0) as reader:
-        frames = reader.frame_count
-    return (*examine(recording.folder), *check_consistency(recording, frames))
 
 
 def _cut(run: Run, frames: tuple[int | None, int | None]) -> Run:

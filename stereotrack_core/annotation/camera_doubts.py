@@ -1,0 +1,148 @@
+"""A camera that contradicts the others over all clicks, so that its clicks are not blamed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from stereotrack_core.annotation.click import Click, ClickKey
+from stereotrack_core.annotation.click_points import click_pixels
+from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
+from stereotrack_core.annotation.landmark_set import LandmarkSet
+from stereotrack_core.annotation.predict import ACCEPTED, PredictedPoint, predicted_point
+from stereotrack_core.arrays import IntArray
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.camera_agreement import (
+    LEAST_RATIO,
+    Disagreement,
+    disagreeing_camera,
+)
+
+_BLOCKS, _BLOCK = 60, 5
+"""Stretches of clicked frames that are asked, and frames in each: movement shows in neighbours."""
+
+_FAR = 4.0
+"""Usual sigmas from which a click lies far from what other cameras say."""
+
+_NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
+
+
+def doubtful_camera(
+    clicks: Iterable[Click], cameras: Mapping[str, Camera], landmark_set: LandmarkSet
+) -> Disagreement | None:
+    """The camera that contradicts the others over all clicks, if one does.
+
+    A camera with a few wrong clicks, or with left and right mixed up, is none. What was accepted
+    lies where the other cameras have put it, and says nothing.
+
+    Parameters
+    ----------
+    clicks : iterable of Click
+        Of all frames.
+    cameras : mapping from name to Camera
+    landmark_set : LandmarkSet
+    """
+    own = [click for click in clicks if click.origin != ACCEPTED]
+    asked = frames_asked(np.unique([click.frame for click in own]).astype(np.int64))
+    own = [click for click in own if click.frame in asked]
+    names = landmark_set.names
+    found = click_pixels(own, cameras, names)
+    other = {name: landmark_set[name].mirror or name for name in names}
+    mirror = [names.index(other[name]) for name in names]
+    pixels = np.moveaxis(found.pixel, 2, 0)
+    return disagreeing_camera(found.cameras, found.frame, pixels, mirror)
+
+
+def frames_asked(clicked: IntArray) -> frozenset[int]:
+    """The clicked frames that are compared: all, or so many that they are spread over all."""
+    blocks = -(-len(clicked) // _BLOCK)
+    chosen = np.linspace(0, blocks - 1, min(blocks, _BLOCKS)).round().astype(np.int64)
+    rows = (chosen[:, None] * _BLOCK + np.arange(_BLOCK)).ravel()
+    return frozenset(int(frame) for frame in clicked[rows[rows < len(clicked)]])
+
+
+def what_disagrees(found: Disagreement, names: Mapping[str, str] | None = None) -> str:
+    """Which camera disagrees with the others and by how much.
+
+    Parameters
+    ----------
+    found : Disagreement
+    names : mapping from camera to str, optional
+        How people call the cameras; by their own names where it says nothing.
+    """
+    called = names or {}
+    if not found.camera:
+        both = " and ".join(called.get(name, name) for name in found.others)
+        return f"{both} disagree by {found.off_px:.0f} px, and nothing tells which of them is wrong"
+    camera, count = called.get(found.camera, found.camera), len(found.others)
+    others = f"the other {_NUMBERS[count] if count < len(_NUMBERS) else count}"
+    if np.isfinite(found.late_frames):
+        when = "later" if found.late_frames > 0 else "earlier"
+        return (
+            f"{camera} shows everything {abs(found.late_frames):.1f} frames {when} than {others}, "
+            f"{found.off_px:.0f} px off"
+        )
+    return f"{camera} disagrees with {others} by {found.off_px:.0f} px"
+
+
+def what_to_do(found: Disagreement) -> str:
+    """What the person should do before clicks are blamed."""
+    if not found.camera:
+        return (
+            "Check calibration and synchronisation of both. Clicks of the same landmarks in a "
+            "further view would tell which is wrong."
+        )
+    if np.isfinite(found.late_frames):
+        return "Check its synchronisation, and state its time offset; its clicks may be right."
+    return "Check its calibration and its synchronisation; its clicks may be right."
+
+
+def own_mistakes(
+    flagged: Iterable[ClickKey],
+    found: Disagreement | None,
+    clicks: Iterable[Click],
+    cameras: Mapping[str, Camera],
+) -> tuple[ClickKey, ...]:
+    """Those of the flagged clicks that look wrong without the camera that disagrees, too.
+
+    Its own clicks are not to blame, nor are those of other cameras that it has drawn the fit away
+    from. All are returned where no camera disagrees.
+
+    Parameters
+    ----------
+    flagged : iterable of ClickKey
+        Clicks that lie far from a fit to all cameras.
+    found : Disagreement or None
+    clicks : iterable of Click
+    cameras : mapping from name to Camera
+    """
+    keys = tuple(flagged)
+    if found is None or not keys:
+        return keys
+    bad = (found.camera,) if found.camera else found.others
+    sound = {name: camera for name, camera in cameras.items() if name not in bad}
+    limit = max(_FAR * USUAL_SIGMA, LEAST_RATIO * float(np.nan_to_num(found.agreement_px)))
+    wanted = {(key.frame, key.landmark) for key in keys}
+    together: dict[tuple[int, str], list[Click]] = {place: [] for place in wanted}
+    for click in clicks:
+        if (click.frame, click.landmark) in wanted:
+            together[click.frame, click.landmark].append(click)
+    wrong = {
+        ClickKey(frame, camera, landmark)
+        for (frame, landmark), own in together.items()
+        for camera in _wrong_ones(predicted_point(sound, own), limit)
+    }
+    return tuple(key for key in keys if key in wrong)
+
+
+def _wrong_ones(point: PredictedPoint | None, limit: float) -> tuple[str, ...]:
+    """Cameras whose click fits none of the others, or else lies farthest off."""
+    if point is None or point.outliers or not point.error_px:
+        return () if point is None else point.outliers
+    worst = max(point.error_px.values())
+    if not worst > limit:
+        return ()
+    # two clicks miss each other by the same, and nobody can say which is wrong
+    both = len(point.error_px) == 2
+    return tuple(name for name, error in point.error_px.items() if both or error == worst)

@@ -1,0 +1,207 @@
+"""A camera that contradicts the others is named; clicks that are wrong themselves stay clicks."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stereotrack_core.annotation.camera_doubts import (
+    doubtful_camera,
+    frames_asked,
+    own_mistakes,
+    what_disagrees,
+    what_to_do,
+)
+from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.annotation.predict import ACCEPTED
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.camera_agreement import disagreeing_camera
+from stereotrack_core.geometry.rotation import rotation_from_vector
+from stereotrack_core.geometry.transform import RigidTransform
+from tests.annotation.scenes import LENSES, MATRIX, bodies, clicks_of, looking_in
+
+NOISE = 2.0
+BODIES = bodies(160, 3)[::2]
+
+
+def rig(rng: np.random.Generator, count: int) -> dict[str, Camera]:
+    """Cameras all around, by name."""
+    turn = rng.uniform(0.0, 360.0)
+    azimuths = turn + np.arange(count) * 360.0 / count + rng.uniform(-25.0, 25.0, count)
+    lens, _ = LENSES["barrel"]
+    return {
+        f"cam{i}": Camera(
+            f"cam{i}", 640, 480, MATRIX, lens, False, looking_in(azimuth, rng.uniform(2.2, 3.5))
+        )
+        for i, azimuth in enumerate(azimuths)
+    }
+
+
+def seen(cameras: dict[str, Camera], points: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Pixels (V, F, 9, 2) with noise."""
+    exact = np.stack([camera.project(points) for camera in cameras.values()])
+    return exact + rng.normal(0.0, NOISE, exact.shape)
+
+
+def turned(camera: Camera, rng: np.random.Generator) -> Camera:
+    """By 3 degrees about any axis."""
+    axis = rng.normal(size=3)
+    turn = rotation_from_vector(np.radians(3.0) * axis / np.linalg.norm(axis))
+    old = camera.camera_from_world
+    moved = RigidTransform(turn @ old.rotation, turn @ old.translation)
+    return replace(camera, camera_from_world=moved)
+
+
+def judged(fault: str, count: int, frames: int, seed: int) -> tuple[str, str, float]:
+    """The faulty camera, the one that is named (``none``, ``pair``), and how late it is said."""
+    rng = np.random.default_rng(seed)
+    cameras = rig(rng, count)
+    name = str(rng.choice(list(cameras)))
+    bad = list(cameras).index(name)
+    first = int(rng.integers(2, len(BODIES) - frames))
+    points = BODIES[first : first + frames]
+    pixels = seen(cameras, points, rng)
+    if fault == "off":
+        angle = rng.uniform(0.0, 2.0 * np.pi)
+        pixels[bad] += 40.0 * np.array([np.cos(angle), np.sin(angle)])
+    elif fault == "turned":
+        pixels[bad] = seen({name: turned(cameras[name], rng)}, points, rng)[0]
+    elif fault == "late":
+        pixels[bad] = seen({name: cameras[name]}, BODIES[first - 2 : first - 2 + frames], rng)[0]
+    elif fault == "wrong clicks":
+        wrong = rng.random(pixels.shape[:3]) < 0.05
+        pixels[wrong] += rng.normal(0.0, 60.0, (int(wrong.sum()), 2))
+    elif fault == "wrong clicks in one":
+        wrong = rng.random(pixels.shape[1:3]) < 0.2
+        pixels[bad, wrong] += rng.normal(0.0, 60.0, (int(wrong.sum()), 2))
+    found = disagreeing_camera(tuple(cameras.values()), first + np.arange(frames), pixels)
+    if found is None:
+        return name, "none", np.nan
+    return name, found.camera or "pair", found.late_frames
+
+
+@pytest.mark.parametrize("frames", [1, 4, 40])
+def test_sound_rigs_are_never_accused(frames):
+    for seed in range(200):
+        count = 2 + seed % 5
+        assert judged("none", count, frames, seed)[1] == "none", (seed, count)
+
+
+@pytest.mark.parametrize("fault", ["wrong clicks", "wrong clicks in one"])
+def test_single_wrong_clicks_are_no_bad_camera(fault):
+    for seed in range(100):
+        _, said, _ = judged(fault, 3 + seed % 3, 4 + seed % 20, seed)
+        assert said == "none", seed
+
+
+@pytest.mark.parametrize(
+    ("fault", "frames", "least"), [("off", 3, 100), ("turned", 3, 90), ("late", 40, 75)]
+)
+def test_the_faulty_one_of_four_is_named_and_never_another(fault, frames, least):
+    """Movement tells of a clock only where something moves; then another is not named instead."""
+    right = 0
+    for seed in range(100):
+        name, said, late = judged(fault, 4, frames, 500 + seed)
+        assert said in {name, "pair", "none"}, seed
+        right += said == name
+        if fault == "late" and said == name:
+            assert late == pytest.approx(2.0, abs=0.5), seed
+    assert right >= least
+
+
+def clicked(
+    seed: int = 0, count: int = 4, frames: int = 3
+) -> tuple[list[Click], dict[str, Camera]]:
+    cameras = rig(np.random.default_rng(seed), count)
+    return clicks_of(BODIES[10 : 10 + frames], cameras, sigma=NOISE, seed=seed), cameras
+
+
+def off(clicks: list[Click], camera: str, x: float = 32.0, y: float = 24.0) -> list[Click]:
+    return [
+        replace(one, position=(one.position[0] + x, one.position[1] + y))
+        if one.camera == camera and one.position is not None
+        else one
+        for one in clicks
+    ]
+
+
+def test_it_is_said_by_how_much_and_what_to_do():
+    clicks, cameras = clicked()
+    assert doubtful_camera(clicks, cameras, NINE) is None
+    found = doubtful_camera(off(clicks, "cam3"), cameras, NINE)
+    assert found is not None
+    assert found.off_px == pytest.approx(40.0, abs=4.0)
+    assert found.agreement_px < 4.0
+    assert (found.count, found.off) == (27, 27)
+    assert what_disagrees(found) == f"cam3 disagrees with the other three by {found.off_px:.0f} px"
+    assert what_disagrees(found, {"cam3": "west"}).startswith("west disagrees")
+    assert "calibration" in what_to_do(found)
+    assert "synchronisation" in what_to_do(found)
+
+
+def test_two_cameras_cannot_tell_which_is_wrong():
+    clicks, cameras = clicked(seed=4, count=2, frames=4)
+    assert doubtful_camera(clicks, cameras, NINE) is None
+    found = doubtful_camera(off(clicks, "cam1", 0.0, 60.0), cameras, NINE)
+    assert found is not None
+    assert (found.camera, found.others) == ("", ("cam0", "cam1"))
+    assert "cam0 and cam1 disagree by" in what_disagrees(found)
+    assert "nothing tells which" in what_disagrees(found)
+    assert "further view" in what_to_do(found)
+    keys = [one.key for one in clicks]
+    assert own_mistakes(keys, found, clicks, cameras) == ()
+
+
+def test_clicks_are_to_blame_only_for_what_is_wrong_without_that_camera():
+    clicks, cameras = clicked()
+    wrong = off(clicks, "cam3")
+    x, y = wrong[4].position
+    wrong[4] = replace(wrong[4], position=(x + 45.0, y))
+    assert wrong[4].camera != "cam3"
+    found = doubtful_camera(wrong, cameras, NINE)
+    same = (wrong[4].frame, wrong[4].landmark)
+    keys = [one.key for one in wrong if one.camera == "cam3" or (one.frame, one.landmark) == same]
+    assert own_mistakes(keys, found, wrong, cameras) == (wrong[4].key,)
+    assert own_mistakes(keys, None, wrong, cameras) == tuple(keys)
+    assert own_mistakes([], found, wrong, cameras) == ()
+
+
+def test_mixed_up_sides_are_no_bad_camera():
+    clicks, cameras = clicked(seed=2, frames=5)
+    mirror = {name: NINE[name].mirror or name for name in NINE.names}
+    swapped = [
+        replace(one, landmark=mirror[one.landmark]) if one.camera == "cam1" else one
+        for one in clicks
+    ]
+    assert doubtful_camera(swapped, cameras, NINE) is None
+
+
+def test_what_was_accepted_says_nothing():
+    clicks, cameras = clicked(seed=5)
+    wrong = off(clicks, "cam0")
+    accepted = [replace(one, frame=one.frame + 10, origin=ACCEPTED) for one in clicks] * 4
+    found = doubtful_camera([*wrong, *accepted], cameras, NINE)
+    assert found is not None
+    assert (found.camera, found.count) == ("cam0", 27)
+
+
+def test_too_few_clicks_accuse_nobody():
+    clicks, cameras = clicked(seed=6, frames=1)
+    wrong = off(clicks, "cam0")
+    few = [one for one in wrong if one.landmark in NINE.names[:5]]
+    assert doubtful_camera(few, cameras, NINE) is None
+    assert doubtful_camera([], cameras, NINE) is None
+    lonely = [one for one in wrong if one.camera == "cam0"]
+    assert doubtful_camera(lonely, cameras, NINE) is None
+
+
+def test_a_long_recording_is_asked_in_neighbouring_frames_all_over_it():
+    assert frames_asked(np.arange(7)) == frozenset(range(7))
+    assert frames_asked(np.empty(0, dtype=np.int64)) == frozenset()
+    asked = sorted(frames_asked(np.arange(0, 20_000, 2)))
+    assert len(asked) == 300
+    assert (asked[0], asked[-1]) == (0, 19_998)
+    assert np.median(np.diff(asked)) == 2
