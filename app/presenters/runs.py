@@ -13,11 +13,10 @@ from PySide6.QtCore import QObject, Signal
 from stereotrack_core.arrays import IntArray
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import hanging_pose
-from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.project.run_facts import RunFacts
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.estimate import Estimate
-from stereotrack_core.tracking.frame import Origin, TrackedFrame, run_of
+from stereotrack_core.tracking.frame import Origin, TrackedFrame, cloudless, run_of
 from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
@@ -59,6 +58,8 @@ class RunEntry:
         Name under which the project keeps it; empty where it does not.
     facts : RunFacts or None
         What the project says about it; its frames are there when they have been read.
+    journal : Path or None
+        File that its frames go to while it is tracked, until the project keeps it.
     """
 
     name: str
@@ -75,6 +76,7 @@ class RunEntry:
     kind: Kind = "run"
     kept: str = ""
     facts: RunFacts | None = None
+    journal: Path | None = None
 
     @property
     def waiting(self) -> bool:
@@ -247,9 +249,6 @@ def frames_of_run(run: Run) -> dict[int, TrackedFrame]:
 def _stored_frame(run: Run, i: int) -> TrackedFrame:
     pose = pose_of_run(run, i)
     frame = int(run.frame[i])
-    nothing = Cloud(
-        frame, np.empty((0, 3)), np.empty(0, np.int64), np.empty((0, 2), np.int64), (), {}
-    )
     estimate = Estimate(
         tracked=pose is not None,
         reason="" if pose is not None else "the run has no pose here",
@@ -263,4 +262,4 @@ def _stored_frame(run: Run, i: int) -> TrackedFrame:
         limb_lost=run.limb_lost[i],
     )
     seconds = dict(zip(run.stage_names, run.seconds[i].tolist(), strict=True))
-    return TrackedFrame(frame, estimate, run.landmarks[i], nothing, seconds)
+    return TrackedFrame(frame, estimate, run.landmarks[i], cloudless(frame), seconds)

@@ -23,6 +23,7 @@ from stereotrack_core.tracking.estimate import (
     OVERCONFIDENCE,
     Correspondences,
     Estimate,
+    Memory,
     Prior,
     limb_sigma_deg,
 )
@@ -120,6 +121,22 @@ class ManifoldTracker:
         self.movement = difference(self.pose, before, self.joints)
         self._prior, self._anew = None if self._anew else self._prior, False
         return self.estimate(cloud, surface, innovation, time.perf_counter() - begun)
+
+    def memory(self) -> Memory:
+        """All that the next step depends on; see :class:`Tracker`."""
+        return {
+            "position": self.pose.position,
+            "rotations": self.pose.rotations,
+            "P": self.P,
+            "movement": self.movement,
+            "anew": np.array(self._anew),
+        }
+
+    def recall(self, memory: Memory) -> None:
+        """Go on as the tracker would whose memory this is."""
+        self.start(Pose(memory["position"], memory["rotations"]))
+        self.P, self.movement = memory["P"], memory["movement"]
+        self._anew = bool(memory["anew"])
 
     def observe(self, cloud: Cloud) -> None:
         """Let all sensors see the frame, once."""
