@@ -168,7 +168,7 @@ class FileWork(QObject):
     def ask_for_run(self) -> None:
         """Let the person choose a stored run."""
         chosen, _ = QFileDialog.getOpenFileName(
-            self._window, "Open a run", "", "Complete run (*.npz)"
+            self._window, "Open a run", "", "Run (*.npz *.part)"
         )
         if chosen:
             self.open_run(Path(chosen))
