@@ -257,7 +257,7 @@ def _frame_of(record: Record) -> TrackedFrame:
     number = int(facts["frame"])
     problems = {str(view): str(words) for view, words in facts["problems"].items()}
     stages = {str(stage): float(spent) for stage, spent in facts["stages"].items()}
-    counts = {str(view): _counts(told) for view, told in facts["counts"].items()}
+    counts = {str(view): _counts(told) for view, told in facts.get("counts", {}).items()}
     landmarks = _shaped(arrays["landmarks"], len(LANDMARKS), 3)
     return TrackedFrame(number, estimate, landmarks, cloudless(number, problems, counts), stages)
 
