@@ -17,6 +17,7 @@ from stereotrack_core.project.run_facts import RunFacts
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.frame import Origin, TrackedFrame, cloudless, run_of
+from stereotrack_core.tracking.misfit import WARNINGS
 from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
@@ -58,6 +59,8 @@ class RunEntry:
         Name under which the project keeps it; empty where it does not.
     facts : RunFacts or None
         What the project says about it; its frames are there when they have been read.
+    warnings : tuple of str
+        What its signs say that is wrong with it.
     journal : Path or None
         File that its frames go to while it is tracked, until the project keeps it.
     """
@@ -76,6 +79,7 @@ class RunEntry:
     kind: Kind = "run"
     kept: str = ""
     facts: RunFacts | None = None
+    warnings: tuple[str, ...] = ()
     journal: Path | None = None
 
     @property
@@ -108,7 +112,8 @@ class RunEntry:
         if self.origin is None:
             return None
         run = run_of(list(self.ordered()), self.origin)
-        return replace(run, meta={**run.meta, "wall_seconds": self.wall_seconds})
+        more = {"wall_seconds": self.wall_seconds, WARNINGS: list(self.warnings)}
+        return replace(run, meta={**run.meta, **more})
 
     def frames_per_second(self) -> float | None:
         """How fast it was tracked; None where that is not known."""

@@ -19,6 +19,7 @@ from stereotrack_core.interop.run_journal import RunJournal
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.frame import Origin, TrackedFrame
+from stereotrack_core.tracking.misfit import CHECK, misfits
 from stereotrack_core.tracking.pipeline import FirstPose, Pipeline
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.settings import Settings
@@ -269,8 +270,10 @@ class TrackPresenter(QObject):
         self._collect()
         self._timer.stop()
         self._worker = self._entry = None
-        if entry is not None and not entry.frames:
-            self._runs.remove(entry)
+        if entry is not None:
+            entry.warnings = misfits(entry.frames.values(), worker.order.settings)
+            if not entry.frames:
+                self._runs.remove(entry)
         self.state_changed.emit()
 
     def last_pose(self) -> Pose | None:
@@ -324,12 +327,16 @@ class TrackPresenter(QObject):
         if not entry.frames:
             self._runs.remove(entry)
         self.state_changed.emit()
-        self._tell_if_nobody(worker.order, entry)
+        self._tell_signs(worker.order, entry)
         self.finished.emit(entry)
 
-    def _tell_if_nobody(self, order: Order, entry: RunEntry) -> None:
-        """Say why nobody was tracked, where that is so."""
+    def _tell_signs(self, order: Order, entry: RunEntry) -> None:
+        """Say why nobody was tracked, where that is so, or that nothing fits."""
         frames = entry.frames.values()
+        entry.warnings = misfits(frames, order.settings)
+        if entry.warnings:
+            what = "; ".join(entry.warnings)
+            self.message.emit(Message("warning", what, entry.name, CHECK))
         if not frames or any(frame.tracked for frame in frames):
             return
         causes = Untracked(order.recording, order.settings).take(frames).causes()

@@ -82,6 +82,7 @@ def make_demo_recording(places: DemoPlaces) -> None:
 
 def run(args: Namespace) -> int:
     """Make the recording, track it, write the run and print the tables."""
+    from stereotrack_core.cli.track_signs import say_signs
     from stereotrack_core.cli.tracking_job import track_recording
     from stereotrack_core.cli.unfinished import UnfinishedOutput
     from stereotrack_core.evaluation.errors import errors_against
@@ -119,6 +120,7 @@ def run(args: Namespace) -> int:
         put_table(error_table(summary, title, facts["frames_per_second"]))
         put_table(segment_table(parts))
     say(f"The recording is in {places.recording}, the run in {places.run}.")
+    say_signs(job)
     return FAILED if job.stopped or job.nothing else OK
 
 

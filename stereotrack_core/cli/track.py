@@ -128,7 +128,7 @@ def _track(plan: Plan, output: UnfinishedOutput) -> TrackingJob:
 
 def _tell(args: Namespace, plan: Plan, job: TrackingJob, place: Path | None) -> int:
     """Say what came out, and for a run that was repeated whether it is the same."""
-    from stereotrack_core.cli.unfinished import say_why_nothing
+    from stereotrack_core.cli.track_signs import say_signs
     from stereotrack_core.tracking.repeating import sameness
 
     same = sameness(plan.like, job.run) if plan.like is not None and plan.exact else None
@@ -142,8 +142,7 @@ def _tell(args: Namespace, plan: Plan, job: TrackingJob, place: Path | None) -> 
             f"{counted(len(job.changed), 'frame')} that had been tracked before came out "
             "otherwise now, so the run is not what it had been without a stop; the new ones hold."
         )
-    if job.nothing:
-        say_why_nothing(job)
+    say_signs(job)
     if job.stopped or job.nothing:
         return FAILED
     if same is not None:

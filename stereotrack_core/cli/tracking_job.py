@@ -77,6 +77,7 @@ class TrackingJob:
             "tracked": int(tracked.sum()),
             "not_tracked": self.gaps,
             "blind_views": self.blind,
+            "warnings": list(run.meta["warnings"]),
             "untracked_because": self.untracked.causes(),
             "points": self.untracked.counts,
             "smoothed": bool(run.meta.get("smoothed", False)),

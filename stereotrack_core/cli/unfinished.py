@@ -115,13 +115,6 @@ class UnfinishedOutput:
         return self.output
 
 
-def say_why_nothing(job: TrackingJob) -> None:
-    """Say why nobody was tracked, and what to do about it."""
-    say(f"Nobody was tracked in any of the {counted(len(job.run.frame), 'frame')}.")
-    for cause in job.untracked.causes():
-        say(cause.sentence())
-
-
 def say_if_unfinished(path: Path, run: Run) -> None:
     """Say where a run lacks frames that are still to come."""
     from stereotrack_core.tracking.unfinished import INCOMPLETE

@@ -35,6 +35,7 @@ from stereotrack_core.tracking.lengths_fit import (
     WellSeenFrames,
     lengths_by_height,
 )
+from stereotrack_core.tracking.misfit import with_warnings
 from stereotrack_core.tracking.outlines.edges import edge_maps
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.run import Run
@@ -436,9 +437,8 @@ def track(
                 on_frame(tracked)
             if cancelled is not None and cancelled():
                 break
-        if smooth:
-            return pipeline.smoothed_run(found)
-        return run_of(found, pipeline.origin())
+        run = pipeline.smoothed_run(found) if smooth else run_of(found, pipeline.origin())
+        return with_warnings(run, found, settings)
 
 
 def _nothing(_: object) -> None:
