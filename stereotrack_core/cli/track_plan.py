@@ -135,11 +135,13 @@ def _plan_like(args: Namespace, recording: Recording) -> Plan:
 
 def _plan_resumed(args: Namespace, recording: Recording, output: UnfinishedOutput) -> Plan:
     """As the unfinished run was begun; nothing may be otherwise."""
+    from stereotrack_core.interop.run_npz import check_run
     from stereotrack_core.recording.depth_views import usable_views
     from stereotrack_core.tracking.repeating import other_files, other_versions, recipe_of
 
     begun, wish = output.begun()
     run = begun.run()
+    check_run(output.part, run)
     recipe = recipe_of(run)
     views = usable_views(recording, recipe.views)
     detections, heard_else = recipe.detections_in(recording)

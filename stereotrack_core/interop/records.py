@@ -22,9 +22,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stereotrack_core.file_lock import take_lock
+from stereotrack_core.reading import MB, open_file
 
 _FRAME = struct.Struct("<4sII")
 """Kind of record, length and checksum of what follows."""
+
+_MOST_BYTES = 16384 * MB
 
 _TYPES = ("<f8", "<i8", "|u1", "|b1")
 
@@ -117,12 +120,12 @@ def read_records(path: Path, magic: bytes) -> Iterator[Record]:
 
     Raises
     ------
-    OSError
-        Where the file cannot be read.
+    InputError
+        Where there is no such file, or it cannot be read.
     ValueError
         Where it does not begin with these bytes.
     """
-    with path.open("rb") as file:
+    with open_file(path, _MOST_BYTES) as file:
         for kind, payload in _payloads(file, magic):
             with contextlib.suppress(*_NO_RECORD):
                 yield _unpacked(kind, payload)

@@ -12,7 +12,7 @@ from stereotrack_core.interop.reference_npz import (
     read_reference,
 )
 from stereotrack_core.interop.run_journal import PART_SUFFIX, read_unfinished
-from stereotrack_core.interop.run_npz import read_npz, write_npz
+from stereotrack_core.interop.run_npz import check_run, read_npz, write_npz
 from stereotrack_core.reading import check_file
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.run import Run
@@ -119,7 +119,9 @@ def read_run(path: Path) -> Run:
     path = Path(path)
     check_file(path)
     if path.suffix.lower() == PART_SUFFIX:
-        return read_unfinished(path)[0].run()
+        run = read_unfinished(path)[0].run()
+        check_run(path, run)
+        return run
     if path.suffix.lower() != ".npz":
         raise InputError(
             "this file does not hold a complete run",

@@ -20,15 +20,20 @@ from stereotrack_core.body.skeleton import PARTS
 from stereotrack_core.depth.cloud import PointCounts
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.records import Record, RecordFile, read_records
+from stereotrack_core.reading import decoding
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.estimate import Estimate, Prior
 from stereotrack_core.tracking.frame import Origin, TrackedFrame, cloudless
+from stereotrack_core.tracking.run_meta import check_meta
 from stereotrack_core.tracking.unfinished import Checkpoint, UnfinishedRun
 
 PART_SUFFIX = ".part"
 
 _MAGIC = b"strun 1\n"
 _HEAD, _FRAME, _TRACKER = "head", "fram", "trac"
+
+_FOREIGN = "this is not an unfinished run of this program, or its beginning is damaged"
+_REMEDY = f"Give a file {PART_SUFFIX} that `stereotrack track` left, or move it away."
 
 _SIGNS = ("coverage", "residual", "innovation", "aside")
 
@@ -88,7 +93,7 @@ class RunJournal:
                 remedy="Wait until it has ended, or name another output.",
             ) from None
         except ValueError:
-            raise _foreign(path) from None
+            raise InputError(_FOREIGN, where=str(path), remedy=_REMEDY) from None
         except OSError as error:
             raise InputError(
                 f"no file can be written there ({error.strerror})",
@@ -125,13 +130,13 @@ class RunJournal:
 
 
 def has_frames(path: Path) -> bool:
-    """Whether there is an unfinished run with at least one frame."""
+    """Whether there is an unfinished run with at least one frame, or something that is not ours."""
+    if not path.exists():
+        return False
     try:
         return any(record.kind == _FRAME for record in read_records(path, _MAGIC))
-    except FileNotFoundError:
-        return False
-    except (OSError, ValueError):
-        return True  # something that is not ours to remove
+    except (InputError, ValueError):
+        return True
 
 
 def read_unfinished(path: Path) -> tuple[UnfinishedRun, Wish]:
@@ -146,7 +151,7 @@ def read_unfinished(path: Path) -> tuple[UnfinishedRun, Wish]:
     frames: dict[int, TrackedFrame] = {}
     checkpoints: dict[int, Checkpoint] = {}
     seconds = 0.0
-    try:
+    with decoding(path, _FOREIGN, _REMEDY):
         for record in read_records(path, _MAGIC):
             if record.kind == _HEAD:
                 head = record
@@ -155,25 +160,12 @@ def read_unfinished(path: Path) -> tuple[UnfinishedRun, Wish]:
                 frames[frame.frame] = frame
                 seconds = max(seconds, float(record.facts["seconds"]))
             elif record.kind == _TRACKER:
-                after = Checkpoint(
-                    int(record.facts["frame"]), bool(record.facts["started"]), record.arrays
-                )
-                checkpoints[after.frame] = after
+                number, started = int(record.facts["frame"]), bool(record.facts["started"])
+                checkpoints[number] = Checkpoint(number, started, record.arrays)
         if head is None:
             raise ValueError("it does not say where the frames come from")
+        check_meta(head.facts["meta"], f"{path}, meta", _REMEDY)
         return _unfinished(head, frames, checkpoints, seconds)
-    except FileNotFoundError:
-        raise InputError(
-            "there is no such file", where=str(path), remedy="Check the path."
-        ) from None
-    except OSError as error:
-        raise InputError(
-            f"the file cannot be read ({error.strerror})",
-            where=str(path),
-            remedy="Take another copy of the file.",
-        ) from None
-    except (ValueError, KeyError, TypeError):
-        raise _foreign(path) from None
 
 
 def _unfinished(
@@ -275,11 +267,3 @@ def _shaped(array: FloatArray, *shape: int) -> FloatArray:
     if array.shape != shape or array.dtype != np.float64:
         raise ValueError("an array of another shape")
     return array
-
-
-def _foreign(path: Path) -> InputError:
-    return InputError(
-        "this is not an unfinished run of this program, or its beginning is damaged",
-        where=str(path),
-        remedy=f"Give a file {PART_SUFFIX} that `stereotrack track` left, or move it away.",
-    )

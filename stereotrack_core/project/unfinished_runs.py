@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stereotrack_core.file_lock import take_lock
-from stereotrack_core.interop.run_journal import PART_SUFFIX, read_unfinished
+from stereotrack_core.interop.run_file import read_run
+from stereotrack_core.interop.run_journal import PART_SUFFIX
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.runs import free_name, keep_run, kept_runs
 from stereotrack_core.tracking.run import Run
@@ -51,7 +52,7 @@ def take_in(project: Project, path: Path) -> TakenIn | None:
     InputError
         Where the file holds something else, or the project cannot be written to; it stays then.
     """
-    run = read_unfinished(path)[0].run()
+    run = read_run(path)
     taken = None
     if len(run.frame) and not _is_kept(project, run):
         last = int(run.frame[-1])

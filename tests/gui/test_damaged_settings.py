@@ -17,7 +17,10 @@ from tests.reading.mutations import TOKENS, mutated_bytes, mutated_lines
 VALUES = (
     *(b"@Variant(\\0\\0\\0\\x7f\\0\\0\\0\\xe)", b"@Variant(\\0\\0\\0\\b\\xff\\xff\\xff\\xff)"),
     *(b"@Invalid()", b"@ByteArray(\\x1\\xd9\\xd0\\xcb", b"@Rect(1 2 3 4)", b"a, b, c", b"maybe"),
-    *(b"@Variant(\\0\\0\\0\\t\\0\\0\\0\\x1\\0\\0\\0\\n\\0\\0\\0\\x2\\0\\x61)", b"/\\0, /recordings/x"),
+    *(
+        b"@Variant(\\0\\0\\0\\t\\0\\0\\0\\x1\\0\\0\\0\\n\\0\\0\\0\\x2\\0\\x61)",
+        b"/\\0, /recordings/x",
+    ),
 )
 FEW, WINDOWS, MANY = 30, 40, 2000
 
