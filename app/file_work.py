@@ -15,6 +15,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_file import read_run, write_run
 from stereotrack_core.project.whereabouts import SUFFIX
 from stereotrack_core.simulation.make import demo_recording
+from stereotrack_core.tracking.unfinished import INCOMPLETE
 
 from .failures import Message
 from .picture_file import write_picture
@@ -169,7 +170,7 @@ class FileWork(QObject):
     def ask_for_run(self) -> None:
         """Let the person choose a stored run."""
         chosen, _ = QFileDialog.getOpenFileName(
-            self._window, "Open a run", "", "Complete run (*.npz)"
+            self._window, "Open a run", "", "Run (*.npz *.part)"
         )
         if chosen:
             self.open_run(Path(chosen))
@@ -191,6 +192,15 @@ class FileWork(QObject):
                     f"this run was tracked in the recording {made_of}, not in {recording.name}",
                     path.name,
                     "Its curves may mean nothing here.",
+                )
+            )
+        if entry.stored.meta.get(INCOMPLETE):
+            self._window.messages.show_message(
+                Message(
+                    "note",
+                    f"this run was stopped after {len(entry.frames)} frames",
+                    path.name,
+                    "Where its file .part is there, `stereotrack track --resume` goes on with it.",
                 )
             )
         self._window.runs.add(entry)

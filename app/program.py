@@ -132,7 +132,8 @@ class WindowProgram:
         title = f"Demo recording, preset {entry.preset}, {len(entry.frames)} frames"
         put_table(error_table(summarise(errors), title, entry.frames_per_second()))
         put_table(segment_table(summarise_segments(errors, recording.segments)))
-        if place is not None:
+        complete = len(entry.frames) == len(entry.wanted)
+        if place is not None and (complete or not place.exists()):
             self.window.files.save_run(entry, place)
             say(f"The run is in {place}.")
 

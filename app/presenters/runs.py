@@ -13,11 +13,11 @@ from PySide6.QtCore import QObject, Signal
 from stereotrack_core.arrays import IntArray
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import hanging_pose
-from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.project.run_facts import RunFacts
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.estimate import Estimate
-from stereotrack_core.tracking.frame import Origin, TrackedFrame, run_of
+from stereotrack_core.tracking.frame import Origin, TrackedFrame, cloudless, run_of
+from stereotrack_core.tracking.misfit import WARNINGS
 from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
@@ -36,7 +36,7 @@ class RunNow:
     ----------
     frames : tuple of TrackedFrame
         In their order.
-    stored, origin, wall_seconds
+    stored, origin, wall_seconds, warnings, journal
         See :class:`RunEntry`.
     """
 
@@ -44,6 +44,8 @@ class RunNow:
     stored: Run | None
     origin: Origin | None
     wall_seconds: float
+    warnings: tuple[str, ...]
+    journal: Path | None
 
     def run(self) -> Run | None:
         """Put the run together; None while nothing is known of its origin."""
@@ -52,7 +54,8 @@ class RunNow:
         if self.origin is None:
             return None
         run = run_of(list(self.frames), self.origin)
-        return replace(run, meta={**run.meta, "wall_seconds": self.wall_seconds})
+        more = {"wall_seconds": self.wall_seconds, WARNINGS: list(self.warnings)}
+        return replace(run, meta={**run.meta, **more})
 
 
 @dataclass(eq=False)
@@ -86,6 +89,10 @@ class RunEntry:
         Name under which the project keeps it; empty where it does not.
     facts : RunFacts or None
         What the project says about it; its frames are there when they have been read.
+    warnings : tuple of str
+        What its signs say that is wrong with it.
+    journal : Path or None
+        File that its frames go to while it is tracked, until the project keeps it.
     """
 
     name: str
@@ -102,6 +109,8 @@ class RunEntry:
     kind: Kind = "run"
     kept: str = ""
     facts: RunFacts | None = None
+    warnings: tuple[str, ...] = ()
+    journal: Path | None = None
 
     @property
     def waiting(self) -> bool:
@@ -132,7 +141,10 @@ class RunEntry:
 
     def now(self) -> RunNow:
         """What it holds now, for work in another thread."""
-        return RunNow(tuple(self.ordered()), self.stored, self.origin, self.wall_seconds)
+        return RunNow(
+            tuple(self.ordered()), self.stored, self.origin, self.wall_seconds,
+            self.warnings, self.journal,
+        )  # fmt: skip
 
     def frames_per_second(self) -> float | None:
         """How fast it was tracked; None where that is not known."""
@@ -273,9 +285,6 @@ def frames_of_run(run: Run) -> dict[int, TrackedFrame]:
 def _stored_frame(run: Run, i: int) -> TrackedFrame:
     pose = pose_of_run(run, i)
     frame = int(run.frame[i])
-    nothing = Cloud(
-        frame, np.empty((0, 3)), np.empty(0, np.int64), np.empty((0, 2), np.int64), (), {}
-    )
     estimate = Estimate(
         tracked=pose is not None,
         reason="" if pose is not None else "the run has no pose here",
@@ -289,4 +298,4 @@ def _stored_frame(run: Run, i: int) -> TrackedFrame:
         limb_lost=run.limb_lost[i],
     )
     seconds = dict(zip(run.stage_names, run.seconds[i].tolist(), strict=True))
-    return TrackedFrame(frame, estimate, run.landmarks[i], nothing, seconds)
+    return TrackedFrame(frame, estimate, run.landmarks[i], cloudless(frame), seconds)

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import dataclass
+from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
@@ -15,14 +16,17 @@ from stereotrack_core.body.model import BodyModel, body_model
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.errors import Cancelled
+from stereotrack_core.interop.run_journal import RunJournal
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.frame import Origin, TrackedFrame
+from stereotrack_core.tracking.misfit import CHECK, misfits
 from stereotrack_core.tracking.pipeline import FirstPose, Pipeline
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.settings import Settings
+from stereotrack_core.tracking.untracked import Untracked
 
-from ..failures import message_of
+from ..failures import Message, message_of
 from ..tasks.shared import Shared
 from ..tasks.threaded import WorkThread
 from .runs import RunEntry, RunList
@@ -32,7 +36,7 @@ UPDATES_PER_SECOND = 20
 
 @dataclass(frozen=True, eq=False)
 class Order:
-    """What the tracker shall do."""
+    """What the tracker shall do; every frame goes to the journal at once, where there is one."""
 
     recording: Recording
     settings: Settings
@@ -40,6 +44,7 @@ class Order:
     frames: range
     init: FirstPose
     reader: Shared[FrameReader] | None
+    journal: Path | None = None
 
 
 class TrackWorker:
@@ -102,7 +107,10 @@ class TrackWorker:
     def _run(self) -> None:
         order = self.order
         begun = time.perf_counter()
+        keeper: RunJournal | None = None
         try:
+            if order.journal is not None:
+                keeper = RunJournal(order.journal, lambda: self.worked_seconds)
             with (
                 order.reader.used() if order.reader is not None else nullcontext() as reader,
                 Pipeline(
@@ -111,6 +119,7 @@ class TrackWorker:
                     init=order.init,
                     reader=reader,
                     preset=order.preset,
+                    keeper=keeper,
                 ) as pipeline,
             ):
                 pipeline.on_first_pass = self._go_on_preparing
@@ -124,6 +133,8 @@ class TrackWorker:
         except Exception as error:  # noqa: BLE001 - handed to the window, which shows it
             self.error = error
         finally:
+            if keeper is not None:
+                keeper.close()
             self.done = True
 
     def _go_on_preparing(self, _: TrackedFrame) -> None:
@@ -175,6 +186,7 @@ class TrackPresenter(QObject):
         self._entry: RunEntry | None = None
         self.preset = "accurate"
         self.settings = self.base = preset(self.preset)
+        self.place_for_run: Callable[[], Path | None] = lambda: None
         self._timer = QTimer(self, interval=1000 // UPDATES_PER_SECOND)
         self._timer.timeout.connect(self._collect)
 
@@ -232,7 +244,10 @@ class TrackPresenter(QObject):
         self._entry = RunEntry(name, self.preset, self.settings, body, frames)
         # the tracker never sees the truth
         unaided = dataclasses.replace(recording, reference=None)
-        self._worker = TrackWorker(Order(unaided, self.settings, self.preset, frames, init, reader))
+        self._entry.journal = self.place_for_run()
+        self._worker = TrackWorker(
+            Order(unaided, self.settings, self.preset, frames, init, reader, self._entry.journal)
+        )
         self._worker.allow(allowed)
         self._timer.start()
         self._runs.add(self._entry)
@@ -261,8 +276,10 @@ class TrackPresenter(QObject):
         self._collect()
         self._timer.stop()
         self._worker = self._entry = None
-        if entry is not None and not entry.frames:
-            self._runs.remove(entry)
+        if entry is not None:
+            entry.warnings = misfits(entry.frames.values(), worker.order.settings)
+            if not entry.frames:
+                self._runs.remove(entry)
         self.state_changed.emit()
 
     def last_pose(self) -> Pose | None:
@@ -316,4 +333,24 @@ class TrackPresenter(QObject):
         if not entry.frames:
             self._runs.remove(entry)
         self.state_changed.emit()
+        self._tell_signs(worker.order, entry)
         self.finished.emit(entry)
+
+    def _tell_signs(self, order: Order, entry: RunEntry) -> None:
+        """Say why nobody was tracked, where that is so, or that nothing fits."""
+        frames = entry.frames.values()
+        entry.warnings = misfits(frames, order.settings)
+        if entry.warnings:
+            what = "; ".join(entry.warnings)
+            self.message.emit(Message("warning", what, entry.name, CHECK))
+        if not frames or any(frame.tracked for frame in frames):
+            return
+        causes = Untracked(order.recording, order.settings).take(frames).causes()
+        self.message.emit(
+            Message(
+                "warning",
+                "nobody was tracked in any of its frames",
+                entry.name,
+                " ".join(cause.sentence() for cause in causes),
+            )
+        )

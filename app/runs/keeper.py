@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import Any
 from weakref import WeakKeyDictionary, WeakSet
 
@@ -31,11 +32,17 @@ from stereotrack_core.project.runs import (
     load_run,
 )
 from stereotrack_core.project.schema import RUN
+from stereotrack_core.project.unfinished_runs import (
+    TakenIn,
+    place_for_run,
+    take_in,
+    unfinished_runs,
+)
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.stored import body_of_run
 
-from ..failures import message_of
+from ..failures import Message, message_of
 from ..presenters.document import DocumentPresenter
 from ..presenters.project_file import ProjectPresenter
 from ..presenters.runs import RunEntry, RunList, RunNow, frames_of_run
@@ -89,6 +96,8 @@ class RunKeeper(QObject):
         self._wanted: WeakSet[RunEntry] = WeakSet()
         self._listed: Project | None = None
         self._facts: WeakKeyDictionary[RunEntry, tuple[int, RunFacts]] = WeakKeyDictionary()
+        self._taking: Task | None = None
+        track.place_for_run = self._place_for_run
         self._soon = QTimer(self, singleShot=True, interval=0)
         self._soon.timeout.connect(self._look)
         for signal in (project.opened, track.state_changed, runs.changed, runs.active_changed):
@@ -101,7 +110,7 @@ class RunKeeper(QObject):
 
     def settled(self) -> bool:
         """Whether every run that is to be kept or shown is."""
-        return not self._soon.isActive() and not self._busy
+        return not self._soon.isActive() and not self._busy and self._taking is None
 
     def why_not_kept(self, entry: RunEntry) -> str:
         """Why a run is not in the project, as a sentence; empty where it is."""
@@ -177,6 +186,7 @@ class RunKeeper(QObject):
         if project is not self._listed:
             self._listed = project
             self._list(project)
+            self._take_in_what_is_left(project)
         if not project.read_only:
             for entry in self._to_keep()[:1]:  # the next one when this one has its name
                 self._begin_keeping(entry)
@@ -273,6 +283,43 @@ class RunKeeper(QObject):
                 first = bool(shown) and one.name == shown[0]
                 self._runs.add(entry, active=first and self._runs.active is None)
 
+    # ---- what was under way when the program ended
+
+    def _place_for_run(self) -> Path | None:
+        project = self._project.project
+        return None if project is None or project.read_only else place_for_run(project.path)
+
+    def _take_in_what_is_left(self, project: Project) -> None:
+        if project.read_only or not unfinished_runs(project.path):
+            return
+        self._taking = self._tasks.begin(
+            "keeping what was interrupted", lambda _task: _taken_in(project), self._on_taken_in
+        )
+        self._taking.ended.connect(self._on_taking_ended)
+
+    @Slot(object)
+    def _on_taken_in(self, taken: tuple[list[TakenIn], list[InputError]]) -> None:
+        runs, refusals = taken
+        for refusal in refusals:
+            self.message.emit(message_of(refusal))
+        if runs:
+            names = ", ".join(one.name for one in runs)
+            self.message.emit(
+                Message(
+                    "note",
+                    "a run was under way when the program ended; its frames were kept"
+                    if len(runs) == 1
+                    else f"{len(runs)} runs were under way when the program ended and were kept",
+                    names,
+                    "To have the rest, go to its last frame and run the tracker from there.",
+                )
+            )
+
+    @Slot()
+    def _on_taking_ended(self) -> None:
+        self._taking = None
+        self._look_soon()
+
     def _kept(self, project: Project) -> tuple[KeptRun, ...]:
         try:
             return kept_runs(project.runs)
@@ -365,7 +412,23 @@ def _kept(project: Project, wanted: str, now: RunNow) -> KeptRun:
         raise InputError("nothing is known of where the run comes from", where=wanted)
     name = free_name(project.runs, wanted)
     project.apply(keep_run(name, run))
+    if now.journal is not None:
+        now.journal.unlink(missing_ok=True)
     return next(one for one in kept_runs(project.runs) if one.name == name)
+
+
+def _taken_in(project: Project) -> tuple[list[TakenIn], list[InputError]]:
+    """Runs that were under way and are kept now, and what stood against keeping others."""
+    runs: list[TakenIn] = []
+    refusals: list[InputError] = []
+    for path in unfinished_runs(project.path):
+        try:
+            taken = take_in(project, path)
+        except InputError as error:
+            refusals.append(error)
+        else:
+            runs += [] if taken is None else [taken]
+    return runs, refusals
 
 
 def _read(project: Project, name: str) -> ReadRun:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from stereotrack_core.cli.unfinished import say_if_unfinished
 from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
@@ -95,18 +96,19 @@ def _read(path: Path) -> tuple[JointAngles, Recording | None, float | None]:
         is_reference,
         read_reference,
     )
-    from stereotrack_core.interop.run_file import read_run, read_timed_trajectory
+    from stereotrack_core.interop.run_file import holds_run, read_run, read_timed_trajectory
     from stereotrack_core.tracking.stored import fps_of_run
 
-    if path.suffix.lower() != ".npz":
-        trajectory, stated = read_timed_trajectory(path)
-        return angles_of_trajectory(trajectory), _recording(path.parent), stated
-    if is_reference(path):
+    if path.suffix.lower() == ".npz" and is_reference(path):
         reference = read_reference(path)
         folder = reference.meta.get("recording_folder")
         place = Path(str(folder)) if folder else path.parent
         return angles_of_reference(reference), _recording(place), fps_of_reference(reference)
+    if not holds_run(path):
+        trajectory, stated = read_timed_trajectory(path)
+        return angles_of_trajectory(trajectory), _recording(path.parent), stated
     run = read_run(path)
+    say_if_unfinished(path, run)
     folder = run.meta.get("recording_folder")
     recording = _recording(Path(str(folder))) if folder else None
     return angles_of_run(run), recording, fps_of_run(run) if "fps" in run.meta else None

@@ -82,10 +82,11 @@ def make_demo_recording(places: DemoPlaces) -> None:
 
 def run(args: Namespace) -> int:
     """Make the recording, track it, write the run and print the tables."""
+    from stereotrack_core.cli.track_signs import say_signs
     from stereotrack_core.cli.tracking_job import track_recording
+    from stereotrack_core.cli.unfinished import UnfinishedOutput
     from stereotrack_core.evaluation.errors import errors_against
     from stereotrack_core.evaluation.summary import summarise, summarise_segments
-    from stereotrack_core.interop.run_file import write_run
     from stereotrack_core.recording.folder import open_recording
     from stereotrack_core.recording.reader import FrameReader
 
@@ -96,11 +97,14 @@ def run(args: Namespace) -> int:
     with FrameReader(recording, read_ahead=0) as reader:
         frames = range(reader.frame_count)
     say(f"Tracking {len(frames)} frames with preset {args.preset}.")
-    job = track_recording(recording, settings, frames, preset=args.preset)
-    if not len(job.run.frame) or recording.reference is None:
-        say("Stopped before the first frame.")
-        return FAILED
-    write_run(places.run, job.run)
+    output = UnfinishedOutput(places.recording, places.run)
+    output.part.unlink(missing_ok=True)  # all of the demo is made again
+    with output.telling():
+        job = track_recording(recording, settings, frames, preset=args.preset, part=output.part)
+        if not len(job.run.frame) or recording.reference is None:
+            say("Stopped before the first frame.")
+            return FAILED
+        output.write(job)
     errors = errors_against(job.run.trajectory(), recording.reference)
     if job.stopped:
         errors = errors.between(0, int(job.run.frame[-1]) + 1)
@@ -116,10 +120,8 @@ def run(args: Namespace) -> int:
         put_table(error_table(summary, title, facts["frames_per_second"]))
         put_table(segment_table(parts))
     say(f"The recording is in {places.recording}, the run in {places.run}.")
-    if job.stopped:
-        say(f"Stopped after {len(job.run.frame)} of {job.wanted} frames.")
-        return FAILED
-    return OK
+    say_signs(job)
+    return FAILED if job.stopped or job.nothing else OK
 
 
 COMMAND = Command(

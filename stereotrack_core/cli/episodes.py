@@ -11,6 +11,7 @@ from stereotrack_core.cli.arguments import add_changes, add_json, check_output
 from stereotrack_core.cli.command import FAILED, OK, Command
 from stereotrack_core.cli.output import Table, counted, put, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
+from stereotrack_core.cli.unfinished import say_if_unfinished
 from stereotrack_core.errors import Cancelled, InputError
 
 if TYPE_CHECKING:
@@ -122,6 +123,7 @@ def _subject(args: Namespace) -> Subject:
 
     rules = EpisodeRules().replaced(**parsed_settings(args.changes))
     stored = read_run(args.run_file)
+    say_if_unfinished(args.run_file, stored)
     recording = recording_of_run(args.recording, stored, "causes are judged by the run alone")
     reference: LandmarkTrajectory | None = None
     if args.reference is not None:

@@ -11,6 +11,7 @@ from stereotrack_core.cli.arguments import add_json, check_output
 from stereotrack_core.cli.command import OK, Command
 from stereotrack_core.cli.import_labels import recording_of
 from stereotrack_core.cli.output import Table, put_json, put_table, say
+from stereotrack_core.cli.unfinished import say_if_unfinished
 from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
@@ -157,8 +158,8 @@ def _reference(project: Project, name: str | None) -> Reference:
 def _trajectory(args: Namespace) -> dict[str, Any]:
     """Export a run, a reference or landmarks."""
     from stereotrack_core.cli.angle_sources import angle_source, write_angles
-    from stereotrack_core.interop.reference_npz import is_reference
     from stereotrack_core.interop.run_file import (
+        holds_run,
         read_run,
         read_timed_trajectory,
         write_trajectory,
@@ -174,8 +175,10 @@ def _trajectory(args: Namespace) -> dict[str, Any]:
         raise _wrong_kind(args.format, (*TRAJECTORY_FORMATS, ANGLES))
     trajectory, stated = read_timed_trajectory(args.source)
     residual = None
-    if args.source.suffix.lower() == ".npz" and not is_reference(args.source):
-        residual = read_run(args.source).residual
+    if holds_run(args.source):
+        run = read_run(args.source)
+        say_if_unfinished(args.source, run)
+        residual = run.residual
     write_trajectory(args.output, trajectory, stated if args.fps is None else args.fps, residual)
     return {"files": {args.output: f"{len(trajectory.frame)} frames"}}
 

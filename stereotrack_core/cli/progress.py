@@ -1,7 +1,8 @@
-"""Progress on a terminal, and stopping with Ctrl-C."""
+"""Progress on a terminal, and stopping with Ctrl-C, or when the terminal is closed."""
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import sys
@@ -9,6 +10,28 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import IO, Any, TextIO, cast
+
+
+class _Terminal:
+    """Standard error, written to for as long as there is somebody to see it."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def write(self, text: str) -> int:
+        """Write, unless the terminal has been closed."""
+        with contextlib.suppress(OSError):
+            self._stream.write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        """Show what was written, unless the terminal has been closed."""
+        with contextlib.suppress(OSError):
+            self._stream.flush()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
 
 
 @contextmanager
@@ -27,9 +50,8 @@ def progress(what: str, total: int | None) -> Iterator[Callable[[int], None]]:
     )
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    with Progress(
-        *columns, TimeRemainingColumn(), console=Console(stderr=True), transient=True
-    ) as bar:
+    console = Console(file=cast(IO[str], _Terminal(sys.stderr)))
+    with Progress(*columns, TimeRemainingColumn(), console=console, transient=True) as bar:
         task = bar.add_task(what, total=total)
         yield lambda done: bar.update(task, completed=done)
 
@@ -37,6 +59,9 @@ def progress(what: str, total: int | None) -> Iterator[Callable[[int], None]]:
 @contextmanager
 def stoppable() -> Iterator[Callable[[], bool]]:
     """Give a function that says whether Ctrl-C was pressed; a second time stops at once.
+
+    A request to end and a terminal that is closed count as Ctrl-C; the latter not where somebody
+    has said before that the program shall outlive it (``nohup``).
 
     Outside the main thread, where signals cannot be caught, it always says no.
     """
@@ -51,9 +76,12 @@ def stoppable() -> Iterator[Callable[[], bool]]:
         asked.set()
         if number == signal.SIGINT and sys.stderr.isatty():
             # not through the stream, which may be in the middle of a line of its own
-            os.write(sys.stderr.fileno(), b"\nStopping; Ctrl-C once more stops at once.\n")
+            with contextlib.suppress(OSError):
+                os.write(sys.stderr.fileno(), b"\nStopping; Ctrl-C once more stops at once.\n")
 
-    wanted = (signal.SIGINT, signal.SIGTERM)
+    wanted = [signal.SIGINT, signal.SIGTERM]
+    if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
+        wanted.append(signal.SIGHUP)
     before = {number: signal.signal(number, stop) for number in wanted}
     try:
         yield asked.is_set

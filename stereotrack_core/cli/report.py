@@ -16,6 +16,7 @@ from stereotrack_core.cli.arguments import add_frames, add_json, check_output, f
 from stereotrack_core.cli.command import FAILED, OK, Command
 from stereotrack_core.cli.output import Table, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
+from stereotrack_core.cli.unfinished import say_if_unfinished
 from stereotrack_core.errors import Cancelled, InputError
 
 if TYPE_CHECKING:
@@ -156,6 +157,7 @@ def _source(args: Namespace) -> Source:
     if args.run_name is not None:
         raise InputError("only projects hold several runs", where="--run", remedy="Leave it out.")
     stored = read_run(args.source)
+    say_if_unfinished(args.source, stored)
     recording = recording_of_run(args.recording, stored, "pictures are left out")
     return _with_truth(args, stored, args.source.name, recording, str(args.source))
 

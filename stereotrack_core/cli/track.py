@@ -17,11 +17,12 @@ from stereotrack_core.cli.arguments import (
     settings_of,
 )
 from stereotrack_core.cli.command import FAILED, OK, Command
-from stereotrack_core.cli.output import put_json, put_table, say
+from stereotrack_core.cli.output import counted, put_json, put_table, say
 from stereotrack_core.cli.track_plan import PRESET, Plan, plan_of
 
 if TYPE_CHECKING:
     from stereotrack_core.cli.tracking_job import TrackingJob
+    from stereotrack_core.cli.unfinished import UnfinishedOutput
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -35,13 +36,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         metavar="RUN",
         help="file to write: .npz (a complete run), .csv, .trc, .c3d or .bvh (its landmarks)",
     )
-    parser.add_argument(
-        "--like",
-        type=Path,
-        metavar="RUN.npz",
-        help="repeat a run: parameters, seed, views, frames, first pose and smoothing are the "
-        "run's; whatever else is given here wins, and is said",
-    )
+    _add_earlier_runs(parser)
     add_settings(parser)
     parser.set_defaults(preset=None)  # what is given is told from what is not
     add_frames(parser)
@@ -70,24 +65,51 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_json(parser)
 
 
+def _add_earlier_runs(parser: ArgumentParser) -> None:
+    parser.add_argument(
+        "--like",
+        type=Path,
+        metavar="RUN.npz",
+        help="repeat a run: parameters, seed, views, frames, first pose and smoothing are the "
+        "run's; whatever else is given here wins, and is said",
+    )
+    parser.add_argument(
+        "--resume",
+        action="store_true",
+        help="go on with this output's run that was stopped, as it was begun",
+    )
+
+
 def run(args: Namespace) -> int:
     """Track and write the run."""
     check_seed(args.seed)
     from stereotrack_core.interop.run_file import run_suffix
 
     run_suffix(args.output)
-    if args.like is None:
+    if args.like is None and not args.resume:
         settings_of(args.preset or PRESET, args.changes)  # a wrong word is told before long work
 
-    from stereotrack_core.cli.tracking_job import track_recording
-    from stereotrack_core.interop.run_file import write_run
+    from stereotrack_core.cli.unfinished import UnfinishedOutput
     from stereotrack_core.recording.folder import open_recording
 
     recording = open_recording(args.recording)
     check_output(args.output, recording)
-    plan = plan_of(args, recording)
+    output = UnfinishedOutput(args.recording, args.output)
+    plan = plan_of(args, recording, output)
     _say_findings(args.recording)
-    job = track_recording(
+    with output.telling():
+        job = _track(plan, output)
+        if not len(job.run.frame):
+            say("Stopped before the first frame; nothing was written.")
+            return FAILED
+        place = output.write(job)
+    return _tell(args, plan, job, place)
+
+
+def _track(plan: Plan, output: UnfinishedOutput) -> TrackingJob:
+    from stereotrack_core.cli.tracking_job import track_recording
+
+    return track_recording(
         plan.recording,
         plan.settings,
         plan.frames,
@@ -99,28 +121,29 @@ def run(args: Namespace) -> int:
         detections=plan.detections,
         colour=plan.colour,
         count=plan.count,
+        part=output.part,
+        begun=plan.begun,
     )
-    if not len(job.run.frame):
-        say("Stopped before the first frame; nothing was written.")
-        return FAILED
-    write_run(args.output, job.run)
-    return _tell(args, plan, job)
 
 
-def _tell(args: Namespace, plan: Plan, job: TrackingJob) -> int:
+def _tell(args: Namespace, plan: Plan, job: TrackingJob, place: Path | None) -> int:
     """Say what came out, and for a run that was repeated whether it is the same."""
+    from stereotrack_core.cli.track_signs import say_signs
     from stereotrack_core.tracking.repeating import sameness
 
     same = sameness(plan.like, job.run) if plan.like is not None and plan.exact else None
     if args.json:
         repeated = {} if same is None else {"equal": same.equal, "repeated": same}
-        put_json({"run": args.output, **job.facts(), **repeated})
+        put_json({"run": place, **job.facts(), **repeated})
     else:
-        put_table(job.table(f"{plan.recording.name} in {args.output}"))
-    if job.stopped:
+        put_table(job.table(plan.recording.name + ("" if place is None else f" in {place}")))
+    if job.changed:
         say(
-            f"Stopped after {len(job.run.frame)} of {job.wanted} frames; they are in {args.output}."
+            f"{counted(len(job.changed), 'frame')} that had been tracked before came out "
+            "otherwise now, so the run is not what it had been without a stop; the new ones hold."
         )
+    say_signs(job)
+    if job.stopped or job.nothing:
         return FAILED
     if same is not None:
         say(same.words)
@@ -140,9 +163,11 @@ COMMAND = Command(
     name="track",
     summary="follow the person through a recording and write the run",
     description=(
-        "Follow the person through a recording. Ctrl-C keeps the frames that are done. The "
-        "recording's reference is never read by this command. With --like a run is repeated "
-        "exactly, and what differs from then is said: recording, calibration, versions."
+        "Follow the person through a recording. Every frame is kept at once in RUN.part, until "
+        "the run is complete; what was in RUN before stays until then. Whatever ends the program, "
+        "--resume goes on. The recording's reference is never read by this command. With --like a "
+        "run is repeated exactly, and what differs from then is said: recording, calibration, "
+        "versions."
     ),
     add_arguments=add_arguments,
     run=run,

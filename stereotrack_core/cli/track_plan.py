@@ -13,12 +13,14 @@ from stereotrack_core.cli.output import say
 from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
+    from stereotrack_core.cli.unfinished import UnfinishedOutput
     from stereotrack_core.recording.description import Recording
     from stereotrack_core.recording.detections import Detections
     from stereotrack_core.tracking.pipeline import FirstPose
     from stereotrack_core.tracking.repeating import Recipe
     from stereotrack_core.tracking.run import Run
     from stereotrack_core.tracking.settings import Settings
+    from stereotrack_core.tracking.unfinished import UnfinishedRun
 
 PRESET, SEED, INIT = "accurate", 0, "auto"
 """What is taken where nothing is said."""
@@ -51,16 +53,20 @@ class Plan:
     colour: bool | None = None
     like: Run | None = None
     exact: bool = False
+    begun: UnfinishedRun | None = None
 
 
-def plan_of(args: Namespace, recording: Recording) -> Plan:
-    """Read the command line, and with ``--like`` the run.
+def plan_of(args: Namespace, recording: Recording, output: UnfinishedOutput) -> Plan:
+    """Read the command line, with ``--like`` the run, and with ``--resume`` what there is of it.
 
     Raises
     ------
     InputError
-        Where they cannot be followed.
+        Where they cannot be followed, or a run would be lost.
     """
+    if args.resume:
+        return _plan_resumed(args, recording, output)
+    output.refuse_to_lose()
     return _plan(args, recording) if args.like is None else _plan_like(args, recording)
 
 
@@ -125,6 +131,69 @@ def _plan_like(args: Namespace, recording: Recording) -> Plan:
         like=run,
         exact=not said,
     )
+
+
+def _plan_resumed(args: Namespace, recording: Recording, output: UnfinishedOutput) -> Plan:
+    """As the unfinished run was begun; nothing may be otherwise."""
+    from stereotrack_core.interop.run_npz import check_run
+    from stereotrack_core.recording.depth_views import usable_views
+    from stereotrack_core.tracking.repeating import other_files, other_versions, recipe_of
+
+    begun, wish = output.begun()
+    run = begun.run()
+    check_run(output.part, run)
+    recipe = recipe_of(run)
+    views = usable_views(recording, recipe.views)
+    detections, heard_else = recipe.detections_in(recording)
+    foreign = [*other_files(run, recording), *recipe.notes, *([heard_else] if heard_else else [])]
+    if foreign or recipe.init is None:
+        raise InputError(
+            "the unfinished run does not go on here" + (f": {foreign[0]}" if foreign else ""),
+            where=str(output.part),
+            remedy="Restore what it was begun with, or track anew to another output; what is in "
+            "it can be evaluated and exported.",
+        )
+    _refuse_otherwise(args, recipe, recording)
+    for sentence in other_versions(run.meta):
+        say(f"{output.part}: {sentence}")
+    say(f"Going on after {len(begun.frames)} of {len(begun.asked)} frames.")
+    return Plan(
+        recording=dataclasses.replace(recording, subject=recipe.subject),
+        settings=recipe.settings,
+        preset=recipe.preset,
+        frames=begun.asked,
+        count=wish.count or len(begun.asked),
+        views=views,
+        seed=recipe.seed,
+        init=recipe.init,
+        smooth=wish.smooth if args.smooth is None else args.smooth,
+        detections=detections,
+        colour=recipe.colour,
+        begun=begun,
+    )
+
+
+def _refuse_otherwise(args: Namespace, recipe: Recipe, recording: Recording) -> None:
+    """Refuse options that ask for something else than the unfinished run was begun with."""
+    count = _count(recording, recipe.views)
+    same = {
+        "--preset": args.preset is None or args.preset == recipe.preset,
+        "--set": _settings(args, recipe)[1] == recipe.settings,
+        "--frames": args.frames is None or frames_within(args.frames, count) == recipe.frames,
+        "--views": args.views is None or views_of(recording, args.views) == recipe.views,
+        "--seed": args.seed in (None, recipe.seed),
+        "--init": args.init in (None, recipe.init),
+        "--detections": args.detections is None,
+        "--like": args.like is None,
+    }
+    for option, agrees in same.items():
+        if not agrees:
+            raise InputError(
+                "the unfinished run was begun otherwise",
+                where=option,
+                remedy="Leave the option out to go on as it was begun, or name another output to "
+                "begin anew.",
+            )
 
 
 def _frames_like(args: Namespace, recipe: Recipe, count: int) -> range:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,6 +16,9 @@ from stereotrack_core.cli.output import Table, number
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.cli.tracking_gaps import Blindness, Gap, ViewProblems, gaps_of
 from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.interop.run_journal import RunJournal, Wish
+from stereotrack_core.tracking.unfinished import INCOMPLETE
+from stereotrack_core.tracking.untracked import Untracked
 
 if TYPE_CHECKING:
     from stereotrack_core.recording.description import Recording
@@ -23,6 +27,7 @@ if TYPE_CHECKING:
     from stereotrack_core.tracking.pipeline import FirstPose
     from stereotrack_core.tracking.run import Run
     from stereotrack_core.tracking.settings import Settings
+    from stereotrack_core.tracking.unfinished import UnfinishedRun
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +45,10 @@ class TrackingJob:
         Where a view gave nothing although it was used; also in the run's meta as ``blind``.
     stopped : bool
         Whether it was stopped before the last frame.
+    untracked : Untracked
+        The frames that were not tracked, and why.
+    changed : tuple of int
+        Frames that were tracked again to go on with the run, and came out otherwise.
     """
 
     run: Run
@@ -47,6 +56,13 @@ class TrackingJob:
     gaps: tuple[Gap, ...]
     blind: tuple[Blindness, ...]
     stopped: bool
+    untracked: Untracked
+    changed: tuple[int, ...] = ()
+
+    @property
+    def nothing(self) -> bool:
+        """Whether no frame was tracked at all."""
+        return not self.run.tracked.any()
 
     def facts(self) -> dict[str, Any]:
         """What the result says in JSON."""
@@ -61,9 +77,14 @@ class TrackingJob:
             "tracked": int(tracked.sum()),
             "not_tracked": self.gaps,
             "blind_views": self.blind,
+            "warnings": list(run.meta["warnings"]),
+            "untracked_because": self.untracked.causes(),
+            "points": self.untracked.counts,
             "smoothed": bool(run.meta.get("smoothed", False)),
             "bridged": list(run.meta.get("bridged", [])),
             "stopped": self.stopped,
+            "resumed_at": list(run.meta.get("resumed_at", [])),
+            "changed": list(self.changed),
             "frames_per_second": len(run.frame) / seconds if seconds > 0 else None,
             "mean_coverage": statistics(run.coverage[tracked]).mean,
             "mean_residual_mm": 1000.0 * statistics(run.residual[tracked]).mean,
@@ -109,13 +130,23 @@ class _Course:
     """What happens frame by frame, shown and noted."""
 
     def __init__(
-        self, show: Callable[[int], None], stopped: Callable[[], bool], before: int
+        self,
+        show: Callable[[int], None],
+        stopped: Callable[[], bool],
+        before: int,
+        begun: UnfinishedRun | None,
+        untracked: Untracked,
     ) -> None:
         self.reasons: list[tuple[int, str]] = []
         self.problems = ViewProblems()
         self.done = 0
+        self.changed: list[int] = []
+        self.untracked = untracked
+        self._begun = begun
         self._show, self._stopped = show, stopped
         self._before, self._steps = before, 0
+        for frame in () if begun is None else begun.done:
+            self._take(frame)
 
     def prepare(self, _: TrackedFrame) -> None:
         """A frame of the first pass, from which lengths are estimated."""
@@ -124,13 +155,24 @@ class _Course:
         if self._stopped():
             raise Cancelled
 
+    def replay(self, _: int) -> None:
+        """A frame that is not tracked again."""
+        if self._stopped():
+            raise Cancelled
+
     def note(self, frame: TrackedFrame) -> None:
         """A frame of the run."""
+        self._take(frame)
+        if self._begun is not None and self._begun.changed_by(frame):
+            self.changed.append(frame.frame)
+        self._show(self._before + self.done)
+
+    def _take(self, frame: TrackedFrame) -> None:
         self.done += 1
         self.problems.note(frame.frame, frame.cloud.problems)
+        self.untracked.note(frame)
         if not frame.tracked:
             self.reasons.append((frame.frame, frame.reason))
-        self._show(self._before + self.done)
 
 
 def track_recording(
@@ -146,21 +188,34 @@ def track_recording(
     detections: Detections | None = None,
     colour: bool | None = None,
     count: int | None = None,
+    part: Path | None = None,
+    begun: UnfinishedRun | None = None,
 ) -> TrackingJob:
     """Track, show progress, and keep what there is when stopped with Ctrl-C.
 
     Raises :class:`Cancelled` when it is stopped before the first frame, while lengths are
     estimated.
 
-    With `count` tracking ends after so many of the frames, as when a run that was stopped is
-    repeated.
+    Parameters
+    ----------
+    count : int, optional
+        Tracking ends after so many of the frames, as when a run that was stopped is repeated.
+    part : Path, optional
+        Where every frame goes at once, and stays: see :class:`RunJournal`.
+    begun : UnfinishedRun, optional
+        What is there already, to go on with.
     """
     from stereotrack_core.tracking.pipeline import track
 
-    begun, wanted = time.perf_counter(), count or len(frames)
-    before = _first_pass(settings, frames)
-    with progress("Tracking", before + wanted) as show, stoppable() as stopped:
-        course = _Course(show, stopped, before)
+    clock, wanted = _Clock(0.0 if begun is None else begun.wall_seconds), count or len(frames)
+    before = _first_pass(settings, frames) if begun is None else 0
+    wish = Wish(smooth, count)
+    with (
+        _journal(part, clock, wish) as keeper,
+        progress("Tracking", before + wanted) as show,
+        stoppable() as stopped,
+    ):
+        course = _Course(show, stopped, before, begun, Untracked(recording, settings))
         run = track(
             dataclasses.replace(recording, reference=None),  # the tracker never sees the truth
             settings,
@@ -175,13 +230,21 @@ def track_recording(
             detections=detections,
             colour=colour,
             on_first_pass=course.prepare,
+            on_replay=course.replay,
+            keeper=keeper,
+            begun=begun,
         )
+    return _job(run, course, clock(), wanted)
+
+
+def _job(run: Run, course: _Course, seconds: float, wanted: int) -> TrackingJob:
     bridged = set(run.meta["bridged"])
     reasons = [(frame, reason) for frame, reason in course.reasons if frame not in bridged]
     blind = course.problems.stretches()
     meta = {
         **run.meta,
-        "wall_seconds": time.perf_counter() - begun,
+        "wall_seconds": seconds,
+        INCOMPLETE: len(run.frame) < wanted,
         "blind": [dataclasses.asdict(stretch) for stretch in blind],
     }
     return TrackingJob(
@@ -190,7 +253,31 @@ def track_recording(
         gaps=gaps_of(reasons),
         blind=blind,
         stopped=len(run.frame) < wanted,
+        untracked=course.untracked,
+        changed=tuple(course.changed),
     )
+
+
+class _Clock:
+    """Seconds that were spent on a run, by earlier programs too."""
+
+    def __init__(self, before: float) -> None:
+        self._begun = time.perf_counter() - before
+
+    def __call__(self) -> float:
+        return time.perf_counter() - self._begun
+
+
+@contextmanager
+def _journal(part: Path | None, clock: _Clock, wish: Wish) -> Iterator[RunJournal | None]:
+    if part is None:
+        yield None
+        return
+    journal = RunJournal(part, clock, wish)
+    try:
+        yield journal
+    finally:
+        journal.close()
 
 
 def _first_pass(settings: Settings, frames: range) -> int:
@@ -222,12 +309,11 @@ def first_pose(text: str, frame: int) -> FirstPose:
 
 def _pose_in_file(path: Path, frame: int) -> FirstPose:
     from stereotrack_core.interop.landmark_pose import pose_of_landmarks
-    from stereotrack_core.interop.reference_npz import is_reference
-    from stereotrack_core.interop.run_file import read_run, read_trajectory
+    from stereotrack_core.interop.run_file import holds_run, read_run, read_trajectory
     from stereotrack_core.tracking.stored import pose_of_run
 
     pose = None
-    if path.suffix.lower() == ".npz" and not is_reference(path):
+    if holds_run(path):
         run = read_run(path)
         for i in np.flatnonzero(run.frame == frame):
             pose = pose_of_run(run, int(i))

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stereotrack_core.cli.output import say
+from stereotrack_core.cli.unfinished import say_if_unfinished
 from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
@@ -30,11 +31,11 @@ class Truth:
 
 def read_measured(path: Path) -> tuple[LandmarkTrajectory, Run | None]:
     """Landmarks of a file, and the run where it holds a complete one."""
-    from stereotrack_core.interop.reference_npz import is_reference
-    from stereotrack_core.interop.run_file import read_run, read_trajectory
+    from stereotrack_core.interop.run_file import holds_run, read_run, read_trajectory
 
-    if path.suffix.lower() == ".npz" and not is_reference(path):
+    if holds_run(path):
         stored = read_run(path)
+        say_if_unfinished(path, stored)
         return stored.trajectory(), stored
     return read_trajectory(path), None
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol, TypeAlias
 
 import numpy as np
@@ -220,6 +220,7 @@ class DepthChain:
         )
         watch.lap("outliers")
         depths = {n: r.depth for n, r in results.items() if r.depth is not None}
+        left = np.bincount(view[kept], minlength=len(names)).tolist()
         return Cloud(
             frame=seen.frame,
             points=points[kept],
@@ -230,6 +231,7 @@ class DepthChain:
             problems=seen.problems,
             seconds={**seen.seconds, **watch.seconds},
             colours=self.colours.of_pixels(depths, view[kept], pixels[kept]),
+            counts={n: replace(r.counts, kept=left[names.index(n)]) for n, r in results.items()},
         )
 
 

@@ -101,6 +101,34 @@ class ViewDepth:
         return (left, top, left + width, top + height) if width else None
 
 
+@dataclass(frozen=True)
+class PointCounts:
+    """What is left of a view's measurements after each step on the way to the cloud.
+
+    Attributes
+    ----------
+    measured : int
+        Pixels with a valid disparity or depth value, in the part of the image that was searched.
+    person : int
+        Of these, those of the foreground or the mask, without small patches.
+    taken : int
+        Points that were made of these: on every so many rows and columns.
+    inside : int
+        Of these, those inside the working volume.
+    kept : int
+        Of these, those that are no outliers.
+    middle : (x, y, z) or None
+        Median of the points, world, metres, where hardly any is inside the volume.
+    """
+
+    measured: int = 0
+    person: int = 0
+    taken: int = 0
+    inside: int = 0
+    kept: int = 0
+    middle: tuple[float, float, float] | None = None
+
+
 @dataclass(frozen=True, eq=False)
 class Cloud:
     """Measured points of all views in the world at one instant.
@@ -125,6 +153,8 @@ class Cloud:
         calibrated against each other; None where colours are not wanted or not there.
     detections : tuple of Detection
         What came since the frame before, up to this one's instant.
+    counts : mapping from view name to PointCounts
+        Where each view's points went; views without images are absent.
     """
 
     frame: int
@@ -137,6 +167,7 @@ class Cloud:
     seconds: Mapping[str, float] = field(default_factory=dict)
     colours: FloatArray | None = None
     detections: tuple[Detection, ...] = ()
+    counts: Mapping[str, PointCounts] = field(default_factory=dict)
 
     def part(self, chosen: BoolArray) -> Cloud:
         """The cloud with some of its points (N,) alone; images and the rest stay."""

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import cv2
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, IntArray
-from stereotrack_core.depth.cloud import ViewDepth
+from stereotrack_core.depth.cloud import PointCounts, ViewDepth
 from stereotrack_core.depth.match import STEPS
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume, thinned_pixels, world_points
@@ -24,6 +24,9 @@ from stereotrack_core.depth.sources import (
 from stereotrack_core.depth.stopwatch import Stopwatch
 from stereotrack_core.depth.view_background import ViewBackground
 from stereotrack_core.recording.frames import ViewImages
+
+_FEW_INSIDE = 0.1
+"""Share of the points inside the working volume below which it is of interest where they are."""
 
 _NO_STEPS = int(np.iinfo(np.int16).min)
 
@@ -40,6 +43,8 @@ class ViewResult:
     points : (N, 3) float64, world, metres
     pixels : (N, 2) int64
     seconds : mapping from stage to seconds
+    counts : PointCounts
+        As far as one view goes: outliers are told apart when the views are fused.
     """
 
     depth: ViewDepth | None
@@ -47,6 +52,7 @@ class ViewResult:
     points: FloatArray
     pixels: IntArray
     seconds: Mapping[str, float]
+    counts: PointCounts = field(default_factory=PointCounts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +78,15 @@ def _placed(image: BoolArray, region: Region, shape: tuple[int, int]) -> BoolArr
     around = np.zeros(shape, dtype=bool)
     around[region.slices] = image
     return around
+
+
+def _middle(points: FloatArray, inside: int) -> tuple[float, float, float] | None:
+    """Where a view's points are, where that is hardly inside the volume."""
+    known = points[np.isfinite(points).all(axis=1)]
+    if inside >= _FEW_INSIDE * len(points) or not len(known):
+        return None
+    x, y, z = np.median(known, axis=0).tolist()
+    return x, y, z
 
 
 class ViewChain:
@@ -153,7 +168,8 @@ class ViewChain:
             return self._without_depth("it does not see the working volume", watch)
         disparity = frame.disparity(region)
         watch.lap("match")
-        if not np.isfinite(disparity).any():
+        measured = int(np.count_nonzero(np.isfinite(disparity)))
+        if not measured:
             return self._without_depth("no pixel has a valid disparity", watch)
         chosen = self._foreground(images, frame, disparity, region)
         silhouette = self._silhouette(frame, region)
@@ -168,7 +184,8 @@ class ViewChain:
         if self._p.subpixel == "aligned" and isinstance(frame, StereoFrame):
             self._align(frame, disparity, chosen if outline is None else outline, pixels, region)
             watch.lap("subpixel")
-        result = self._result(disparity, chosen, pixels, seen, region, watch)
+        counts = PointCounts(measured, int(np.count_nonzero(chosen)), len(pixels))
+        result = self._result(disparity, chosen, pixels, seen, region, counts, watch)
         return self._with_picture(result, images, watch) if self._colour else result
 
     def _with_picture(self, result: ViewResult, images: ViewImages, watch: Stopwatch) -> ViewResult:
@@ -206,6 +223,7 @@ class ViewChain:
         pixels: IntArray,
         seen: Seen,
         region: Region,
+        counts: PointCounts,
         watch: Stopwatch,
     ) -> ViewResult:
         geometry = self.source.geometry
@@ -214,8 +232,10 @@ class ViewChain:
         points = world_points(geometry, range_z.astype(np.float64), pixels)
         inside = self._volume.contains(points)
         depth = self._view_depth(disparity, ranges, chosen, seen, region)
+        kept = points[inside]
+        counts = replace(counts, inside=len(kept), middle=_middle(points, len(kept)))
         watch.lap("points")
-        return ViewResult(depth, "", points[inside], pixels[inside], watch.seconds)
+        return ViewResult(depth, "", kept, pixels[inside], watch.seconds, counts)
 
     def _view_depth(
         self,

@@ -12,6 +12,7 @@ from stereotrack_core.interop.clicks_csv import read_clicks
 from stereotrack_core.interop.coco import read_coco
 from stereotrack_core.interop.deeplabcut import is_deeplabcut, read_deeplabcut
 from stereotrack_core.interop.label_names import Labels
+from stereotrack_core.interop.run_journal import PART_SUFFIX
 from stereotrack_core.interop.sleap import read_sleap
 from stereotrack_core.recording.csv_table import read_cells
 from stereotrack_core.recording.description import Recording
@@ -38,7 +39,7 @@ def is_trajectory(path: Path) -> bool:
     """
     suffix = path.suffix.lower()
     if suffix != ".csv":
-        return suffix in (".trc", ".c3d", ".npz")
+        return suffix in (".trc", ".c3d", ".npz", PART_SUFFIX)
     lines = read_cells(path)
     return bool(lines) and set(lines[0]) >= TRAJECTORY_COLUMNS
 

@@ -11,7 +11,8 @@ from stereotrack_core.interop.reference_npz import (
     is_reference,
     read_reference,
 )
-from stereotrack_core.interop.run_npz import read_npz, write_npz
+from stereotrack_core.interop.run_journal import PART_SUFFIX, read_unfinished
+from stereotrack_core.interop.run_npz import check_run, read_npz, write_npz
 from stereotrack_core.reading import check_file
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.run import Run
@@ -20,7 +21,7 @@ from stereotrack_core.tracking.stored import fps_of_run
 RUN_SUFFIXES: tuple[str, ...] = (".npz", ".csv", ".trc", ".c3d", ".bvh")
 """What a run can be written as; only ``.npz`` keeps all of it."""
 
-TRAJECTORY_SUFFIXES: tuple[str, ...] = (".npz", ".csv", ".trc", ".c3d")
+TRAJECTORY_SUFFIXES: tuple[str, ...] = (".npz", ".csv", ".trc", ".c3d", PART_SUFFIX)
 """What landmarks can be read from."""
 
 
@@ -101,8 +102,14 @@ def write_trajectory(
             write_bvh(path, trajectory, fps)
 
 
+def holds_run(path: Path) -> bool:
+    """Whether a file holds a run with all of its numbers, by its suffix; not what is in it."""
+    suffix = Path(path).suffix.lower()
+    return suffix == PART_SUFFIX or (suffix == ".npz" and not is_reference(path))
+
+
 def read_run(path: Path) -> Run:
-    """Read a complete run.
+    """Read a run with all of its numbers; one that was stopped says so in its meta.
 
     Raises
     ------
@@ -111,6 +118,10 @@ def read_run(path: Path) -> Run:
     """
     path = Path(path)
     check_file(path)
+    if path.suffix.lower() == PART_SUFFIX:
+        run = read_unfinished(path)[0].run()
+        check_run(path, run)
+        return run
     if path.suffix.lower() != ".npz":
         raise InputError(
             "this file does not hold a complete run",
@@ -139,8 +150,9 @@ def read_timed_trajectory(path: Path) -> tuple[LandmarkTrajectory, float | None]
             if is_reference(path):
                 reference = read_reference(path)
                 return reference.trajectory(), fps_of_reference(reference)
-            run = read_npz(path)
-            return run.trajectory(), fps_of_run(run) if "fps" in run.meta else None
+            return _timed(read_npz(path))
+        case suffix if suffix == PART_SUFFIX:
+            return _timed(read_run(path))
         case ".csv":
             from stereotrack_core.recording.landmark_csv import read_landmarks
 
@@ -153,6 +165,10 @@ def read_timed_trajectory(path: Path) -> tuple[LandmarkTrajectory, float | None]
             from stereotrack_core.interop.c3d import read_c3d
 
             return read_c3d(path)
+
+
+def _timed(run: Run) -> tuple[LandmarkTrajectory, float | None]:
+    return run.trajectory(), fps_of_run(run) if "fps" in run.meta else None
 
 
 def _suffix(path: Path, known: tuple[str, ...]) -> str:

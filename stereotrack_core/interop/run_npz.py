@@ -105,7 +105,7 @@ def _run_of(path: Path, file: BinaryIO, beside: Path | None) -> Run:
     with decoding(path, f"the file is damaged or is no {_WHAT}", _REMEDY):
         text = str(arrays["meta"])  # letters that are none show only now
         run = _run(arrays, _meta_from_store(path, text, beside))
-    _check(path, run)
+    check_run(path, run)
     return run
 
 
@@ -148,8 +148,14 @@ def _texts(names: tuple[str, ...]) -> NDArray[Any]:
     return np.array(names, dtype=np.str_)
 
 
-def _check(path: Path, run: Run) -> None:
-    """Refuse numbers that no run has."""
+def check_run(path: Path, run: Run) -> None:
+    """Refuse numbers that no run has.
+
+    Raises
+    ------
+    InputError
+        Where it has some.
+    """
     frame = run.frame
     in_order = bool((frame[1:] > frame[:-1]).all())
     possible = not len(frame) or (frame[0] >= 0 and frame[-1] <= LAST_FRAME)

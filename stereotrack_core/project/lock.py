@@ -7,21 +7,13 @@ program ends in whichever way.
 
 from __future__ import annotations
 
-import errno
 import os
 import sys
 from pathlib import Path
 from typing import IO
 
 from stereotrack_core.errors import InputError
-
-if sys.platform == "win32":
-    import msvcrt
-else:
-    import fcntl
-
-_TAKEN = (errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES, errno.EDEADLK)
-"""What the system says where another program has the lock; anything else: it knows no locks."""
+from stereotrack_core.file_lock import take_lock
 
 
 def lock_path(project: Path) -> Path:
@@ -61,13 +53,12 @@ class ProjectLock:
                     remedy="Open the project for reading only, or copy it elsewhere.",
                 ) from error
             try:
-                _take(file)
-            except OSError as error:
-                if error.errno not in _TAKEN:
-                    self.holds = False
-                    return file
+                self.holds = take_lock(file)
+            except BlockingIOError:
                 file.close()
-                raise BlockingIOError from None
+                raise
+            if not self.holds:
+                return file
             if _is_still(file, self._path):
                 return file
             file.close()  # its owner removed it between opening and locking
@@ -89,13 +80,6 @@ class ProjectLock:
             self._path.unlink(missing_ok=True)
         except PermissionError:
             return  # Windows: the next program already has it open
-
-
-def _take(file: IO[bytes]) -> None:
-    if sys.platform == "win32":
-        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-    else:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 def _is_still(file: IO[bytes], path: Path) -> bool:

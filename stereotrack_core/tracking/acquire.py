@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.geometry.rotation import angle_between, vector_from_rotation
 from stereotrack_core.tracking.confidence import coverage, surface_distances
-from stereotrack_core.tracking.estimate import Estimate
+from stereotrack_core.tracking.estimate import Estimate, Memory
 from stereotrack_core.tracking.manifold_tracker import ManifoldTracker
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.search.arms import arm_of_pose
@@ -46,6 +46,9 @@ _FAR = np.radians(40.0)
 
 _RIVALS = 3
 """Poses besides the best that are kept on trial."""
+
+_RIVAL = "rival"
+"""Begins the names of a rival's numbers in the memory."""
 
 _SETTLED = 12
 """Frames after which a pose that no rival has replaced is settled on."""
@@ -138,11 +141,12 @@ class SeekingTracker(ManifoldTracker):
 
     def step(self, cloud: Cloud) -> Estimate:
         """Follow to the next cloud; look for the body first where it was lost."""
-        before = self.state
+        before, aside = self.state, 0.0
         if len(cloud.points) >= self.parameters.least_points:
             if not self._present:
                 self._begin(cloud)
-            cloud = cloud.part(own_points(cloud.points, self.body, self.pose))
+            own = own_points(cloud.points, self.body, self.pose)
+            cloud, aside = cloud.part(own), 1.0 - float(own.mean())
         estimate = super().step(cloud)
         if estimate.tracked and self._unchanged < _SETTLED:
             estimate = self._on_trial(cloud, estimate)
@@ -154,7 +158,31 @@ class SeekingTracker(ManifoldTracker):
                 estimate = self.lost(before, cloud, reason)
         if not estimate.tracked:
             self.seek()
-        return estimate
+        return replace(estimate, aside=aside)
+
+    def memory(self) -> Memory:
+        """All that the next step depends on, the rivals on trial too."""
+        kept = {**super().memory(), "trial": self._trial()}
+        for k, rival in enumerate(self._rivals):
+            own = {**rival.tracker.memory(), "cost": np.array(rival.cost)}
+            kept |= {f"{_RIVAL}{k}.{name}": array for name, array in own.items()}
+        return kept
+
+    def _trial(self) -> FloatArray:
+        """The numbers (5,) of what is on trial."""
+        return np.array([self._present, self._age, self._unchanged, self._cost, self._doubt], float)
+
+    def recall(self, memory: Memory) -> None:
+        """Go on as the tracker would whose memory this is."""
+        super().recall(memory)
+        present, age, unchanged, self._cost, self._doubt = memory["trial"].tolist()
+        self._present, self._age, self._unchanged = bool(present), int(age), int(unchanged)
+        for k in range(sum(name.endswith(".cost") for name in memory)):
+            first = f"{_RIVAL}{k}."
+            own = {n.removeprefix(first): a for n, a in memory.items() if n.startswith(first)}
+            twin = self.twin(self.pose)
+            twin.recall(own)
+            self._rivals.append(_Candidate(twin, float(own["cost"])))
 
     def _why_partial(self, cloud: Cloud) -> str:
         """Say why too little of the body is there to tell its pose; empty where there is enough."""

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.depth.cloud import Cloud
+
+Memory: TypeAlias = Mapping[str, NDArray[Any]]
+"""All that a tracker's next step depends on, by name: with it another tracker of the same body and
+parameters goes on to the last bit. Plain arrays, so that it can be kept in a file."""
 
 OVERCONFIDENCE: FloatArray = np.array([4.0, 3.2, 3.2, 3.2, 3.2, 3.2])
 """Factors (6,) from the limbs' standard deviations by the covariance to stated ones.
@@ -93,6 +98,8 @@ class Estimate:
         None where the frame was not predicted from the one before.
     limb_lost : (6,) float64
         Probability that the limb is lost, more than 45 deg off; NaN where that is not known.
+    aside : float
+        Share of the cloud's points that were left aside as somebody else's, or as nobody's.
     limb_signs : (6, S) float64 or None
         What that was said by, in the order of ``SIGNS``; see :mod:`tracking.lost.signs`.
     """
@@ -111,6 +118,7 @@ class Estimate:
     prior: Prior | None = None
     limb_lost: FloatArray = field(default_factory=lambda: np.full(len(LIMBS), np.nan))
     limb_signs: FloatArray | None = None
+    aside: float = 0.0
 
 
 class Tracker(Protocol):
@@ -127,6 +135,14 @@ class Tracker(Protocol):
 
     def step(self, cloud: Cloud) -> Estimate:
         """Follow to the next cloud."""
+        ...
+
+    def memory(self) -> Memory:
+        """All that the next step depends on."""
+        ...
+
+    def recall(self, memory: Memory) -> None:
+        """Go on as the tracker would whose memory this is."""
         ...
 
 

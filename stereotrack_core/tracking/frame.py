@@ -13,7 +13,7 @@ from stereotrack_core import __version__
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.body.pose import Pose
-from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.depth.cloud import Cloud, PointCounts
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.fingerprint import calibration_fingerprint
@@ -52,9 +52,7 @@ class TrackedFrame:
 
     def without_cloud(self) -> TrackedFrame:
         """The same frame without its cloud and correspondences, to be kept in numbers."""
-        nothing = Cloud(
-            self.frame, np.empty((0, 3)), np.empty(0, np.int64), np.empty((0, 2), np.int64), (), {}
-        )
+        nothing = cloudless(self.frame, self.cloud.problems, self.cloud.counts)
         return replace(self, cloud=nothing, estimate=replace(self.estimate, correspondences=None))
 
     @property
@@ -115,6 +113,16 @@ class TrackedFrame:
         return self.estimate.correspondences
 
 
+def cloudless(
+    frame: int,
+    problems: Mapping[str, str] | None = None,
+    counts: Mapping[str, PointCounts] | None = None,
+) -> Cloud:
+    """A cloud without points, of which no more is known than what views lacked and counted."""
+    nothing = np.empty((0, 3)), np.empty(0, np.int64), np.empty((0, 2), np.int64)
+    return Cloud(frame, *nothing, (), {}, problems or {}, counts=counts or {})
+
+
 @dataclass(frozen=True, eq=False)
 class Origin:
     """Where a run comes from: all that is needed to repeat it.
@@ -149,6 +157,8 @@ class Origin:
         Whether the pictures were read in colour, which changes their grey values a little.
     made : str
         When tracking began, ISO 8601, UTC.
+    resumed_at : tuple of int
+        Frames with which tracking went on after it had been stopped.
     """
 
     recording: Recording
@@ -167,6 +177,7 @@ class Origin:
     detections: Detections = field(default_factory=Detections)
     colour: bool = False
     made: str = ""
+    resumed_at: tuple[int, ...] = ()
 
     def meta(self) -> dict[str, Any]:
         """JSON-serialisable description."""
@@ -194,6 +205,7 @@ class Origin:
             "calibration": calibration_fingerprint(self.recording),
             "versions": versions(),
             "made": self.made,
+            "resumed_at": list(self.resumed_at),
         }
         json.dumps(meta)
         return meta
@@ -218,15 +230,22 @@ def _detection_facts(detections: Detections) -> dict[str, Any] | None:
 
 def run_of(frames: Sequence[TrackedFrame], origin: Origin) -> Run:
     """Put tracked frames together to a run; an empty sequence gives an empty run."""
-    n, names = len(origin.state_names), _stage_names(frames)
-    states, joints = [frame.x for frame in frames], joints_named(origin.state_names)
+    return assembled(frames, origin.state_names, origin.meta())
+
+
+def assembled(
+    frames: Sequence[TrackedFrame], state_names: tuple[str, ...], meta: Mapping[str, Any]
+) -> Run:
+    """Put tracked frames together to a run whose description is known already."""
+    n, names = len(state_names), _stage_names(frames)
+    states, joints = [frame.x for frame in frames], joints_named(state_names)
     seconds = [[frame.seconds.get(name, 0.0) for name in names] for frame in frames]
     return Run(
         frame=np.array([frame.frame for frame in frames], dtype=np.int64),
         landmarks=_stacked([frame.landmarks for frame in frames], (len(LANDMARKS), 3)),
         x=_stacked(states, (n,)),
         P=_stacked([_covariance(frame, joints) for frame in frames], (n, n)),
-        state_names=origin.state_names,
+        state_names=state_names,
         tracked=np.array([frame.tracked for frame in frames], dtype=bool),
         coverage=np.array([frame.coverage for frame in frames]),
         residual=np.array([frame.residual for frame in frames]),
@@ -235,7 +254,7 @@ def run_of(frames: Sequence[TrackedFrame], origin: Origin) -> Run:
         limb_lost=_stacked([frame.limb_lost for frame in frames], (6,)),
         seconds=np.array(seconds).reshape(len(frames), len(names)),
         stage_names=names,
-        meta={**origin.meta(), **({} if joints is None else {AXES_KEY: CHAIN_AXES})},
+        meta={**meta, **({} if joints is None else {AXES_KEY: CHAIN_AXES})},
     )
 
 

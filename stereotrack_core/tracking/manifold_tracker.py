@@ -24,6 +24,7 @@ from stereotrack_core.tracking.estimate import (
     OVERCONFIDENCE,
     Correspondences,
     Estimate,
+    Memory,
     Prior,
     limb_sigma_deg,
 )
@@ -32,7 +33,7 @@ from stereotrack_core.tracking.limits import limit_residuals
 from stereotrack_core.tracking.lost.judge import lost_probability
 from stereotrack_core.tracking.lost.signs import Judged, limb_signs, unexpected
 from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.process import elapsed, process_noise
+from stereotrack_core.tracking.process import elapsed, process_noise, time_array, time_in
 from stereotrack_core.tracking.residuals import (
     Observation,
     Residual,
@@ -165,6 +166,24 @@ class ManifoldTracker:
             self.movement = difference(self.pose, before.pose, self.joints) / self._gone
         self._prior, self._anew = None if self._anew else self._prior, False
         return self.estimate(cloud, surface, innovation, perf_counter() - begun)
+
+    def memory(self) -> Memory:
+        """All that the next step depends on; see :class:`Tracker`."""
+        return {
+            "position": self.pose.position,
+            "rotations": self.pose.rotations,
+            "P": self.P,
+            "movement": self.movement,
+            "time": time_array(self.time),
+            "anew": np.array(self._anew),
+        }
+
+    def recall(self, memory: Memory) -> None:
+        """Go on as the tracker would whose memory this is."""
+        pose = Pose(memory["position"], memory["rotations"])
+        self.start(pose)
+        self.resume(State(pose, memory["P"], memory["movement"], time_in(memory["time"])))
+        self._anew = bool(memory["anew"])
 
     def observe(self, cloud: Cloud) -> None:
         """Let all sensors see the frame, once."""

@@ -35,6 +35,7 @@ from stereotrack_core.tracking.lengths_fit import (
     WellSeenFrames,
     lengths_by_height,
 )
+from stereotrack_core.tracking.misfit import with_warnings
 from stereotrack_core.tracking.outlines.edges import edge_maps
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.run import Run
@@ -42,6 +43,8 @@ from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.shape_fit import SeenPose, fitted_shape
 from stereotrack_core.tracking.shared_clouds import SharedClouds, read_cloud
 from stereotrack_core.tracking.smoothing import error_state_of, smoothed
+from stereotrack_core.tracking.stored import subject_of_meta
+from stereotrack_core.tracking.unfinished import Checkpoint, RunKeeper, UnfinishedRun, recall
 
 FirstPose: TypeAlias = str | Pose
 """``"auto"``: found without help; ``"tpose"``: the T pose facing north; or a pose."""
@@ -83,6 +86,11 @@ class Pipeline:
     colour : bool, optional
         Whether a reader of its own reads pictures in colour; as the parameters need it when not
         given.
+    keeper : RunKeeper, optional
+        Is given every frame before anybody else.
+    begun : UnfinishedRun, optional
+        To go on with, where everything else is as it was: to the last bit as if it had never been
+        stopped.
 
     Raises
     ------
@@ -103,7 +111,12 @@ class Pipeline:
         clouds: SharedClouds | None = None,
         detections: Detections | None = None,
         colour: bool | None = None,
+        keeper: RunKeeper | None = None,
+        begun: UnfinishedRun | None = None,
     ) -> None:
+        self._keeper, self._begun = keeper, begun
+        if begun is not None:
+            recording = dataclasses.replace(recording, subject=subject_of_meta(begun.meta))
         self.recording = recording
         self.settings = settings
         self.seed = seed
@@ -130,24 +143,28 @@ class Pipeline:
             recording, views=self.views, colour=coloured if colour is None else colour
         )
         self._asked: range | None = None
-        self._made_at = datetime.now(UTC).isoformat(timespec="milliseconds")
+        now = datetime.now(UTC).isoformat(timespec="milliseconds")
+        self._made_at = now if begun is None else str(begun.meta.get("made", now))
         self._started = False
         self._prepared = False
         self._made: dict[int, tuple[Cloud, float]] = {}
         self.on_first_pass: Callable[[TrackedFrame], None] = _nothing
+        self.on_replay: Callable[[int], None] = _nothing
 
     def frames(self, frames: range) -> Generator[TrackedFrame, None, None]:
         """Track frames in their order; goes on from the last pose when called again."""
         self.prepare(frames)
+        if self._begun is not None:
+            frames = self._begun.rest_of(frames)
         with ThreadPoolExecutor(1, thread_name_prefix="cloud") as ahead:
             waiting: deque[Future[tuple[Cloud, float]]] = deque()
             upcoming = iter(frames)
             for frame in upcoming:
                 waiting.append(ahead.submit(self._cloud, frame))
                 if len(waiting) > _AHEAD:
-                    yield self._tracked(*waiting.popleft().result())
+                    yield self._keep(self._tracked(*waiting.popleft().result()))
             while waiting:
-                yield self._tracked(*waiting.popleft().result())
+                yield self._keep(self._tracked(*waiting.popleft().result()))
 
     def prepare(self, frames: range) -> None:
         """Learn the background and fit the body's shape; once, before the first frame."""
@@ -155,6 +172,14 @@ class Pipeline:
             return
         self._prepared, self._asked = True, frames
         self.learn(frames)
+        checkpoint = None if self._begun is None else self._begun.checkpoint
+        if checkpoint is None or not checkpoint.started:
+            self._get_ready(frames)
+        if checkpoint is not None:
+            self._go_on_after(checkpoint, frames)
+
+    def _get_ready(self, frames: range) -> None:
+        """Find out all that has to be known of the person before the first frame."""
         if self.settings.body.proportions == "sequence":
             self.take_lengths(frames)
         if self._init == "auto":
@@ -162,6 +187,25 @@ class Pipeline:
             self._found = self._look_for_pose(clouds) if clouds else None
         if self.settings.tracking.fit_shape and self._follows_data:
             self._fit_shape(frames)
+
+    def _go_on_after(self, checkpoint: Checkpoint, frames: range) -> None:
+        """Be as after the frames that are done; a background that learns on sees them again."""
+        if self._begun is not None and checkpoint.started:
+            self.shape = self._begun.shape
+            self.body = body_model(proportions_of(self.recording.subject), self.shape)
+            self.tracker = self._tracker()
+        recall(self.tracker, checkpoint.memory)
+        self._started = checkpoint.started
+        for frame in frames[: frames.index(checkpoint.frame) + 1]:
+            if self._made.pop(frame, None) is None and self.chain.learns:
+                self._cloud(frame)
+            self.on_replay(frame)
+
+    def _keep(self, tracked: TrackedFrame) -> TrackedFrame:
+        if self._keeper is not None:
+            checkpoint = Checkpoint(tracked.frame, self._started, self.tracker.memory())
+            self._keeper.keep(tracked.without_cloud(), checkpoint, self.origin)
+        return tracked
 
     def learn(self, frames: range) -> None:
         """Learn the background."""
@@ -264,6 +308,7 @@ class Pipeline:
             detections=self._detections,
             colour=self.reader.colour,
             made=self._made_at,
+            resumed_at=() if self._begun is None else self._begun.resumed_at,
         )
 
     def smoothed_run(self, frames: Sequence[TrackedFrame]) -> Run:
@@ -337,6 +382,9 @@ def track(
     detections: Detections | None = None,
     colour: bool | None = None,
     on_first_pass: Callable[[TrackedFrame], None] | None = None,
+    on_replay: Callable[[int], None] | None = None,
+    keeper: RunKeeper | None = None,
+    begun: UnfinishedRun | None = None,
 ) -> Run:
     """Track a recording; a run that is cancelled keeps the frames it has.
 
@@ -352,18 +400,20 @@ def track(
         Asked after every frame whether to stop.
     smooth : bool
         Go over the frames backwards as well.
-    detections, colour
+    detections, colour, keeper, begun
         See :class:`Pipeline`.
     on_first_pass : callable, optional
         Called after every frame from which lengths are estimated, and may raise
         :class:`Cancelled`.
+    on_replay : callable, optional
+        Called after every frame that need not be tracked again, and may raise it too.
 
     Raises
     ------
     Cancelled
-        Where `on_first_pass` raises it.
+        Where `on_first_pass` or `on_replay` raises it.
     """
-    found: list[TrackedFrame] = []
+    found: list[TrackedFrame] = [] if begun is None else list(begun.done)
     with Pipeline(
         recording,
         settings,
@@ -373,19 +423,23 @@ def track(
         preset=preset,
         detections=detections,
         colour=colour,
+        keeper=keeper,
+        begun=begun,
     ) as pipeline:
         pipeline.on_first_pass = on_first_pass or _nothing
+        pipeline.on_replay = on_replay or _nothing
         wanted = range(pipeline.reader.frame_count) if frames is None else frames
-        for tracked in pipeline.frames(wanted):
+        pipeline.prepare(wanted)
+        complete = begun is not None and cancelled is not None and cancelled()
+        for tracked in () if complete else pipeline.frames(wanted):
             found.append(tracked.without_cloud())
             if on_frame is not None:
                 on_frame(tracked)
             if cancelled is not None and cancelled():
                 break
-        if smooth:
-            return pipeline.smoothed_run(found)
-        return run_of(found, pipeline.origin())
+        run = pipeline.smoothed_run(found) if smooth else run_of(found, pipeline.origin())
+        return with_warnings(run, found, settings)
 
 
-def _nothing(_: TrackedFrame) -> None:
+def _nothing(_: object) -> None:
     pass

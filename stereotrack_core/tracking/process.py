@@ -43,3 +43,13 @@ def elapsed(since: float | None, time: float) -> float:
         In frames.
     """
     return 1.0 if since is None else abs(time - since)
+
+
+def time_array(time: float | None) -> FloatArray:
+    """A time in frames as an array () to be kept; NaN where it is not known."""
+    return np.array(np.nan if time is None else time, dtype=np.float64)
+
+
+def time_in(array: FloatArray) -> float | None:
+    """The time that :func:`time_array` was given."""
+    return None if np.isnan(array) else float(array)

@@ -22,7 +22,7 @@ from stereotrack_core.tracking.pipeline import FirstPose
 from stereotrack_core.tracking.presets import PRESETS, preset
 from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.settings import Settings
-from stereotrack_core.tracking.stored import EARLIER
+from stereotrack_core.tracking.stored import EARLIER, subject_of_meta
 from stereotrack_core.versions import versions
 
 _NUMBERS = (
@@ -125,7 +125,7 @@ def recipe_of(run: Run) -> Recipe:
         count=len(run.frame),
         init=_first_pose(meta),
         smooth=bool(meta.get("smoothed", False)),
-        subject=_subject(meta),
+        subject=subject_of_meta(meta),
         detections=meta.get("detections"),
         colour=meta.get("colour"),
         notes=tuple(notes),
@@ -134,6 +134,15 @@ def recipe_of(run: Run) -> Recipe:
 
 def what_differs(run: Run, recording: Recording) -> tuple[str, ...]:
     """Why repeating a run on this recording, by this program, may come out otherwise; sentences."""
+    meta, found = run.meta, [*other_files(run, recording)]
+    measured = dict(meta.get("parameters") or {}).get("proportions", "individual") == "individual"
+    if measured and "subject" in meta and subject_of_meta(meta) != recording.subject:
+        found.append("The recording states another subject now; the run's is used.")
+    return (*found, *other_versions(meta))
+
+
+def other_files(run: Run, recording: Recording) -> tuple[str, ...]:
+    """Why this is not the recording that a run was tracked with; sentences."""
     meta, found = run.meta, []
     for key, now, what in (
         ("fingerprint", fingerprint(recording), "recording"),
@@ -147,13 +156,11 @@ def what_differs(run: Run, recording: Recording) -> tuple[str, ...]:
                 f"This is not the {what} that the run was tracked with: its fingerprint is "
                 f"{now[:8]}, the run's is {then[:8]}."
             )
-    measured = dict(meta.get("parameters") or {}).get("proportions", "individual") == "individual"
-    if measured and "subject" in meta and _subject(meta) != recording.subject:
-        found.append("The recording states another subject now; the run's is used.")
-    return (*found, *_other_versions(meta))
+    return tuple(found)
 
 
-def _other_versions(meta: Mapping[str, Any]) -> tuple[str, ...]:
+def other_versions(meta: Mapping[str, Any]) -> tuple[str, ...]:
+    """Whether other programs compute now than when a run was tracked; a sentence."""
     then = meta.get("versions")
     if not isinstance(then, dict):
         before = meta.get("version", "unknown")
@@ -286,11 +293,3 @@ def _first_pose(meta: Mapping[str, Any]) -> FirstPose | None:
             "the first pose is not one of this program's body", where="first_pose", remedy=_AGAIN
         )
     return pose
-
-
-def _subject(meta: Mapping[str, Any]) -> Subject | None:
-    stored = meta.get("subject")
-    if not isinstance(stored, dict):
-        return None
-    fields = {field.name for field in dataclasses.fields(Subject)}
-    return Subject(**{key: value for key, value in stored.items() if key in fields})

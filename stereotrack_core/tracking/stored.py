@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from types import MappingProxyType
+from typing import Any
 
 from stereotrack_core.body.angles import pose_of_state
 from stereotrack_core.body.model import BodyModel, body_model
@@ -54,13 +55,23 @@ def fps_of_run(run: Run) -> float:
 
 def body_of_run(run: Run) -> BodyModel:
     """Body that a run was tracked with: its subject's proportions and its shape parameters."""
-    subject = run.meta.get("subject")
-    known = {row.name for row in BodyParameters.rows()}
-    stored = {**EARLIER, **run.meta.get("body", {})}
-    shape = BodyParameters().replaced(**{k: v for k, v in stored.items() if k in known})
+    return body_model(proportions_of(subject_of_meta(run.meta)), shape_of_meta(run.meta))
+
+
+def subject_of_meta(meta: Mapping[str, Any]) -> Subject | None:
+    """Whose body was tracked."""
+    stored = meta.get("subject")
+    if not isinstance(stored, dict):
+        return None
     fields = {field.name for field in dataclasses.fields(Subject)}
-    measured = {k: v for k, v in (subject or {}).items() if k in fields}
-    return body_model(proportions_of(Subject(**measured)), shape)
+    return Subject(**{key: value for key, value in stored.items() if key in fields})
+
+
+def shape_of_meta(meta: Mapping[str, Any]) -> BodyParameters:
+    """Shape of the body that was tracked."""
+    known = {row.name for row in BodyParameters.rows()}
+    stored = {**EARLIER, **meta.get("body", {})}
+    return BodyParameters().replaced(**{k: v for k, v in stored.items() if k in known})
 
 
 def _joints_of(names: tuple[str, ...]) -> tuple[int, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from dataclasses import dataclass
 
@@ -22,6 +23,7 @@ from stereotrack_core.tracking.estimate import (
     OVERCONFIDENCE,
     Correspondences,
     Estimate,
+    Memory,
     Prior,
     limb_sigma_deg,
 )
@@ -29,7 +31,7 @@ from stereotrack_core.tracking.inside.observer import SILENT, Observer
 from stereotrack_core.tracking.lost.judge import lost_probability
 from stereotrack_core.tracking.lost.signs import Judged, limb_signs, unexpected
 from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.process import elapsed, process_noise
+from stereotrack_core.tracking.process import elapsed, process_noise, time_array, time_in
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,6 +152,24 @@ class ThesisTracker:
         self._movement = self.x - before
         self._movement[3:] = np.arctan2(np.sin(self._movement[3:]), np.cos(self._movement[3:]))
         return self.estimate(cloud, pairs, innovations[0], time.perf_counter() - begun)
+
+    def memory(self) -> Memory:
+        """All that the next step depends on; see :class:`Tracker`."""
+        drawn = json.dumps(self._rng.bit_generator.state)
+        return {
+            "x": self.x,
+            "P": self.P,
+            "movement": self._movement,
+            "time": time_array(self._time),
+            "anew": np.array(self._anew),
+            "random": np.frombuffer(drawn.encode(), dtype=np.uint8),
+        }
+
+    def recall(self, memory: Memory) -> None:
+        """Go on as the tracker would whose memory this is."""
+        self.x, self.P, self._time = memory["x"], memory["P"], time_in(memory["time"])
+        self._movement, self._anew = memory["movement"], bool(memory["anew"])
+        self._rng.bit_generator.state = json.loads(memory["random"].tobytes())
 
     def predict(self, time: float) -> None:
         """Predict that the body stays where it is, with more uncertainty (3.2.1)."""

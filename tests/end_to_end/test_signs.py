@@ -42,7 +42,8 @@ def _stretches(told, view):
 @pytest.mark.parametrize("preset", ["fast", "thesis"])
 def test_a_view_that_goes_dark_is_told_and_the_others_go_on(preset, copy, tmp_path, run):
     _darken(copy, PAIR, DARK)
-    told = run("track", copy, "-o", tmp_path / "run.npz", "--preset", preset, "--json")
+    dense = ("--set", "speckle_size=10", "--set", "pixel_step=1", "--set", "match_window=9")
+    told = run("track", copy, "-o", tmp_path / "run.npz", "--preset", preset, *dense, "--json")
     assert told.status == 0
     assert _stretches(told, "N") == [(DARK.start, DARK.stop)]
     assert _stretches(told, "S") == []
@@ -69,8 +70,12 @@ def test_frames_in_which_nothing_is_seen_are_not_tracked(clear, tmp_path, run):
 def test_nothing_is_tracked_where_nothing_is_seen(preset, copy, tmp_path, run):
     _darken(copy, CAMERAS, range(FRAMES))
     told = run("track", copy, "-o", tmp_path / "run.npz", "--preset", preset, "--json")
-    assert told.status == 0
+    assert told.status == 1
     assert told.json["tracked"] == 0
+    assert f"Nobody was tracked in any of the {FRAMES} frames." in told.err
+    assert "dark" in told.err
+    [cause] = told.json["untracked_because"]
+    assert cause["views"] == ["N", "S"]
     summary = run("evaluate", tmp_path / "run.npz")
     assert summary.status == 0
     assert "500.0" in summary.out
@@ -82,8 +87,37 @@ def test_nothing_is_tracked_where_nothing_is_seen(preset, copy, tmp_path, run):
 def test_a_volume_elsewhere_gives_an_empty_cloud(sound, tmp_path, run):
     away = ("--set", "volume_centre_x=40")
     told = run("track", sound, "-o", tmp_path / "run.npz", *away, "--preset", "fast", "--json")
-    assert told.status == 0
+    assert told.status == 1
     assert told.json["tracked"] == 0
+    assert "volume_centre_x" in told.err
+
+
+@pytest.mark.parametrize(
+    ("option", "word"),
+    [
+        ("background_empty_scene=false", "learned from the recording itself"),
+        ("disparity_minimum=300", "disparity_minimum=300"),
+        ("volume_bottom=2.2", "volume_bottom"),
+        ("outlier_distance=0.5", "outlier_distance"),
+    ],
+)
+def test_the_step_that_took_the_points_is_named(option, word, sound, tmp_path, run):
+    place = tmp_path / "run.npz"
+    told = run("track", sound, "-o", place, "--preset", "fast", "--set", option)
+    assert told.status == 1
+    assert "Nobody was tracked" in told.err
+    assert word in told.err
+
+
+def test_a_run_of_nothing_replaces_no_other(sound, tmp_path, run):
+    place = tmp_path / "run.npz"
+    assert run("track", sound, "-o", place, "--preset", "fast", "--frames", "0:2").status == 0
+    before = place.read_bytes()
+    told = run("track", sound, "-o", place, "--preset", "fast", "--set", "volume_centre_x=40")
+    assert told.status == 1
+    assert "left as it was" in told.err
+    assert place.read_bytes() == before
+    assert [path.name for path in tmp_path.iterdir()] == [place.name]
 
 
 def test_overwritten_bytes_are_told_by_frame(copy, tmp_path, run, random_bytes):

@@ -13,7 +13,7 @@ from stereotrack_core.tracking.colours.features import colour_features
 from stereotrack_core.tracking.colours.model import PartColours
 from stereotrack_core.tracking.data_to_model import SurfaceResidual, Trust, surface_residual
 from stereotrack_core.tracking.detections.listening import ListeningTracker
-from stereotrack_core.tracking.estimate import Estimate
+from stereotrack_core.tracking.estimate import Estimate, Memory
 from stereotrack_core.tracking.parameters import TrackingParameters
 
 _WIDE_ITERATIONS = 2
@@ -52,6 +52,26 @@ class ColouredTracker(ListeningTracker):
             frames, memory = self.body.frames(self.pose), self.parameters.colours.colour_memory
             self._known.learn(data[:, :3], data[:, 3:], frames, memory)
         return estimate
+
+    def memory(self) -> Memory:
+        """All that the next step depends on, the parts' colours too."""
+        if self.parameters.colours.colour_weight == 0.0:
+            return super().memory()
+        known = self._known
+        return {
+            **super().memory(),
+            "colour_count": known.count,
+            "colour_mean": known.mean,
+            "colour_square": known.square,
+        }
+
+    def recall(self, memory: Memory) -> None:
+        """Go on as the tracker would whose memory this is."""
+        super().recall(memory)
+        if "colour_count" in memory:
+            known = self._known
+            known.count, known.mean = memory["colour_count"].copy(), memory["colour_mean"].copy()
+            known.square = memory["colour_square"].copy()
 
     def choose(self, cloud: Cloud) -> FloatArray:
         """Draw the data (N, 3), or (N, 6) with their colours."""

@@ -7,7 +7,9 @@ import scipy.optimize
 
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.manifold import difference, displaced
+from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import PARENTS, TORSO
+from stereotrack_core.tracking.estimate import Memory
 from stereotrack_core.tracking.manifold_tracker import State
 from stereotrack_core.tracking.peers.base import PeerTracker
 from stereotrack_core.tracking.peers.energy import PoseEnergy
@@ -38,6 +40,27 @@ class AnnealedParticleTracker(PeerTracker):
         super().resume(state)
         self._particles: FloatArray | None = None
         self._centre = self._left = state.pose
+
+    def memory(self) -> Memory:
+        """All that the next step depends on, the particles too."""
+        if self._particles is None:
+            return super().memory()
+        return {
+            **super().memory(),
+            "particles": self._particles,
+            "centre_position": self._centre.position,
+            "centre_rotations": self._centre.rotations,
+            "left_position": self._left.position,
+            "left_rotations": self._left.rotations,
+        }
+
+    def recall(self, memory: Memory) -> None:
+        """Go on as the tracker would whose memory this is."""
+        super().recall(memory)
+        if "particles" in memory:
+            self._particles = memory["particles"]
+            self._centre = Pose(memory["centre_position"], memory["centre_rotations"])
+            self._left = Pose(memory["left_position"], memory["left_rotations"])
 
     def settle(self, frame: int, data: FloatArray, P0: FloatArray) -> None:
         """Scatter, weigh and draw the particles, layer by layer."""

@@ -1,0 +1,181 @@
+"""Records of facts and arrays in a file that is only ever appended to.
+
+A record counts once it is complete: each states its length and a checksum. Whoever is killed while
+writing one loses that one alone. Nothing in a record is ever executed; a stranger's file can be
+read as safely as any other.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import struct
+import time
+import zlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stereotrack_core.file_lock import take_lock
+from stereotrack_core.reading import MB, open_file
+
+_FRAME = struct.Struct("<4sII")
+"""Kind of record, length and checksum of what follows."""
+
+_MOST_BYTES = 16384 * MB
+
+_TYPES = ("<f8", "<i8", "|u1", "|b1")
+
+_NO_RECORD = (ValueError, TypeError, OverflowError, RecursionError, struct.error)
+"""What reading something else raises whose checksum is right nevertheless."""
+
+_SECONDS_AT_RISK = 1.0
+"""What a power failure may take; a program that is killed loses nothing that was written."""
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """Facts (JSON) and arrays under a kind of four letters."""
+
+    kind: str
+    facts: Mapping[str, Any]
+    arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+
+
+class RecordFile:
+    """A file that records are appended to; no other program may write to it meanwhile.
+
+    Parameters
+    ----------
+    path : Path
+    magic : bytes
+        The eight bytes that such files begin with.
+
+    Raises
+    ------
+    BlockingIOError
+        Where another program writes to it.
+    OSError
+        Where it cannot be written to.
+    ValueError
+        Where something else is in the file.
+    """
+
+    def __init__(self, path: Path, magic: bytes) -> None:
+        self.path = path
+        path.touch()
+        self._file: IO[bytes] = path.open("r+b", buffering=0)
+        try:
+            take_lock(self._file)
+            self._end = _end_of_records(self._file, magic)
+            self._file.truncate(self._end)
+            self._file.seek(self._end)
+            if not self._end:
+                self._write(magic)
+        except BaseException:
+            self._file.close()
+            raise
+        self._synced = time.monotonic()
+
+    def append(self, record: Record) -> None:
+        """Write a record; what another program reads from now on holds it.
+
+        Raises
+        ------
+        OSError
+            Where the drive is full or gone; the records before are still there.
+        """
+        payload = _packed(record)
+        kind = record.kind.encode("ascii")
+        checksum = zlib.crc32(payload, zlib.crc32(kind))
+        self._write(_FRAME.pack(kind, len(payload), checksum) + payload)
+        if time.monotonic() - self._synced > _SECONDS_AT_RISK:
+            os.fsync(self._file.fileno())
+            self._synced = time.monotonic()
+
+    def close(self) -> None:
+        """Let go of the file; a second time does nothing."""
+        self._file.close()
+
+    def _write(self, data: bytes) -> None:
+        try:
+            rest = memoryview(data)
+            while rest:
+                rest = rest[self._file.write(rest) :]
+        except OSError as error:
+            with contextlib.suppress(OSError):
+                self._file.truncate(self._end)
+                self._file.seek(self._end)
+            raise OSError(error.errno, error.strerror, str(self.path)) from None
+        self._end += len(data)
+
+
+def read_records(path: Path, magic: bytes) -> Iterator[Record]:
+    """All complete records, the oldest first; those whose checksum is wrong are left out.
+
+    Raises
+    ------
+    InputError
+        Where there is no such file, or it cannot be read.
+    ValueError
+        Where it does not begin with these bytes.
+    """
+    with open_file(path, _MOST_BYTES) as file:
+        for kind, payload in _payloads(file, magic):
+            with contextlib.suppress(*_NO_RECORD):
+                yield _unpacked(kind, payload)
+
+
+def _payloads(file: IO[bytes], magic: bytes) -> Iterator[tuple[bytes, bytes]]:
+    size = os.fstat(file.fileno()).st_size
+    if not magic.startswith(file.read(len(magic))):
+        raise ValueError("it begins with other bytes")
+    while len(head := file.read(_FRAME.size)) == _FRAME.size:
+        kind, length, checksum = _FRAME.unpack(head)
+        if length > size - file.tell():
+            return
+        payload = file.read(length)
+        if zlib.crc32(payload, zlib.crc32(kind)) == checksum:
+            yield kind, payload
+
+
+def _end_of_records(file: IO[bytes], magic: bytes) -> int:
+    """Where the next record belongs: after the last one that is complete."""
+    end = len(magic)
+    for _ in _payloads(file, magic):
+        end = file.tell()
+    return end if os.fstat(file.fileno()).st_size >= end else 0
+
+
+def _packed(record: Record) -> bytes:
+    layout, parts = [], []
+    for name, given in record.arrays.items():
+        array = np.asarray(given)
+        plain = array.astype(array.dtype.newbyteorder("<"), copy=False)
+        turned = plain.flags.f_contiguous and not plain.flags.c_contiguous
+        layout.append([name, plain.dtype.str, plain.shape, "F" if turned else "C"])
+        parts.append(plain.tobytes(order="F" if turned else "C"))
+    head = json.dumps([record.facts, layout], ensure_ascii=False).encode()
+    return b"".join([struct.pack("<I", len(head)), head, *parts])
+
+
+def _unpacked(kind: bytes, payload: bytes) -> Record:
+    (length,) = struct.unpack_from("<I", payload)
+    facts, layout = json.loads(payload[4 : 4 + length])
+    if not isinstance(facts, dict):
+        raise ValueError("there are no facts")
+    arrays, at = {}, 4 + length
+    for name, dtype, shape, order in layout:
+        if dtype not in _TYPES or order not in ("C", "F") or any(n < 0 for n in shape):
+            raise ValueError("an array is of no known kind")
+        count = int(np.prod(shape, dtype=object)) if shape else 1
+        flat = np.frombuffer(payload, dtype, count, at)
+        at += flat.nbytes
+        # in the order that it had in memory, on which the last bit of later sums may depend
+        arrays[str(name)] = flat.reshape(shape, order=order).copy(order="K")
+    return Record(kind.decode("ascii", "replace"), facts, arrays)

@@ -1,0 +1,269 @@
+"""A run that is written frame by frame while it is tracked, in a file ``RUN.part``.
+
+However tracking ends, killed, too, every frame that was tracked is in it. It can be read like a run
+file, and ``stereotrack track --resume`` goes on with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import astuple, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.skeleton import PARTS
+from stereotrack_core.depth.cloud import PointCounts
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.records import Record, RecordFile, read_records
+from stereotrack_core.reading import decoding
+from stereotrack_core.recording.landmarks import LANDMARKS
+from stereotrack_core.tracking.estimate import Estimate, Prior
+from stereotrack_core.tracking.frame import Origin, TrackedFrame, cloudless
+from stereotrack_core.tracking.run_meta import check_meta
+from stereotrack_core.tracking.unfinished import Checkpoint, UnfinishedRun
+
+PART_SUFFIX = ".part"
+
+_MAGIC = b"strun 1\n"
+_HEAD, _FRAME, _TRACKER = "head", "fram", "trac"
+
+_FOREIGN = "this is not an unfinished run of this program, or its beginning is damaged"
+_REMEDY = f"Give a file {PART_SUFFIX} that `stereotrack track` left, or move it away."
+
+_SIGNS = ("coverage", "residual", "innovation", "aside")
+
+_FRAMES_PER_CHECKPOINT = 20
+"""How many frames are tracked again at most where a run goes on. What the tracker remembers takes
+three times as much room as a frame."""
+
+
+def part_of(run: Path) -> Path:
+    """Where the frames of a run are kept until it is complete."""
+    return run.with_name(run.name + PART_SUFFIX)
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What else was asked for when the run was begun.
+
+    Attributes
+    ----------
+    smooth : bool
+        To go over it backwards at the end.
+    count : int or None
+        To stop after so many frames.
+    """
+
+    smooth: bool = False
+    count: int | None = None
+
+
+class RunJournal:
+    """Keeps a run that is being tracked; see :class:`RunKeeper`.
+
+    Parameters
+    ----------
+    path : Path
+        A new file, or an unfinished run to go on with.
+    seconds : callable
+        How long has been worked on the run, for its meta.
+    wish : Wish
+
+    Raises
+    ------
+    InputError
+        Where another program writes to the file, it holds something else, or none can be made
+        there.
+    """
+
+    def __init__(self, path: Path, seconds: Callable[[], float], wish: Wish | None = None) -> None:
+        self.path, self.kept = path, 0
+        self._seconds, self._wish = seconds, wish or Wish()
+        try:
+            self._file = RecordFile(path, _MAGIC)
+        except BlockingIOError:
+            raise InputError(
+                "another program is writing this run at the moment",
+                where=str(path),
+                remedy="Wait until it has ended, or name another output.",
+            ) from None
+        except ValueError:
+            raise InputError(_FOREIGN, where=str(path), remedy=_REMEDY) from None
+        except OSError as error:
+            raise InputError(
+                f"no file can be written there ({error.strerror})",
+                where=str(path),
+                remedy="Choose a folder that you may write to.",
+            ) from None
+
+    def keep(self, frame: TrackedFrame, after: Checkpoint, origin: Callable[[], Origin]) -> None:
+        """Write a frame; it is safe from then on.
+
+        Raises
+        ------
+        OSError
+            Where the drive is full or gone.
+        """
+        if self.kept == 0:
+            self._file.append(_head(origin(), self._wish))
+        self._file.append(_record_of(frame, self._seconds()))
+        if self.kept % _FRAMES_PER_CHECKPOINT == 0:
+            facts = {"frame": after.frame, "started": after.started}
+            self._file.append(Record(_TRACKER, facts, after.memory))
+        self.kept += 1
+
+    def close(self) -> None:
+        """Leave the file as it is; one without any frame is removed."""
+        self._file.close()
+        if self.kept == 0 and not has_frames(self.path):
+            self.path.unlink(missing_ok=True)
+
+    def remove(self) -> None:
+        """Remove the file: the run is kept elsewhere now."""
+        self._file.close()
+        self.path.unlink(missing_ok=True)
+
+
+def has_frames(path: Path) -> bool:
+    """Whether there is an unfinished run with at least one frame, or something that is not ours."""
+    if not path.exists():
+        return False
+    try:
+        return any(record.kind == _FRAME for record in read_records(path, _MAGIC))
+    except (InputError, ValueError):
+        return True
+
+
+def read_unfinished(path: Path) -> tuple[UnfinishedRun, Wish]:
+    """What is left of a run that was stopped, and what else it was to be.
+
+    Raises
+    ------
+    InputError
+        For a file that is missing, cannot be read, or holds something else.
+    """
+    head: Record | None = None
+    frames: dict[int, TrackedFrame] = {}
+    checkpoints: dict[int, Checkpoint] = {}
+    seconds = 0.0
+    with decoding(path, _FOREIGN, _REMEDY):
+        for record in read_records(path, _MAGIC):
+            if record.kind == _HEAD:
+                head = record
+            elif record.kind == _FRAME:
+                frame = _frame_of(record)
+                frames[frame.frame] = frame
+                seconds = max(seconds, float(record.facts["seconds"]))
+            elif record.kind == _TRACKER:
+                number, started = int(record.facts["frame"]), bool(record.facts["started"])
+                checkpoints[number] = Checkpoint(number, started, record.arrays)
+        if head is None:
+            raise ValueError("it does not say where the frames come from")
+        check_meta(head.facts["meta"], f"{path}, meta", _REMEDY)
+        return _unfinished(head, frames, checkpoints, seconds)
+
+
+def _unfinished(
+    head: Record,
+    frames: Mapping[int, TrackedFrame],
+    checkpoints: Mapping[int, Checkpoint],
+    seconds: float,
+) -> tuple[UnfinishedRun, Wish]:
+    meta, names = head.facts["meta"], tuple(str(name) for name in head.facts["state_names"])
+    asked = range(*(int(number) for number in meta["frames"]))
+    n = len(names)
+    if any(frame.estimate.P.shape != (n, n) or frame.x.shape != (n,) for frame in frames.values()):
+        raise ValueError("states of another size")
+    last: Checkpoint | None = None
+    for frame in asked:
+        if frame not in frames:
+            break
+        last = checkpoints.get(frame, last)
+    ordered = tuple(frames[k] for k in sorted(frames))
+    wish = Wish(**head.facts["wish"])
+    return UnfinishedRun(ordered, names, meta, seconds, last), wish
+
+
+def _head(origin: Origin, wish: Wish) -> Record:
+    facts = {
+        "meta": origin.meta(),
+        "state_names": origin.state_names,
+        "wish": {"smooth": wish.smooth, "count": wish.count},
+    }
+    return Record(_HEAD, facts)
+
+
+def _record_of(frame: TrackedFrame, seconds: float) -> Record:
+    estimate, prior = frame.estimate, frame.estimate.prior
+    facts = {
+        "frame": frame.frame,
+        "tracked": estimate.tracked,
+        "reason": estimate.reason,
+        "seconds": seconds,
+        "stages": dict(frame.seconds),
+        "problems": dict(frame.cloud.problems),
+        "counts": {view: astuple(counts) for view, counts in frame.cloud.counts.items()},
+    }
+    arrays = {
+        "landmarks": frame.landmarks,
+        "position": estimate.pose.position,
+        "rotations": estimate.pose.rotations,
+        "x": estimate.x,
+        "P": estimate.P,
+        "signs": np.array([getattr(estimate, name) for name in _SIGNS]),
+        "limb_sigma_deg": estimate.limb_sigma_deg,
+        "limb_lost": estimate.limb_lost,
+    }
+    if prior is not None:
+        arrays |= {"movement": prior.movement, "prior_P": prior.P, "carried": prior.carried}
+    return Record(_FRAME, facts, arrays)
+
+
+def _frame_of(record: Record) -> TrackedFrame:
+    facts, arrays = record.facts, record.arrays
+    coverage, residual, innovation, aside = _shaped(arrays["signs"], len(_SIGNS)).tolist()
+    prior = None
+    if "movement" in arrays:
+        n = len(arrays["x"])
+        carried = np.asarray(arrays["carried"], dtype=np.bool_).reshape(n)
+        prior = Prior(_shaped(arrays["movement"], n), _shaped(arrays["prior_P"], n, n), carried)
+    estimate = Estimate(
+        tracked=bool(facts["tracked"]),
+        reason=str(facts["reason"]),
+        pose=Pose(_shaped(arrays["position"], 3), _shaped(arrays["rotations"], len(PARTS), 3, 3)),
+        x=arrays["x"],
+        P=arrays["P"],
+        coverage=coverage,
+        residual=residual,
+        innovation=innovation,
+        limb_sigma_deg=_shaped(arrays["limb_sigma_deg"], len(LIMBS)),
+        limb_lost=_shaped(arrays["limb_lost"], len(LIMBS)),
+        prior=prior,
+        aside=aside,
+    )
+    number = int(facts["frame"])
+    problems = {str(view): str(words) for view, words in facts["problems"].items()}
+    stages = {str(stage): float(spent) for stage, spent in facts["stages"].items()}
+    counts = {str(view): _counts(told) for view, told in facts.get("counts", {}).items()}
+    landmarks = _shaped(arrays["landmarks"], len(LANDMARKS), 3)
+    return TrackedFrame(number, estimate, landmarks, cloudless(number, problems, counts), stages)
+
+
+def _counts(told: list[Any]) -> PointCounts:
+    measured, person, taken, inside, kept, middle = told
+    counts = PointCounts(int(measured), int(person), int(taken), int(inside), int(kept))
+    if middle is None:
+        return counts
+    x, y, z = middle
+    return replace(counts, middle=(float(x), float(y), float(z)))
+
+
+def _shaped(array: FloatArray, *shape: int) -> FloatArray:
+    if array.shape != shape or array.dtype != np.float64:
+        raise ValueError("an array of another shape")
+    return array

@@ -1,0 +1,139 @@
+"""A run that is kept while it grows, and one that goes on where it was stopped."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.errors import InputError
+from stereotrack_core.tracking.estimate import Memory, Tracker
+from stereotrack_core.tracking.frame import Origin, TrackedFrame, assembled
+from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.stored import shape_of_meta
+
+INCOMPLETE = "incomplete"
+"""Key of a run's meta: whether frames that were asked for are still to come."""
+
+
+@dataclass(frozen=True, eq=False)
+class Checkpoint:
+    """The tracker between two frames.
+
+    Attributes
+    ----------
+    frame : int
+        The last one that it has seen.
+    started : bool
+        Whether somebody has been there, so that it was given a first pose.
+    memory : mapping from name to array
+        See :class:`Tracker`.
+    """
+
+    frame: int
+    started: bool
+    memory: Memory
+
+
+class RunKeeper(Protocol):
+    """Keeps what is tracked at once, so that nothing is lost however the program ends."""
+
+    def keep(self, frame: TrackedFrame, after: Checkpoint, origin: Callable[[], Origin]) -> None:
+        """Keep a frame, the tracker after it, and where frames come from.
+
+        The last two not for every frame: from an earlier checkpoint tracking goes on as well, and
+        comes to the same.
+        """
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class UnfinishedRun:
+    """What is left of a run that was stopped.
+
+    Attributes
+    ----------
+    frames : tuple of TrackedFrame
+        Ascending; without clouds.
+    state_names : tuple of str
+    meta : mapping
+        As a complete run has it.
+    wall_seconds : float
+        That were spent on it.
+    checkpoint : Checkpoint or None
+        The last one up to which no frame is missing; None where the run has to begin anew.
+    """
+
+    frames: tuple[TrackedFrame, ...]
+    state_names: tuple[str, ...]
+    meta: Mapping[str, Any]
+    wall_seconds: float
+    checkpoint: Checkpoint | None = None
+
+    @property
+    def asked(self) -> range:
+        """Frames that were asked for."""
+        first, end = self.meta["frames"]
+        return range(int(first), int(end))
+
+    @property
+    def done(self) -> tuple[TrackedFrame, ...]:
+        """Frames that need not be tracked again."""
+        if self.checkpoint is None:
+            return ()
+        return tuple(frame for frame in self.frames if frame.frame <= self.checkpoint.frame)
+
+    def rest_of(self, frames: range) -> range:
+        """What is still to come of the frames that were asked for."""
+        if self.checkpoint is None:
+            return frames
+        return frames[frames.index(self.checkpoint.frame) + 1 :]
+
+    @property
+    def resumed_at(self) -> tuple[int, ...]:
+        """Frames with which tracking has gone on, and now goes on."""
+        return (*self.meta.get("resumed_at", ()), *self.rest_of(self.asked)[:1])
+
+    @property
+    def shape(self) -> BodyParameters:
+        """Of the body that was tracked."""
+        return shape_of_meta(self.meta)
+
+    def run(self) -> Run:
+        """The frames that there are, as a run that says that it is incomplete."""
+        more = {"wall_seconds": self.wall_seconds, INCOMPLETE: len(self.frames) < len(self.asked)}
+        return assembled(self.frames, self.state_names, {**self.meta, **more})
+
+    def changed_by(self, again: TrackedFrame) -> bool:
+        """Whether a frame that is tracked again comes out otherwise than it was kept."""
+        for frame in self.frames:
+            if frame.frame == again.frame:
+                before, now = (np.r_[f.x, f.P.ravel(), f.landmarks.ravel()] for f in (frame, again))
+                return not np.array_equal(before, now, equal_nan=True)
+        return False
+
+
+def recall(tracker: Tracker, memory: Memory) -> None:
+    """Let a tracker go on as another one.
+
+    Raises
+    ------
+    InputError
+        Where the memory is not one of such a tracker.
+    """
+    own = tracker.memory()
+    foreign = [n for n in own if n not in memory or np.ndim(own[n]) != np.ndim(memory[n])]
+    foreign += [n for n in ("P", "movement") if n in own and own[n].shape != memory[n].shape]
+    try:
+        if not foreign:
+            tracker.recall(memory)
+            return
+    except (KeyError, ValueError, TypeError):
+        foreign = ["its numbers"]
+    raise InputError(
+        f"what it says about the tracker does not belong to this version ({foreign[0]})",
+        remedy="Track the recording anew; the frames in it can still be evaluated and exported.",
+    )

@@ -1,0 +1,250 @@
+"""Whatever ends ``track``: what was there stays, every frame is kept, and it goes on."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stereotrack_core.cli import tracking_job
+from stereotrack_core.interop.run_file import read_run, write_run
+from stereotrack_core.tracking.repeating import sameness
+from tests.end_to_end.conftest import FRAMES
+from tests.end_to_end.damage import substitute
+
+pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="there are no such signals")
+
+PROGRAM = Path(__file__).with_name("held_tracking.py")
+ROOT = PROGRAM.parents[2]
+HELD = 5
+SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGKILL]
+FAST = ("--preset", "fast")
+
+
+@dataclass(frozen=True)
+class Child:
+    """How a tracking process ended."""
+
+    status: int
+    err: str
+
+
+def stopped_by(how: signal.Signals | str, *words: object, frames: int = HELD) -> Child:
+    """Track in a process that is ended when it has done so many frames."""
+    full = ["limit"] if how == "full drive" else []
+    process = subprocess.Popen(
+        [sys.executable, str(PROGRAM), *full, str(frames), "track", *map(str, words)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=ROOT,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )
+    if isinstance(how, signal.Signals):
+        assert process.stdout.readline() == "held\n", process.communicate()[1]
+        process.send_signal(how)
+    _, err = process.communicate("\n")
+    assert "Traceback" not in err
+    return Child(process.returncode, err)
+
+
+@pytest.fixture(scope="module")
+def whole(sound, tmp_path_factory):
+    """The run that nobody stops."""
+    from stereotrack_core.cli import main
+
+    place = tmp_path_factory.mktemp("unfinished") / "whole.npz"
+    assert main(["track", str(sound), "-o", str(place), *FAST]) == 0
+    return place
+
+
+@pytest.fixture(scope="module")
+def older(whole):
+    """A complete run that is another one."""
+    place = whole.with_name("older.npz")
+    run = read_run(whole)
+    write_run(place, replace(run, landmarks=run.landmarks + 0.01, x=run.x + 0.01))
+    return place
+
+
+@pytest.fixture(scope="module")
+def killed(sound, whole):
+    """What a run leaves that is killed."""
+    ended = stopped_by(signal.SIGKILL, sound, "-o", whole.with_name("killed.npz"), *FAST)
+    assert ended.status == -signal.SIGKILL
+    return part_of(whole.with_name("killed.npz"))
+
+
+@pytest.fixture
+def left(killed, place):
+    """The same beside an older run."""
+    return Path(shutil.copy(killed, part_of(place)))
+
+
+@pytest.fixture
+def place(older, tmp_path):
+    """An output at which a complete older run stands."""
+    return Path(shutil.copy(older, tmp_path / "run.npz"))
+
+
+def part_of(place):
+    return place.with_name(f"{place.name}.part")
+
+
+@pytest.mark.parametrize("how", [*SIGNALS, "full drive"])
+def test_nothing_is_lost_whatever_ends_it(how, sound, whole, place, run):
+    before = place.read_bytes()
+    ended = stopped_by(how, sound, "-o", place, *FAST)
+    assert place.read_bytes() == before
+    part = part_of(place)
+    left = read_run(part)
+    assert left.frame.tolist() == list(range(HELD))
+    assert left.meta["incomplete"]
+    again = shlex.join(["stereotrack", "track", str(sound), "-o", str(place), "--resume"])
+    if how == signal.SIGKILL:
+        assert ended.status == -signal.SIGKILL
+    else:
+        assert ended.status == 1
+        assert str(part) in ended.err
+        assert again in ended.err
+    told = run("evaluate", part, "--frames", f"0:{HELD}")
+    assert told.status == 0
+    assert f"{HELD} of the {FRAMES} frames" in told.err
+    gone_on = run("track", sound, "-o", place, "--resume", "--json")
+    assert gone_on.status == 0
+    assert gone_on.json["changed"] == []
+    assert not part.exists()
+    assert sameness(read_run(whole), read_run(place)).equal
+    assert read_run(place).meta["resumed_at"] == gone_on.json["resumed_at"] == [1]
+
+
+def test_without_an_older_run_the_frames_are_written_too(sound, whole, tmp_path, run):
+    place = tmp_path / "run.npz"
+    ended = stopped_by(signal.SIGTERM, sound, "-o", place, *FAST)
+    assert ended.status == 1
+    assert f"Stopped after {HELD} of {FRAMES} frames; they are in {place}." in ended.err
+    assert read_run(place).frame.tolist() == read_run(part_of(place)).frame.tolist()
+    refused = run("track", sound, "-o", place, *FAST)
+    assert "--resume" in refused.sentence
+    assert str(part_of(place)) in refused.sentence
+    assert read_run(place).frame.tolist() == list(range(HELD))
+    assert run("track", sound, "-o", place, "--resume").status == 0
+    assert sameness(read_run(whole), read_run(place)).equal
+
+
+def test_a_terminal_that_is_gone_cannot_be_told_and_nothing_is_lost(sound, tmp_path):
+    place = tmp_path / "run.npz"
+    seen, terminal = os.openpty()
+    process = subprocess.Popen(
+        [sys.executable, str(PROGRAM), str(HELD), "track", str(sound), "-o", str(place), *FAST],
+        stdin=subprocess.PIPE,
+        stdout=terminal,
+        stderr=terminal,
+        cwd=ROOT,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )
+    os.close(terminal)
+    shown = b""
+    while b"held" not in shown:
+        shown += os.read(seen, 4096)
+    assert b"Tracking" in shown
+    os.close(seen)
+    process.send_signal(signal.SIGHUP)
+    process.communicate(b"\n")
+    assert process.returncode == 1
+    assert read_run(place).frame.tolist() == list(range(HELD))
+    assert read_run(part_of(place)).frame.tolist() == list(range(HELD))
+
+
+def test_it_may_be_stopped_again_and_again(sound, whole, place, run):
+    stopped_by(signal.SIGKILL, sound, "-o", place, *FAST, frames=3)
+    for frames in (2, 4, 1):  # what is tracked again is counted
+        before = len(read_run(part_of(place)).frame)
+        stopped_by(signal.SIGKILL, sound, "-o", place, "--resume", frames=frames)
+        assert len(read_run(part_of(place)).frame) >= before
+    assert run("track", sound, "-o", place, "--resume").status == 0
+    stored = read_run(place)
+    assert sameness(read_run(whole), stored).equal
+    assert stored.meta["resumed_at"] == [1, 2, 3, 4]
+
+
+@pytest.mark.parametrize("preset", ["accurate", "thesis"])
+def test_a_background_that_is_learned_on_the_way_goes_on_too(preset, copy, tmp_path, run):
+    substitute(copy / "recording.toml", r"(?m)^background = .*\n", "")
+    words = (copy, "--preset", preset, "--set", "match_window=9", "--set", "speckle_size=10")
+    place = tmp_path / "run.npz"
+    stopped_by(signal.SIGKILL, *words, "-o", place, "--smooth")
+    assert run("track", copy, "-o", place, "--resume").status == 0
+    alone = tmp_path / "alone.npz"
+    assert run("track", *words, "-o", alone, "--smooth").status == 0
+    assert sameness(read_run(alone), read_run(place)).equal
+    assert read_run(place).meta["smoothed"]
+
+
+@pytest.mark.parametrize(
+    ("option", "word"),
+    [
+        (("--seed", 3), "--seed"),
+        (("--set", "iterations=1"), "--set"),
+        (("--frames", "0:4"), "--frames"),
+        (("--preset", "thesis"), "--preset"),
+        (("--views", "N"), "--views"),
+        (("--init", "tpose"), "--init"),
+    ],
+)
+def test_it_goes_on_as_it_was_begun_or_not_at_all(option, word, sound, place, left, run):
+    kept, before = left.read_bytes(), place.read_bytes()
+    refused = run("track", sound, "-o", place, "--resume", *option)
+    assert f"{word}: the unfinished run was begun otherwise" in refused.sentence
+    assert (left.read_bytes(), place.read_bytes()) == (kept, before)
+
+
+def test_saying_the_same_again_does_no_harm(sound, whole, place, left, run):
+    same = ("--seed", 0, "--frames", f"0:{FRAMES}", "--views", "NS")
+    assert run("track", sound, "-o", place, "--resume", *FAST, *same).status == 0
+    assert sameness(read_run(whole), read_run(place)).equal
+    assert not left.exists()
+
+
+def test_another_recording_is_refused(copy, place, left, run):
+    kept = left.read_bytes()
+    text = (copy / "calibration.toml").read_text()
+    (copy / "calibration.toml").write_text(text.replace("200.0", "201.0", 1))
+    assert "not the recording" in run("track", copy, "-o", place, "--resume").sentence
+    assert left.read_bytes() == kept
+
+
+def test_there_has_to_be_something_to_go_on_with(sound, place, run):
+    assert "no unfinished run" in run("track", sound, "-o", place, "--resume").sentence
+    part_of(place).write_bytes(b"hello, world")
+    assert "not an unfinished run" in run("track", sound, "-o", place, "--resume").sentence
+    assert "add --resume" in run("track", sound, "-o", place, *FAST).sentence
+    assert part_of(place).read_bytes() == b"hello, world"
+
+
+def test_an_error_on_the_way_keeps_what_was_tracked(sound, place, run, monkeypatch):
+    before, done = place.read_bytes(), []
+    show = tracking_job._Course.note
+
+    def note(self, frame):
+        show(self, frame)
+        done.append(frame.frame)
+        if len(done) == HELD:
+            raise RuntimeError("a cable was pulled")
+
+    monkeypatch.setattr(tracking_job._Course, "note", note)
+    ended = run("track", sound, "-o", place, *FAST)
+    assert ended.status == 1
+    assert "a cable was pulled" in ended.err
+    assert f"-o {place} --resume" in ended.err
+    assert place.read_bytes() == before
+    np.testing.assert_array_equal(read_run(part_of(place)).frame, np.arange(HELD))

@@ -1,0 +1,102 @@
+"""A run that was under way when the window was killed is there when it is opened again."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stereotrack_core.interop.run_file import read_run
+from stereotrack_core.project.runs import kept_runs, load_run
+from stereotrack_core.project.unfinished_runs import place_for_run, unfinished_runs
+from stereotrack_core.tracking.pipeline import track
+from stereotrack_core.tracking.presets import preset
+from tests.gui.conftest import FRAMES
+
+pytestmark = [
+    pytest.mark.window,
+    pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no SIGKILL here"),
+]
+
+PROGRAM = Path(__file__).parents[1] / "tracking_process.py"
+HELD = 5
+NAME = f"interrupted at frame {HELD - 1}"
+
+
+@pytest.fixture
+def killed(small_recording, tmp_path) -> Path:
+    """The project of a window that was killed while it tracked."""
+    folder = tmp_path / "projects"
+    folder.mkdir()
+    root = PROGRAM.parents[2]
+    process = subprocess.Popen(
+        [sys.executable, str(PROGRAM), str(small_recording), str(folder), str(HELD)],
+        stdout=subprocess.PIPE,
+        text=True,
+        cwd=root,
+        env={**os.environ, "PYTHONPATH": str(root)},
+    )
+    assert process.stdout.readline() == "held\n"
+    process.kill()
+    process.communicate()
+    assert process.returncode == -signal.SIGKILL
+    [project] = folder.glob("*.stereotrack")
+    [part] = unfinished_runs(project)
+    assert read_run(part).frame.tolist() == list(range(HELD))
+    return project
+
+
+def opened(window, qtbot, recording):
+    said = []
+    window.run_work.keeper.message.connect(said.append)
+    window.files.open(recording)
+    qtbot.waitUntil(lambda: window.document.frame_set is not None)
+    qtbot.waitUntil(window.settled)
+    return said
+
+
+def test_it_is_found_kept_and_said_once(killed, window, qtbot, small_recording):
+    said = opened(window, qtbot, small_recording)
+    [message] = said
+    assert (message.severity, message.where) == ("note", NAME)
+    assert window.project.path == killed
+    [kept] = kept_runs(window.project.project.runs)
+    assert (kept.name, kept.facts.frames, kept.facts.asked) == (NAME, HELD, (0, FRAMES))
+    assert [entry.name for entry in window.runs.entries] == [NAME]
+    done = iter(range(1, FRAMES))
+    settings, recording = preset("fast"), window.document.recording
+    alone = track(recording, settings, preset="fast", cancelled=lambda: next(done) == HELD)
+    run = load_run(window.project.project.runs, NAME)
+    np.testing.assert_array_equal(run.x, alone.x)
+    assert unfinished_runs(killed) == ()
+    window.document.close()
+    assert opened(window, qtbot, small_recording)[1:] == []
+    assert len(kept_runs(window.project.project.runs)) == 1
+
+
+def test_a_run_that_ends_leaves_no_file(window, qtbot, small_recording):
+    opened(window, qtbot, small_recording)
+    window.track.choose("fast", preset("fast"))
+    place = place_for_run(window.project.path)
+    window.tracker.set_selection(range(2))
+    window.tracker.run_selection()
+    qtbot.waitUntil(lambda: window.track.entry is None)
+    qtbot.waitUntil(window.settled)
+    [kept] = kept_runs(window.project.project.runs)
+    assert kept.facts.frames == 2
+    assert not place.exists()
+
+
+def test_a_file_that_is_damaged_stays_and_is_said(killed, window, qtbot, small_recording):
+    [part] = unfinished_runs(killed)
+    part.write_bytes(b"something else")
+    [message] = opened(window, qtbot, small_recording)
+    assert message.severity == "error"
+    assert str(part) == message.where
+    assert part.read_bytes() == b"something else"
+    assert kept_runs(window.project.project.runs) == ()

@@ -1,0 +1,50 @@
+"""A window that tracks so many frames of a recording, and says so; then it waits to be killed.
+
+It is given a recording, a folder for its project, and the number of frames.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+os.environ["QT_QPA_PLATFORM"] = "offscreen"
+
+from PySide6.QtCore import QSettings
+from PySide6.QtWidgets import QApplication
+
+from app.main_window import MainWindow
+from app.theme import apply_theme
+from stereotrack_core.tracking.presets import preset
+
+
+def until(app: QApplication, condition: Callable[[], bool]) -> None:
+    """Wait, however long it takes: whoever has started this ends it."""
+    while not condition():
+        app.processEvents()
+        time.sleep(0.001)
+
+
+def track(recording: Path, folder: Path, frames: int) -> None:
+    app = QApplication(["tracking"])
+    apply_theme(app, "dark")
+    settings = QSettings(str(folder / "settings.ini"), QSettings.Format.IniFormat)
+    settings.setValue("projects_folder", str(folder))
+    window = MainWindow(settings)
+    window.show()
+    window.files.open(recording)
+    until(app, lambda: window.document.frame_set is not None and not window.project.why_no_edit())
+    window.track.choose("fast", preset("fast"))
+    opened, count = window.document.recording, window.document.frame_count
+    entry = window.track.begin(opened, range(count), "auto", None, allowed=frames)
+    until(app, lambda: len(entry.frames) == frames)
+    sys.stdout.write("held\n")
+    sys.stdout.flush()
+    app.exec()
+
+
+if __name__ == "__main__":
+    track(Path(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3]))

@@ -1,0 +1,120 @@
+"""Where nothing was tracked, the step that took the points is named, with its remedy."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from stereotrack_core.body.model import body_model
+from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.recording.writing import write_png
+from stereotrack_core.tracking.pipeline import Pipeline
+from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.untracked import Untracked
+from tests.tracking.recordings import HEIGHT, VIEWS, WIDTH, write_depth_recording
+from tests.tracking.scenes import pose_with_arms
+
+FRAMES = 3
+SETTINGS = preset("fast").replaced(pixel_step=1, speckle_size=0, search_arms=False, data_points=400)
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    """Three frames of four depth views with masks."""
+    pose = pose_with_arms([1, 0, 0], [1, 0, 0], [-1, 0, 0], [-1, 0, 0], place=(0, 0, 0.95))
+    body = body_model(AVERAGE, SETTINGS.body)
+    folder = tmp_path_factory.mktemp("untracked") / "cones"
+    return write_depth_recording(folder, body, [pose] * FRAMES)
+
+
+def with_views(recording, **changes):
+    views = tuple(dataclasses.replace(view, **changes) for view in recording.views)
+    return dataclasses.replace(recording, views=views)
+
+
+def untracked(recording, **changes):
+    settings = SETTINGS.replaced(**changes)
+    with Pipeline(recording, settings, init="tpose") as pipeline:
+        found = [frame.without_cloud() for frame in pipeline.frames(range(FRAMES))]
+    return Untracked(recording, settings).take(found)
+
+
+def only_cause(recording, **changes):
+    told = untracked(recording, **changes)
+    [cause] = told.causes()
+    assert cause.views == VIEWS
+    return cause.sentence(), told.counts["N"]
+
+
+def test_of_frames_that_are_tracked_nothing_is_said(recording):
+    told = untracked(recording)
+    assert (told.causes(), told.counts) == ((), {})
+
+
+def test_points_outside_of_the_volume_are_told_with_where_they_are(recording):
+    words, counts = only_cause(recording, volume_bottom=1.9, volume_x=6.0, volume_y=6.0)
+    assert "0 of" in words
+    assert "inside the working volume" in words
+    assert "-3.0 to 3.0 by 1.9 to 4.3 m" in words
+    assert "volume_bottom" in words
+    assert counts.inside == 0 < counts.taken == counts.person == counts.measured
+    assert np.linalg.norm(counts.middle) < 2.0
+
+
+@pytest.mark.parametrize(("factor", "away"), [(1000.0, True), (0.001, False)])
+def test_another_unit_is_told(factor, away, recording):
+    unit = factor * recording.views[0].depth_unit
+    words, _ = only_cause(with_views(recording, depth_unit=unit))
+    assert "m from the camera" in words
+    assert "`unit` of depth views" in words
+
+
+def test_a_mask_that_leaves_nothing_is_told(recording, tmp_path):
+    nobody = np.zeros((HEIGHT, WIDTH), dtype=bool)
+    for k in range(FRAMES):
+        write_png(recording.folder / f"nobody_{k}.png", nobody)
+    masks = dataclasses.replace(recording.views[0].mask, frames="nobody_%d.png")
+    words, counts = only_cause(with_views(recording, mask=masks))
+    assert "the mask leaves 0 of" in words
+    assert counts.measured > 0 == counts.person
+
+
+def test_who_stands_still_is_part_of_a_background_that_is_learned(recording):
+    words, counts = only_cause(with_views(recording, mask=None))
+    assert "learned from the recording itself" in words
+    assert "background_mode=none" in words
+    assert counts.measured > 0 == counts.person
+
+
+def test_points_without_neighbours_are_told(recording):
+    words, counts = only_cause(recording, outlier_distance=1.0)
+    assert "neighbours within 1 mm" in words
+    assert "outlier_distance" in words
+    assert counts.inside > 0 == counts.kept
+
+
+def test_depth_images_that_hold_nothing_are_told(recording):
+    for k in range(FRAMES):
+        write_png(recording.folder / f"empty_{k}.png", np.zeros((HEIGHT, WIDTH), np.uint16))
+    depth = dataclasses.replace(recording.views[0].depth, frames="empty_%d.png")
+    words, counts = only_cause(with_views(recording, depth=depth))
+    assert "no pixel has a valid disparity" in words
+    assert counts.measured == 0
+
+
+def test_enough_points_that_are_no_body_are_told(recording):
+    told = untracked(recording, lost_coverage=0.0)
+    [cause] = told.causes()
+    assert "points, but the cloud does not look like the body" in cause.sentence()
+    assert "info --deep" in cause.sentence()
+    assert told.counts["N"].kept > 0
+
+
+def test_counts_never_grow_from_step_to_step(recording):
+    with Pipeline(recording, SETTINGS, init="tpose") as pipeline:
+        [first, *_] = list(pipeline.frames(range(1)))
+    for name, counts in first.cloud.counts.items():
+        left = (counts.measured, counts.person, counts.taken, counts.inside, counts.kept)
+        assert list(left) == sorted(left, reverse=True)
+        assert counts.kept == np.sum(first.cloud.view == VIEWS.index(name)) > 0
+        assert counts.middle is None
