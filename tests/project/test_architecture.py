@@ -128,6 +128,8 @@ WRITING = {
 WRITES_BY_ITSELF = {
     "stereotrack_core/atomic.py": {"touch", "write_bytes", "open"},
     "stereotrack_core/interop/journal.py": {"open"},  # it is only ever added to
+    "stereotrack_core/interop/records.py": {"touch", "open"},  # the same, with checksums
+    "stereotrack_core/project/unfinished_runs.py": {"open"},  # to hold it, as nothing is written
     "stereotrack_core/project/lock.py": {"open"},
     "stereotrack_core/project/database.py": {"copyfile"},
     "stereotrack_core/project/corrections.py": {"write_text"},  # a file that is read at once
