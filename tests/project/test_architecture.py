@@ -189,6 +189,26 @@ def test_what_a_library_has_written_is_read_back():
     assert not unchecked
 
 
+ROOMS_THAT_READ = ("recording", "interop", "annotation", "tracking", "evaluation")
+BESIDE = {"interop/sleap.py", "interop/journal.py", "recording/toml_table.py"}
+"""They read again what they have just written, or take a text that was read as it should be."""
+
+
+def test_files_of_others_are_read_in_one_place():
+    """``stereotrack_core.reading`` and ``interop.npz`` say what a file may be and what it lacks."""
+    core = ROOT / "stereotrack_core"
+    reads = re.compile(
+        r"\.read_(text|bytes)\(\)|\.read_text\(enc|np\.(load|fromfile|genfromtxt)\(|json\.loads?\("
+        r"|tomllib\.|\.open\((enc|\"r)|(?<!def )(?<![\w.])open\("
+    )
+    found = {
+        path.relative_to(core).as_posix()
+        for path in sources(*(f"stereotrack_core/{room}" for room in ROOMS_THAT_READ))
+        if reads.search(path.read_text(encoding="utf-8"))
+    }
+    assert found - BESIDE == set()
+
+
 @pytest.mark.parametrize("package", PACKAGES)
 def test_every_folder_of_code_says_what_it_is_for(package: str):
     silent = [

@@ -14,6 +14,7 @@ import numpy as np
 from stereotrack_core import __version__
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.evaluation.sweeps.points import Point
+from stereotrack_core.reading import TABLE_BYTES, read_bytes
 from stereotrack_core.recording.depth_views import usable_views
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detection_csv import OWN_FILE
@@ -216,7 +217,7 @@ def _facts_of(recording: Recording, own_fingerprint: str) -> dict[str, Any]:
 
 
 def _file_digest(path: Path) -> str:
-    return hashlib.blake2b(path.read_bytes(), digest_size=16).hexdigest()
+    return hashlib.blake2b(read_bytes(path, TABLE_BYTES), digest_size=16).hexdigest()
 
 
 def _reference_facts(recording: Recording) -> Any:
