@@ -103,8 +103,10 @@ def _against(truth: Judgement) -> str:
 
 def _candidate(entry: RunEntry) -> Candidate:
     frames = list(entry.ordered())
-    coverage = np.array([frame.coverage for frame in frames], dtype=np.float64)
-    return Candidate(entry.name, entry.trajectory(), coverage)
+    unexplained_fraction = np.array(
+        [frame.unexplained_fraction for frame in frames], dtype=np.float64
+    )
+    return Candidate(entry.name, entry.trajectory(), unexplained_fraction)
 
 
 def _rows_of_one(

@@ -37,7 +37,7 @@ def curves_of(
             continue
         values = {limb: (LIMB_COLOURS[limb], judgement.limbs[limb]) for limb in MEASURED_LIMBS}
         for name, colour in EXTRA_COLOURS.items():
-            values[name] = (colour, 100.0 * judgement.coverage)
+            values[name] = (colour, 100.0 * judgement.unexplained_fraction)
         curves.extend(
             Curve(
                 name=entry.name,
@@ -78,9 +78,9 @@ def lanes_of(
         values = _spread(judgement, judgement.limbs[limb], count)
         unit = with_quality("°", judgement.quality.get(measure_of(limb)))
         lanes.append(Lane(limb_words(limb), LIMB_COLOURS[limb], "heat", values, FULL_DEG, unit))
-    coverage = _spread(judgement, 100.0 * judgement.coverage, count)
+    unexplained_fraction = _spread(judgement, 100.0 * judgement.unexplained_fraction, count)
     colour = EXTRA_COLOURS["unexplained %"]
-    lanes.append(Lane("unexplained", colour, "heat", coverage, 60.0, "% of the cloud"))
+    lanes.append(Lane("unexplained", colour, "heat", unexplained_fraction, 60.0, "% of the cloud"))
     doubted = _doubted(judgement)
     if doubted:
         lanes.append(Lane("probably lost", "#d08a50", "bars", doubted))

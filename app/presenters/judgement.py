@@ -53,7 +53,7 @@ class Judgement:
     limbs : mapping from limb to (F,) float64, degrees
         NaN where not known.
     tracked : (F,) bool
-    coverage : (F,) float64
+    unexplained_fraction : (F,) float64
     errors : LimbErrors or None
     lost : mapping from limb to (F,) float64
         Probability that the limb is lost, as the tracker itself says; NaN where not known.
@@ -65,7 +65,7 @@ class Judgement:
     frame: IntArray
     limbs: dict[str, FloatArray]
     tracked: BoolArray
-    coverage: FloatArray
+    unexplained_fraction: FloatArray
     errors: LimbErrors | None
     lost: Mapping[str, FloatArray] = field(default_factory=dict)
     truth: Truth | None = None
@@ -100,15 +100,19 @@ def judged(entry: RunEntry, truth: Truth | None) -> Judgement:
     numbers = entry.numbers()
     frames = list(entry.ordered())
     tracked = np.array([frame.tracked for frame in frames], dtype=bool)
-    coverage = np.array([frame.coverage for frame in frames], dtype=np.float64)
+    unexplained_fraction = np.array(
+        [frame.unexplained_fraction for frame in frames], dtype=np.float64
+    )
     chances = np.array([frame.limb_lost for frame in frames]).reshape(len(frames), len(LIMBS))
     lost = {limb: chances[:, LIMBS.index(limb)] for limb in MEASURED_LIMBS}
     if truth is not None and np.isin(numbers, truth.trajectory.frame).any():
         limbs, errors = _errors(entry, numbers, truth.trajectory)
-        return Judgement("error", numbers, limbs, tracked, coverage, errors, lost, truth)
+        return Judgement(
+            "error", numbers, limbs, tracked, unexplained_fraction, errors, lost, truth
+        )
     sigma = np.array([frame.limb_sigma_deg for frame in frames]).reshape(len(frames), len(LIMBS))
     limbs = {limb: sigma[:, LIMBS.index(limb)] for limb in MEASURED_LIMBS}
-    return Judgement("sigma", numbers, limbs, tracked, coverage, None, lost)
+    return Judgement("sigma", numbers, limbs, tracked, unexplained_fraction, None, lost)
 
 
 def _errors(

@@ -291,7 +291,7 @@ def _stored_frame(run: Run, i: int) -> TrackedFrame:
         pose=pose if pose is not None else hanging_pose(np.zeros(3)),
         x=run.x[i],
         P=run.P[i],
-        coverage=float(run.coverage[i]),
+        unexplained_fraction=float(run.unexplained_fraction[i]),
         residual=float(run.residual[i]),
         innovation=float(run.innovation[i]),
         limb_sigma_deg=run.limb_sigma_deg[i],

@@ -129,10 +129,10 @@ def _error_words(tracked: TrackedFrame, errors: Mapping[str, float]) -> str:
 def _against(tracked: TrackedFrame) -> list[str]:
     """What is not usual about a frame as a whole."""
     found = []
-    if not np.isfinite([tracked.coverage, tracked.residual]).all():
+    if not np.isfinite([tracked.unexplained_fraction, tracked.residual]).all():
         found.append("how well the model explains the points is not known")
-    if tracked.coverage > USUAL_UNEXPLAINED:
-        found.append(f"{100.0 * tracked.coverage:.0f} % of the points are unexplained")
+    if tracked.unexplained_fraction > USUAL_UNEXPLAINED:
+        found.append(f"{100.0 * tracked.unexplained_fraction:.0f} % of the points are unexplained")
     if tracked.residual > USUAL_RESIDUAL:
         found.append(f"points are {1000.0 * tracked.residual:.0f} mm off the model")
     return found
@@ -207,8 +207,8 @@ def _frame_rows(
         *rows,
         (
             "",
-            "unexplained",
-            f"{100.0 * tracked.coverage:.1f} %",
+            "unexplained fraction",
+            f"{100.0 * tracked.unexplained_fraction:.1f} %",
             "Share of the measured points that the model does not explain; 0 is best.",
         ),
         (

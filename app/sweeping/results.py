@@ -38,8 +38,15 @@ from ..views.sweep_plot import SweepPlot
 
 _LOOK_MS = 1000
 _MOST_COLOURS = 8
-_FAVOURITES = ("forearms", "coverage")
-_TOLD = ("torso_position", "upper_arms", "forearms", "lost", "coverage", "frames_per_second")
+_FAVOURITES = ("forearms", "unexplained_fraction")
+_TOLD = (
+    "torso_position",
+    "upper_arms",
+    "forearms",
+    "lost",
+    "unexplained_fraction",
+    "frames_per_second",
+)
 
 
 class SweepResults(QDialog):

@@ -64,7 +64,7 @@ def summary_of(judgement: Judgement, frames: IntArray | None = None) -> Summary:
         arms=_mean(known),
         torso=_mean(judgement.limbs["torso"][inside]),
         lost=100.0 * _mean((known > LOST_DEG).astype(np.float64)) if against else float("nan"),
-        unexplained=100.0 * _mean(judgement.coverage[inside]),
+        unexplained=100.0 * _mean(judgement.unexplained_fraction[inside]),
         missing=int(np.count_nonzero(~judgement.tracked[inside])),
     )
 

@@ -106,7 +106,7 @@ def _candidates(read: Sequence[tuple[LandmarkTrajectory, Run | None]]) -> list[C
     from stereotrack_core.evaluation.comparison.compare import Candidate
 
     return [
-        Candidate(letter, trajectory, None if stored is None else stored.coverage)
+        Candidate(letter, trajectory, None if stored is None else stored.unexplained_fraction)
         for letter, (trajectory, stored) in zip(string.ascii_uppercase, read, strict=False)
     ]
 

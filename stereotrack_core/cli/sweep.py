@@ -103,7 +103,7 @@ def _add_points(parser: ArgumentParser) -> None:
         "--minimise",
         metavar="MEASURE",
         help="column that says which point is best (default: forearms where all recordings have a "
-        "reference, else coverage); one of which more is better is made large",
+        "reference, else unexplained_fraction); one of which more is better is made large",
     )
     parser.add_argument(
         "--seeds", default="0", metavar="0,1,2", help="seeds, joined by commas (default: 0)"

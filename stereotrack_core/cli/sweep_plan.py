@@ -144,7 +144,7 @@ def judged_by(asked: str | None, recordings: Sequence[Recording]) -> str:
     """
     without = [one for one in recordings if one.reference is None]
     if asked is None:
-        return "coverage" if without else "forearms"
+        return "unexplained_fraction" if without else "forearms"
     measure = measure_named(asked)
     if measure is None:
         names = [one.name for one in MEASURES]
@@ -157,7 +157,7 @@ def judged_by(asked: str | None, recordings: Sequence[Recording]) -> str:
         raise InputError(
             f"{asked} is measured against a reference, which {without[0].name} does not have",
             where="--minimise",
-            remedy="Choose coverage, or recordings with a reference.csv.",
+            remedy="Choose unexplained_fraction, or recordings with a reference.csv.",
         )
     return asked
 

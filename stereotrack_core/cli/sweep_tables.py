@@ -14,7 +14,7 @@ from stereotrack_core.evaluation.sweeps.results import JobResult
 from stereotrack_core.evaluation.sweeps.summary import PointSummary
 
 _WITH_TRUTH = ("torso_position", "upper_arms", "forearms", "lost", "not_tracked")
-_WITHOUT = ("gaps", "coverage", "residual", "limb_sigma", "limb_lost")
+_WITHOUT = ("gaps", "unexplained_fraction", "residual", "limb_sigma", "limb_lost")
 _MOST_ROWS = 40
 
 

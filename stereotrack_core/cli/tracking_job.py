@@ -86,7 +86,7 @@ class TrackingJob:
             "resumed_at": list(run.meta.get("resumed_at", [])),
             "changed": list(self.changed),
             "frames_per_second": len(run.frame) / seconds if seconds > 0 else None,
-            "mean_coverage": statistics(run.coverage[tracked]).mean,
+            "mean_unexplained_fraction": statistics(run.unexplained_fraction[tracked]).mean,
             "mean_residual_mm": 1000.0 * statistics(run.residual[tracked]).mean,
             "median_stage_ms": dict(
                 zip(run.stage_names, 1000.0 * _median(run.seconds), strict=True)
@@ -110,7 +110,7 @@ class TrackingJob:
             ("preset", str(facts["preset"])),
             ("frames", f"{facts['frames']} of {self.wanted}"),
             ("tracked", str(facts["tracked"])),
-            ("unexplained share of the cloud", number(facts["mean_coverage"], 3)),
+            ("unexplained fraction of the cloud", number(facts["mean_unexplained_fraction"], 3)),
             ("residual", f"{number(facts['mean_residual_mm'])} mm"),
             ("lengths of the body", self.lengths),
             ("frames per second", number(facts["frames_per_second"] or np.nan)),

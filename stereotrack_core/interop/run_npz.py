@@ -22,6 +22,7 @@ from stereotrack_core.recording.csv_table import LARGEST as LAST_FRAME
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.run_meta import check_meta
+from stereotrack_core.tracking.settings import Settings
 
 _LAYOUT: dict[str, ArrayLayout] = {
     "frame": ArrayLayout("i", ("F",)),
@@ -40,6 +41,9 @@ _LAYOUT: dict[str, ArrayLayout] = {
     "stage_names": ArrayLayout("U", ("stages",)),
     "meta": ArrayLayout("U", ()),
 }
+
+_FIELDS = MappingProxyType({"coverage": "unexplained_fraction"})
+"""Fields of a run that are named otherwise than their arrays in the file."""
 
 _WHAT = "run file of this program"
 _REMEDY = "Give a run that `stereotrack track` wrote, or track the recording again."
@@ -118,7 +122,7 @@ def _run(arrays: Mapping[str, NDArray[Any]], meta: Mapping[str, Any]) -> Run:
         state_names=tuple(str(name) for name in arrays["state_names"]),
         tracked=arrays["tracked"],
         landmark_names=tuple(str(name) for name in arrays["landmark_names"]),
-        coverage=arrays["coverage"].astype(np.float64),
+        unexplained_fraction=arrays["coverage"].astype(np.float64),
         residual=arrays["residual"].astype(np.float64),
         innovation=arrays["innovation"].astype(np.float64),
         limb_sigma_deg=arrays["limb_sigma_deg"].astype(np.float64),
@@ -140,7 +144,8 @@ def _arrays_of(run: Run, meta: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
     }
     for name, own in _LAYOUT.items():
         if own.kind == "f":
-            arrays[name] = np.asarray(getattr(run, name), dtype=np.float64)
+            values = getattr(run, _FIELDS.get(name, name))
+            arrays[name] = np.asarray(values, dtype=np.float64)
     return arrays
 
 
@@ -193,6 +198,8 @@ def _meta_from_store(path: Path, text: str, folder: Path | None) -> dict[str, An
     where = f"{path}, meta"
     meta: dict[str, Any] = parsed_json(text, where)
     check_meta(meta, where, _REMEDY)
+    if isinstance(meta.get("parameters"), dict):
+        meta["parameters"] = Settings.by_present_names(meta["parameters"])
     from_run = meta.pop(_FOLDER_FROM_RUN, None)
     if isinstance(from_run, str) and folder is not None:
         beside = Path(os.path.normpath(folder / from_run))

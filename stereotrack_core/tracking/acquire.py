@@ -14,7 +14,7 @@ from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.geometry.rotation import angle_between, vector_from_rotation
-from stereotrack_core.tracking.confidence import coverage, surface_distances
+from stereotrack_core.tracking.confidence import surface_distances, unexplained_fraction
 from stereotrack_core.tracking.estimate import Estimate, Memory
 from stereotrack_core.tracking.manifold_tracker import ManifoldTracker
 from stereotrack_core.tracking.parameters import TrackingParameters
@@ -340,7 +340,7 @@ class SeekingTracker(ManifoldTracker):
         data = _thinned(cloud.points, self.parameters.data_points)
         return float(
             self._arms.cost(evidence, pose, pose)
-            + _ALL_DATA * coverage(surface_distances(data, self.body, pose))
+            + _ALL_DATA * unexplained_fraction(surface_distances(data, self.body, pose))
             + trunk_sight_cost(cloud, self.body, [pose])[0]
             + facing_cost(self.body, pose, cloud.points, self.cameras)
         )

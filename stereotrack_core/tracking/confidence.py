@@ -9,13 +9,13 @@ from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.surface import nearest_on_surface
 
-COVERAGE_SCALE = 0.05
+UNEXPLAINED_SCALE = 0.05
 """Metres from the model at which a datum counts as half unexplained."""
 
-_COVERAGE_POINTS = 1500
+_MOST_POINTS = 1500
 
 
-def coverage_of(points: FloatArray, body: BodyModel, frames: PartFrames) -> float:
+def unexplained_fraction_of(points: FloatArray, body: BodyModel, frames: PartFrames) -> float:
     """Share of the cloud that the model leaves unexplained: mean of d^2 / (d^2 + 50 mm^2).
 
     Parameters
@@ -26,9 +26,9 @@ def coverage_of(points: FloatArray, body: BodyModel, frames: PartFrames) -> floa
     frames : PartFrames
         Of one pose.
     """
-    thin = points[:: max(1, len(points) // _COVERAGE_POINTS)]
+    thin = points[:: max(1, len(points) // _MOST_POINTS)]
     feet = nearest_on_surface(thin, placed_cones(body, frames), np.inf)
-    return coverage(feet.distance)
+    return unexplained_fraction(feet.distance)
 
 
 def surface_distances(points: FloatArray, body: BodyModel, pose: Pose) -> FloatArray:
@@ -36,9 +36,9 @@ def surface_distances(points: FloatArray, body: BodyModel, pose: Pose) -> FloatA
     return nearest_on_surface(points, placed_cones(body, body.frames(pose)), np.inf).distance
 
 
-def coverage(distance: FloatArray) -> float:
+def unexplained_fraction(distance: FloatArray) -> float:
     """Mean of d^2 / (d^2 + 50 mm^2) over signed distances (N,); infinite ones count 1."""
     if not len(distance):
         return float("nan")
     squared = np.minimum(distance, 1e3) ** 2
-    return float(np.mean(squared / (squared + COVERAGE_SCALE**2)))
+    return float(np.mean(squared / (squared + UNEXPLAINED_SCALE**2)))

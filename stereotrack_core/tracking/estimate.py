@@ -81,7 +81,7 @@ class Estimate:
     x : (n,) float64
         State as named by the tracker's ``state_names``.
     P : (n, n) float64
-    coverage : float
+    unexplained_fraction : float
         Mean of d^2 / (d^2 + 50 mm^2) over the data: 0 is best (method.md 4F).
     residual : float, metres
         Weighted root mean square distance after the last correction.
@@ -109,7 +109,7 @@ class Estimate:
     pose: Pose
     x: FloatArray
     P: FloatArray
-    coverage: float = float("nan")
+    unexplained_fraction: float = float("nan")
     residual: float = float("nan")
     innovation: float = float("nan")
     limb_sigma_deg: FloatArray = field(default_factory=lambda: np.full(len(LIMBS), np.nan))

@@ -83,9 +83,9 @@ class TrackedFrame:
         return P if self.tracked else np.full_like(P, np.nan)
 
     @property
-    def coverage(self) -> float:
+    def unexplained_fraction(self) -> float:
         """Share of the cloud that the model does not explain."""
-        return self.estimate.coverage
+        return self.estimate.unexplained_fraction
 
     @property
     def residual(self) -> float:
@@ -247,7 +247,7 @@ def assembled(
         P=_stacked([_covariance(frame, joints) for frame in frames], (n, n)),
         state_names=state_names,
         tracked=np.array([frame.tracked for frame in frames], dtype=bool),
-        coverage=np.array([frame.coverage for frame in frames]),
+        unexplained_fraction=np.array([frame.unexplained_fraction for frame in frames]),
         residual=np.array([frame.residual for frame in frames]),
         innovation=np.array([frame.innovation for frame in frames]),
         limb_sigma_deg=_stacked([frame.limb_sigma_deg for frame in frames], (6,)),

@@ -77,7 +77,7 @@ class EstimatedLengths:
 @dataclass(frozen=True, eq=False)
 class _Candidate:
     seen: SeenPose
-    coverage: float
+    unexplained_fraction: float
     lost: float
 
     @property
@@ -127,7 +127,7 @@ class WellSeenFrames:
         if self._given % self._every == 0:
             seen = SeenPose(pairs.data, tracked.pose)
             lost = float(np.max(tracked.limb_lost[[*UPPER_ARMS, *FOREARMS]]))
-            self._kept.append(_Candidate(seen, tracked.coverage, lost))
+            self._kept.append(_Candidate(seen, tracked.unexplained_fraction, lost))
         self._given += 1
         if len(self._kept) > _MOST:
             self._kept = self._kept[::2]
@@ -137,8 +137,8 @@ class WellSeenFrames:
         """The frames to fit to; none where too few are good."""
         if not self._kept:
             return ()
-        limit = np.quantile([frame.coverage for frame in self._kept], _EXPLAINED)
-        good = [f for f in self._kept if f.lost < _SURE and f.coverage <= limit]
+        limit = np.quantile([frame.unexplained_fraction for frame in self._kept], _EXPLAINED)
+        good = [f for f in self._kept if f.lost < _SURE and f.unexplained_fraction <= limit]
         if len(good) < _LEAST:
             return ()
         by_bend = sorted(good, key=lambda frame: -frame.bent)

@@ -18,7 +18,11 @@ from stereotrack_core.body.skeleton import CLAVICLES, FOREARMS, UPPER_ARMS
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.filtering.linearisation import posterior
 from stereotrack_core.filtering.sigma_points import scaled_weights, sigma_deviations
-from stereotrack_core.tracking.confidence import coverage, coverage_of, surface_distances
+from stereotrack_core.tracking.confidence import (
+    surface_distances,
+    unexplained_fraction,
+    unexplained_fraction_of,
+)
 from stereotrack_core.tracking.data_to_model import SurfaceResidual, Trust, surface_residual
 from stereotrack_core.tracking.estimate import (
     OVERCONFIDENCE,
@@ -159,7 +163,10 @@ class ManifoldTracker:
             return self.lost(before, cloud, f"the cloud has only {len(cloud.points)} points")
         data = self.choose(cloud)
         surface, innovation = self.track(cloud, data)
-        if coverage(surface_distances(data, self.body, self.pose)) > self.parameters.lost_coverage:
+        if (
+            unexplained_fraction(surface_distances(data, self.body, self.pose))
+            > self.parameters.max_unexplained_fraction
+        ):
             return self.lost(before, cloud, "the cloud does not look like the body")
         self.pose = orthonormal(self.pose)
         if self._gone:
@@ -357,7 +364,7 @@ class ManifoldTracker:
         begun = perf_counter()
         sigma = limb_sigma_deg(spread, self._weights.covariance)
         pairs = Correspondences(surface.data, surface.foot, surface.part, weight)
-        share = coverage_of(cloud.points, self.body, frames)
+        share = unexplained_fraction_of(cloud.points, self.body, frames)
         jump = unexpected(self._gone * self.movement, self._prior, self.joints)
         judged = Judged(self.pose, frames, sigma, share, pairs, jump)
         signs = limb_signs(cloud, self.body, judged)
@@ -367,7 +374,7 @@ class ManifoldTracker:
             pose=self.pose,
             x=state_of_pose(self.pose, self.joints),
             P=self.P.copy(),
-            coverage=share,
+            unexplained_fraction=share,
             residual=float(np.sqrt(squared)),
             innovation=innovation,
             limb_sigma_deg=OVERCONFIDENCE * sigma,

@@ -191,12 +191,13 @@ class TrackingParameters(ParameterGroup):
         minimum=1,
         maximum=100000,
     )
-    lost_coverage: float = parameter(
+    max_unexplained_fraction: float = parameter(
         0.6,
-        "A frame whose cloud is unexplained to more than this share is not tracked.",
+        "A frame is not tracked where the unexplained fraction of its cloud is larger.",
         group=_DATA,
         minimum=0.0,
         maximum=1.0,
+        formerly="lost_coverage",
     )
     clearance: float = parameter(
         0.02,

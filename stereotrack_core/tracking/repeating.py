@@ -26,7 +26,7 @@ from stereotrack_core.tracking.stored import EARLIER, subject_of_meta
 from stereotrack_core.versions import versions
 
 _NUMBERS = (
-    *("landmarks", "x", "P", "coverage", "residual", "innovation", "limb_sigma_deg"),
+    *("landmarks", "x", "P", "unexplained_fraction", "residual", "innovation", "limb_sigma_deg"),
     *("limb_lost", "tracked"),
 )
 _AGAIN = "Track the recording again with this version."

@@ -26,8 +26,8 @@ class Run:
         Covariance of the error state.
     state_names : tuple of str
     tracked : (F,) bool
-    coverage : (F,) float64
-        Share of the cloud that the model does not explain, 0 is best (method.md 4F).
+    unexplained_fraction : (F,) float64
+        Of the cloud, 0 is best: mean of d^2 / (d^2 + 50 mm^2); the run file's ``coverage``.
     residual : (F,) float64, metres
         Weighted root mean square of the residuals after the last correction.
     innovation : (F,) float64
@@ -52,7 +52,7 @@ class Run:
     P: FloatArray
     state_names: tuple[str, ...]
     tracked: BoolArray
-    coverage: FloatArray
+    unexplained_fraction: FloatArray
     residual: FloatArray
     innovation: FloatArray
     limb_sigma_deg: FloatArray

@@ -131,8 +131,8 @@ class Smoothed:
     Attributes
     ----------
     frames : tuple of TrackedFrame
-        Coverage, residual, innovation and what is said of lost limbs remain those of the forward
-        pass; NaN where bridged.
+        Unexplained fraction, residual, innovation and what is said of lost limbs remain those of
+        the forward pass; NaN where bridged.
     bridged : tuple of int
         Numbers of the frames that were not tracked and lie in a gap that was bridged.
     """
@@ -307,7 +307,7 @@ def _as_bridge(estimate: Estimate) -> Estimate:
     return replace(
         estimate,
         reason="",
-        coverage=unknown,
+        unexplained_fraction=unknown,
         residual=unknown,
         innovation=unknown,
         correspondences=None,

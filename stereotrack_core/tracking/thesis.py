@@ -18,7 +18,7 @@ from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.filtering.correction import correct, normalised
 from stereotrack_core.filtering.sigma_points import scaled_weights, sigma_deviations
 from stereotrack_core.tracking.collisions import Clearance, collisions_avoided
-from stereotrack_core.tracking.confidence import coverage_of
+from stereotrack_core.tracking.confidence import unexplained_fraction_of
 from stereotrack_core.tracking.estimate import (
     OVERCONFIDENCE,
     Correspondences,
@@ -231,7 +231,7 @@ class ThesisTracker:
         begun = time.perf_counter()
         sigma = limb_sigma_deg(spread, self._weights.covariance)
         joined = Correspondences(pairs.measured, model, pairs.sampled.part, np.ones(len(model)))
-        share = coverage_of(cloud.points, self.body, frames)
+        share = unexplained_fraction_of(cloud.points, self.body, frames)
         jump = unexpected(self._movement, self._prior, THESIS_JOINTS)
         judged = Judged(pose, frames, sigma, share, joined, jump)
         signs = limb_signs(cloud, self.body, judged)
@@ -241,7 +241,7 @@ class ThesisTracker:
             pose=pose,
             x=self.x.copy(),
             P=self.P.copy(),
-            coverage=share,
+            unexplained_fraction=share,
             residual=float(np.sqrt(np.mean(distance**2))),
             innovation=innovation,
             limb_sigma_deg=OVERCONFIDENCE * sigma,

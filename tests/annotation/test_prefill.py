@@ -39,7 +39,7 @@ def run_of(points):
         P=np.zeros((frames, 1, 1)),
         state_names=("torso_x",),
         tracked=np.isfinite(points).all(axis=(1, 2)),
-        coverage=np.zeros(frames),
+        unexplained_fraction=np.zeros(frames),
         residual=np.zeros(frames),
         innovation=np.zeros(frames),
         limb_sigma_deg=np.full((frames, 6), 5.0),

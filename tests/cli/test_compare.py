@@ -19,7 +19,7 @@ def lengthened(run, sigma, frames=160):
     arrays = {
         name: np.concatenate([getattr(run, name)] * times)[:frames]
         for name in (
-            *("landmarks", "x", "P", "tracked", "coverage", "residual", "innovation"),
+            *("landmarks", "x", "P", "tracked", "unexplained_fraction", "residual", "innovation"),
             *("limb_sigma_deg", "limb_lost", "seconds"),
         )
     }

@@ -18,7 +18,7 @@ QUICK = {
     "speckle_size": 10,
     "match_window": 9,
     "pixel_step": 1,
-    "lost_coverage": 0.95,
+    "max_unexplained_fraction": 0.95,
     "data_points": 300,
     "model_points": 16,
     "iterations": 3,

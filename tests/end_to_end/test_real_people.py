@@ -20,7 +20,7 @@ def test_a_single_frame_of_four_depth_views_is_tracked(name, shared_recording, t
     assert run("track", folder, "-o", place, "--preset", "fast").status == 0
     stored = read_run(place)
     assert stored.tracked.tolist() == [True]
-    assert stored.coverage[0] < 0.2
+    assert stored.unexplained_fraction[0] < 0.2
     cloud = run("cloud", folder, "--frame", 0, "-o", tmp_path / "cloud.ply", "--json").json
     assert set(cloud["points_of_view"]) == {"N", "O", "S", "W"}
     assert min(cloud["points_of_view"].values()) > 100
@@ -40,7 +40,7 @@ def test_depth_sequences_are_tracked_throughout(name, shared_recording, tmp_path
     assert run("track", folder, "-o", place).status == 0
     stored = read_run(place)
     assert stored.tracked.all()
-    assert stored.coverage.mean() < 0.2
+    assert stored.unexplained_fraction.mean() < 0.2
     scored = run("evaluate", place, "--json").json
     assert scored["measures"]["torso_position"]["mean"] < 120.0
     assert scored["measures"]["torso_long"]["mean"] < 15.0

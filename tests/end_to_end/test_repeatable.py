@@ -18,7 +18,16 @@ EACH = pytest.mark.parametrize(
     "preset",
     [pytest.param(name, marks=() if name in ALWAYS else pytest.mark.slow) for name in PRESETS],
 )
-NUMBERS = ("frame", "landmarks", "x", "P", "tracked", "coverage", "residual", "innovation")
+NUMBERS = (
+    "frame",
+    "landmarks",
+    "x",
+    "P",
+    "tracked",
+    "unexplained_fraction",
+    "residual",
+    "innovation",
+)
 DENSE = ("--set", "speckle_size=10", "--set", "pixel_step=1", "--set", "match_window=9")
 """With which small pictures give enough points for every preset."""
 

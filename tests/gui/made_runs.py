@@ -33,7 +33,7 @@ def made_run(recording: Recording, off=0.0, frames=None, wild=()) -> Run:
     return Run(
         frame=numbers, landmarks=landmarks(body, pose_of_state(x, ALL_JOINTS)), x=x,
         P=np.tile(1e-4 * np.eye(n), (count, 1, 1)), state_names=NAMES,
-        tracked=np.ones(count, dtype=bool), coverage=np.full(count, 0.1),
+        tracked=np.ones(count, dtype=bool), unexplained_fraction=np.full(count, 0.1),
         residual=np.full(count, 0.01), innovation=np.ones(count),
         limb_sigma_deg=np.full((count, 6), 3.0), limb_lost=np.full((count, 6), 0.1),
         seconds=np.zeros((count, 0)), stage_names=(),

@@ -42,7 +42,7 @@ def stored(sigma, first=0, end=160):
         P=np.tile(np.eye(n), (frames, 1, 1)),
         state_names=names,
         tracked=np.ones(frames, dtype=bool),
-        coverage=rng.random(frames),
+        unexplained_fraction=rng.random(frames),
         residual=rng.random(frames),
         innovation=rng.random(frames),
         limb_sigma_deg=rng.random((frames, 6)),
@@ -68,7 +68,10 @@ def test_the_panel_says_what_the_command_line_says(truth):
     entries = [entry(name, run) for name, run in zip("ab", runs, strict=True)]
     found = compared(entries, judged(entries[0], truth), None)
     core = compare(
-        [Candidate(n, r.trajectory(), r.coverage) for n, r in zip("ab", runs, strict=True)],
+        [
+            Candidate(n, r.trajectory(), r.unexplained_fraction)
+            for n, r in zip("ab", runs, strict=True)
+        ],
         truth.trajectory,
     )
     assert found.runs == ("a", "b")

@@ -53,19 +53,19 @@ def changed(tracked, **values) -> TrackedFrame:
 @pytest.mark.parametrize(
     ("values", "words"),
     [
-        ({"coverage": 0.18, "residual": 0.021}, "no limb flagged"),
+        ({"unexplained_fraction": 0.18, "residual": 0.021}, "no limb flagged"),
         (
-            {"coverage": 0.5, "residual": 0.021},
+            {"unexplained_fraction": 0.5, "residual": 0.021},
             "no limb flagged, but 50 % of the points are unexplained",
         ),
         (
-            {"coverage": 0.44, "residual": 0.041},
+            {"unexplained_fraction": 0.44, "residual": 0.041},
             "no limb flagged, but 44 % of the points are unexplained and points are 41 mm off the "
             "model",
         ),
         ({}, "no limb flagged, but how well the model explains the points is not known"),
         (
-            {"coverage": 0.1, "residual": 0.01, "limb_lost": np.full(6, np.nan)},
+            {"unexplained_fraction": 0.1, "residual": 0.01, "limb_lost": np.full(6, np.nan)},
             "limbs not judged, ± 3° at most by the filter alone",
         ),
     ],
@@ -81,7 +81,7 @@ def against(**errors) -> Judgement:
 
 
 def test_with_a_reference_the_errors_are_said_and_whether_anybody_noticed():
-    calm = changed(frame(), coverage=0.1, residual=0.01)
+    calm = changed(frame(), unexplained_fraction=0.1, residual=0.01)
     close = against(torso=3.0, left_upper_arm=11.2, left_forearm=4.0)
     assert frame_words(calm, close) == "limbs within 12° of the reference"
     doubted = frame({RIGHT_FOREARM: 0.8})

@@ -67,7 +67,7 @@ def run(frames: int = 3, seed: int = 2, n: int = 4, **changes) -> Run:
         P=rng.normal(size=(frames, n, n)),
         state_names=tuple(f"state {k}" for k in range(n)),
         tracked=np.arange(frames) < frames - 1,
-        coverage=rng.random(frames),
+        unexplained_fraction=rng.random(frames),
         residual=rng.random(frames),
         innovation=rng.random(frames),
         limb_sigma_deg=rng.random((frames, 6)),

@@ -290,14 +290,15 @@ def _of_other_tools(samples: Samples, folder: Path) -> dict[str, Reader]:
 def _of_sweeps(folder: Path) -> dict[str, Reader]:
     places = SweepPlaces(folder / "s.csv")
     result = {
-        "job": "a", "status": "done", "measures": {"coverage": 0.1}, "frames": 3, "error": "",
-        "attempts": 1, "recording": "r", "seed": 0, "point": {"iterations": 3},
+        "job": "a", "status": "done", "measures": {"unexplained_fraction": 0.1}, "frames": 3,
+        "error": "", "attempts": 1, "recording": "r", "seed": 0, "point": {"iterations": 3},
     }  # fmt: skip
     search = {"search": "abc", "batch": 4}
     journal = "".join(json.dumps(line) + "\n" for line in (result, search, result)).encode()
     state = json.dumps(vars(SweepState(jobs=3, share=0.5, seconds_left=2.0))).encode()
-    rows = "recording,iterations,legs,seed,status,coverage,forearms,frames,attempts,error,job\n"
-    rows += (
+    rows = (
+        "recording,iterations,legs,seed,status,unexplained_fraction,forearms,frames,attempts,"
+        "error,job\n"
         "r,3,yes,0,done,0.1,3.5,10,1,,a\nr,4,no,0,done,0.2,3.0,10,1,,b\nr,5,no,0,failed,,,0,1,x,c\n"
     )
 

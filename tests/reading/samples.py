@@ -108,7 +108,7 @@ def made_run(folder: Path) -> Run:
     return Run(
         frame=np.arange(FRAMES), landmarks=landmarks(body, pose_of_state(x, ALL_JOINTS)), x=x,
         P=np.tile(1e-4 * np.eye(n), (FRAMES, 1, 1)), state_names=names,
-        tracked=np.ones(FRAMES, dtype=bool), coverage=np.full(FRAMES, 0.1),
+        tracked=np.ones(FRAMES, dtype=bool), unexplained_fraction=np.full(FRAMES, 0.1),
         residual=np.full(FRAMES, 0.01), innovation=np.ones(FRAMES),
         limb_sigma_deg=np.full((FRAMES, 6), 3.0), limb_lost=np.full((FRAMES, 6), 0.1),
         seconds=np.zeros((FRAMES, 2)), stage_names=("match", "filter"), meta=meta,

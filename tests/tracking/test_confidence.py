@@ -8,26 +8,28 @@ from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.filtering.sigma_points import scaled_weights, sigma_deviations
-from stereotrack_core.tracking.confidence import coverage, coverage_of
+from stereotrack_core.tracking.confidence import unexplained_fraction, unexplained_fraction_of
 from stereotrack_core.tracking.estimate import limb_directions, limb_sigma_deg
 from tests.tracking.scenes import POSES, surface_points
 
 BODY = body_model(AVERAGE)
 
 
-def test_coverage_is_the_mean_unexplained_share():
+def test_the_unexplained_fraction_is_a_mean():
     distance = np.array([0.0, 0.05, -0.05, np.inf])
-    assert coverage(distance) == pytest.approx((0.0 + 0.5 + 0.5 + 1.0) / 4, abs=1e-6)
-    assert np.isnan(coverage(np.empty(0)))
+    assert unexplained_fraction(distance) == pytest.approx((0.0 + 0.5 + 0.5 + 1.0) / 4, abs=1e-6)
+    assert np.isnan(unexplained_fraction(np.empty(0)))
 
 
-def test_coverage_of_clouds(rng):
+def test_the_unexplained_fraction_of_clouds(rng):
     frames = BODY.frames(POSES["t"])
     own = surface_points(BODY, POSES["t"], 4000, rng)
-    assert coverage_of(own, BODY, frames) < 0.01
-    assert coverage_of(own + [0, 0, 3.0], BODY, frames) > 0.99
+    assert unexplained_fraction_of(own, BODY, frames) < 0.01
+    assert unexplained_fraction_of(own + [0, 0, 3.0], BODY, frames) > 0.99
     mixed = np.concatenate([own, own + [0, 0, 3.0]])
-    assert coverage_of(rng.permutation(mixed), BODY, frames) == pytest.approx(0.5, abs=0.03)
+    assert unexplained_fraction_of(rng.permutation(mixed), BODY, frames) == pytest.approx(
+        0.5, abs=0.03
+    )
 
 
 def test_the_spread_of_limbs_is_that_of_their_directions(rng):

@@ -51,7 +51,16 @@ def fast_run(recording):
 
 
 def _same(a, b):
-    for name in ("frame", "landmarks", "x", "P", "tracked", "coverage", "residual", "innovation"):
+    for name in (
+        "frame",
+        "landmarks",
+        "x",
+        "P",
+        "tracked",
+        "unexplained_fraction",
+        "residual",
+        "innovation",
+    ):
         np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
 
 
@@ -82,8 +91,8 @@ def test_smoothing_fills_a_frame_without_points_and_says_so(recording, fast_run,
     larger = np.linalg.eigvalsh(fast_run.P[seen]) - np.linalg.eigvalsh(smooth_run.P[seen])
     assert larger.min() > -1e-9
     assert np.trace(smooth_run.P[0]) < np.trace(fast_run.P[0])
-    np.testing.assert_array_equal(smooth_run.coverage, fast_run.coverage)
-    assert np.isnan(smooth_run.coverage[MISSING])
+    np.testing.assert_array_equal(smooth_run.unexplained_fraction, fast_run.unexplained_fraction)
+    assert np.isnan(smooth_run.unexplained_fraction[MISSING])
 
 
 def test_smoothed_poses_reproduce_their_landmarks(smooth_run, tmp_path):

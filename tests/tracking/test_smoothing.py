@@ -102,7 +102,7 @@ def test_what_comes_back_is_consistent_and_repeats(make_tracker, rng, name):
         np.testing.assert_array_equal(b.x, c.x)
         np.testing.assert_array_equal(b.P, c.P)
         np.testing.assert_allclose(b.landmarks, landmarks(tracker.body, b.pose), atol=1e-12)
-        np.testing.assert_array_equal(a.coverage, b.coverage)
+        np.testing.assert_array_equal(a.unexplained_fraction, b.unexplained_fraction)
         np.testing.assert_array_equal(a.residual, b.residual)
         assert b.seconds["smooth"] > 0
 
@@ -116,7 +116,7 @@ def test_a_short_gap_is_bridged_between_its_ends(make_tracker, rng, name):
     assert all(frame.tracked and not frame.reason for frame in back.frames)
     for k in missing:
         frame = back.frames[k]
-        assert np.isnan([frame.coverage, frame.residual, frame.innovation]).all()
+        assert np.isnan([frame.unexplained_fraction, frame.residual, frame.innovation]).all()
         assert np.isfinite(frame.limb_sigma_deg).all()
         assert np.linalg.norm(frame.pose.position - _pose(k).position) < 0.04
         assert angle_errors(tracker.body, frame.pose, _pose(k)).mean() < 6.0

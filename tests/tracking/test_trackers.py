@@ -129,7 +129,7 @@ def test_too_few_points_are_not_tracked_and_it_goes_on_afterwards(make_tracker, 
         lost = tracker.step(cloud_of(points, k))
         assert not lost.tracked
         assert f"{len(points)} points" in lost.reason
-        assert np.isnan([lost.coverage, lost.residual, lost.innovation]).all()
+        assert np.isnan([lost.unexplained_fraction, lost.residual, lost.innovation]).all()
         assert lost.correspondences is None
     assert tracker.step(cloud_of(full[1].points[:100], 3)).tracked
     found = tracker.step(cloud_of(full[2].points, 4))
@@ -149,7 +149,11 @@ def test_the_same_seed_gives_the_same_to_the_last_bit(make_tracker, name):
     for a, b in zip(first, again, strict=True):
         np.testing.assert_array_equal(a.x, b.x)
         np.testing.assert_array_equal(a.P, b.P)
-        assert (a.coverage, a.residual, a.innovation) == (b.coverage, b.residual, b.innovation)
+        assert (a.unexplained_fraction, a.residual, a.innovation) == (
+            b.unexplained_fraction,
+            b.residual,
+            b.innovation,
+        )
     assert (first[-1].x != other[-1].x).any()
 
 
@@ -175,8 +179,8 @@ def test_signs_of_trust_tell_a_good_pose_from_a_bad_one(make_tracker, rng, name)
     half = np.concatenate([points, points[points[:, 0] > 0.5] + [0, 0, 0.6]])
     tracker.start(POSES["t"])
     bad = tracker.step(cloud_of(half))
-    assert 0 < good.coverage < 0.05
-    assert bad.coverage > good.coverage + 0.02
+    assert 0 < good.unexplained_fraction < 0.05
+    assert bad.unexplained_fraction > good.unexplained_fraction + 0.02
     assert good.residual < 0.02
     pairs = good.correspondences
     assert pairs.data.shape == pairs.model.shape == (len(pairs.limb), 3)

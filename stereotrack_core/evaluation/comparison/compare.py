@@ -30,13 +30,13 @@ class Candidate:
     ----------
     name : str
     trajectory : LandmarkTrajectory
-    coverage : (F,) float64 or None
+    unexplained_fraction : (F,) float64 or None
         Share of the cloud that the model does not explain, where the run says it.
     """
 
     name: str
     trajectory: LandmarkTrajectory
-    coverage: FloatArray | None = None
+    unexplained_fraction: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -190,11 +190,11 @@ def shared_frames(
 
 def _at(candidate: Candidate, frames: IntArray) -> Candidate:
     rows = np.searchsorted(candidate.trajectory.frame, frames)
-    coverage = candidate.coverage
+    unexplained_fraction = candidate.unexplained_fraction
     return replace(
         candidate,
         trajectory=LandmarkTrajectory(frames, candidate.trajectory.points[rows]),
-        coverage=None if coverage is None else coverage[rows],
+        unexplained_fraction=None if unexplained_fraction is None else unexplained_fraction[rows],
     )
 
 
@@ -210,7 +210,7 @@ def _measures(candidate: Candidate, truth: LandmarkTrajectory | None) -> tuple[M
         errors = measures_of_errors(errors_against(candidate.trajectory, truth))
     known = np.isfinite(candidate.trajectory.points).any(axis=(1, 2))
     tracked: FloatArray = np.where(known, 1.0, 0.0)
-    return (*errors, *measures_of_signs(candidate.coverage, tracked))
+    return (*errors, *measures_of_signs(candidate.unexplained_fraction, tracked))
 
 
 def _differences(

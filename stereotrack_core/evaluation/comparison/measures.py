@@ -47,13 +47,13 @@ def measures_of_errors(errors: LimbErrors) -> tuple[MeasuredSeries, ...]:
 
 
 def measures_of_signs(
-    coverage: FloatArray | None, tracked: FloatArray
+    unexplained_fraction: FloatArray | None, tracked: FloatArray
 ) -> tuple[MeasuredSeries, ...]:
     """What a run says about itself.
 
     Parameters
     ----------
-    coverage : (F,) float64 or None
+    unexplained_fraction : (F,) float64 or None
         Share of the cloud that the model does not explain; NaN where not known.
     tracked : (F,) float64
         1 where the run has a pose, else 0.
@@ -61,7 +61,7 @@ def measures_of_signs(
     missing = MeasuredSeries(
         "not_tracked", "frames not tracked", "%", Series.of(100.0 * (1.0 - tracked))
     )
-    if coverage is None:
+    if unexplained_fraction is None:
         return (missing,)
-    unexplained = Series.of(100.0 * coverage)
-    return (MeasuredSeries("unexplained", "unexplained cloud", "%", unexplained), missing)
+    unexplained = Series.of(100.0 * unexplained_fraction)
+    return (MeasuredSeries("unexplained", "unexplained fraction", "%", unexplained), missing)

@@ -57,7 +57,7 @@ def episode_signs(run: Run, fps: float) -> FloatArray:
     mean = uniform_filter1d(lost, around, axis=0, mode="nearest")
     turn = np.log1p(np.nan_to_num(turns(run.frame.astype(np.float64), run.landmarks)))
     sigma = np.log(np.clip(np.nan_to_num(run.limb_sigma_deg, nan=20.0), 0.3, 90.0))
-    cover = np.minimum(np.nan_to_num(run.coverage, nan=1.0), 1.0)
+    cover = np.minimum(np.nan_to_num(run.unexplained_fraction, nan=1.0), 1.0)
     columns = (
         mean,
         maximum_filter1d(lost, around, axis=0, mode="nearest"),

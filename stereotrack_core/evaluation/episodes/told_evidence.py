@@ -9,7 +9,7 @@ from stereotrack_core.evaluation.episodes.episode import Episode, Evidence
 from stereotrack_core.tracking.run import Run
 
 _STRANGE = 0.25
-"""Unexplained share of the cloud over the usual from which there are points of something else."""
+"""Unexplained fraction over the usual from which there are points of something else."""
 
 
 def told_evidence(episode: Episode, run: Run) -> list[Evidence]:
@@ -34,8 +34,8 @@ def _blind_views(episode: Episode, run: Run) -> list[Evidence]:
 
 def _unexplained(episode: Episode, run: Run) -> list[Evidence]:
     inside = (run.frame >= episode.first) & (run.frame <= episode.last)
-    usual = run.coverage[~inside & np.isfinite(run.coverage)]
-    own = run.coverage[inside & np.isfinite(run.coverage)]
+    usual = run.unexplained_fraction[~inside & np.isfinite(run.unexplained_fraction)]
+    own = run.unexplained_fraction[inside & np.isfinite(run.unexplained_fraction)]
     if not len(own) or not len(usual) or not set(episode.limbs) & set(LIMBS[2:]):
         return []
     more = float(np.median(own) - np.median(usual))

@@ -195,7 +195,16 @@ def _cut(run: Run, frames: tuple[int | None, int | None]) -> Run:
             remedy="Choose a stretch that it has." if len(run.frame) else "Track first.",
         )
     names = (
-        *("frame", "landmarks", "x", "P", "tracked", "coverage", "residual", "innovation"),
+        *(
+            "frame",
+            "landmarks",
+            "x",
+            "P",
+            "tracked",
+            "unexplained_fraction",
+            "residual",
+            "innovation",
+        ),
         *("limb_sigma_deg", "limb_lost", "seconds"),
     )
     return dataclasses.replace(run, **{name: getattr(run, name)[inside] for name in names})

@@ -27,7 +27,7 @@ _KEPT = 64
 """Tracked frames of a run that are held before they are packed into arrays."""
 
 _PER_FRAME = (
-    *("frame", "landmarks", "x", "P", "tracked", "coverage", "residual", "innovation"),
+    *("frame", "landmarks", "x", "P", "tracked", "unexplained_fraction", "residual", "innovation"),
     *("limb_sigma_deg", "limb_lost"),
 )
 

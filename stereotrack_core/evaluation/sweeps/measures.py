@@ -69,7 +69,7 @@ MEASURES: tuple[SweepMeasure, ...] = (
         "lost_recall", "of those lost, called so", "%", from_reference=True, more_is_better=True
     ),
     SweepMeasure("gaps", "frames without a pose", "%", short="no pose"),
-    SweepMeasure("coverage", "unexplained share of the cloud", "%", short="unexplained"),
+    SweepMeasure("unexplained_fraction", "unexplained fraction", "%", short="unexplained"),
     SweepMeasure("residual", "residual", "mm"),
     SweepMeasure("innovation", "normalised innovation", ""),
     SweepMeasure("limb_sigma", "uncertainty of the limbs", "deg", short="uncertain"),
@@ -128,7 +128,7 @@ def _signs(run: Run) -> Mapping[str, float]:
     arms = run.limb_lost[tracked][:, [*UPPER_ARMS, *FOREARMS]]
     return {
         "gaps": 100.0 * float(1.0 - tracked.mean()) if len(tracked) else float("nan"),
-        "coverage": 100.0 * _mean(run.coverage[tracked]),
+        "unexplained_fraction": 100.0 * _mean(run.unexplained_fraction[tracked]),
         "residual": 1000.0 * _mean(run.residual[tracked]),
         "innovation": _mean(run.innovation[tracked]),
         "limb_sigma": _mean(run.limb_sigma_deg[tracked]),

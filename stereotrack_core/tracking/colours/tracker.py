@@ -19,7 +19,7 @@ from stereotrack_core.tracking.parameters import TrackingParameters
 _WIDE_ITERATIONS = 2
 
 _TRUSTED = 0.25
-"""Unexplained share of the cloud above which a pose teaches nothing."""
+"""Unexplained fraction of the cloud above which a pose teaches nothing."""
 
 
 class ColouredTracker(ListeningTracker):
@@ -48,7 +48,7 @@ class ColouredTracker(ListeningTracker):
         self._chosen = None
         estimate = super().step(cloud)
         data = self._chosen
-        if data is not None and estimate.tracked and estimate.coverage < _TRUSTED:
+        if data is not None and estimate.tracked and estimate.unexplained_fraction < _TRUSTED:
             frames, memory = self.body.frames(self.pose), self.parameters.colours.colour_memory
             self._known.learn(data[:, :3], data[:, 3:], frames, memory)
         return estimate

@@ -15,7 +15,7 @@ UPPER_ARM = (
     0.0658,  # residual
     0.0202,  # data
     -0.5208,  # jump
-    0.4737,  # coverage
+    0.4737,  # unexplained fraction
     12.5730,  # buried
     0.3197,  # crossed
     2.0746,  # better
@@ -33,7 +33,7 @@ UPPER_ARM = (
     -0.0600,  # residual of the neighbour
     -0.3645,  # data of the neighbour
     0.5157,  # jump of the neighbour
-    0.4737,  # coverage of the neighbour
+    0.4737,  # unexplained fraction of the neighbour
     5.4092,  # buried of the neighbour
     0.0405,  # crossed of the neighbour
     3.6882,  # better of the neighbour
@@ -55,7 +55,7 @@ FOREARM = (
     0.1818,  # residual
     -0.6413,  # data
     -0.0247,  # jump
-    -1.1275,  # coverage
+    -1.1275,  # unexplained fraction
     10.1107,  # buried
     0.0046,  # crossed
     2.2782,  # better
@@ -73,7 +73,7 @@ FOREARM = (
     -0.0133,  # residual of the neighbour
     -0.0290,  # data of the neighbour
     0.0001,  # jump of the neighbour
-    -1.1275,  # coverage of the neighbour
+    -1.1275,  # unexplained fraction of the neighbour
     1.3592,  # buried of the neighbour
     0.9063,  # crossed of the neighbour
     -2.7157,  # better of the neighbour

@@ -43,7 +43,7 @@ SIGNS: tuple[str, ...] = (
     "residual",
     "data",
     "jump",
-    "coverage",
+    "unexplained fraction",
     "buried",
     "crossed",
     "better",
@@ -70,7 +70,7 @@ class Judged:
         Of this pose.
     sigma_deg : (6,) float64
         Of the limbs' directions.
-    coverage : float
+    unexplained_fraction : float
     correspondences : Correspondences
     jump : (6,) float64
         Movement of each limb that was not expected, over its standard deviation.
@@ -79,7 +79,7 @@ class Judged:
     pose: Pose
     frames: PartFrames
     sigma_deg: FloatArray
-    coverage: float
+    unexplained_fraction: float
     correspondences: Correspondences
     jump: FloatArray
 
@@ -94,8 +94,9 @@ def limb_signs(cloud: Cloud, body: BodyModel, judged: Judged) -> FloatArray | No
     limb. Then the unexplained area in the limb's reach over its own (square root), the logarithm
     of the posterior's standard deviation, the root mean square distance of the limb's data in
     centimetres, the logarithm of their number over what its area should have, the logarithm of
-    the jump, the frame's coverage, and how deep its axis lies in the torso and how near to the
-    other arm, in decimetres; and how good it would be elsewhere, see :func:`elsewhere`.
+    the jump, the frame's unexplained fraction, and how deep its axis lies in the torso and how
+    near to the other arm, in decimetres; and how good it would be elsewhere, see
+    :func:`elsewhere`.
     """
     pictures = seen_pictures(cloud, _STEP)
     if not pictures:
@@ -124,7 +125,7 @@ def limb_signs(cloud: Cloud, body: BodyModel, judged: Judged) -> FloatArray | No
         np.log(np.clip(np.nan_to_num(judged.sigma_deg, nan=20.0), 0.1, 90.0)),
         *_of_data(judged.correspondences, own),
         np.log1p(np.minimum(judged.jump, 100.0)),
-        np.full(len(LIMBS), min(judged.coverage, 1.0)),
+        np.full(len(LIMBS), min(judged.unexplained_fraction, 1.0)),
         _buried(body, frames),
         _crossed(body, frames),
         *elsewhere(cloud, body, judged.pose, own).T,

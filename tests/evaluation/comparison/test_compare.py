@@ -81,7 +81,7 @@ def test_without_a_reference_runs_are_compared_with_each_other():
     apart = found.pairs[0].apart
     assert apart.measure("left_forearm").statistics.median == pytest.approx(45.0)
     assert apart.measure("right_forearm").statistics.mean == pytest.approx(0.0)
-    bare = [replace(one, coverage=None) for one in (a, b)]
+    bare = [replace(one, unexplained_fraction=None) for one in (a, b)]
     assert {m.name for m in compare(bare, None).pairs[0].measures} == {"not_tracked"}
 
 

@@ -47,7 +47,7 @@ def made(frames=60, wrong=(), lost=(), fps=FPS, **changes) -> tuple[Run, Landmar
         "frame": np.arange(frames), "x": x,
         "landmarks": landmarks(body, pose_of_state(x, ALL_JOINTS)),
         "P": np.tile(1e-4 * np.eye(len(NAMES)), (frames, 1, 1)), "state_names": NAMES,
-        "tracked": np.ones(frames, dtype=bool), "coverage": np.full(frames, 0.1),
+        "tracked": np.ones(frames, dtype=bool), "unexplained_fraction": np.full(frames, 0.1),
         "residual": np.full(frames, 0.01), "innovation": np.ones(frames),
         "limb_sigma_deg": np.full((frames, len(LIMBS)), 3.0), "limb_lost": chance,
         "seconds": np.zeros((frames, 0)), "stage_names": (), "meta": {"fps": fps},
@@ -64,7 +64,7 @@ def untracked(run: Run, first: int, last: int) -> Run:
         result[gone] = np.nan
         return result
 
-    names = ("landmarks", "x", "P", "coverage", "residual", "innovation", "limb_lost")
+    names = ("landmarks", "x", "P", "unexplained_fraction", "residual", "innovation", "limb_lost")
     return replace(run, tracked=~gone, **{name: blanked(getattr(run, name)) for name in names})
 
 

@@ -50,7 +50,7 @@ def test_a_quiet_run_has_no_episode():
 
 
 _ARRAYS = (
-    "frame", "landmarks", "x", "P", "tracked", "coverage", "residual", "innovation",
+    "frame", "landmarks", "x", "P", "tracked", "unexplained_fraction", "residual", "innovation",
     "limb_sigma_deg", "limb_lost", "seconds",
 )  # fmt: skip
 

@@ -47,7 +47,7 @@ def run_with(joints, P, meta, tracked=True):
     return Run(
         frame=np.array([5]), landmarks=landmarks(BODY, pose_of_state(x, joints))[None],
         x=x[None], P=P[None] if P.ndim == 2 else P, state_names=state_names(joints),
-        tracked=np.array([tracked]), coverage=nan, residual=nan, innovation=nan,
+        tracked=np.array([tracked]), unexplained_fraction=nan, residual=nan, innovation=nan,
         limb_sigma_deg=np.full((1, 6), np.nan), limb_lost=np.full((1, 6), np.nan),
         seconds=np.zeros((1, 0)), stage_names=(), meta=meta,
     ), n  # fmt: skip

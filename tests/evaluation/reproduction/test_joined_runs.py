@@ -15,7 +15,7 @@ def stretch(first, count, stages):
         P=np.zeros((count, 2, 2)),
         state_names=("a", "b"),
         tracked=np.ones(count, dtype=bool),
-        coverage=np.zeros(count),
+        unexplained_fraction=np.zeros(count),
         residual=np.zeros(count),
         innovation=np.zeros(count),
         limb_sigma_deg=np.zeros((count, 6)),

@@ -131,7 +131,7 @@ def test_a_killed_process_loses_nothing_and_processes_give_what_one_gives(
     assert max(result.attempts for result in results.values()) == 2
     for job in jobs[:2]:
         (alone,) = do_batch([job])
-        for name in ("forearms", "upper_arms_p95", "coverage"):
+        for name in ("forearms", "upper_arms_p95", "unexplained_fraction"):
             assert results[job.identity].measures[name] == alone.measures[name]
 
 

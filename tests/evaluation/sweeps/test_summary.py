@@ -35,7 +35,7 @@ def test_points_are_sorted_with_the_best_first(jobs):
     assert [(one.runs, one.failed) for one in found] == [(2, 1), (3, 0), (3, 0), (0, 3)]
     assert found[1].mean["forearms"] == 6.0
     assert found[1].spread["forearms"] == 1.0
-    assert math.isnan(found[1].mean["coverage"])
+    assert math.isnan(found[1].mean["unexplained_fraction"])
     assert math.isnan(found[3].mean["forearms"])
     fast = summarised(jobs, results_of(jobs, values), "frames_per_second")
     assert [one.point.by_name["iterations"] for one in fast] == [4, 2, 3, 5]

@@ -37,7 +37,9 @@ def test_results_are_those_of_runs_alone(plan, cones):
             result.measures["torso_position"] == summary.measure("torso_position").statistics.mean
         )
         assert result.measures["lost"] == 100.0 * summary.lost
-        assert result.measures["coverage"] == pytest.approx(100.0 * run.coverage.mean())
+        assert result.measures["unexplained_fraction"] == pytest.approx(
+            100.0 * run.unexplained_fraction.mean()
+        )
         assert result.measures["gaps"] == 0.0
         assert result.measures["seconds"] > 0
         assert result.measures["frames_per_second"] > 0
@@ -119,7 +121,7 @@ def test_without_a_reference_the_own_signs_are_told(plan, copied):
     (result,) = do_batch(plan(Point(), recording=copied.open()))
     assert result.done
     assert "forearms" not in result.measures
-    assert 0.0 <= result.measures["coverage"] < 60.0
+    assert 0.0 <= result.measures["unexplained_fraction"] < 60.0
     assert np.isfinite(result.measures["limb_sigma"])
 
 

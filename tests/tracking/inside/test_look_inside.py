@@ -71,7 +71,15 @@ def test_a_watched_step_is_the_step_to_the_last_bit_and_leaves_the_tracker(kind)
     found = tracker.step(cloud)
     assert found.tracked
     assert trace.estimate.tracked
-    for name in ("x", "P", "coverage", "residual", "innovation", "limb_sigma_deg", "limb_lost"):
+    for name in (
+        "x",
+        "P",
+        "unexplained_fraction",
+        "residual",
+        "innovation",
+        "limb_sigma_deg",
+        "limb_lost",
+    ):
         np.testing.assert_array_equal(getattr(trace.estimate, name), getattr(found, name))
     np.testing.assert_array_equal(trace.estimate.pose.rotations, found.pose.rotations)
     np.testing.assert_array_equal(trace.after.P, found.P)

@@ -90,7 +90,11 @@ def test_the_same_seed_gives_the_same_to_the_last_bit(name):
     for a, b in zip(first, again, strict=True):
         np.testing.assert_array_equal(a.x, b.x)
         np.testing.assert_array_equal(a.P, b.P)
-        assert (a.coverage, a.residual, a.innovation) == (b.coverage, b.residual, b.innovation)
+        assert (a.unexplained_fraction, a.residual, a.innovation) == (
+            b.unexplained_fraction,
+            b.residual,
+            b.innovation,
+        )
     assert (first[-1].x != other[-1].x).any()
 
 

@@ -28,7 +28,7 @@ def quick(name="accurate"):
 def equal(a, b):
     for one, other in zip(a, b, strict=True):
         assert one.frame == other.frame
-        for name in ("x", "P", "landmarks", "coverage", "residual", "innovation"):
+        for name in ("x", "P", "landmarks", "unexplained_fraction", "residual", "innovation"):
             np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
 
 
