@@ -35,7 +35,7 @@ _HEAD, _FRAME, _TRACKER = "head", "fram", "trac"
 _FOREIGN = "this is not an unfinished run of this program, or its beginning is damaged"
 _REMEDY = f"Give a file {PART_SUFFIX} that `stereotrack track` left, or move it away."
 
-_SIGNS = ("coverage", "residual", "innovation", "aside")
+_SIGNS = ("unexplained_fraction", "residual", "innovation", "aside")
 
 _FRAMES_PER_CHECKPOINT = 20
 """How many frames are tracked again at most where a run goes on. What the tracker remembers takes
@@ -226,7 +226,9 @@ def _record_of(frame: TrackedFrame, seconds: float) -> Record:
 
 def _frame_of(record: Record) -> TrackedFrame:
     facts, arrays = record.facts, record.arrays
-    coverage, residual, innovation, aside = _shaped(arrays["signs"], len(_SIGNS)).tolist()
+    unexplained_fraction, residual, innovation, aside = _shaped(
+        arrays["signs"], len(_SIGNS)
+    ).tolist()
     prior = None
     if "movement" in arrays:
         n = len(arrays["x"])
@@ -238,7 +240,7 @@ def _frame_of(record: Record) -> TrackedFrame:
         pose=Pose(_shaped(arrays["position"], 3), _shaped(arrays["rotations"], len(PARTS), 3, 3)),
         x=arrays["x"],
         P=arrays["P"],
-        coverage=coverage,
+        unexplained_fraction=unexplained_fraction,
         residual=residual,
         innovation=innovation,
         limb_sigma_deg=_shaped(arrays["limb_sigma_deg"], len(LIMBS)),

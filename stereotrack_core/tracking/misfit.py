@@ -15,8 +15,9 @@ WARNINGS = "warnings"
 """Key of a run's meta."""
 
 MOST_UNEXPLAINED = 0.26
-"""Unexplained share of the cloud, median over the tracked frames, above which nothing fits: sound
-recordings have 0.05 to 0.24, those with wrong calibrations mostly 0.27 to 0.6 (docs/runs.md)."""
+"""Unexplained fraction of the cloud, median over the tracked frames, above which nothing fits:
+sound recordings have 0.05 to 0.24, those with wrong calibrations mostly 0.27 to 0.6
+(docs/runs.md)."""
 
 MOST_ASIDE = 0.3
 """Share of the points that are left aside as nobody's, median over the tracked frames: sound
@@ -39,7 +40,9 @@ def misfits(frames: Iterable[TrackedFrame], settings: Settings) -> tuple[str, ..
         The bounds hold for trackers whose data look for a body with legs; of others nothing is
         said.
     """
-    signs = [(frame.coverage, frame.estimate.aside) for frame in frames if frame.tracked]
+    signs = [
+        (frame.unexplained_fraction, frame.estimate.aside) for frame in frames if frame.tracked
+    ]
     p = settings
     if not signs or p.tracking.matching != "data_to_model" or not p.body.legs:
         return ()

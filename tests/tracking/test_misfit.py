@@ -13,11 +13,11 @@ from stereotrack_core.tracking.presets import PRESETS, preset
 def frames(unexplained, aside=0.0, *, lost=0):
     """Frames with these signs, and some that were not tracked."""
     nobody = Estimate(
-        False, "gone", hanging_pose(np.zeros(3)), np.zeros(3), np.eye(3), coverage=0.9
+        False, "gone", hanging_pose(np.zeros(3)), np.zeros(3), np.eye(3), unexplained_fraction=0.9
     )
     pose = hanging_pose(np.zeros(3))
     seen = [
-        Estimate(True, "", pose, np.zeros(3), np.eye(3), coverage=value, aside=aside)
+        Estimate(True, "", pose, np.zeros(3), np.eye(3), unexplained_fraction=value, aside=aside)
         for value in unexplained
     ]
     every = [*seen, *[nobody] * lost]
