@@ -17,7 +17,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.interop.labels import is_trajectory
 from stereotrack_core.project.click_sigma import repeat_differences
 from stereotrack_core.project.entries import Choose
-from stereotrack_core.project.incoming import incoming
+from stereotrack_core.project.incoming import clicks_of_project, incoming
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.references import save_reference
 from stereotrack_core.project.schema import REFERENCE
@@ -115,7 +115,7 @@ class AnnotationDialogs(QObject):
         """Compare another project's clicks with these, and let the person decide."""
         project = self._panels.project
         if project is not None:
-            self._take_in(project, lambda: (_clicks_of(path, project), ()), path.name)
+            self._take_in(project, lambda: _clicks_of(path, project), path.name)
 
     def merge_repeats(self) -> None:
         """Let the person decide where the second reading differs from the first one."""
@@ -248,7 +248,7 @@ class AnnotationDialogs(QObject):
                 sigmas = click_sigmas(found, landmarks.names, USUAL_SIGMA)
                 return words, agreement_report(found, recording.cameras, landmarks, sigmas)
             words = f"This project against {path.name}"
-            found = differences(project.clicks.all(), _clicks_of(path, project))
+            found = differences(project.clicks.all(), _clicks_of(path, project)[0])
             return words, agreement_report(found, recording.cameras, landmarks)
 
         self._panels.tasks.begin("comparing two readings", work, self._on_compared)
@@ -299,23 +299,10 @@ class AnnotationDialogs(QObject):
         return str(project.path.parent) if project is not None else ""
 
 
-def _clicks_of(path: Path, project: Project) -> tuple[Click, ...]:
-    """All clicks of another project of the same recording.
-
-    Raises
-    ------
-    InputError
-        Where it is this project, or of another recording.
-    """
-    if path.resolve() == project.path:
-        raise InputError(
-            "this is the project that is open", where=path.name, remedy="Choose another one."
-        )
-    with Project.open(path, read_only=True) as other:
-        if other.recording_place().fingerprint != project.recording_place().fingerprint:
-            raise InputError(
-                f"that project is of another recording, {other.recording_place().name}",
-                where=path.name,
-                remedy="Choose a project of the recording that is open.",
-            )
-        return other.clicks.all(with_deleted=True)
+def _clicks_of(path: Path, project: Project) -> tuple[tuple[Click, ...], tuple[InputError, ...]]:
+    """Clicks of another project, and what may be wrong with them."""
+    clicks, notes = clicks_of_project(path, project)
+    doubtful = [note for note in notes if note.severity == "warning"]
+    return clicks, tuple(
+        InputError(note.what, where=note.where, remedy=note.remedy) for note in doubtful
+    )

@@ -9,7 +9,6 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.project.failures import ProjectDamaged, ProjectInUse
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.whereabouts import (
-    SUFFIX,
     documents_folder,
     project_path_for,
     projects_of,
@@ -83,7 +82,7 @@ def project_of_recording(folder: Path, wishes: Wishes) -> OpenedProject | None:
         return OpenedProject(opened.project, opened.folder, messages, opened.in_use)
     if not wishes.makes:
         return None
-    path = new_project_path(folder, wishes.home)
+    path = project_path_for(folder, documents_folder(), wishes.home)
     project = Project.create(path, folder, who=wishes.who)
     messages = tuple(message_of_finding(note) for note in project.notes)
     if path.parent != folder.resolve().parent and wishes.home is None:
@@ -123,18 +122,6 @@ def open_project(path: Path, wishes: Wishes, *, take_over: bool = False) -> Open
     found = (*project.notes, *([whereabouts.finding] if whereabouts.finding else []))
     messages = (*messages, *(message_of_finding(note) for note in found))
     return OpenedProject(project, whereabouts.folder, messages, in_use)
-
-
-def new_project_path(folder: Path, home: Path | None) -> Path:
-    """Where a new project of a recording goes."""
-    if home is None:
-        return project_path_for(folder, documents_folder())
-    name = folder.resolve().name
-    path, number = home / f"{name}{SUFFIX}", 2
-    while path.exists():
-        path = home / f"{name}-{number}{SUFFIX}"
-        number += 1
-    return path
 
 
 def message_of_finding(finding: Finding) -> Message:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from stereotrack_core.cli.arguments import add_json, check_output
 from stereotrack_core.cli.command import OK, Command
-from stereotrack_core.cli.import_labels import recording_of
 from stereotrack_core.cli.output import Table, put_json, put_table, say
+from stereotrack_core.cli.project_files import open_project, recording_of
 from stereotrack_core.cli.unfinished import say_if_unfinished
 from stereotrack_core.errors import InputError
 
@@ -84,9 +84,7 @@ def run(args: Namespace) -> int:
 
 
 def _project(args: Namespace) -> dict[str, Any]:
-    from stereotrack_core.project.project import Project
-
-    with Project.open(args.source, read_only=True) as project:
+    with open_project(args.source) as project:
         if args.reference is not None or args.format not in CLICK_FORMATS:
             return _project_reference(args, project)
         return _project_clicks(args, project)

@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING, Any
 from stereotrack_core.cli.arguments import add_json
 from stereotrack_core.cli.command import OK, Command
 from stereotrack_core.cli.output import Table, put_json, put_table, say
+from stereotrack_core.cli.project_files import open_project, recording_of, say_notes
 from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
-    from stereotrack_core.annotation.click import Click
     from stereotrack_core.interop.label_names import Labels
     from stereotrack_core.project.incoming import Side
     from stereotrack_core.project.project import Project
-    from stereotrack_core.recording.description import Recording
 
 _SHOWN = 20
 
@@ -64,15 +63,12 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     """Read, compare and take in."""
     from stereotrack_core.interop.labels import is_trajectory
-    from stereotrack_core.project.project import Project
 
     names = _names(args.names)
     if not args.file.is_file():
         raise InputError("there is no such file", where=str(args.file), remedy="Check the path.")
     trajectory = is_trajectory(args.file)
-    with Project.open(args.into) as project:
-        for note in project.notes:
-            say(f"{note.severity}: {note.where}: {note.what}. {note.remedy}")
+    with open_project(args.into, read_only=False) as project:
         facts = _reference(args, project) if trajectory else _clicks(args, project, names)
     if args.json:
         put_json(facts)
@@ -84,14 +80,15 @@ def run(args: Namespace) -> int:
 
 def _clicks(args: Namespace, project: Project, names: dict[str, str]) -> dict[str, Any]:
     """Take in clicks by one edit."""
-    from stereotrack_core.project.incoming import incoming
+    from stereotrack_core.project.incoming import clicks_of_project, incoming
     from stereotrack_core.project.whereabouts import SUFFIX
 
     mine = project.clicks.all(with_deleted=True)
     problems, left_out = 0, "none"
     if args.file.suffix.lower() == SUFFIX:
         _refuse_options(args, "a project states cameras and landmarks itself")
-        theirs = _clicks_of_project(args.file, project)
+        theirs, notes = clicks_of_project(args.file, project)
+        say_notes(notes)
         found = incoming(mine, theirs, args.file.name)
     else:
         labels = _labels(args, project, names)
@@ -140,21 +137,6 @@ def _labels(args: Namespace, project: Project, names: dict[str, str]) -> Labels:
     return labels
 
 
-def _clicks_of_project(path: Path, project: Project) -> tuple[Click, ...]:
-    """All clicks of another project of the same recording, deleted ones too."""
-    from stereotrack_core.project.project import Project
-
-    with Project.open(path, read_only=True) as other:
-        theirs, ours = other.recording_place(), project.recording_place()
-        if theirs.fingerprint != ours.fingerprint:
-            raise InputError(
-                f"this is a project of another recording ({theirs.name})",
-                where=str(path),
-                remedy=f"Give a project of {ours.name}.",
-            )
-        return other.clicks.all(with_deleted=True)
-
-
 def _reference(args: Namespace, project: Project) -> dict[str, Any]:
     """Keep a trajectory as a reference of the project."""
     from stereotrack_core.annotation.reference import Reference
@@ -179,28 +161,6 @@ def _reference(args: Namespace, project: Project) -> dict[str, Any]:
         )
     project.apply(save_reference(name, reference, replacing=replacing))
     return {"reference": name, "frames": len(reference.frame)}
-
-
-def recording_of(project: Project) -> Recording:
-    """The recording of a project.
-
-    Raises
-    ------
-    InputError
-        Where it is not found.
-    """
-    from stereotrack_core.recording.folder import open_recording
-
-    place = project.find_recording()
-    if place.finding is not None and place.folder is not None:
-        say(f"{place.finding.severity}: {place.finding.where}: {place.finding.what}.")
-    if place.folder is None:
-        raise InputError(
-            "the project's recording is not found",
-            where=project.recording_place().absolute,
-            remedy="Move it back beside the project, or choose its folder in the workbench.",
-        )
-    return open_recording(place.folder)
 
 
 def _refuse_options(args: Namespace, why: str) -> None:

@@ -165,13 +165,12 @@ def _source(args: Namespace) -> Source:
 def _of_project(args: Namespace) -> Source:
     from dataclasses import replace
 
-    from stereotrack_core.cli.import_labels import recording_of
+    from stereotrack_core.cli.project_files import open_project, recording_of
     from stereotrack_core.cli.truth import recording_of_run
-    from stereotrack_core.project.project import Project
     from stereotrack_core.project.references import load_reference
     from stereotrack_core.project.runs import kept_runs, load_run
 
-    with Project.open(args.source, read_only=True) as project:
+    with open_project(args.source) as project:
         kept = {one.name: one for one in kept_runs(project.runs)}
         name = (
             args.run_name

@@ -10,7 +10,7 @@ from threading import RLock
 from typing import Any
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.database import transaction
+from stereotrack_core.project.database import is_in_place, leave_behind, transaction
 from stereotrack_core.project.failures import ProjectDamaged, speaking
 from stereotrack_core.project.rows import Row, Table
 
@@ -38,6 +38,8 @@ class Access:
     def alone(self) -> Iterator[sqlite3.Connection]:
         """The database, for this thread alone."""
         with self._lock, speaking(self.path):
+            if not self._is_in_place():
+                leave_behind(self.path)
             yield self._database
 
     @contextmanager
@@ -56,14 +58,13 @@ class Access:
             with transaction(database):
                 yield database
 
+    def _is_in_place(self) -> bool:
+        return is_in_place(self.path, self._identity)
+
     def _check_in_place(self) -> None:
         """See that nothing is written to a file that nobody will find again."""
-        try:
-            there = self.path.stat()
-            if self._identity is None or (there.st_dev, there.st_ino) == self._identity:
-                return
-        except FileNotFoundError:
-            pass
+        if self._is_in_place():
+            return
         raise InputError(
             "the project file was moved, deleted or replaced while it was open",
             where=str(self.path),

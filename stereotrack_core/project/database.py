@@ -1,4 +1,4 @@
-"""Open the database of a project: safely on every drive, or for reading only."""
+"""The database of a project as a file: made, known by its first bytes, copied, changed at once."""
 
 from __future__ import annotations
 
@@ -11,16 +11,14 @@ from pathlib import Path
 
 from stereotrack_core.atomic import replacing
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.failures import ProjectDamaged, code_of, speaking
+from stereotrack_core.project.failures import ProjectDamaged, speaking
 from stereotrack_core.project.rows import Row
 from stereotrack_core.project.schema import APPLICATION, FORMAT, STATEMENTS
 
-BUSY_SECONDS = 5.0
 _MAGIC = b"SQLite format 3\0"
 _HEADER = 100
-_VERSION_AT, _APPLICATION_AT = 60, 68
-_NO_SHARED_MEMORY = (sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_IOERR, sqlite3.SQLITE_READONLY)
-"""What SQLite says where it cannot make or map the memory that a write-ahead log needs."""
+_JOURNAL_AT, _VERSION_AT, _APPLICATION_AT = 18, 60, 68
+_WRITE_AHEAD = 2
 
 
 def make_database(path: Path, recording: Row | None = None) -> None:
@@ -44,6 +42,7 @@ def make_database(path: Path, recording: Row | None = None) -> None:
             where=str(path),
             remedy="Open it, or choose another name for the new project.",
         )
+    check_nothing_beside(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -66,6 +65,38 @@ def make_database(path: Path, recording: Row | None = None) -> None:
             database.close()
 
 
+def beside(path: Path) -> tuple[Path, ...]:
+    """What lies beside a project of an edit that was not finished, or of an older program.
+
+    A journal that begins with a zero is that of an edit that was finished.
+    """
+    sidecars = (path.with_name(path.name + suffix) for suffix in ("-journal", "-wal"))
+    return tuple(one for one in sidecars if one.exists() and _first_byte(one) not in (b"", b"\0"))
+
+
+def leave_behind(path: Path) -> None:
+    """Part from the journal of a file that was moved away; SQLite would look for the file there."""
+    journal = path.with_name(f"{path.name}-journal")
+    if journal.exists() and journal not in beside(path):
+        journal.unlink()
+
+
+def check_nothing_beside(path: Path) -> None:
+    """See that a new file of that name is not taken for one that has gone from there.
+
+    Raises
+    ------
+    InputError
+        Where what lies beside it belongs to another file.
+    """
+    for left in beside(path):
+        raise InputError(
+            "it belongs to a project that was here before",
+            where=str(left),
+            remedy="Put it beside that project, where it makes that whole, or choose another name.",
+        )
+
+
 def check_header(path: Path) -> None:
     """See from the first bytes alone that the file is a project that this program knows.
 
@@ -76,9 +107,40 @@ def check_header(path: Path) -> None:
     ProjectDamaged
         Where it was cut off.
     """
+    header = _header(path)
+    if not header:
+        raise InputError("the file is empty", where=str(path), remedy="Make a new project.")
+    if not header.startswith(_MAGIC[: len(header)]):
+        raise no_project(path)
+    if len(header) < _HEADER:
+        raise ProjectDamaged(path, f"it ends after {len(header)} bytes")
+    (version,) = struct.unpack_from(">i", header, _VERSION_AT)
+    (application,) = struct.unpack_from(">i", header, _APPLICATION_AT)
+    if application != APPLICATION:
+        raise no_project(path)
+    check_version(path, version)
+
+
+def has_log(path: Path) -> bool:
+    """Whether edits may stand in a write-ahead log beside the file, as older programs kept them."""
+    header = _header(path)
+    return len(header) > _JOURNAL_AT and header[_JOURNAL_AT] == _WRITE_AHEAD
+
+
+def lacks_log(path: Path) -> bool:
+    """Whether the file was separated from the write-ahead log that has its last edits."""
+    return has_log(path) and not beside(path)
+
+
+def _first_byte(path: Path) -> bytes:
+    with path.open("rb") as file:
+        return file.read(1)
+
+
+def _header(path: Path) -> bytes:
     try:
         with path.open("rb") as file:
-            header = file.read(_HEADER)
+            return file.read(_HEADER)
     except FileNotFoundError:
         raise InputError(
             "there is no such file",
@@ -92,17 +154,6 @@ def check_header(path: Path) -> None:
             where=str(path),
             remedy="Give a project file that you have the right to read.",
         ) from error
-    if not header:
-        raise InputError("the file is empty", where=str(path), remedy="Make a new project.")
-    if not header.startswith(_MAGIC[: len(header)]):
-        raise no_project(path)
-    if len(header) < _HEADER:
-        raise ProjectDamaged(path, f"it ends after {len(header)} bytes")
-    (version,) = struct.unpack_from(">i", header, _VERSION_AT)
-    (application,) = struct.unpack_from(">i", header, _APPLICATION_AT)
-    if application != APPLICATION:
-        raise no_project(path)
-    check_version(path, version)
 
 
 def check_version(path: Path, version: int) -> None:
@@ -130,85 +181,24 @@ def version_of(database: sqlite3.Connection) -> int:
     return version
 
 
-def connect(path: Path, *, safe: bool) -> tuple[sqlite3.Connection, str]:
-    """Connection for reading and writing, and its journal: ``wal`` or ``delete``.
-
-    Every commit is on the drive when it returns (``synchronous = FULL``), so that neither the
-    end of the program nor a power failure takes back what was acknowledged.
-
-    Parameters
-    ----------
-    path : Path
-    safe : bool
-        Do without the write-ahead log, which needs memory that all its users share. That is also
-        done where the drive turns out not to have such memory.
-    """
-    database = sqlite3.connect(
-        f"{path.absolute().as_uri()}?mode=rw",
-        uri=True,
-        isolation_level=None,
-        timeout=BUSY_SECONDS,
-        check_same_thread=False,
-    )
-    try:
-        journal = _journal(database, safe)
-        database.execute("PRAGMA synchronous = FULL")
-        database.execute("PRAGMA foreign_keys = ON")
-    except sqlite3.OperationalError as error:
-        database.close()
-        if safe or code_of(error) not in _NO_SHARED_MEMORY:
-            raise
-        return connect(path, safe=True)
-    except BaseException:
-        database.close()
-        raise
-    return database, journal
-
-
-def _journal(database: sqlite3.Connection, safe: bool) -> str:
-    """Choose the journal before anything else is read; ``wal`` or ``delete``."""
-    if safe:
-        database.execute("PRAGMA locking_mode = EXCLUSIVE")  # reads a log without shared memory
-    wanted = "DELETE" if safe else "WAL"
-    journal = database.execute(f"PRAGMA journal_mode = {wanted}").fetchone()[0]
-    database.execute("PRAGMA locking_mode = NORMAL")
-    database.execute("BEGIN IMMEDIATE")  # all this takes effect, or fails, with the first lock
-    database.execute("ROLLBACK")
-    return str(journal)
-
-
-def connect_for_reading(path: Path) -> sqlite3.Connection:
-    """Connection that cannot write. Sees what another program writes to the project meanwhile.
-
-    Raises
-    ------
-    sqlite3.OperationalError
-        Where the folder is read-only too, so that SQLite has no place for its shared memory;
-        a copy can be read then (:func:`copy_files`).
-    """
-    database = sqlite3.connect(
-        f"{path.absolute().as_uri()}?mode=ro",
-        uri=True,
-        isolation_level=None,
-        timeout=BUSY_SECONDS,
-        check_same_thread=False,
-    )
-    try:
-        database.execute("SELECT count(*) FROM sqlite_schema").fetchone()
-    except sqlite3.Error:
-        database.close()
-        raise
-    return database
-
-
 def copy_files(path: Path, folder: Path) -> Path:
-    """Copy a project with what is in its log but not in the file yet; the path of the copy."""
+    """Copy a project with what lies beside it of unfinished or older edits; the copy's path."""
     shutil.copyfile(path, folder / path.name)
-    for suffix in ("-wal", "-journal"):
-        source = path.with_name(path.name + suffix)
-        if source.exists():
-            shutil.copyfile(source, folder / source.name)
+    for one in beside(path):
+        shutil.copyfile(one, folder / one.name)
     return folder / path.name
+
+
+def is_in_place(path: Path, identity: tuple[int, int] | None) -> bool:
+    """Whether the file of this device and number is still the one of that path.
+
+    None for the identity: where drives do not keep numbers, any file there is taken for it.
+    """
+    try:
+        there = path.stat()
+    except FileNotFoundError:
+        return False
+    return identity is None or (there.st_dev, there.st_ino) == identity
 
 
 @contextmanager

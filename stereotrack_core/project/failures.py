@@ -14,8 +14,8 @@ PRIMARY = 0xFF
 
 _SENTENCES: dict[int, tuple[str, str]] = {
     sqlite3.SQLITE_BUSY: (
-        "another program is writing to it",
-        "Close the project there; the last edit was not made.",
+        "another program is reading or writing it",
+        "Close the project there, or wait until that is done; the last edit was not made.",
     ),
     sqlite3.SQLITE_FULL: (
         "there is no space left on the drive",
@@ -40,14 +40,22 @@ class ProjectDamaged(InputError):
     """The file is a project, but parts of it cannot be read.
 
     :func:`stereotrack_core.project.rescue.rescue` saves what can be read to another file.
+
+    Parameters
+    ----------
+    path : Path
+    detail : str
+        What is wrong, in a few words.
+    first : str, optional
+        What to do before anything is rescued, as a sentence.
     """
 
-    def __init__(self, path: Path, detail: str) -> None:
+    def __init__(self, path: Path, detail: str, first: str = "") -> None:
         super().__init__(
             f"the project file is damaged ({detail})",
             where=str(path),
-            remedy="Rescue what can be read into a new file, or take a copy of it; the file itself"
-            " was not changed.",
+            remedy=f"{first or 'Take another copy of it.'} Or let the workbench rescue what can be"
+            " read into a new file (File, Project); this one is left as it is.",
         )
 
 

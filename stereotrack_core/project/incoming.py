@@ -8,12 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Literal, TypeAlias
 
 from stereotrack_core.annotation.agreement import Difference, differences
 from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.click_edits import PlaceClicks
+from stereotrack_core.project.project import Project
+from stereotrack_core.recording.finding import Finding
 
 Side: TypeAlias = Literal["mine", "theirs"]
 
@@ -107,6 +110,37 @@ def incoming(
         else:
             conflicts.append(found)
     return Incoming(source, tuple(new), tuple(same), tuple(conflicts))
+
+
+def clicks_of_project(
+    path: Path, project: Project
+) -> tuple[tuple[Click, ...], tuple[Finding, ...]]:
+    """All clicks of another project of the same recording, deleted ones too.
+
+    Returns
+    -------
+    clicks : tuple of Click
+    notes : tuple of Finding
+        What the person should know about that project.
+
+    Raises
+    ------
+    InputError
+        Where it is this project, is of another recording, or cannot be read.
+    """
+    if path.resolve() == project.path:
+        raise InputError(
+            "this is the project that is open", where=str(path), remedy="Choose another one."
+        )
+    with Project.open(path, read_only=True) as other:
+        theirs, ours = other.recording_place(), project.recording_place()
+        if theirs.fingerprint != ours.fingerprint:
+            raise InputError(
+                f"this is a project of another recording ({theirs.name})",
+                where=str(path),
+                remedy=f"Give a project of {ours.name}.",
+            )
+        return other.clicks.all(with_deleted=True), other.notes
 
 
 def _with_marks_of(mine: Click | None, click: Click) -> Click:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import struct
 from pathlib import Path
 
+_HEADER = 100
 _PAGE_SIZE_AT, _CHANGES_AT, _PAGES_AT, _VALID_FOR_AT = 16, 24, 28, 92
 _FIRST_TREE_AT = 100
 _INTERIOR = 5
@@ -34,21 +35,31 @@ def lend_schema(new: Path, damaged: Path) -> None:
         return
     for page in _schema_pages(source):
         content[page * size : (page + 1) * size] = source[page * size : (page + 1) * size]
-    struct.pack_into(">I", content, _PAGES_AT, len(content) // size)
-    content[_VALID_FOR_AT : _VALID_FOR_AT + 4] = content[_CHANGES_AT : _CHANGES_AT + 4]
     damaged.write_bytes(content)
+    count_pages(damaged)
     for suffix in ("-wal", "-shm", "-journal"):
         damaged.with_name(damaged.name + suffix).unlink(missing_ok=True)
 
 
-def cut_to_pages(damaged: Path) -> None:
-    """Take half a page from the end of a file: SQLite would fill it up with zeros and read on."""
+def count_pages(damaged: Path) -> None:
+    """Let the header count the pages that are there.
+
+    Half a page at the end, which SQLite would fill up with zeros, is taken away; pages that came
+    after the header was copied are counted, since older pages may refer to them.
+    """
     length = damaged.stat().st_size
     with damaged.open("r+b") as file:
-        size = int.from_bytes(file.read(_PAGE_SIZE_AT + 2)[_PAGE_SIZE_AT:], "big")
+        header = bytearray(file.read(_HEADER))
+        if len(header) < _HEADER:
+            return
+        (size,) = struct.unpack_from(">H", header, _PAGE_SIZE_AT)
         if size not in _PAGE_SIZES:
             size = _USUAL_SIZE
         file.truncate(length // size * size)
+        struct.pack_into(">I", header, _PAGES_AT, length // size)
+        header[_VALID_FOR_AT : _VALID_FOR_AT + 4] = header[_CHANGES_AT : _CHANGES_AT + 4]
+        file.seek(0)
+        file.write(header)
 
 
 def _schema_pages(source: bytes) -> list[int]:

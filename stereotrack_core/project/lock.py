@@ -21,6 +21,18 @@ def lock_path(project: Path) -> Path:
     return project.with_name(f".{project.name}.lock")
 
 
+def is_held(project: Path) -> bool:
+    """Whether a program has the lock now; True as well where that cannot be told."""
+    try:
+        with lock_path(project).open("rb") as file:
+            _take(file)
+    except FileNotFoundError:
+        return False
+    except OSError:
+        return True
+    return False
+
+
 class ProjectLock:
     """Taken on construction, given back by :meth:`release`.
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from stereotrack_core.atomic import replacing
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.database import transaction, version_of
+from stereotrack_core.project.database import check_nothing_beside, transaction, version_of
 from stereotrack_core.project.rows import as_json, from_json
 from stereotrack_core.project.schema import (
     CLICKS,
@@ -88,6 +88,7 @@ def copy_whole(database: sqlite3.Connection, path: Path) -> None:
     InputError
         Where the copy cannot be written or is not whole.
     """
+    check_nothing_beside(path)
     with replacing(path) as temporary:
         target = sqlite3.connect(temporary, isolation_level=None)
         try:

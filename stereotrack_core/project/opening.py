@@ -10,21 +10,24 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.project.connection import connect, connect_for_reading
 from stereotrack_core.project.database import (
+    beside,
     check_header,
     check_version,
-    connect,
-    connect_for_reading,
     copy_files,
+    is_in_place,
+    lacks_log,
     transaction,
     version_of,
 )
-from stereotrack_core.project.failures import ProjectDamaged, ProjectInUse, code_of, speaking
+from stereotrack_core.project.failures import ProjectInUse, code_of, speaking
 from stereotrack_core.project.filesystem import Mount, network_type
-from stereotrack_core.project.lock import ProjectLock
+from stereotrack_core.project.lock import ProjectLock, is_held, lock_path
 from stereotrack_core.project.migrations import migrate, upgrade
 from stereotrack_core.project.owner import Owner, in_use, myself, read_owner, write_owner
 from stereotrack_core.project.schema import FORMAT
+from stereotrack_core.project.wholeness import check_whole
 from stereotrack_core.recording.finding import Finding
 
 
@@ -36,8 +39,6 @@ class Opened:
     ----------
     path : Path
     database : sqlite3.Connection
-    journal : str
-        ``wal``, or ``delete`` where the write-ahead log is not safe or not to be had.
     read_only : bool
     notes : tuple of Finding
         What the person should know.
@@ -50,7 +51,6 @@ class Opened:
 
     path: Path
     database: sqlite3.Connection
-    journal: str
     read_only: bool
     notes: tuple[Finding, ...]
     resources: ExitStack
@@ -78,6 +78,7 @@ def open_for_writing(
         Where it contradicts itself.
     """
     check_header(path)
+    lost, locked = lacks_log(path), lock_path(path).exists()
     with ExitStack() as stack:
         try:
             lock = ProjectLock(path)
@@ -86,26 +87,23 @@ def open_for_writing(
         stack.callback(lock.release)
         network = network_type(path, mounts)
         with speaking(path):
-            database, journal = connect(path, safe=network is not None)
+            _try_what_was_left(path)
+            database = connect(path)
             stack.callback(database.close)
             check_version(path, version_of(database))
             left = read_owner(database)
             if left is not None:
                 gone = take_over or (lock.holds and (network is None or left.host == myself().host))
-                _check_left(path, database, left, gone=gone)
+                _check_gone(path, left, gone=gone)
+            if left is not None or lost:
+                check_whole(database, path)
             copy = migrate(database, path)
-            if copy is not None:
-                database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
-            stack.callback(_give_back, database)
+            status = path.stat()
+            identity = None if network else (status.st_dev, status.st_ino)
+            stack.callback(_give_back, database, path, identity)
             write_owner(database, myself())
-        notes = (
-            *_note_of_journal(path, journal, network),
-            *_note_of_crash(path, left),
-            *_note_of_migration(path, copy),
-        )
-        status = path.stat()
-        identity = None if network else (status.st_dev, status.st_ino)
-        return Opened(path, database, journal, False, notes, stack.pop_all(), identity)
+        notes = (*_notes_of_end(path, left, lost, locked), *_note_of_migration(path, copy))
+        return Opened(path, database, False, notes, stack.pop_all(), identity)
     raise AssertionError  # the stack swallows no exception
 
 
@@ -123,96 +121,130 @@ def open_for_reading(path: Path) -> Opened:
         Where it contradicts itself.
     """
     check_header(path)
+    lost, locked, held = lacks_log(path), lock_path(path).exists(), is_held(path)
     with ExitStack() as stack, speaking(path):
         notes: tuple[Finding, ...] = ()
+        snapshot = lost
         try:
-            database = connect_for_reading(path)
-            old = version_of(database) < FORMAT
-            if old:
-                database.close()
+            if not snapshot:
+                database = connect_for_reading(path)
+                if snapshot := version_of(database) < FORMAT:
+                    database.close()
         except sqlite3.OperationalError as error:
             if code_of(error) not in (sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY):
                 raise
-            old = True
-            notes = (_note_of_snapshot(path),)
-        if old:
+            snapshot = True
+            if error.sqlite_errorcode != sqlite3.SQLITE_READONLY_ROLLBACK:
+                notes = (_note_of_snapshot(path),)
+        if snapshot:
             folder = stack.enter_context(tempfile.TemporaryDirectory())
             database = _upgraded_copy(path, Path(folder))
         stack.callback(database.close)
         check_version(path, version_of(database))
-        return Opened(path, database, "read only", True, notes, stack.pop_all())
+        left = None if held else read_owner(database)
+        if left is not None or lost:
+            check_whole(database, path)
+        notes = (*notes, *_notes_of_end(path, left, lost, locked))
+        return Opened(path, database, True, notes, stack.pop_all())
     raise AssertionError  # the stack swallows no exception
 
 
-def _give_back(database: sqlite3.Connection) -> None:
-    """Say that nobody has it, and leave a single file that a read-only folder can hold.
+def _give_back(database: sqlite3.Connection, path: Path, identity: tuple[int, int] | None) -> None:
+    """Say that nobody has it, and leave a single file.
 
-    Where that fails, because somebody is reading or the drive is full, nothing is lost: the log
-    stays beside the file, and the next program takes it for a crash.
+    Where that fails, because somebody is reading or the drive is full, nothing is lost: the next
+    program takes it for a crash. A file that was moved away is left alone: the journal would lie
+    where it was, beside whatever has its name now.
     """
+    if not is_in_place(path, identity):
+        return
     with suppress(sqlite3.Error):
         write_owner(database, None)
         database.execute("PRAGMA journal_mode = DELETE")
 
 
-def _upgraded_copy(path: Path, folder: Path) -> sqlite3.Connection:
+def _copy(path: Path, folder: Path) -> Path:
     try:
         copy = copy_files(path, folder)
     except OSError as error:
         raise InputError(
-            f"it cannot be read ({error.strerror})",
+            f"it cannot be copied to be read ({error.strerror})",
             where=str(path),
-            remedy="Give yourself the right to read it.",
+            remedy="Give yourself the right to read it, and look whether the drive of temporary"
+            " files has room.",
         ) from error
     copy.chmod(0o600)
-    with closing(connect(copy, safe=True)[0]) as database:
+    return copy
+
+
+def _upgraded_copy(path: Path, folder: Path) -> sqlite3.Connection:
+    copy = _copy(path, folder)
+    with closing(connect(copy)) as database:
         if version_of(database) < FORMAT:
             with transaction(database):
                 upgrade(database)
     return connect_for_reading(copy)
 
 
-def _check_left(path: Path, database: sqlite3.Connection, left: Owner, *, gone: bool) -> None:
-    """See that the owner is gone for certain, and that all is well after its crash."""
-    if not gone:
-        complaint = in_use(path, left)
-        raise ProjectInUse(
-            complaint.what,
-            where=complaint.where,
-            remedy="Close it there. If that program is gone for certain, take the project over.",
+def _try_what_was_left(path: Path) -> None:
+    """See what taking back an unfinished edit leads to on a copy, before it happens to the file.
+
+    The journal that says how may be of another file: one that was here before a backup was put in
+    its place, or moved away and back again.
+    """
+    if not beside(path):
+        return
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        closing(connect(_copy(path, Path(folder)))) as tried,
+    ):
+        check_whole(tried, path)
+
+
+def _check_gone(path: Path, left: Owner, *, gone: bool) -> None:
+    """See that the owner is gone for certain."""
+    if gone:
+        return
+    complaint = in_use(path, left)
+    raise ProjectInUse(
+        complaint.what,
+        where=complaint.where,
+        remedy="Close it there. If that program is gone for certain, take the project over.",
+    )
+
+
+def _notes_of_end(path: Path, left: Owner | None, lost: bool, locked: bool) -> tuple[Finding, ...]:
+    """What to tell about a file that was not closed, or copied while it was open.
+
+    Parameters
+    ----------
+    path : Path
+    left : Owner or None
+        Who had it open.
+    lost : bool
+        Whether the log of an older program is not beside it.
+    locked : bool
+        Whether the lock of that program is still beside it, as a crash leaves it.
+    """
+    if lost:
+        return (
+            Finding(
+                "warning",
+                str(path),
+                "it was copied or moved without its log while an older program had it open, so"
+                " the last edits may be missing",
+                f"Compare it with the original, or copy that again together with {path.name}-wal.",
+            ),
         )
-    verdict = database.execute("PRAGMA quick_check(1)").fetchone()[0]
-    if verdict != "ok":
-        raise ProjectDamaged(path, str(verdict))
-
-
-def _note_of_journal(path: Path, journal: str, network: str | None) -> tuple[Finding, ...]:
-    if journal == "wal":
-        return ()
-    reason = (
-        f"it is on a network drive ({network})" if network else "its drive has no shared memory"
-    )
-    return (
-        Finding(
-            "note",
-            str(path),
-            f"{reason}, so edits are saved in a slower, safe way",
-            "Nothing has to be done; on a drive of this machine it is faster.",
-        ),
-    )
-
-
-def _note_of_crash(path: Path, left: Owner | None) -> tuple[Finding, ...]:
     if left is None:
         return ()
-    return (
-        Finding(
-            "note",
-            str(path),
-            f"process {left.process} on {left.host} did not close it; every edit is there",
-            "Nothing has to be done; undo works as before.",
-        ),
-    )
+    who = f"process {left.process} on {left.host}"
+    what = f"{who} did not close it; every edit is there"
+    remedy = "Nothing has to be done; undo works as before."
+    if not locked:
+        what = f"it was copied or moved while {who} had it open; every edit until then is there"
+        remedy = "Nothing has to be done; edits made elsewhere later are not in this file."
+    return (Finding("note", str(path), what, remedy),)
 
 
 def _note_of_migration(path: Path, copy: Path | None) -> tuple[Finding, ...]:

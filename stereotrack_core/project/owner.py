@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from stereotrack_core.project.database import connect_for_reading, transaction
+from stereotrack_core.project.connection import connect_for_reading
+from stereotrack_core.project.database import transaction
 from stereotrack_core.project.failures import ProjectInUse
 
 

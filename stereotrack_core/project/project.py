@@ -55,8 +55,6 @@ class Project:
     ----------
     path : Path
     read_only : bool
-    journal : str
-        ``wal``; ``delete`` on drives where the write-ahead log is not safe.
     notes : tuple of Finding
         What the person should know about opening it.
     who : str
@@ -72,7 +70,6 @@ class Project:
     def __init__(self, opened: Opened, who: str = "") -> None:
         self.path = opened.path
         self.read_only = opened.read_only
-        self.journal = opened.journal
         self.notes: tuple[Finding, ...] = opened.notes
         self.who = who or user()
         self._access = Access(opened.database, opened.path, opened.identity)

@@ -15,7 +15,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.project.click_rows import click_of
 from stereotrack_core.project.content import hash_of
 from stereotrack_core.project.database import copy_files, make_database, transaction
-from stereotrack_core.project.lent_schema import cut_to_pages, lend_schema
+from stereotrack_core.project.lent_schema import count_pages, lend_schema
 from stereotrack_core.project.rows import from_json
 from stereotrack_core.project.schema import (
     CLICK,
@@ -24,6 +24,7 @@ from stereotrack_core.project.schema import (
     REPEAT_CLICK,
     TABLES_OF_ENTRIES,
 )
+from stereotrack_core.project.wholeness import contradiction, last_words
 
 _OTHER_TABLES = ("content", "prediction", "annotator", "view_setting", "recording")
 _HISTORY = ("edit", "edit_change")
@@ -71,7 +72,7 @@ def rescue(damaged: Path, target: Path) -> Rescued:
                 where=str(damaged),
                 remedy="Correct the path.",
             ) from error
-        cut_to_pages(copy)
+        count_pages(copy)
         make_database(target)
         saved = _fill(copy, target)
         if not any(
@@ -170,48 +171,29 @@ def _drop_wrong_content(database: sqlite3.Connection) -> None:
 def _restore_from_history(database: sqlite3.Connection) -> int:
     """Set rows that the history's last word knows better than their table; their number."""
     restored = 0
-    for (table_name, key), after in _last_words(database).items():
+    for (table_name, key), after in last_words(database).items():
         table = EDITED_TABLES[table_name]
-        row, values = from_json(key) or (), from_json(after)
         try:
-            if table.read(database, row) is None and values is not None:
-                _make_sense_of(table_name, (*row, *values))
-                table.write(database, row, values)
+            if table.read(database, key) is None and after is not None:
+                _make_sense_of(table_name, (*key, *after))
+                table.write(database, key, after)
                 restored += 1
         except (ValueError, TypeError, sqlite3.IntegrityError, sqlite3.ProgrammingError):
             continue
     return restored
 
 
-def _last_words(database: sqlite3.Connection) -> dict[tuple[str, str], str | None]:
-    """Row after the last edit in effect, by table and key."""
-    changes = database.execute(
-        "SELECT changed_table, changed_key, after FROM edit_change JOIN edit ON number = edit"
-        " WHERE state = 'done' ORDER BY edit, place"
-    )
-    return {
-        (table, key): after for table, key, after in changes.fetchall() if table in EDITED_TABLES
-    }
-
-
 def _history_agrees(database: sqlite3.Connection) -> bool:
-    """Whether every edit is there, and the rows are those that the history leads to."""
-    numbers = {row[0] for row in database.execute("SELECT number FROM edit")}
-    changed = {row[0] for row in database.execute("SELECT DISTINCT edit FROM edit_change")}
-    if numbers != changed or (numbers and numbers != set(range(1, max(numbers) + 1))):
-        return False
+    """Whether every edit is there, and the rows are exactly those that the history leads to."""
     try:
-        words = _last_words(database)
-        agreeing = all(
-            EDITED_TABLES[table].read(database, from_json(key) or ()) == from_json(after)
-            for (table, key), after in words.items()
-        )
+        if contradiction(database):
+            return False
     except (sqlite3.ProgrammingError, ValueError):
         return False
     expected: dict[str, int] = dict.fromkeys(EDITED_TABLES, 0)
-    for (table, _), after in words.items():
+    for (table, _), after in last_words(database).items():
         expected[table] += after is not None
-    return agreeing and all(
+    return all(
         database.execute(f"SELECT count(*) FROM {table}").fetchone()[0] == count  # noqa: S608
         for table, count in expected.items()
     )

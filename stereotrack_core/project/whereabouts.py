@@ -12,7 +12,8 @@ from pathlib import Path
 import platformdirs
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.database import check_header, connect_for_reading
+from stereotrack_core.project.connection import connect_for_reading
+from stereotrack_core.project.database import beside, check_header
 from stereotrack_core.recording.finding import Finding
 from stereotrack_core.recording.fingerprint import fingerprint
 from stereotrack_core.recording.folder import DESCRIPTION, open_recording
@@ -182,11 +183,11 @@ def _belongs(project: Path, folder: Path) -> bool:
     if row is None:
         return False
     relative, absolute = row
-    beside = project.parent / relative if relative else Path(absolute)
-    return folder in (Path(os.path.normpath(beside)), Path(absolute))
+    stated = project.parent / relative if relative else Path(absolute)
+    return folder in (Path(os.path.normpath(stated)), Path(absolute))
 
 
-def project_path_for(folder: Path, documents: Path | None = None) -> Path:
+def project_path_for(folder: Path, documents: Path | None = None, home: Path | None = None) -> Path:
     """Where a new project of a recording goes: beside it, or else into the user's documents.
 
     Parameters
@@ -195,13 +196,16 @@ def project_path_for(folder: Path, documents: Path | None = None) -> Path:
         The recording.
     documents : Path, optional
         Taken for the user's documents.
+    home : Path, optional
+        A folder for all new projects.
     """
     folder = folder.resolve()
-    beside = os.access(folder.parent, os.W_OK)
-    home = folder.parent if beside else documents or documents_folder()
+    if home is None:
+        writable = os.access(folder.parent, os.W_OK)
+        home = folder.parent if writable else documents or documents_folder()
     path = home / f"{folder.name}{SUFFIX}"
     number = 2
-    while path.exists():
+    while path.exists() or beside(path):
         path = home / f"{folder.name}-{number}{SUFFIX}"
         number += 1
     return path

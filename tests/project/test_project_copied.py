@@ -1,0 +1,348 @@
+"""The one file has every edit: a copy of it alone, also of an open or a crashed project, or one
+that was moved away, has all that was acknowledged before, or says that it is not whole."""
+
+from __future__ import annotations
+
+import os
+import random
+import runpy
+import shutil
+import sqlite3
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import closing, suppress
+from pathlib import Path
+
+import pytest
+
+from stereotrack_core.annotation.click import ClickKey
+from stereotrack_core.errors import InputError
+from stereotrack_core.project.click_edits import MoveClicks, place
+from stereotrack_core.project.database import make_database
+from stereotrack_core.project.failures import ProjectDamaged
+from stereotrack_core.project.project import Project
+from stereotrack_core.project.rescue import rescue
+from stereotrack_core.project.whereabouts import project_path_for
+
+PROGRAM = Path(__file__).with_name("clicking_process.py")
+click = runpy.run_path(str(PROGRAM))["click"]
+CLICKS, SOME = 300, 80
+PAGE = 4096
+
+
+class Clicker:
+    """A process that clicks in a project."""
+
+    def __init__(self, path: Path) -> None:
+        self.process = subprocess.Popen(
+            [sys.executable, str(PROGRAM), str(path)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            cwd=PROGRAM.parents[2],
+            env={**os.environ, "PYTHONPATH": str(PROGRAM.parents[2])},
+        )
+        assert self.hears() == "open"
+
+    def tell(self, line: str = "", times: int = 1) -> None:
+        self.process.stdin.write(f"{line}\n" * times)
+        self.process.stdin.flush()
+
+    def hears(self) -> str:
+        return self.process.stdout.readline().strip()
+
+    def clicks(self, times: int) -> None:
+        """Let it click, and wait until the last one is acknowledged."""
+        self.tell(times=times)
+        for _ in range(times):
+            self.hears()
+
+    def kill(self) -> None:
+        self.process.kill()
+        self.process.wait()
+        self.process.stdout.close()
+        with suppress(BrokenPipeError):
+            self.process.stdin.close()
+
+
+@pytest.fixture
+def path(tmp_path) -> Path:
+    """An empty project in a folder of its own."""
+    path = tmp_path / "project" / "walk.stereotrack"
+    make_database(path)
+    return path
+
+
+@pytest.fixture
+def clicker(path) -> Iterator[Clicker]:
+    started = Clicker(path)
+    yield started
+    started.kill()
+
+
+def alone(path: Path, folder: Path) -> Path:
+    """A copy of the file without anything that lies beside it."""
+    folder.mkdir()
+    shutil.copyfile(path, folder / path.name)
+    return folder / path.name
+
+
+def check_has(path: Path, count: int) -> None:
+    """All of the first clicks and no others, each one an edit that can be undone; and it is told
+    once that the file was copied or moved."""
+    for read_only in (True, False):
+        with Project.open(path, read_only=read_only) as project:
+            assert [one.key for one in project.clicks.all()] == [click(k).key for k in range(count)]
+            assert project.check() == ()
+            (note,) = project.notes
+            assert "copied or moved while" in note.what
+            assert "every edit until then is there" in note.what
+    with Project.open(path) as project:
+        assert project.notes == ()
+        assert project.undo() is not None
+        assert project.clicks.count() == count - 1
+
+
+def test_a_copy_of_an_open_project_has_every_click(path, clicker, tmp_path):
+    done = 0
+    for count in sorted(random.Random(6).sample(range(1, CLICKS), 5)):
+        clicker.clicks(count - done)
+        done = count
+        check_has(alone(path, tmp_path / f"{count}"), count)
+
+
+def test_a_copy_after_a_kill_has_every_click(path, clicker, tmp_path):
+    clicker.clicks(CLICKS)
+    clicker.kill()
+    check_has(alone(path, tmp_path / "copy"), CLICKS)
+
+
+def test_a_project_that_is_moved_and_then_killed_has_every_click(path, clicker, tmp_path):
+    clicker.clicks(5)
+    moved = path.rename(tmp_path / "moved.stereotrack")
+    clicker.kill()
+    check_has(moved, 5)
+
+
+def saved_of(path: Path) -> set[ClickKey]:
+    """What can be had from a file: as it is, or where it says that it is damaged, by rescuing."""
+    try:
+        with Project.open(path) as project:
+            return set(project.clicks.keys())
+    except ProjectDamaged:
+        target = path.with_name("rescued.stereotrack")
+        rescue(path, target)
+        with Project.open(target) as project:
+            return set(project.clicks.keys())
+
+
+def test_a_copy_while_clicks_are_being_written_has_what_was_acknowledged(path, clicker, tmp_path):
+    """Nobody waits for anybody: some copies are made in the middle of an edit."""
+    clicker.tell(times=CLICKS)
+    moments = random.Random(6).sample(range(CLICKS), 20)
+    for number in range(CLICKS):
+        assert clicker.hears() == str(number)
+        if number in moments:
+            copy = alone(path, tmp_path / f"{number}")
+            assert saved_of(copy) >= {click(k).key for k in range(number + 1)}
+
+
+def test_an_edit_that_a_kill_ended_is_taken_back(crashed):
+    assert journal_of(crashed).stat().st_size
+    with Project.open(crashed, read_only=True) as reading:
+        assert reading.clicks.count() == SOME
+    with Project.open(crashed) as project:
+        assert [one.position for one in project.clicks.all()] == [
+            click(k).position for k in range(SOME)
+        ]
+        assert "every edit is there" in project.notes[0].what
+        assert project.undo() is not None
+    assert not journal_of(crashed).exists()
+
+
+def journal_of(path: Path) -> Path:
+    return path.with_name(path.name + "-journal")
+
+
+@pytest.mark.parametrize("killed", [False, True])
+def test_a_copy_in_the_middle_of_an_edit_says_so_and_can_be_rescued(
+    path, clicker, tmp_path, killed
+):
+    clicker.clicks(SOME)
+    clicker.tell("unfinished")
+    assert clicker.hears() == "half"
+    if killed:
+        clicker.kill()
+        copy = path.rename(tmp_path / "moved.stereotrack")
+    else:
+        copy = alone(path, tmp_path / "copy")
+    before = copy.read_bytes()
+    for read_only in (True, False):
+        with pytest.raises(ProjectDamaged, match=r"in the middle of an edit.*ends in -journal"):
+            Project.open(copy, read_only=read_only)
+    assert copy.read_bytes() == before
+    assert saved_of(copy) == {click(k).key for k in range(SOME)}
+    if killed:  # what the sentence says to do
+        journal_of(path).rename(journal_of(copy))
+        with Project.open(copy) as project:
+            assert project.clicks.count() == SOME
+
+
+@pytest.fixture
+def crashed(path, clicker) -> Path:
+    """A project whose program was killed in the middle of an edit."""
+    clicker.clicks(SOME)
+    clicker.tell("unfinished")
+    assert clicker.hears() == "half"
+    clicker.kill()
+    return path
+
+
+def test_a_backup_in_the_place_of_a_crashed_project_is_not_spoilt(crashed, tmp_path):
+    """What the crash left beside it belongs to another file, and is not let loose on this one."""
+    backup = tmp_path / "backup.stereotrack"
+    make_database(backup)
+    with Project.open(backup) as project:
+        for number in range(20):
+            project.apply(place(click(number)))
+    backup.replace(crashed)
+    before = crashed.read_bytes()
+    with pytest.raises(ProjectDamaged, match="if that lies beside it but is of another copy"):
+        Project.open(crashed)
+    assert crashed.read_bytes() == before
+    journal_of(crashed).unlink()
+    with Project.open(crashed) as project:
+        assert project.clicks.count() == 20
+        assert project.notes == ()
+
+
+def test_nothing_new_is_put_beside_what_a_crash_has_left(crashed, tmp_path):
+    moved = crashed.rename(tmp_path / "moved.stereotrack")
+    with pytest.raises(InputError, match=r"walk\.stereotrack-journal: it belongs to a project"):
+        make_database(crashed)
+    assert project_path_for(crashed.with_name("walk")).name == "walk-2.stereotrack"
+    assert not crashed.exists()
+    journal_of(crashed).rename(journal_of(moved))
+    with Project.open(moved) as project:
+        assert project.clicks.count() == SOME
+        journal_of(crashed).write_bytes(b"something")
+        with pytest.raises(InputError, match="it belongs to a project"):
+            project.save_copy(crashed)
+
+
+@pytest.fixture(scope="module")
+def stages(tmp_path_factory) -> list[bytes]:
+    """The file after each of some edits: single clicks, moves, and pages that come to be full."""
+    path = tmp_path_factory.mktemp("stages") / "walk.stereotrack"
+    make_database(path)
+    stages = []
+    with Project.open(path, who="A") as project:
+        for number in range(60):
+            project.apply(place(click(number)))
+            if number >= 40:
+                stages.append(path.read_bytes())
+        for number in range(10):
+            project.apply(MoveClicks((click(number).key,), (1.0, 0.0)))
+            stages.append(path.read_bytes())
+    return stages
+
+
+def said_in(content: bytes) -> frozenset[tuple[object, ...]]:
+    """What a whole project says of its clicks, and its edits."""
+    with closing(sqlite3.connect(":memory:")) as database:
+        database.deserialize(content)
+        rows = database.execute("SELECT frame, camera, landmark, x, y FROM click").fetchall()
+        return frozenset([*rows, *database.execute("SELECT number, words FROM edit")])
+
+
+def mixed(before: bytes, after: bytes, later: set[int]) -> bytes:
+    """The file before an edit with these pages of after it; a page in between is still empty."""
+    end = PAGE * (max(later) + 1)
+    content = bytearray(before.ljust(end, b"\0"))
+    for number in later:
+        content[number * PAGE : (number + 1) * PAGE] = after[number * PAGE : (number + 1) * PAGE]
+    return bytes(content)
+
+
+@pytest.mark.parametrize("apart", [1, 7])
+def test_no_mixture_of_pages_is_taken_for_whole(stages, tmp_path, apart):
+    """A copy reads page after page while edits go on: its first pages are older than its last.
+
+    Or an edit is half written. Whatever is mixed is as after one of the edits, or is said to be
+    damaged.
+    """
+    choose = random.Random(apart)
+    path, said = tmp_path / "copy.stereotrack", 0
+    states = [said_in(stage) for stage in stages]
+    for first, (before, after) in enumerate(zip(stages, stages[apart:], strict=False)):
+        differ = [k for k in range(len(after) // PAGE) if mixed(before, after, {k}) != before]
+        cut, some = choose.randrange(len(differ)), choose.sample(differ, len(differ) // 2)
+        for later in (set(differ[cut:]), set(some)):
+            path.write_bytes(mixed(before, after, later))
+            try:
+                with Project.open(path):
+                    assert said_in(path.read_bytes()) in states[first : first + apart + 1]
+            except ProjectDamaged:
+                said += 1
+                if later == set(differ[cut:]):
+                    assert saved_of(path) >= {click(k).key for k in range(min(41 + first, 60))}
+                    path.with_name("rescued.stereotrack").unlink()
+    assert said
+
+
+@pytest.fixture
+def older(path, tmp_path) -> Path:
+    """A copy, without its log, of a project that an older program has open with a log."""
+    with closing(sqlite3.connect(path, isolation_level=None)) as database:
+        database.execute("PRAGMA journal_mode = WAL")
+        database.execute("PRAGMA wal_autocheckpoint = 0")
+        database.execute("INSERT INTO owner VALUES (1, 'pc', 5, 'A', '2026-01-05T10:00:00')")
+        yield alone(path, tmp_path / "copy")
+
+
+@pytest.mark.parametrize("emptied", [False, True])
+def test_a_file_without_its_log_says_that_edits_may_be_missing_once(older, emptied):
+    log = older.with_name(older.name + "-wal")
+    if emptied:  # as other tools leave it that looked into the file
+        log.touch()
+    for read_only in (True, True, False):
+        with Project.open(older, read_only=read_only) as project:
+            (note,) = project.notes
+            assert note.severity == "warning"
+            assert "the last edits may be missing" in note.what
+            assert log.name in note.remedy
+    with Project.open(older) as project:
+        assert project.notes == ()
+    assert [one.name for one in older.parent.iterdir()] == [older.name]
+
+
+def test_a_log_of_an_older_program_is_taken_into_the_file(older, path, tmp_path):
+    """Its edits stand in the log alone."""
+    folder = tmp_path / "both"
+    folder.mkdir()
+    for suffix in ("", "-wal"):
+        shutil.copyfile(f"{path}{suffix}", folder / f"{path.name}{suffix}")
+    both = folder / path.name
+    with Project.open(both) as project:
+        assert "process 5 on pc" in project.notes[0].what
+        project.apply(place(click(0)))
+        check = alone(both, tmp_path / "of-both")
+        assert not both.with_name(f"{both.name}-wal").exists()
+    check_has(check, 1)
+
+
+def test_what_is_read_meanwhile_does_not_stop_the_writer_for_good(path, monkeypatch):
+    """Somebody else's tool holds the file for reading: an edit waits, and is refused in words."""
+    monkeypatch.setattr("stereotrack_core.project.connection.BUSY_SECONDS", 0.05)
+    with Project.open(path) as project, closing(sqlite3.connect(path)) as other:
+        project.apply(place(click(0)))
+        project.apply(place(click(1)))
+        reading = other.execute("SELECT * FROM click")
+        reading.fetchone()
+        with pytest.raises(InputError, match="another program is reading or writing it"):
+            project.apply(place(click(2)))
+        reading.close()
+        project.apply(place(click(2)))
+        assert project.clicks.count() == 3
+        assert len(project.history.entries()) == 3
