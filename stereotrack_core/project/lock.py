@@ -25,12 +25,11 @@ def is_held(project: Path) -> bool:
     """Whether a program has the lock now; True as well where that cannot be told."""
     try:
         with lock_path(project).open("rb") as file:
-            _take(file)
+            return not take_lock(file)
     except FileNotFoundError:
         return False
     except OSError:
         return True
-    return False
 
 
 class ProjectLock:
