@@ -142,7 +142,7 @@ def _clicks(window: Any, count: int) -> list[float]:
 
     times = []
     camera = window.grid.tiles[window.grid.active].camera
-    window.annotate.annotating.advance = "none"
+    window.annotate.annotating.set_advance("none")
     for k in range(count):
         window.annotate.annotating.let_go()
         place = QPoint(100 + 3 * k % 150, 60 + 7 * k % 100)

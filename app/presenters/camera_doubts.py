@@ -13,11 +13,10 @@ from stereotrack_core.annotation.camera_doubts import (
     what_disagrees,
     what_to_do,
 )
-from stereotrack_core.annotation.click import Click
-from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.camera_agreement import Disagreement
 from stereotrack_core.project.history import Changed
+from stereotrack_core.project.project import Project
 from stereotrack_core.recording.finding import Finding
 
 from ..tasks.newest import NewestWins
@@ -29,9 +28,8 @@ _PAUSE_MS = 400
 
 @dataclass(frozen=True, eq=False)
 class _Question:
-    clicks: tuple[Click, ...]
+    project: Project
     cameras: Mapping[str, Camera]
-    landmark_set: LandmarkSet
 
 
 class CameraDoubts(QObject):
@@ -67,7 +65,7 @@ class CameraDoubts(QObject):
         self._pause.timeout.connect(self._ask)
         project.changed.connect(self._on_changed)
         project.opened.connect(self._pause.start)
-        project.closed.connect(self._on_closed)
+        project.closing.connect(self._on_closing)
 
     def settled(self) -> bool:
         """Whether what is known is of the clicks as they are."""
@@ -97,9 +95,7 @@ class CameraDoubts(QObject):
         if recording is None or project is None:
             self._take(None)
             return
-        asked = sorted(frames_asked(project.clicks.frames()))
-        clicks = tuple(click for frame in asked for click in project.clicks.at(frame))
-        self._asked = _Question(clicks, recording.cameras, project.landmark_set())
+        self._asked = _Question(project, recording.cameras)
         if self._worker is None:
             self._worker = NewestWins(_answer, "compare the cameras")
             self._worker.answered.connect(self._on_answered)
@@ -129,11 +125,14 @@ class CameraDoubts(QObject):
             self._pause.start()
 
     @Slot()
-    def _on_closed(self) -> None:
-        self._pause.stop()
-        self._asked = None
+    def _on_closing(self) -> None:
+        self.close()
         self._take(None)
 
 
 def _answer(question: _Question) -> Disagreement | None:
-    return doubtful_camera(question.clicks, question.cameras, question.landmark_set)
+    """Called in the worker's thread, which has ended before the project is closed."""
+    project = question.project
+    asked = sorted(frames_asked(project.clicks.frames()))
+    clicks = [click for frame in asked for click in project.clicks.at(frame)]
+    return doubtful_camera(clicks, question.cameras, project.landmark_set())
