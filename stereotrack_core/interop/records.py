@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
 import struct
 import time
@@ -171,11 +172,14 @@ def _unpacked(kind: bytes, payload: bytes) -> Record:
         raise ValueError("there are no facts")
     arrays, at = {}, 4 + length
     for name, dtype, shape, order in layout:
-        if dtype not in _TYPES or order not in ("C", "F") or any(n < 0 for n in shape):
+        if dtype not in _TYPES or order not in ("C", "F") or not all(_is_length(n) for n in shape):
             raise ValueError("an array is of no known kind")
-        count = int(np.prod(shape, dtype=object)) if shape else 1
-        flat = np.frombuffer(payload, dtype, count, at)
+        flat = np.frombuffer(payload, dtype, math.prod(shape), at)
         at += flat.nbytes
         # in the order that it had in memory, on which the last bit of later sums may depend
         arrays[str(name)] = flat.reshape(shape, order=order).copy(order="K")
     return Record(kind.decode("ascii", "replace"), facts, arrays)
+
+
+def _is_length(value: Any) -> bool:
+    return isinstance(value, int) and value >= 0

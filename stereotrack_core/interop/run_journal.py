@@ -21,6 +21,7 @@ from stereotrack_core.depth.cloud import PointCounts
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.records import Record, RecordFile, read_records
 from stereotrack_core.reading import decoding
+from stereotrack_core.recording.csv_table import LARGEST as LAST_FRAME
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.estimate import Estimate, Prior
 from stereotrack_core.tracking.frame import Origin, TrackedFrame, cloudless
@@ -34,6 +35,9 @@ _HEAD, _FRAME, _TRACKER = "head", "fram", "trac"
 
 _FOREIGN = "this is not an unfinished run of this program, or its beginning is damaged"
 _REMEDY = f"Give a file {PART_SUFFIX} that `stereotrack track` left, or move it away."
+
+_LARGEST = 1e9
+"""Beyond it a number is no person's, and cannot be computed with."""
 
 _SIGNS = ("unexplained_fraction", "residual", "innovation", "aside")
 
@@ -249,6 +253,8 @@ def _frame_of(record: Record) -> TrackedFrame:
         aside=aside,
     )
     number = int(facts["frame"])
+    if not 0 <= number <= LAST_FRAME:
+        raise ValueError("a frame that no recording has")
     problems = {str(view): str(words) for view, words in facts["problems"].items()}
     stages = {str(stage): float(spent) for stage, spent in facts["stages"].items()}
     counts = {str(view): _counts(told) for view, told in facts.get("counts", {}).items()}
@@ -268,4 +274,6 @@ def _counts(told: list[Any]) -> PointCounts:
 def _shaped(array: FloatArray, *shape: int) -> FloatArray:
     if array.shape != shape or array.dtype != np.float64:
         raise ValueError("an array of another shape")
+    if (np.abs(array) > _LARGEST).any():
+        raise ValueError("numbers that no frame has")
     return array

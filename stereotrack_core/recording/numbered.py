@@ -17,6 +17,8 @@ from stereotrack_core.recording.stream_source import DamagedFrame, Keep
 
 NUMBER = re.compile(r"%(0(\d+))?d")
 
+_PNG = b"\x89PNG\r\n\x1a\n"
+
 WIDEST = 18
 """Digits of the longest number in a file's name."""
 
@@ -78,11 +80,13 @@ def read_image(path: Path, kind: PictureKind) -> NDArray[Any]:
         When the file is missing or no image.
     """
     try:
-        content = np.frombuffer(read_bytes(path, PICTURE_BYTES), dtype=np.uint8)
+        content = read_bytes(path, PICTURE_BYTES)
     except InputError as refusal:
         raise DamagedFrame(f"{path.name}: {refusal.what}") from None
     try:
-        picture = cv2.imdecode(content, READ_FLAGS[kind]) if content.size else None
+        whole = bool(content) and not _is_cut_off(content)
+        data = np.frombuffer(content, dtype=np.uint8)
+        picture = cv2.imdecode(data, READ_FLAGS[kind]) if whole else None
     except cv2.error:
         picture = None
     if picture is None:
@@ -91,6 +95,19 @@ def read_image(path: Path, kind: PictureKind) -> NDArray[Any]:
         raise DamagedFrame(f"the file {path.name} is not a depth map with one 16 bit channel")
     picture.flags.writeable = False
     return picture
+
+
+def _is_cut_off(content: bytes) -> bool:
+    """Whether one of the parts of a PNG claims to be longer than the file, or its end is missing.
+
+    OpenCV makes room for a part before it reads it: gigabytes for a file of some hundred bytes.
+    """
+    if not content.startswith(_PNG):
+        return False
+    at = len(_PNG)
+    while content[at + 4 : at + 8] not in (b"IEND", b""):
+        at += 12 + int.from_bytes(content[at : at + 4])  # length, kind, content, checksum
+    return at >= len(content)
 
 
 class NumberedImages:

@@ -28,11 +28,6 @@ class Held:
         return question
 
 
-def thread_of(name):
-    (thread,) = [one for one in threading.enumerate() if one.name == name]
-    return thread
-
-
 def destroyed_in(thing):
     """List that will name the thread in which the last reference to a thing has gone."""
     where = []
@@ -69,7 +64,7 @@ def test_who_connects_after_the_end_is_told_as_well(qtbot, error, how):
 def test_a_task_that_outlives_its_list_ends_in_the_window_s_thread(qtbot):
     tasks, held, told = TaskList(), Held(), []
     task = tasks.begin("something long", lambda _task: held(), told.append)
-    thread, where = thread_of("something long"), destroyed_in(task)
+    thread, where = task._thread, destroyed_in(task)
     assert held.begun.wait(PATIENCE_S)
     tasks.shutdown(0.0)
     del task
@@ -85,7 +80,7 @@ def test_what_answers_and_is_closed_meanwhile_ends_in_the_window_s_thread(qtbot)
     newest = NewestWins(held, "something asked", lambda: ended.append(threading.current_thread()))
     newest.answered.connect(lambda *what: told.append(what))
     newest.ask("first")
-    thread, where = thread_of("something asked"), destroyed_in(newest)
+    thread, where = newest._thread, destroyed_in(newest)
     assert held.begun.wait(PATIENCE_S)
     newest.close()
     assert thread.is_alive(), "closing waits for nothing"
@@ -104,7 +99,7 @@ def test_an_answer_that_is_on_its_way_when_it_is_closed_is_told_to_nobody(qtbot)
     newest = NewestWins(lambda question: question, "something quick")
     newest.answered.connect(lambda *what: told.append(what))
     newest.ask("first")
-    thread = thread_of("something quick")
+    thread = newest._thread
     while not newest.idle():
         thread.join(0.001)  # no event is delivered meanwhile
     newest.close()
@@ -117,7 +112,7 @@ def test_the_program_waits_for_its_threads_but_not_for_ever(qtbot):
     held = Held()
     newest = NewestWins(held, "something asked")
     newest.ask("first")
-    thread = thread_of("something asked")
+    thread = newest._thread
     assert held.begun.wait(PATIENCE_S)
     newest.close()
     wait_for_threads(0.0)

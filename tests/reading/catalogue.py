@@ -31,6 +31,7 @@ from stereotrack_core.interop.landmark_set_file import read_landmark_set, write_
 from stereotrack_core.interop.preset_file import read_preset, write_preset
 from stereotrack_core.interop.reference_npz import fps_of_reference, read_reference, write_reference
 from stereotrack_core.interop.run_file import read_run, read_timed_trajectory, write_trajectory
+from stereotrack_core.interop.run_journal import has_frames, read_unfinished
 from stereotrack_core.interop.run_npz import write_npz
 from stereotrack_core.interop.sleap import write_sleap
 from stereotrack_core.interop.table_file import read_csv_table
@@ -59,10 +60,11 @@ from tests.reading.mutations import (
     mutated_json,
     mutated_json_lines,
     mutated_meta,
+    mutated_records,
     mutated_table,
     mutated_toml,
 )
-from tests.reading.samples import Samples, made_video
+from tests.reading.samples import Samples, made_unfinished, made_video
 
 Read = Callable[[Path], object]
 
@@ -231,7 +233,18 @@ def _of_arrays(samples: Samples, folder: Path) -> dict[str, Reader]:
         each(found.trajectory, lambda: fps_of_reference(found), lambda: angles_of_reference(found))
         return found
 
+    begun = _written(folder, "run.part", lambda path: made_unfinished(path, samples.run))
+
+    def unfinished(path: Path) -> object:
+        each(lambda: read_timed_trajectory(path), lambda: first_pose(str(path), 2))
+        has_frames(path)
+        use_run(read_run(path), samples)
+        found, wish = read_unfinished(path)
+        each(lambda: found.resumed_at, lambda: found.shape, lambda: found.done)
+        return found, wish
+
     return {
+        "unfinished run": Reader("run.part", begun, mutated_records, unfinished),
         "run.npz": Reader("run.npz", stored, mutated_arrays, run),
         "run.npz, meta": Reader("run.npz", stored, mutated_meta, run),
         "reference.npz": Reader("ref.npz", written, mutated_arrays, reference),

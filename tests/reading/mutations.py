@@ -9,6 +9,7 @@ import random
 import struct
 import tomllib
 import zipfile
+import zlib
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -181,6 +182,45 @@ def _mutated_text(content: bytes, sign: bytes, choose: random.Random) -> bytes:
 def mutated_table(content: bytes, choose: random.Random) -> bytes:
     """Lines and words of a text file, sometimes its bytes."""
     return choose.choice([mutated_lines, mutated_lines, mutated_bytes])(content, choose)
+
+
+def mutated_records(content: bytes, choose: random.Random) -> bytes:
+    """Records left out, twice, in another order, or with other facts under a right checksum."""
+    if choose.randrange(3) == 0:
+        return mutated_bytes(content, choose)
+    records, at = [], 8
+    while at < len(content):
+        kind, length, _ = struct.unpack_from("<4sII", content, at)
+        records.append((kind, content[at + 12 : at + 12 + length]))
+        at += 12 + length
+    for _ in range(choose.choice([1, 1, 2])):
+        place = choose.randrange(len(records))
+        kind, payload = records[place]
+        (size,) = struct.unpack_from("<I", payload)
+        match choose.randrange(6):
+            case 0 if len(records) > 1:
+                del records[place]
+            case 1:
+                records.insert(choose.randrange(len(records)), records[place])
+            case 2:
+                records[place] = (
+                    choose.choice([b"head", b"fram", b"trac", b"\xff\0\xff\0"]),
+                    payload,
+                )
+            case 3:
+                records[place] = (
+                    kind,
+                    payload[: 4 + size] + mutated_bytes(payload[4 + size :], choose),
+                )
+            case _:
+                head = mutated_json(payload[4 : 4 + size], choose)
+                packed = struct.pack("<I", len(head)) + head + payload[4 + size :]
+                records[place] = kind, packed
+    parts = [content[:8]]
+    for kind, payload in records:
+        sum_ = zlib.crc32(payload, zlib.crc32(kind))
+        parts += [struct.pack("<4sII", kind, len(payload), sum_), payload]
+    return b"".join(parts)
 
 
 # ---- archives of arrays

@@ -15,6 +15,7 @@ NAMES = (
     *("recording.toml", "calibration.toml", "recording, examined", "calibration alone"),
     *("subject.toml", "reference.csv", "segments.csv", "detections.csv", "board_corners_2d.csv"),
     *("landmark set", "preset", "run.npz", "run.npz, meta", "reference.npz", "reference.npz, meta"),
+    "unfinished run",
     *("TRC", "C3D", "clicks", "COCO", "DeepLabCut", "SLEAP"),
     *("sweep journal", "sweep state", "sweep table", "sweep points"),
     *("PNG", "depth PNG", "JPEG", "TIFF", "BMP", "MP4", "Matroska", "AVI"),

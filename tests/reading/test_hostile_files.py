@@ -8,6 +8,8 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 
 from stereotrack_core.errors import InputError
@@ -18,6 +20,7 @@ from stereotrack_core.recording.numbered import numbered_files, read_image
 from stereotrack_core.recording.stream_files import open_stream
 from stereotrack_core.recording.stream_source import DamagedFrame
 from stereotrack_core.recording.toml_table import load_toml
+from stereotrack_core.recording.video_file import write_png
 
 
 def _pipe(path: Path) -> None:
@@ -235,3 +238,18 @@ def test_a_picture_may_not_unfold_into_any_number_of_pixels():
     )
     assert "CV_IO_MAX_IMAGE_PIXELS" in ended.stdout
     assert ended.stderr == ""
+
+
+def test_a_part_of_a_picture_may_not_be_longer_than_its_file(tmp_path, monkeypatch):
+    """OpenCV makes room for what a part claims before it reads it."""
+    path, picture = tmp_path / "i.png", np.arange(600, dtype=np.uint8).reshape(20, 30)
+    write_png(path, picture)
+    whole = path.read_bytes()
+    path.write_bytes(whole + b"\xff" * 100)  # what comes after the end is nobody's concern
+    assert np.array_equal(read_image(path, "grey"), picture)
+    monkeypatch.setattr(cv2, "imdecode", lambda *_: pytest.fail("it was given to OpenCV"))
+    at = whole.index(b"IDAT") - 4
+    for content in (whole[:at] + b"\xff\xff\xff\xff" + whole[at + 4 :], whole[:-12], whole[:20]):
+        path.write_bytes(content)
+        with pytest.raises(DamagedFrame, match=r"i\.png is damaged"):
+            read_image(path, "grey")

@@ -111,7 +111,7 @@ def test_closing_waits_for_nobody_and_the_last_user_closes_the_clouds(qtbot, tri
     first, late = Held(store, "first"), Held(store, "late")
     trials.begin(first)
     assert first.begun.wait(PATIENCE_S)
-    (thread,) = [one for one in threading.enumerate() if one.name == "trials"]
+    thread = trials._worker._thread
     trials.close()
     store.close()
     assert thread.is_alive(), "closing waits for nothing"
