@@ -14,7 +14,7 @@ from typing import Any, TextIO
 
 import numpy as np
 
-from stereotrack_core.errors import InputError, visible
+from stereotrack_core.errors import visible
 
 _WIDTH_WITHOUT_TERMINAL = 160
 
@@ -24,19 +24,15 @@ def put(text: str) -> None:
 
     Raises
     ------
-    InputError
-        Where it goes to a file on a drive that is full.
+    OSError
+        Where it goes to a file on a drive that is full, or to a terminal that has been closed.
     """
     try:
         _write(sys.stdout, text)
-    except BrokenPipeError:
-        raise
     except OSError as error:
-        raise InputError(
-            f"the result could not be written ({error.strerror or error})",
-            where="standard output",
-            remedy="Make room on the drive that it goes to.",
-        ) from error
+        if error.filename is None:
+            error.filename = "standard output"
+        raise
 
 
 def say(text: str) -> None:

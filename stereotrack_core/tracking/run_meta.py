@@ -19,7 +19,7 @@ META_KINDS: Mapping[str, Kind] = MappingProxyType(
         **dict.fromkeys(("program", "version", "preset", "init", "made", "way"), str),
         **dict.fromkeys(("recording", "recording_folder", "recording_folder_from_run"), str),
         **dict.fromkeys(("fingerprint", "calibration", "covariance_axes"), str),
-        **dict.fromkeys(("smoothed", "colour", "started_at_reference", "incomplete"), bool),
+        **dict.fromkeys(("smoothed", "colour", "incomplete"), bool),
         **dict.fromkeys(("fps", "wall_seconds"), float),
         "parameters": _VALUES,
         "body": _VALUES,
@@ -33,6 +33,7 @@ META_KINDS: Mapping[str, Kind] = MappingProxyType(
         "blind": [{"view": str, "first": int, "end": int, "reason": str}],
         "versions": {str: str},
         "resumed_at": [int],
+        "started_at_reference": [int],
         "warnings": [str],
     }
 )

@@ -73,7 +73,18 @@ def test_track_writes_every_format(run, recording, tmp_path, suffix):
 
 
 def test_track_repeats_itself(run, recording, tmp_path):
-    options = ("--preset", "thesis", "--seed", "5", "--frames", ":3", "--set", "model_points=40")
+    options = (
+        "--preset",
+        "thesis",
+        "--seed",
+        "5",
+        "--frames",
+        ":3",
+        "--set",
+        "model_points=40",
+        "--set",
+        "pixel_step=1",
+    )
     for name in ("a", "b"):
         assert run("track", recording, "-o", tmp_path / f"{name}.npz", *options).status == 0
     a, b = read_run(tmp_path / "a.npz"), read_run(tmp_path / "b.npz")

@@ -259,7 +259,7 @@ def test_what_a_killed_sweep_left_half_written_is_cleared_away(tmp_path):
 def test_a_sweep_that_cannot_begin_leaves_no_lock(tmp_path):
     places = SweepPlaces(tmp_path / "sweep.csv")
     places.journal.mkdir()
-    with pytest.raises(InputError, match="journal"):
+    with pytest.raises(InputError, match="this is a folder"):
         SweepStore(places)
     assert not is_running(places)
 

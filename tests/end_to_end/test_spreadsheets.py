@@ -13,6 +13,7 @@ from app.presenters.limb_numbers import StretchNumbers, as_csv
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.cli.benchmark_tables import in_full
 from stereotrack_core.cli.sweep_files import table_of
+from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.benchmarks.accuracy import Row
 from stereotrack_core.evaluation.limb_statistics import limb_statistics
 from stereotrack_core.evaluation.sweeps.jobs import Job
@@ -87,6 +88,11 @@ def test_clicks(name, recording, tmp_path):
 
 def test_labels_of_deeplabcut(name, recording, tmp_path):
     path, click = tmp_path / "labels.csv", Click(3, name, name, (-0.25, 6.0), origin="imported")
+    if set(name) & set('/\\:*?"<>|'):  # a folder is named after the camera
+        with pytest.raises(InputError, match="cannot be that of a folder"):
+            write_deeplabcut(path, [click], (name,), scorer=name)
+        assert not path.exists()
+        return
     write_deeplabcut(path, [click], (name,), scorer=name)
     check_texts(cells_of(path), name)
     assert read_deeplabcut(path, recording, landmarks=(name,), camera=name).clicks == (click,)

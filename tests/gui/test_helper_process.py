@@ -34,7 +34,7 @@ def worker(tmp_path, monkeypatch):
 
 
 WORKER = """
-import os
+import os, time
 from stereotrack_core.errors import InputError
 class Worker:
     def __call__(self, question):
@@ -43,6 +43,8 @@ class Worker:
             raise InputError("this is wrong", where="here", remedy="Do it right.")
         if question == "who":
             return os.getpid()
+        while question == "never":
+            time.sleep(60.0)
         return question[::-1]
 """
 
@@ -128,7 +130,7 @@ def test_one_that_is_closed_while_its_answer_is_read_ends_that_in_words(worker, 
 
     monkeypatch.setattr(helper_process, "_receive", receive)
     with pytest.raises(EOFError):
-        helper("abc")
+        helper("never")
     closing.join(300)
     assert not closing.is_alive()
 

@@ -133,7 +133,10 @@ def test_a_tracker_is_held_when_its_frames_are_there(qtbot, small_recording, mon
             pass
 
         def frames(self, frames):
-            return (SimpleNamespace(frame=k, without_cloud=lambda k=k: k) for k in frames)
+            kept = SimpleNamespace(
+                tracked=True, unexplained_fraction=0.0, estimate=SimpleNamespace(aside=0.0)
+            )
+            return (SimpleNamespace(frame=k, without_cloud=lambda: kept) for k in frames)
 
     monkeypatch.setattr(tracking, "Pipeline", Quick)
     track, recording = TrackPresenter(RunList()), open_recording(small_recording)

@@ -65,7 +65,8 @@ def test_the_statements_above_are_those_that_are_used(project, monkeypatch):
     assert len(asked) > 8
     for statement in asked:
         plan = [row[3] for row in project._access.rows(f"EXPLAIN QUERY PLAN {statement}")]
-        assert all(step.startswith("SEARCH") for step in plan), (statement, plan)
+        found = [step for step in plan if not step.startswith("CORRELATED SCALAR SUBQUERY")]
+        assert all(step.startswith("SEARCH") for step in found), (statement, plan)
 
 
 def clicks(frames: range) -> tuple[Click, ...]:

@@ -156,9 +156,10 @@ def test_a_foreign_package_called_app_does_no_harm(installed, tmp_path):
     foreign.mkdir(parents=True)
     (foreign / "__init__.py").write_text('raise RuntimeError("this is not stereotrack")\n')
     run = partial(installed.run, "stereotrack", folder=tmp_path, beside=foreign.parent)
-    small = ("--set", "width=160", "--set", "height=120", "--set", "focal=100")
+    small = ("--set", "width=320", "--set", "height=240", "--set", "focal=200")
     run("simulate", "tiny", "--frames", "3", "--views", "N", *small)
-    run("track", "tiny", "-o", "tiny.npz", "--preset", "fast", "--init", "tpose")
+    near = ("--set", "pixel_step=1", "--set", "outlier_neighbours=0", "--set", "least_points=10")
+    run("track", "tiny", "-o", "tiny.npz", "--preset", "fast", "--init", "tpose", *near)
     run("open", "tiny", "--screenshot", "window.png")
     run("report", "tiny.npz", "-o", "report.html", "--pdf", "report.pdf")
     assert (tmp_path / "window.png").stat().st_size > 0

@@ -110,7 +110,7 @@ def made_run(folder: Path) -> Run:
         "detections": {"source": "detections.csv", "fingerprint": "2" * 32, "count": 3},
         "made": "2026-06-11T10:00:00+00:00", "wall_seconds": 1.5, "covariance_axes": "chain",
         "blind": [{"view": "N", "first": 1, "end": 3, "reason": "dark"}],
-        "started_at_reference": False,
+        "started_at_reference": [0, 5],
     }  # fmt: skip
     return Run(
         frame=np.arange(FRAMES), landmarks=landmarks(body, pose_of_state(x, ALL_JOINTS)), x=x,
