@@ -413,7 +413,12 @@ def _stored_filter(project: Project) -> LaneFilter:
     if not isinstance(stored, dict):
         return LaneFilter()
     return LaneFilter(
-        frozenset(stored.get("kinds", ())) & frozenset(KINDS),
-        frozenset(stored.get("hidden", ())),
+        _names(stored.get("kinds")) & frozenset(KINDS),
+        _names(stored.get("hidden")),
         bool(stored.get("only_flagged", False)),
     )
+
+
+def _names(stored: object) -> frozenset[str]:
+    """Names in a list that somebody else may have written."""
+    return frozenset(map(str, stored)) if isinstance(stored, list) else frozenset()

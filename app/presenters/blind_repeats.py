@@ -44,7 +44,7 @@ class BlindRepeats:
     def __init__(self, project: Project) -> None:
         self._project = project
         frame = project.view_settings.get(_FRAME)
-        self._active = None if frame is None else Repeat(int(frame), _ROUND)
+        self._active = Repeat(frame, _ROUND) if isinstance(frame, int) else None
 
     @property
     def share(self) -> float:

@@ -275,7 +275,7 @@ class RunKeeper(QObject):
             return
         stored = project.view_settings.get(_SHOWN)
         names = [one.name for one in kept]
-        shown = list(stored) if stored is not None else names[-_SHOWN_AT_FIRST:]
+        shown = stored if isinstance(stored, list) else names[-_SHOWN_AT_FIRST:]
         own = {entry.kept for entry in self._runs.entries}
         for one in kept:
             if one.name not in own:

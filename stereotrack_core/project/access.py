@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import sqlite3
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from threading import RLock
 from typing import Any
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.database import is_in_place, leave_behind, transaction
-from stereotrack_core.project.failures import ProjectDamaged, speaking
+from stereotrack_core.project.failures import making_sense, speaking
 from stereotrack_core.project.rows import Row, Table
 
 
@@ -42,13 +42,9 @@ class Access:
                 leave_behind(self.path)
             yield self._database
 
-    @contextmanager
-    def making_sense(self) -> Iterator[None]:
+    def making_sense(self) -> AbstractContextManager[None]:
         """Take values that nothing can be made of for what they are: damage."""
-        try:
-            yield
-        except (ValueError, TypeError, KeyError) as error:
-            raise ProjectDamaged(self.path, str(error)) from error
+        return making_sense(self.path)
 
     @contextmanager
     def writing(self) -> Iterator[sqlite3.Connection]:

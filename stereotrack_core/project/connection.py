@@ -1,16 +1,88 @@
-"""Connections to the database of a project: one that writes, or any number that read."""
+"""Connections to the database of a project: the one way to a file that anybody may have made.
+
+A project can come from a stranger, or damaged. Against that is done what SQLite recommends for such
+files (https://www.sqlite.org/security.html), and no statement works without end.
+"""
 
 from __future__ import annotations
 
 import sqlite3
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
-from stereotrack_core.project.database import has_log
+from stereotrack_core.project.database import check_header, check_version, has_log, version_of
+from stereotrack_core.project.failures import speaking
+from stereotrack_core.project.validity import check_schema
 
 BUSY_SECONDS = 5.0
+_STRIDE = 100_000
+_FREE_STEPS = 20_000_000
+_STEPS_PER_BYTE = 20
+"""Steps of SQLite's machine that a statement may take: so many, and more the larger the file is.
+
+The longest statement of the program takes a quarter of a step per byte of the file.
+"""
+
+_LIMITS = {
+    sqlite3.SQLITE_LIMIT_SQL_LENGTH: 20_000,
+    sqlite3.SQLITE_LIMIT_COLUMN: 100,
+    sqlite3.SQLITE_LIMIT_EXPR_DEPTH: 100,
+    sqlite3.SQLITE_LIMIT_COMPOUND_SELECT: 2,
+    sqlite3.SQLITE_LIMIT_VDBE_OP: 25_000,
+    sqlite3.SQLITE_LIMIT_FUNCTION_ARG: 10,
+    sqlite3.SQLITE_LIMIT_ATTACHED: 0,
+    sqlite3.SQLITE_LIMIT_LIKE_PATTERN_LENGTH: 100,
+    sqlite3.SQLITE_LIMIT_VARIABLE_NUMBER: 100,
+    sqlite3.SQLITE_LIMIT_TRIGGER_DEPTH: 1,
+}
+"""Far more than statements and tables of the program need."""
 
 
-def connect(path: Path) -> sqlite3.Connection:
+class Connection(sqlite3.Connection):
+    """A connection whose every statement comes to an end."""
+
+    _path: Path
+    _steps = 0
+
+    def guard(self, path: Path) -> None:
+        """Bound what statements may do, and let nothing within the file do anything."""
+        self._path = path
+        for kind, most in _LIMITS.items():
+            self.setlimit(kind, most)
+        self.set_progress_handler(self._ends, _STRIDE)
+        for name, value in (("trusted_schema", "OFF"), ("cell_size_check", "ON"), ("mmap_size", 0)):
+            super().execute(f"PRAGMA {name} = {value}")
+
+    def execute(self, statement: str, values: Any = (), /) -> sqlite3.Cursor:
+        """Run a statement, which has its own number of steps."""
+        self._steps = 0
+        return super().execute(statement, values)
+
+    def executemany(self, statement: str, rows: Iterable[Any], /) -> sqlite3.Cursor:
+        """Run a statement for each row, each with its own number of steps."""
+        return super().executemany(statement, self._each(rows))
+
+    def _each(self, rows: Iterable[Any]) -> Iterator[Any]:
+        for row in rows:
+            self._steps = 0
+            yield row
+
+    def _ends(self) -> bool:
+        """Whether the statement that is running has to be ended."""
+        self._steps += _STRIDE
+        return self._steps > _FREE_STEPS and self._steps > most_steps(self._path)
+
+
+def most_steps(path: Path) -> int:
+    """Steps that a statement on this file may take."""
+    try:
+        return _FREE_STEPS + _STEPS_PER_BYTE * path.stat().st_size
+    except OSError:  # it was moved away; what is open can still be read
+        return _FREE_STEPS
+
+
+def connect(path: Path) -> Connection:
     """Connection for reading and writing.
 
     Every commit is on the drive, in the one file, when it returns (``synchronous = FULL``), so
@@ -18,10 +90,20 @@ def connect(path: Path) -> sqlite3.Connection:
     copy of the file alone has all of it. The rollback journal stays beside it while it is open,
     overwritten with zeros between edits: to make and delete it for every edit takes several times
     as long. A write-ahead log, which older programs kept, is taken into the file first.
+
+    Raises
+    ------
+    InputError
+        Where the file is no project, or not one as this program makes them.
+    ProjectDamaged
+        Where it contradicts itself.
     """
-    log = has_log(path)
     database = _connection(path, "rw")
     try:
+        log = has_log(path)
+        if log:
+            database.execute("PRAGMA locking_mode = EXCLUSIVE")  # a log without shared memory
+        _check(database, path)
         if log:
             _take_in_log(database)
         database.execute("PRAGMA journal_mode = PERSIST")
@@ -34,14 +116,13 @@ def connect(path: Path) -> sqlite3.Connection:
 
 
 def _take_in_log(database: sqlite3.Connection) -> None:
-    database.execute("PRAGMA locking_mode = EXCLUSIVE")  # reads a log without shared memory
     database.execute("PRAGMA journal_mode = DELETE")
     database.execute("PRAGMA locking_mode = NORMAL")
     database.execute("BEGIN IMMEDIATE")  # all this takes effect, or fails, with the first lock
     database.execute("ROLLBACK")
 
 
-def connect_for_reading(path: Path) -> sqlite3.Connection:
+def connect_for_reading(path: Path) -> Connection:
     """Connection that cannot write. Sees what another program writes to the project meanwhile.
 
     Raises
@@ -49,21 +130,46 @@ def connect_for_reading(path: Path) -> sqlite3.Connection:
     sqlite3.OperationalError
         Where an unfinished edit would have to be taken back first, or a log needs memory that
         cannot be shared there; a copy can be read then (:func:`copy_files`).
+    InputError
+        Where the file is no project, or not one as this program makes them.
+    ProjectDamaged
+        Where it contradicts itself.
     """
     database = _connection(path, "ro")
     try:
-        database.execute("SELECT count(*) FROM sqlite_schema").fetchone()
-    except sqlite3.Error:
+        _check(database, path)
+    except BaseException:
         database.close()
         raise
     return database
 
 
-def _connection(path: Path, mode: str) -> sqlite3.Connection:
-    return sqlite3.connect(
+def connect_to_rescue(path: Path) -> Connection:
+    """Connection to a copy of a file about which nothing is known; only its tables may be read."""
+    return _connected(path, "rw")
+
+
+def _connection(path: Path, mode: str) -> Connection:
+    check_header(path)
+    return _connected(path, mode)
+
+
+def _check(database: sqlite3.Connection, path: Path) -> None:
+    database.execute("SELECT 1 FROM sqlite_schema LIMIT 1").fetchone()
+    with speaking(path):
+        version = version_of(database)
+        check_version(path, version)
+        check_schema(database, path, version)
+
+
+def _connected(path: Path, mode: str) -> Connection:
+    database = sqlite3.connect(
         f"{path.absolute().as_uri()}?mode={mode}",
         uri=True,
         isolation_level=None,
         timeout=BUSY_SECONDS,
         check_same_thread=False,
+        factory=Connection,
     )
+    database.guard(path)
+    return database

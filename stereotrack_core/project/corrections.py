@@ -9,7 +9,9 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from math import isfinite
 from pathlib import Path
+from typing import Any
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
@@ -99,13 +101,20 @@ def save_corrections(name: str, corrections: Corrections) -> SaveEntry:
 def load_corrections(descriptions: Entries, name: str) -> Corrections:
     """A version of the description; InputError where there is none of that name."""
     facts = descriptions.get(name).facts
-    return Corrections(
-        reason=str(facts["reason"]),
-        time_offsets=dict(facts["time_offsets"]),
-        first_frames=dict(facts["first_frames"]),
-        stream_cameras=dict(facts["stream_cameras"]),
-        cameras=_cameras(str(facts["calibration"])),
-    )
+    with descriptions.making_sense():
+        return Corrections(
+            reason=str(facts["reason"]),
+            time_offsets={key: _seconds(x) for key, x in dict(facts["time_offsets"]).items()},
+            first_frames={key: int(x) for key, x in dict(facts["first_frames"]).items()},
+            stream_cameras={key: str(x) for key, x in dict(facts["stream_cameras"]).items()},
+            cameras=_cameras(str(facts["calibration"])),
+        )
+
+
+def _seconds(value: Any) -> float:
+    if not isfinite(seconds := float(value)):
+        raise ValueError("a time offset is no time")
+    return seconds
 
 
 def _calibration_text(cameras: Mapping[str, Camera]) -> str:
@@ -123,7 +132,10 @@ def _cameras(text: str) -> Mapping[str, Camera]:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "calibration.toml"
         path.write_text(text, encoding="utf-8")
-        return read_calibration(path)
+        try:
+            return read_calibration(path)
+        except InputError as error:  # which names the temporary file
+            raise ValueError(error.what) from error
 
 
 def _check_known(what: str, unknown: set[str], recording: Recording) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import sqlite3
 import struct
@@ -13,7 +14,8 @@ from stereotrack_core.atomic import replacing
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.failures import ProjectDamaged, speaking
 from stereotrack_core.project.rows import Row
-from stereotrack_core.project.schema import APPLICATION, FORMAT, STATEMENTS
+from stereotrack_core.project.schema import APPLICATION, FORMAT, STATEMENTS, STATEMENTS_OF
+from stereotrack_core.reading import check_file, open_file
 
 _MAGIC = b"SQLite format 3\0"
 _HEADER = 100
@@ -132,32 +134,71 @@ def lacks_log(path: Path) -> bool:
     return has_log(path) and not beside(path)
 
 
+def resolved(path: Path) -> Path:
+    """The file itself, to which links may lead: log and lock lie beside that."""
+    try:
+        return Path(path).resolve()
+    except (OSError, RuntimeError, ValueError) as error:  # links in a circle, a zero in the name
+        raise InputError(
+            f"it leads to no file ({error})",
+            where=str(path),
+            remedy="Give the project file itself.",
+        ) from error
+
+
+def check_files(path: Path) -> None:
+    """See that the project is a file, and that nothing lies beside it that would be waited for.
+
+    Raises
+    ------
+    InputError
+        Where one of them is a pipe, a folder or the like, or there is no project.
+    """
+    if not os.path.lexists(path):
+        raise InputError(
+            "there is no such file",
+            where=str(path),
+            remedy="Correct the path. The workbench makes a project beside a recording that is "
+            "opened in it: `stereotrack open RECORDING`.",
+        )
+    check_file(path)
+    for end in ("-journal", "-wal", "-shm"):
+        check_beside(path.with_name(path.name + end))
+
+
+def check_beside(path: Path) -> None:
+    """See that there is a file or nothing.
+
+    Raises
+    ------
+    InputError
+        Where it is something else.
+    """
+    if os.path.lexists(path) and not path.is_file():
+        raise InputError(
+            "this is not a file", where=str(path), remedy="Take it away; no project has that."
+        )
+
+
 def _first_byte(path: Path) -> bytes:
     with path.open("rb") as file:
         return file.read(1)
 
 
 def _header(path: Path) -> bytes:
-    try:
-        with path.open("rb") as file:
-            return file.read(_HEADER)
-    except FileNotFoundError:
-        raise InputError(
-            "there is no such file",
-            where=str(path),
-            remedy="Correct the path. The workbench makes a project beside a recording that is "
-            "opened in it: `stereotrack open RECORDING`.",
-        ) from None
-    except OSError as error:
-        raise InputError(
-            f"it cannot be read ({error.strerror})",
-            where=str(path),
-            remedy="Give a project file that you have the right to read.",
-        ) from error
+    check_files(path)
+    with open_file(path) as file:
+        return file.read(_HEADER)
 
 
 def check_version(path: Path, version: int) -> None:
-    """Refuse what a newer program wrote."""
+    """Refuse what a newer program wrote, or none at all."""
+    if version not in STATEMENTS_OF and version <= FORMAT:
+        raise InputError(
+            f"its format {version} is not known",
+            where=str(path),
+            remedy="Take a copy that the program itself made.",
+        )
     if version > FORMAT:
         raise InputError(
             f"a newer program wrote it (format {version}, this one knows up to {FORMAT})",

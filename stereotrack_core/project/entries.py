@@ -12,7 +12,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.project.access import Access
 from stereotrack_core.project.content import fetch, hash_of
 from stereotrack_core.project.edit import Edit, Stamp, State
-from stereotrack_core.project.rows import Change, Row, Table
+from stereotrack_core.project.rows import Change, Row, Table, facts_of
 from stereotrack_core.project.schema import CHOICE, EDITED_TABLES
 
 _WORDS = {"landmark_set": "set of landmarks", "parameter_set": "parameters"}
@@ -53,6 +53,11 @@ class Entries:
     def table_name(self) -> str:
         """What :class:`SaveEntry` and its like call this table."""
         return self._table.name
+
+    @property
+    def word(self) -> str:
+        """What a person calls one of them."""
+        return word_of(self._table)
 
     def names(self) -> tuple[str, ...]:
         """Names, oldest first."""
@@ -247,7 +252,7 @@ def _entry(name: Any, values: Row) -> Entry:
     facts, content, who, at, deleted = values
     return Entry(
         name=str(name),
-        facts=json.loads(str(facts)),
+        facts=facts_of(str(facts)),
         content=None if content is None else str(content),
         who=str(who),
         at=str(at),

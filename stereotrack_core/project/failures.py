@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from stereotrack_core.errors import InputError
+from stereotrack_core.errors import InputError, shortened
 
 PRIMARY = 0xFF
 """The part of SQLite's result codes that names the kind of failure."""
@@ -33,7 +33,30 @@ _SENTENCES: dict[int, tuple[str, str]] = {
         "the drive reports a failure",
         "Look whether the drive is there; everything before the last edit is saved.",
     ),
+    sqlite3.SQLITE_NOMEM: (
+        "there is not enough memory",
+        "Close other programs; everything before the last edit is saved.",
+    ),
 }
+
+_CONTRADICTIONS: dict[int, str] = {
+    sqlite3.SQLITE_CORRUPT: "",
+    sqlite3.SQLITE_NOTADB: "",
+    sqlite3.SQLITE_CONSTRAINT: "",
+    sqlite3.SQLITE_MISMATCH: "",
+    sqlite3.SQLITE_TOOBIG: "",
+    sqlite3.SQLITE_ERROR: "",
+    sqlite3.SQLITE_INTERRUPT: "to read it takes endless work",
+}
+"""What only comes of a file that is not as it should be; in which words, if not in SQLite's."""
+
+NONSENSE = (ValueError, TypeError, LookupError, OverflowError, RecursionError)
+"""What comes of making something of values that nothing can be made of."""
+
+RESCUE = (
+    "The workbench can rescue what can be read into a new file (File, Project); this one is left"
+    " as it is."
+)
 
 
 class ProjectDamaged(InputError):
@@ -51,11 +74,11 @@ class ProjectDamaged(InputError):
     """
 
     def __init__(self, path: Path, detail: str, first: str = "") -> None:
+        self.detail = detail
         super().__init__(
             f"the project file is damaged ({detail})",
             where=str(path),
-            remedy=f"{first or 'Take another copy of it.'} Or let the workbench rescue what can be"
-            " read into a new file (File, Project); this one is left as it is.",
+            remedy=f"{first or 'Take another copy of it.'} {RESCUE}",
         )
 
 
@@ -83,19 +106,29 @@ def speaking(path: Path) -> Iterator[None]:
         yield
     except UnicodeDecodeError as error:  # in a message about a list of tables that is rubbish
         raise ProjectDamaged(path, "its list of tables cannot be read") from error
-    except sqlite3.DatabaseError as error:
+    except sqlite3.Error as error:
         kind = code_of(error)
-        if kind in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB) or _is_rubbish(kind, error):
-            raise ProjectDamaged(path, str(error)) from error
+        if kind in _CONTRADICTIONS or (not kind and "decode" in str(error)):
+            raise ProjectDamaged(path, _CONTRADICTIONS.get(kind) or str(error)) from error
         if kind not in _SENTENCES:
             raise
         what, remedy = _SENTENCES[kind]
         raise InputError(what, where=str(path), remedy=remedy) from error
 
 
-def _is_rubbish(kind: int, error: sqlite3.DatabaseError) -> bool:
-    """Whether a text is no UTF-8, or a table or column that every project has is missing."""
-    said = str(error)
-    if not kind:
-        return "decode" in said
-    return kind == sqlite3.SQLITE_ERROR and ("no such" in said or "has no column" in said)
+@contextmanager
+def making_sense(path: Path) -> Iterator[None]:
+    """Take values that nothing can be made of for what they are: damage.
+
+    Raises
+    ------
+    ProjectDamaged
+        For whatever the block meets in the file's values.
+    """
+    with speaking(path):
+        try:
+            yield
+        except NONSENSE as error:
+            said = shortened(str(error))
+            what = f"{said} is missing" if isinstance(error, KeyError) else said
+            raise ProjectDamaged(path, what) from error

@@ -11,12 +11,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
+from stereotrack_core.errors import InputError
 from stereotrack_core.project.access import Access
 from stereotrack_core.project.content import store
 from stereotrack_core.project.edit import Edit, Stamp, State
 from stereotrack_core.project.failures import ProjectDamaged
-from stereotrack_core.project.rows import Change, as_json, from_json, without_idle
+from stereotrack_core.project.rows import Change, as_json, change_of, without_idle
 from stereotrack_core.project.schema import EDITED_TABLES, RUN
+from stereotrack_core.project.validity import makes_sense
 
 How: TypeAlias = Literal["done", "undone", "dropped", "kept"]
 """State of an edit: in effect, taken back, taken back and then followed by another edit, or the
@@ -115,10 +117,7 @@ class HistoryReader:
             (number,),
         )
         with self._access.making_sense():
-            return tuple(
-                Change(EDITED_TABLES[name], from_json(key) or (), *map(from_json, before_after))
-                for name, key, *before_after in rows
-            )
+            return tuple(change_of(EDITED_TABLES[name], *texts) for name, *texts in rows)
 
     def _next(self, state: Literal["done", "undone"]) -> Entry | None:
         row = self._access.row(_NEXT[state])
@@ -147,6 +146,12 @@ class History(HistoryReader):
             store(database, edit.contents())
             for change in changes:
                 change.table.write(database, change.key, change.after)
+                if not makes_sense(database, change.table, change.key):
+                    raise InputError(
+                        f"this cannot be saved: a value of {change.table.name} is out of range",
+                        where=edit.words(),
+                        remedy="Nothing was changed; enter another value.",
+                    )
             dropped = 0 if _leaves_redo(database, edit, changes) else _drop_undone(database)
             if not (
                 continues and not dropped and self._continued(database, edit.kind, changes, stamp)
@@ -179,6 +184,10 @@ class History(HistoryReader):
                         f"the history of {change.table.name} contradicts its rows",
                     )
                 change.table.write(database, change.key, change.after)
+                if not makes_sense(database, change.table, change.key):
+                    raise ProjectDamaged(
+                        self._access.path, f"a row of {change.table.name} in the history is rubbish"
+                    )
             database.execute(
                 "UPDATE edit SET state = ? WHERE number = ?",
                 ("undone" if undoing else "done", entry.number),

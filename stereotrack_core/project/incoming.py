@@ -15,6 +15,7 @@ from stereotrack_core.annotation.agreement import Difference, differences
 from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.click_edits import PlaceClicks
+from stereotrack_core.project.database import resolved
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.finding import Finding
 
@@ -128,7 +129,7 @@ def clicks_of_project(
     InputError
         Where it is this project, is of another recording, or cannot be read.
     """
-    if path.resolve() == project.path:
+    if resolved(path) == project.path:
         raise InputError(
             "this is the project that is open", where=str(path), remedy="Choose another one."
         )

@@ -6,8 +6,15 @@ new one. Offsets are those of SQLite's file format (https://www.sqlite.org/filef
 
 from __future__ import annotations
 
+import sqlite3
 import struct
+from contextlib import closing, suppress
 from pathlib import Path
+
+from stereotrack_core.project.connection import connect_to_rescue
+from stereotrack_core.project.database import transaction, version_of
+from stereotrack_core.project.schema import FORMAT, STATEMENTS_OF
+from stereotrack_core.project.validity import made
 
 _HEADER = 100
 _PAGE_SIZE_AT, _CHANGES_AT, _PAGES_AT, _VALID_FOR_AT = 16, 24, 28, 92
@@ -39,6 +46,35 @@ def lend_schema(new: Path, damaged: Path) -> None:
     count_pages(damaged)
     for suffix in ("-wal", "-shm", "-journal"):
         damaged.with_name(damaged.name + suffix).unlink(missing_ok=True)
+
+
+def own_tables(damaged: Path) -> None:
+    """Let the list of tables say what that of a new project says, wherever the tables are.
+
+    So nothing is left of what somebody else has put there, and a letter that has changed in a
+    statement does not matter. Where the list cannot be read, nothing happens.
+
+    Parameters
+    ----------
+    damaged : Path
+        A copy that may be spoilt further.
+    """
+    with (
+        suppress(sqlite3.Error),
+        closing(connect_to_rescue(damaged)) as database,
+    ):
+        database.text_factory = lambda text: text.decode(errors="replace")
+        database.execute("PRAGMA writable_schema = ON")
+        wanted = made(known if (known := version_of(database)) in STATEMENTS_OF else FORMAT)
+        found = database.execute("SELECT name, rootpage FROM sqlite_schema").fetchall()
+        with transaction(database):
+            database.execute("DELETE FROM sqlite_schema")
+            for name, page in found:
+                if one := wanted.get(name):
+                    database.execute(
+                        "INSERT INTO sqlite_schema VALUES (?, ?, ?, ?, ?)",
+                        (one.kind, one.name, one.table, page, one.statement),
+                    )
 
 
 def count_pages(damaged: Path) -> None:

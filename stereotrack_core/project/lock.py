@@ -14,6 +14,7 @@ from typing import IO
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.file_lock import take_lock
+from stereotrack_core.project.database import check_beside
 
 
 def lock_path(project: Path) -> Path:
@@ -54,6 +55,7 @@ class ProjectLock:
         self._file: IO[bytes] | None = self._locked()
 
     def _locked(self) -> IO[bytes]:
+        check_beside(self._path)
         while True:
             try:
                 file = self._path.open("ab")

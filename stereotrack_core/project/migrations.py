@@ -9,6 +9,7 @@ from pathlib import Path
 from stereotrack_core.atomic import replacing
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.database import check_nothing_beside, transaction, version_of
+from stereotrack_core.project.failures import NONSENSE, ProjectDamaged
 from stereotrack_core.project.rows import as_json, from_json
 from stereotrack_core.project.schema import (
     CLICKS,
@@ -19,6 +20,7 @@ from stereotrack_core.project.schema import (
     PREDICTIONS_OF_A_SOURCE,
     REPEATS,
 )
+from stereotrack_core.project.validity import check_rows
 
 
 def migrate(database: sqlite3.Connection, path: Path) -> Path | None:
@@ -37,17 +39,12 @@ def migrate(database: sqlite3.Connection, path: Path) -> Path | None:
     version = version_of(database)
     if version == FORMAT:
         return None
-    if version not in MIGRATIONS:
-        raise InputError(
-            f"its format {version} is not known",
-            where=str(path),
-            remedy="Take a copy that the program itself made.",
-        )
     copy = back_up(database, path, f"format-{version}")
     try:
         with transaction(database):
             upgrade(database)
-    except (ValueError, TypeError, sqlite3.IntegrityError, sqlite3.OperationalError) as error:
+            check_rows(database, path)
+    except (*NONSENSE, sqlite3.Error, ProjectDamaged) as error:
         raise InputError(
             f"it could not be brought up to date from format {version} ({error})",
             where=str(path),

@@ -10,23 +10,23 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.connection import connect, connect_for_reading
+from stereotrack_core.project.connection import Connection, connect, connect_for_reading
 from stereotrack_core.project.database import (
     beside,
     check_header,
-    check_version,
     copy_files,
     is_in_place,
     lacks_log,
     transaction,
     version_of,
 )
-from stereotrack_core.project.failures import ProjectInUse, code_of, speaking
+from stereotrack_core.project.failures import ProjectInUse, code_of, making_sense
 from stereotrack_core.project.filesystem import Mount, network_type
 from stereotrack_core.project.lock import ProjectLock, is_held, lock_path
 from stereotrack_core.project.migrations import migrate, upgrade
 from stereotrack_core.project.owner import Owner, in_use, myself, read_owner, write_owner
 from stereotrack_core.project.schema import FORMAT
+from stereotrack_core.project.validity import check_rows
 from stereotrack_core.project.wholeness import check_whole
 from stereotrack_core.recording.finding import Finding
 
@@ -86,11 +86,11 @@ def open_for_writing(
             raise in_use(path) from None
         stack.callback(lock.release)
         network = network_type(path, mounts)
-        with speaking(path):
+        with making_sense(path):
             _try_what_was_left(path)
             database = connect(path)
             stack.callback(database.close)
-            check_version(path, version_of(database))
+            check_rows(database, path, ("owner",))
             left = read_owner(database)
             if left is not None:
                 gone = take_over or (lock.holds and (network is None or left.host == myself().host))
@@ -98,6 +98,7 @@ def open_for_writing(
             if left is not None or lost:
                 check_whole(database, path)
             copy = migrate(database, path)
+            check_rows(database, path)
             status = path.stat()
             identity = None if network else (status.st_dev, status.st_ino)
             stack.callback(_give_back, database, path, identity)
@@ -122,7 +123,7 @@ def open_for_reading(path: Path) -> Opened:
     """
     check_header(path)
     lost, locked, held = lacks_log(path), lock_path(path).exists(), is_held(path)
-    with ExitStack() as stack, speaking(path):
+    with ExitStack() as stack, making_sense(path):
         notes: tuple[Finding, ...] = ()
         snapshot = lost
         try:
@@ -140,7 +141,7 @@ def open_for_reading(path: Path) -> Opened:
             folder = stack.enter_context(tempfile.TemporaryDirectory())
             database = _upgraded_copy(path, Path(folder))
         stack.callback(database.close)
-        check_version(path, version_of(database))
+        check_rows(database, path)
         left = None if held else read_owner(database)
         if left is not None or lost:
             check_whole(database, path)
@@ -177,7 +178,7 @@ def _copy(path: Path, folder: Path) -> Path:
     return copy
 
 
-def _upgraded_copy(path: Path, folder: Path) -> sqlite3.Connection:
+def _upgraded_copy(path: Path, folder: Path) -> Connection:
     copy = _copy(path, folder)
     with closing(connect(copy)) as database:
         if version_of(database) < FORMAT:

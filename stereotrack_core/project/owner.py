@@ -6,13 +6,16 @@ import getpass
 import os
 import socket
 import sqlite3
+from contextlib import closing
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
+from stereotrack_core.errors import InputError
 from stereotrack_core.project.connection import connect_for_reading
 from stereotrack_core.project.database import transaction
-from stereotrack_core.project.failures import ProjectInUse
+from stereotrack_core.project.failures import ProjectInUse, making_sense
+from stereotrack_core.project.validity import check_rows
 
 
 @dataclass(frozen=True)
@@ -52,7 +55,7 @@ def read_owner(database: sqlite3.Connection) -> Owner | None:
 def write_owner(database: sqlite3.Connection, owner: Owner | None) -> None:
     """Note who has it; None: nobody."""
     with transaction(database):
-        database.execute("DELETE FROM owner")
+        database.execute("DELETE FROM owner WHERE only = 1")
         if owner is not None:
             database.execute(
                 "INSERT INTO owner VALUES (1, ?, ?, ?, ?)",
@@ -76,10 +79,8 @@ def in_use(path: Path, owner: Owner | None = None) -> ProjectInUse:
 
 def _owner_of_file(path: Path) -> Owner | None:
     try:
-        database = connect_for_reading(path)
-        try:
+        with closing(connect_for_reading(path)) as database, making_sense(path):
+            check_rows(database, path, ("owner",))
             return read_owner(database)
-        finally:
-            database.close()
-    except sqlite3.Error:
+    except (InputError, sqlite3.Error):
         return None

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from stereotrack_core.annotation.prediction import Prediction
 from stereotrack_core.project.access import Access
 from stereotrack_core.project.rows import Value
+from stereotrack_core.project.validity import LARGEST_REAL
 
 _FROM = "SELECT frame, camera, landmark, source, x, y, sigma FROM prediction"
 
@@ -35,12 +36,18 @@ class Predictions:
     ) -> None:
         """Let these be all predictions of a source, in these frames or altogether.
 
+        Those that are nowhere near an image are left out.
+
         Raises
         ------
         ValueError
             Where one of them names another source, or is of another frame.
         """
-        rows = [(*p.key, p.source, *map(float, p.position), p.sigma) for p in predictions]
+        rows = [
+            (*p.key, p.source, *map(float, p.position), p.sigma)
+            for p in predictions
+            if all(abs(value) <= LARGEST_REAL for value in p.position)
+        ]
         if any(row[3] != source for row in rows):
             raise ValueError(f"not all predictions are of {source!r}")
         if frames is not None and any(row[0] not in frames for row in rows):

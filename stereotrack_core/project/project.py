@@ -6,15 +6,16 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import astuple
 from pathlib import Path
 
-from stereotrack_core.annotation.landmark_set import LandmarkSet
+from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.annotation.progress import Progress, progress
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.access import Access
 from stereotrack_core.project.clicks import Clicks
 from stereotrack_core.project.corrections import Corrections, load_corrections
-from stereotrack_core.project.database import make_database
+from stereotrack_core.project.database import make_database, resolved
 from stereotrack_core.project.edit import Edit, Stamp
 from stereotrack_core.project.entries import Entries
+from stereotrack_core.project.failures import ProjectDamaged
 from stereotrack_core.project.filesystem import Mount
 from stereotrack_core.project.history import Changed, History, HistoryReader
 from stereotrack_core.project.marks import Marks
@@ -38,6 +39,7 @@ from stereotrack_core.project.whereabouts import (
     RecordingPlace,
     Whereabouts,
     find_recording,
+    no_recording,
     place_of,
 )
 from stereotrack_core.recording.description import Subject
@@ -70,7 +72,6 @@ class Project:
     def __init__(self, opened: Opened, who: str = "") -> None:
         self.path = opened.path
         self.read_only = opened.read_only
-        self.notes: tuple[Finding, ...] = opened.notes
         self.who = who or user()
         self._access = Access(opened.database, opened.path, opened.identity)
         self._resources = opened.resources
@@ -86,9 +87,24 @@ class Project:
         self.landmark_sets = self._entries(LANDMARK_SET)
         self.parameter_sets = self._entries(PARAMETER_SET)
         self.descriptions = self._entries(DESCRIPTION)
+        self.notes: tuple[Finding, ...] = (*opened.notes, *self._unusable())
 
     def _entries(self, table: Table) -> Entries:
         return Entries(table, self._access)
+
+    def _unusable(self) -> Iterable[Finding]:
+        """What was chosen and cannot be used."""
+        for entries, load in (
+            (self.subjects, load_subject),
+            (self.landmark_sets, load_landmark_set),
+        ):
+            if (name := self.chosen(entries)) is not None:
+                try:
+                    load(entries, name)
+                except ProjectDamaged as error:
+                    where = f"{self.path}, {entries.word} {name}"
+                    remedy = "It is not used. Choose another one, or save it again."
+                    yield Finding("warning", where, error.detail, remedy)
 
     @staticmethod
     def create(
@@ -101,7 +117,7 @@ class Project:
         InputError
             Where the folder is no usable recording, or the project cannot be written there.
         """
-        path = Path(path).resolve()
+        path = resolved(path)
         place = place_of(recording, path)
         make_database(path, astuple(place))
         return Project.open(path, who=who, mounts=mounts)
@@ -116,10 +132,16 @@ class Project:
         mounts: Sequence[Mount] | None = None,
     ) -> Project:
         """Open a project; see :func:`open_for_writing` and :func:`open_for_reading`."""
-        path = Path(path).resolve()  # SQLite's log and our lock lie beside the file itself
+        path = resolved(path)
         if read_only:
-            return Project(open_for_reading(path), who)
-        return Project(open_for_writing(path, take_over=take_over, mounts=mounts), who)
+            opened = open_for_reading(path)
+        else:
+            opened = open_for_writing(path, take_over=take_over, mounts=mounts)
+        try:
+            return Project(opened, who)
+        except BaseException:
+            opened.resources.close()
+            raise
 
     def close(self) -> None:
         """Give the file back; a second time does nothing."""
@@ -186,13 +208,19 @@ class Project:
         return name if name in entries.names() else None
 
     def subject(self) -> Subject | None:
-        """The subject that was chosen."""
+        """The subject that was chosen; None as well where it makes no sense (see :attr:`notes`)."""
         name = self.chosen(self.subjects)
-        return None if name is None else load_subject(self.subjects, name)
+        try:
+            return None if name is None else load_subject(self.subjects, name)
+        except ProjectDamaged:
+            return None
 
     def landmark_set(self) -> LandmarkSet:
-        """The set of landmarks that was chosen; the nine where none was."""
-        return load_landmark_set(self.landmark_sets, self.chosen(self.landmark_sets))
+        """The set of landmarks that was chosen; the nine where none was, or it makes no sense."""
+        try:
+            return load_landmark_set(self.landmark_sets, self.chosen(self.landmark_sets))
+        except ProjectDamaged:
+            return NINE
 
     def corrections(self) -> Corrections | None:
         """The version of the recording's description that was chosen."""
@@ -213,16 +241,22 @@ class Project:
         InputError
             Where the project was made without one.
         """
-        row = self._access.row("SELECT name, relative, absolute, fingerprint FROM recording")
-        if row is None:
+        place = self._place()
+        if place is None:
             raise InputError(
                 "the project knows no recording", where=str(self.path), remedy="Choose its folder."
             )
-        return RecordingPlace(*row)
+        return place
+
+    def _place(self) -> RecordingPlace | None:
+        row = self._access.row("SELECT name, relative, absolute, fingerprint FROM recording")
+        return None if row is None else RecordingPlace(*row)
 
     def find_recording(self, folders: Iterable[Path] = ()) -> Whereabouts:
         """Look for the recording, in these folders too; a new place is remembered."""
-        place = self.recording_place()
+        place = self._place()
+        if place is None:
+            return no_recording(self.path)
         found = find_recording(place, self.path, folders)
         if found.folder is not None and not self.read_only:
             new = place_of(found.folder, self.path)
@@ -239,7 +273,8 @@ class Project:
             Where it is no usable recording, or another one and that was not allowed for.
         """
         place = place_of(folder, self.path)
-        if not even_another and place.fingerprint != self.recording_place().fingerprint:
+        known = self._place()
+        if not (even_another or known is None or place.fingerprint == known.fingerprint):
             raise InputError(
                 "this is not the recording that the project was made from",
                 where=str(folder),
@@ -260,7 +295,7 @@ class Project:
         InputError
             Where that cannot be written, or is the project itself.
         """
-        path = Path(path).resolve()
+        path = resolved(path)
         if path == self.path:
             raise InputError("this is the project itself", where=str(path), remedy="It is saved.")
         with self._access.alone() as database:

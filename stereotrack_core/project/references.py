@@ -33,7 +33,9 @@ def load_reference(references: Entries, name: str) -> Reference:
     ProjectDamaged
         Where its data are not what was stored.
     """
-    return reference_of_bytes(references.data(name), name)
+    data = references.data(name)
+    with references.making_sense():
+        return reference_of_bytes(data, name)
 
 
 def _shown(meta: Mapping[str, Any]) -> dict[str, Any]:

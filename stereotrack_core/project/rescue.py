@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sqlite3
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,18 +11,19 @@ from pathlib import Path
 from typing import Any
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.click_rows import click_of
+from stereotrack_core.project.connection import connect_to_rescue
 from stereotrack_core.project.content import hash_of
-from stereotrack_core.project.database import copy_files, make_database, transaction
-from stereotrack_core.project.lent_schema import count_pages, lend_schema
-from stereotrack_core.project.rows import from_json
-from stereotrack_core.project.schema import (
-    CLICK,
-    EDITED_TABLES,
-    FORMAT,
-    REPEAT_CLICK,
-    TABLES_OF_ENTRIES,
+from stereotrack_core.project.database import (
+    check_files,
+    copy_files,
+    make_database,
+    transaction,
 )
+from stereotrack_core.project.failures import NONSENSE
+from stereotrack_core.project.lent_schema import count_pages, lend_schema, own_tables
+from stereotrack_core.project.rows import change_of, facts_of
+from stereotrack_core.project.schema import EDITED_TABLES, FORMAT, TABLES_OF_ENTRIES
+from stereotrack_core.project.validity import makes_sense, sense
 from stereotrack_core.project.wholeness import contradiction, last_words
 
 _OTHER_TABLES = ("content", "prediction", "annotator", "view_setting", "recording")
@@ -64,6 +64,7 @@ def rescue(damaged: Path, target: Path) -> Rescued:
         Where nothing can be read, or the target exists or cannot be written.
     """
     with tempfile.TemporaryDirectory() as folder:
+        check_files(damaged)
         try:
             copy = copy_files(damaged, Path(folder))
         except OSError as error:
@@ -73,11 +74,10 @@ def rescue(damaged: Path, target: Path) -> Rescued:
                 remedy="Correct the path.",
             ) from error
         count_pages(copy)
+        own_tables(copy)
         make_database(target)
         saved = _fill(copy, target)
-        if not any(
-            saved.rows.values()
-        ):  # nobody knows where the tables are: perhaps as in a new one
+        if not any(saved.rows.values()):  # nobody knows where the tables are: as in a new one?
             lend_schema(target, copy)
             saved = _fill(copy, target)
     if not any(saved.rows.values()):
@@ -93,14 +93,12 @@ def rescue(damaged: Path, target: Path) -> Rescued:
 def _fill(copy: Path, target: Path) -> Rescued:
     """Put into the new project what can be read."""
     with (
-        closing(sqlite3.connect(copy, isolation_level=None)) as source,
+        closing(connect_to_rescue(copy)) as source,
         closing(sqlite3.connect(target, isolation_level=None)) as database,
         transaction(database),
     ):
-        counts = {
-            table: _copy(source, database, table)
-            for table in (*_OTHER_TABLES, *_HISTORY, *EDITED_TABLES)
-        }
+        tables = (*_OTHER_TABLES, *_HISTORY, *EDITED_TABLES)
+        counts = {table: _copy(source, database, table) for table in tables}
         _drop_wrong_content(database)
         restored = _restore_from_history(database)
         whole = _history_agrees(database)
@@ -126,32 +124,27 @@ def _copy(source: sqlite3.Connection, target: sqlite3.Connection, table: str) ->
             try:
                 _make_sense_of(table, row)
                 target.execute(insert, row)
-            except (ValueError, TypeError, sqlite3.IntegrityError, sqlite3.InterfaceError):
+            except (*NONSENSE, sqlite3.IntegrityError, sqlite3.InterfaceError):
                 continue  # a row of rubbish
+    target.execute(f"DELETE FROM {table} WHERE NOT {sense()[table]}")  # noqa: S608 - constants
     count: int = target.execute(f"SELECT count(*) FROM {table}").fetchone()[0]  # noqa: S608
     return count
 
 
 def _make_sense_of(table: str, row: Sequence[Any]) -> None:
-    """Raise ValueError or TypeError for a row that nothing can be made of."""
-    if any(isinstance(value, str) and "\0" in value for value in row):
-        raise ValueError("a text is empty space")
-    if table in (CLICK.name, REPEAT_CLICK.name):
-        click_of(row[-len(CLICK.key + CLICK.values) :])
-    elif table == "edit_change":
-        for text in row[3:]:
-            from_json(text)
-        if row[2] not in EDITED_TABLES:
-            raise ValueError(row[2])
-    elif table == "view_setting" or table in TABLES_OF_ENTRIES:
-        json.loads(row[1])
+    """Raise ValueError or the like for a row whose JSON nothing can be made of."""
+    if table == "edit_change":
+        _, _, changed, key, before, after = row
+        change_of(EDITED_TABLES[changed], key, before, after)
+    elif table in TABLES_OF_ENTRIES:
+        facts_of(row[1])
 
 
 def _readable(source: sqlite3.Connection, select: str) -> Iterator[tuple[Any, ...]]:
     """Rows up to where the file is damaged."""
     try:
         yield from source.execute(select)
-    except (sqlite3.DatabaseError, UnicodeDecodeError):
+    except (sqlite3.Error, UnicodeDecodeError):
         return
 
 
@@ -177,8 +170,11 @@ def _restore_from_history(database: sqlite3.Connection) -> int:
             if table.read(database, key) is None and after is not None:
                 _make_sense_of(table_name, (*key, *after))
                 table.write(database, key, after)
-                restored += 1
-        except (ValueError, TypeError, sqlite3.IntegrityError, sqlite3.ProgrammingError):
+                if makes_sense(database, table, key):
+                    restored += 1
+                else:
+                    table.write(database, key, None)
+        except (*NONSENSE, sqlite3.IntegrityError, sqlite3.ProgrammingError):
             continue
     return restored
 
@@ -188,7 +184,7 @@ def _history_agrees(database: sqlite3.Connection) -> bool:
     try:
         if contradiction(database):
             return False
-    except (sqlite3.ProgrammingError, ValueError):
+    except (*NONSENSE, sqlite3.ProgrammingError):
         return False
     expected: dict[str, int] = dict.fromkeys(EDITED_TABLES, 0)
     for (table, _), after in last_words(database).items():

@@ -7,10 +7,15 @@ import sqlite3
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias
+from typing import Any, TypeAlias
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.reading import parsed_json
 
 Value: TypeAlias = str | int | float | None
 Row: TypeAlias = tuple[Value, ...]
+
+_VALUES = (str, int, float, type(None))
 
 
 @dataclass(frozen=True)
@@ -88,14 +93,44 @@ class Change:
         return Change(self.table, self.key, self.after, self.before)
 
 
+def change_of(table: Table, key: str, before: str | None, after: str | None) -> Change:
+    """The change that the history keeps as JSON; ValueError where that is none of this table."""
+    rows = [from_json(text) for text in (key, before, after)]
+    lengths = [len(table.key), len(table.values), len(table.values)]
+    if rows[0] is None or any(
+        row is not None and len(row) != length for row, length in zip(rows, lengths, strict=True)
+    ):
+        raise ValueError(f"this is no row of {table.name}")
+    return Change(table, rows[0], rows[1], rows[2])
+
+
 def as_json(row: Row | None) -> str | None:
     """Text of a row; floating-point numbers come back bit by bit."""
     return None if row is None else json.dumps(row, allow_nan=False, separators=(",", ":"))
 
 
 def from_json(text: str | None) -> Row | None:
-    """The row of :func:`as_json`."""
-    return None if text is None else tuple(json.loads(text))
+    """The row of :func:`as_json`; ValueError for anything else."""
+    if text is None:
+        return None
+    try:
+        row = json.loads(text)
+    except RecursionError as error:
+        raise ValueError("this is no row") from error
+    if not isinstance(row, list) or not all(isinstance(one, _VALUES) for one in row):
+        raise ValueError("this is no row")
+    return tuple(row)
+
+
+def facts_of(text: str) -> dict[str, Any]:
+    """Plain data by name, as JSON; ValueError where they cannot be of this program."""
+    try:
+        facts = parsed_json(text, "facts")
+    except InputError as error:
+        raise ValueError(error.what) from error
+    if not isinstance(facts, dict):
+        raise ValueError("facts have no names")
+    return facts
 
 
 def without_idle(changes: Iterable[Change]) -> tuple[Change, ...]:

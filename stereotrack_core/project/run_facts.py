@@ -135,36 +135,40 @@ def run_facts(stored: Mapping[str, Any]) -> RunFacts:
 
     Raises
     ------
-    ValueError, TypeError
+    ValueError, TypeError, OverflowError, LookupError
         Where they make no sense.
     """
     asked = stored.get("asked")
     versions = dict(stored.get("versions") or {})
     if not versions and stored.get("version"):
-        versions = {"stereotrack": str(stored["version"])}
+        versions = {"stereotrack": stored["version"]}
     wall = stored.get("wall_seconds")
     return RunFacts(
         frames=int(stored.get("frames", 0)),
         tracked=int(stored.get("tracked", 0)),
-        first=stored.get("first"),
-        last=stored.get("last"),
+        first=_integer(stored.get("first")),
+        last=_integer(stored.get("last")),
         asked=None if asked is None else (int(asked[0]), int(asked[1])),
         preset=str(stored.get("preset", "")),
         parameters=dict(stored.get("parameters") or {}),
         changed={name: (a, b) for name, (a, b) in dict(stored.get("changed") or {}).items()},
-        seed=stored.get("seed"),
-        views=tuple(stored.get("views") or ()),
+        seed=_integer(stored.get("seed")),
+        views=tuple(str(name) for name in stored.get("views") or ()),
         init=str(stored.get("init", "")),
         smoothed=bool(stored.get("smoothed", False)),
         subject=str(stored.get("subject") or ""),
         recording=str(stored.get("recording") or ""),
         fingerprint=str(stored.get("fingerprint") or ""),
         calibration=str(stored.get("calibration") or ""),
-        versions=versions,
+        versions={str(name): str(version) for name, version in versions.items()},
         wall_seconds=None if wall is None else float(wall),
         made=str(stored.get("made") or ""),
         note=str(stored.get("note") or ""),
     )
+
+
+def _integer(value: Any) -> int | None:
+    return None if value is None else int(value)
 
 
 def beside(first: RunFacts, second: RunFacts) -> tuple[Difference, ...]:

@@ -74,7 +74,9 @@ def load_run(runs: Entries, name: str) -> Run:
     ProjectDamaged
         Where its data are not what was stored.
     """
-    return run_of_bytes(runs.data(name), name)
+    data = runs.data(name)
+    with runs.making_sense():
+        return run_of_bytes(data, name)
 
 
 def kept_runs(runs: Entries) -> tuple[KeptRun, ...]:

@@ -146,3 +146,19 @@ STATEMENTS: tuple[str, ...] = (
     at TEXT NOT NULL)""",
 )
 """What makes an empty project."""
+
+_CLICKS_OF_FORMAT_1 = """CREATE TABLE click (
+    frame INTEGER NOT NULL, camera TEXT NOT NULL, landmark TEXT NOT NULL,
+    x REAL, y REAL,
+    visibility INTEGER NOT NULL, flag TEXT NOT NULL, who TEXT NOT NULL, at TEXT NOT NULL,
+    PRIMARY KEY (frame, camera, landmark)) WITHOUT ROWID"""
+
+_NOT_IN_FORMAT_1 = frozenset(
+    {CLICKS, CLICKS_OF_A_LANDMARK, FLAGGED_CLICKS, REPEATS, PREDICTIONS, PREDICTIONS_OF_A_SOURCE}
+)
+
+STATEMENTS_OF: dict[int, tuple[str, ...]] = {
+    1: (_CLICKS_OF_FORMAT_1, *(one for one in STATEMENTS if one not in _NOT_IN_FORMAT_1)),
+    2: STATEMENTS,
+}
+"""The same for every format that there was."""

@@ -8,6 +8,10 @@ from typing import Any
 from stereotrack_core.project.access import Access
 
 
+def _refuse(constant: str) -> None:
+    raise ValueError(f"{constant} is no number")
+
+
 class ViewSettings:
     """Values by name, JSON-serialisable: the frame shown last, switches, filters."""
 
@@ -15,10 +19,18 @@ class ViewSettings:
         self._access = access
 
     def get(self, name: str, default: Any = None) -> Any:
-        """Value of that name, or `default`."""
+        """Value of that name, or `default`.
+
+        The default is returned as well where the value is of another kind than that, or nothing
+        can be made of it: nothing is lost with how somebody looked at the project.
+        """
         row = self._access.row("SELECT value FROM view_setting WHERE name = ?", (name,))
-        with self._access.making_sense():
-            return default if row is None else json.loads(row[0])
+        try:
+            value = None if row is None else json.loads(row[0], parse_constant=_refuse)
+        except (ValueError, RecursionError):
+            value = None
+        kinds = (int, float) if isinstance(default, float) else type(default)
+        return value if default is None or isinstance(value, kinds) else default
 
     def set(self, name: str, value: Any) -> None:
         """Keep a value; None forgets it."""

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from math import inf
 from typing import Any
 
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet, landmark_set_of
+from stereotrack_core.errors import InputError
 from stereotrack_core.project.entries import Entries, SaveEntry, facts_as_json
 from stereotrack_core.project.schema import LANDMARK_SET, PARAMETER_SET, SUBJECT
 from stereotrack_core.recording.description import Subject
@@ -44,8 +46,14 @@ def save_subject(subject: Subject, *, origin: str = "entered") -> SaveEntry:
 def load_subject(subjects: Entries, name: str) -> Subject:
     """A subject of the project; InputError where there is none of that name."""
     facts = subjects.get(name).facts
-    lengths = {key: facts.get(key) for key in LENGTHS}
-    return Subject(name, **{key: None if x is None else float(x) for key, x in lengths.items()})
+    with subjects.making_sense():
+        return Subject(name, **{key: _length(facts.get(key)) for key in LENGTHS})
+
+
+def _length(value: Any) -> float | None:
+    if value is not None and not (isinstance(value, int | float) and 0 < value < inf):
+        raise ValueError(f"{value!r} is no length")
+    return None if value is None else float(value)
 
 
 def save_landmark_set(landmarks: LandmarkSet) -> SaveEntry:
@@ -64,7 +72,12 @@ def load_landmark_set(sets: Entries, name: str | None) -> LandmarkSet:
     """
     if name is None or (name == NINE.name and name not in sets.names()):
         return NINE
-    return landmark_set_of(sets.get(name).facts)
+    facts = sets.get(name).facts
+    with sets.making_sense():
+        try:
+            return landmark_set_of(facts)
+        except InputError as error:  # which says how to write one
+            raise ValueError(error.what) from error
 
 
 def save_parameters(name: str, parameters: ParameterSet) -> SaveEntry:
@@ -76,4 +89,5 @@ def save_parameters(name: str, parameters: ParameterSet) -> SaveEntry:
 def load_parameters(sets: Entries, name: str) -> ParameterSet:
     """Parameters of the project; InputError where there are none of that name."""
     facts = sets.get(name).facts
-    return ParameterSet(str(facts["preset"]), dict(facts["values"]))
+    with sets.making_sense():
+        return ParameterSet(str(facts["preset"]), dict(facts["values"]))

@@ -6,14 +6,16 @@ import os
 import sqlite3
 from collections.abc import Iterable
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from pathlib import Path
 
 import platformdirs
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.connection import connect_for_reading
-from stereotrack_core.project.database import beside, check_header
+from stereotrack_core.project.database import beside
+from stereotrack_core.project.failures import making_sense
+from stereotrack_core.project.validity import check_rows
 from stereotrack_core.recording.finding import Finding
 from stereotrack_core.recording.fingerprint import fingerprint
 from stereotrack_core.recording.folder import DESCRIPTION, open_recording
@@ -71,7 +73,16 @@ def place_of(folder: Path, project: Path) -> RecordingPlace:
         relative = Path(os.path.relpath(absolute, project.resolve().parent)).as_posix()
     except ValueError:  # another drive of Windows
         relative = ""
-    return RecordingPlace(recording.name, relative, str(absolute), fingerprint(recording))
+    place = RecordingPlace(recording.name, relative, str(absolute), fingerprint(recording))
+    try:
+        "".join(astuple(place)).encode()
+    except UnicodeEncodeError as error:
+        raise InputError(
+            "its path has letters that cannot be written as text",
+            where=str(folder),
+            remedy="Rename the folder that has them in its name.",
+        ) from error
+    return place
 
 
 def find_recording(
@@ -115,7 +126,7 @@ def _recordings(place: RecordingPlace, folders: Iterable[Path]) -> Iterable[Path
         for path in (folder, *below):
             try:
                 name = load_toml(path / DESCRIPTION).get("name") or place.name
-            except InputError:
+            except (InputError, OSError):
                 continue
             if name == place.name:
                 yield path
@@ -124,7 +135,7 @@ def _recordings(place: RecordingPlace, folders: Iterable[Path]) -> Iterable[Path
 def _fingerprint_of(folder: Path) -> str | None:
     try:
         return fingerprint(open_recording(folder))
-    except InputError:
+    except (InputError, OSError):  # a path that somebody made up may not even be one
         return None
 
 
@@ -155,6 +166,12 @@ def _lost(place: RecordingPlace) -> Finding:
     )
 
 
+def no_recording(project: Path) -> Whereabouts:
+    """What there is to say of a project that was rescued without the row of its recording."""
+    what = "the project does not know any more which recording it is of"
+    return Whereabouts(None, Finding("error", str(project), what, "Choose the recording's folder."))
+
+
 def documents_folder() -> Path:
     """Where projects go whose recording is in a folder that cannot be written to."""
     return platformdirs.user_documents_path() / "stereotrack"
@@ -175,8 +192,8 @@ def projects_of(folder: Path, documents: Path | None = None) -> tuple[Path, ...]
 def _belongs(project: Path, folder: Path) -> bool:
     """Whether a project's recording is, or was, this folder."""
     try:
-        check_header(project)
-        with closing(connect_for_reading(project)) as database:
+        with closing(connect_for_reading(project)) as database, making_sense(project):
+            check_rows(database, project, ("recording",))
             row = database.execute("SELECT relative, absolute FROM recording").fetchone()
     except (InputError, OSError, sqlite3.Error):
         return False

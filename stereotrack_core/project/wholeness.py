@@ -8,7 +8,7 @@ from pathlib import Path
 
 from stereotrack_core.project.database import version_of
 from stereotrack_core.project.failures import ProjectDamaged
-from stereotrack_core.project.rows import Row, Table, from_json
+from stereotrack_core.project.rows import Row, Table, change_of
 from stereotrack_core.project.schema import EDITED_TABLES, FORMAT
 
 
@@ -67,13 +67,18 @@ def _keys_since_first_edit(database: sqlite3.Connection, table: Table) -> Iterat
 
 
 def last_words(database: sqlite3.Connection) -> dict[tuple[str, Row], Row | None]:
-    """Row after the last edit in effect, by table and key."""
+    """Row after the last edit in effect, by table and key.
+
+    Raises
+    ------
+    ValueError, LookupError
+        Where the history keeps something else.
+    """
     changes = database.execute(
         "SELECT changed_table, changed_key, after FROM edit_change JOIN edit ON number = edit"
         " WHERE state = 'done' ORDER BY edit, place"
     )
-    return {
-        (table, from_json(key) or ()): from_json(after)
-        for table, key, after in changes.fetchall()
-        if table in EDITED_TABLES
-    }
+    found = (
+        change_of(EDITED_TABLES[name], key, None, after) for name, key, after in changes.fetchall()
+    )
+    return {(change.table.name, change.key): change.after for change in found}

@@ -199,3 +199,14 @@ def test_network_drives_are_told_from_others(mounts, path, expected):
 def test_this_machine_tells_its_mounts():
     with tempfile.TemporaryDirectory() as folder:
         assert network_type(Path(folder)) in (None, "9p", "virtiofs")
+
+
+def test_a_path_that_is_no_text_is_told(recording, tmp_path):
+    folder = Path(os.fsdecode(os.fsencode(tmp_path) + b"/walk-\xff"))
+    try:
+        shutil.copytree(recording.folder, folder)
+    except OSError:
+        pytest.skip("this drive knows only names that are text")
+    with pytest.raises(InputError, match="cannot be written as text"):
+        Project.create(tmp_path / "p.stereotrack", folder)
+    assert not (tmp_path / "p.stereotrack").exists()

@@ -1,0 +1,179 @@
+"""Whether a project is one that this program writes: its tables, and every value in them.
+
+A project can come from a stranger. What is not exactly as the program makes it is refused before
+anything else of it is used: triggers and views do things unasked, and a value of another kind would
+come up as a failure somewhere else.
+"""
+
+from __future__ import annotations
+
+import re
+import sqlite3
+from collections.abc import Iterable, Mapping
+from contextlib import closing
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from stereotrack_core.errors import InputError, shortened
+from stereotrack_core.project.failures import RESCUE, ProjectDamaged, making_sense
+from stereotrack_core.project.rows import Row, Table, facts_of
+from stereotrack_core.project.schema import (
+    CLICK,
+    EDITED_TABLES,
+    FORMAT,
+    REPEAT_CLICK,
+    STATEMENTS_OF,
+    TABLES_OF_ENTRIES,
+)
+
+_TOKEN = re.compile(r"""'(?:[^']|'')*'|"(?:[^"]|"")*"|\w+|\S""")
+_FARTHEST_FRAME = 100_000_000
+_LARGEST = 2**53
+LARGEST_REAL = 1e9
+"""Far beyond every image, and below what drawing cannot deal with."""
+
+_BY_KIND = {
+    "INTEGER": f"typeof({{0}}) = 'integer' AND {{0}} BETWEEN 0 AND {_LARGEST}",
+    "REAL": f"typeof({{0}}) = 'real' AND abs({{0}}) <= {LARGEST_REAL}",
+    "TEXT": "typeof({0}) = 'text' AND instr({0}, char(0)) = 0",
+    "BLOB": "typeof({0}) = 'blob'",
+}
+"""What a value has to be like, by the declared type of its column."""
+
+_BY_NAME = {
+    "frame": f"frame <= {_FARTHEST_FRAME}",
+    "visibility": "visibility <= 2",
+    "deleted": "deleted <= 1",
+    "done": "done <= 1",
+    "sigma": "sigma >= 0",
+    "state": "state IN ('done', 'undone', 'dropped')",
+    "changed_table": f"changed_table IN ({', '.join(map(repr, EDITED_TABLES))})",
+}
+_OF_CLICKS = (
+    "(x IS NULL) = (y IS NULL) AND (x IS NULL) = (visibility = 0) AND (sigma IS NULL OR sigma > 0)"
+)
+
+
+@dataclass(frozen=True)
+class Made:
+    """Something in the list of tables: what the program has made, or is found there."""
+
+    kind: str
+    name: str
+    table: str
+    statement: str | None
+
+    def same(self, other: Made) -> bool:
+        """Whether both say the same, however it is spaced."""
+        return (self.kind, self.table, _tokens(self.statement)) == (
+            other.kind,
+            other.table,
+            _tokens(other.statement),
+        )
+
+
+def _tokens(statement: str | None) -> list[str]:
+    words = _TOKEN.findall(statement or "")
+    return [word if word[0] in "'\"" else word.lower() for word in words]
+
+
+@cache
+def made(version: int) -> Mapping[str, Made]:
+    """What a new project of that format has, by name."""
+    with closing(_new(version)) as database:
+        return {one.name: one for one in _found(database)}
+
+
+def _new(version: int) -> sqlite3.Connection:
+    database = sqlite3.connect(":memory:")
+    for statement in STATEMENTS_OF[version]:
+        database.execute(statement)
+    return database
+
+
+def _found(database: sqlite3.Connection) -> Iterable[Made]:
+    rows = database.execute("SELECT type, name, tbl_name, sql FROM sqlite_schema").fetchall()
+    return [Made(*row) for row in rows]
+
+
+def check_schema(database: sqlite3.Connection, path: Path, version: int) -> None:
+    """See that there is nothing but the tables and indexes of that format.
+
+    Raises
+    ------
+    InputError
+        Where there is something else.
+    ProjectDamaged
+        Where a table is missing.
+    """
+    wanted, seen = made(version), set()
+    for found in _found(database):
+        seen.add(found.name)
+        if found.name not in wanted or not found.same(wanted[found.name]):
+            raise InputError(
+                f"it was changed by something else: the {found.kind}"
+                f" {shortened(repr(found.name))} is not as this program makes it",
+                where=str(path),
+                remedy=f"It may do harm, so nothing of the project is used. {RESCUE}",
+            )
+    missing = [one.name for one in wanted.values() if one.kind == "table" and one.name not in seen]
+    if missing:
+        raise ProjectDamaged(path, f"it has no table {missing[0]}")
+
+
+@cache
+def sense() -> Mapping[str, str]:
+    """Condition that every row of a table satisfies, by the table's name."""
+    with closing(_new(FORMAT)) as database:
+        return {
+            one.name: _condition(one.name, database.execute(f"PRAGMA table_info({one.name})"))
+            for one in made(FORMAT).values()
+            if one.kind == "table" and not one.name.startswith("sqlite_")
+        }
+
+
+def _condition(table: str, columns: Iterable[tuple[Any, ...]]) -> str:
+    conditions = [_OF_CLICKS] if table in (CLICK.name, REPEAT_CLICK.name) else []
+    for _, name, kind, needed, _, in_key in columns:
+        said = [_BY_KIND[kind].format(name), *([_BY_NAME[name]] if name in _BY_NAME else [])]
+        condition = " AND ".join(said)
+        conditions.append(condition if needed or in_key else f"({name} IS NULL OR {condition})")
+    return f"({' AND '.join(conditions)}) IS TRUE"
+
+
+def check_rows(
+    database: sqlite3.Connection, path: Path, tables: Iterable[str] | None = None
+) -> None:
+    """See that every value is one that the program can have written.
+
+    Parameters
+    ----------
+    database, path
+    tables : iterable of str, optional
+        Names of the tables; all without it.
+
+    Raises
+    ------
+    ProjectDamaged
+        Where there is a row that makes no sense.
+    """
+    for name in sense() if tables is None else tables:
+        row = database.execute(
+            f"SELECT * FROM {name} WHERE NOT {sense()[name]} LIMIT 1"  # noqa: S608 - constants
+        ).fetchone()
+        if row is not None:
+            raise ProjectDamaged(path, f"a row of {name} makes no sense: {shortened(repr(row))}")
+        if name in TABLES_OF_ENTRIES:
+            with making_sense(path):
+                for (facts,) in database.execute(f"SELECT facts FROM {name}"):  # noqa: S608
+                    facts_of(facts)
+
+
+def makes_sense(database: sqlite3.Connection, table: Table, key: Row) -> bool:
+    """Whether the row with this key, where there is one, is as all rows of its table are."""
+    with_key = " AND ".join(f"{column} = ?" for column in table.key)
+    statement = f"SELECT {sense()[table.name]} FROM {table.name} WHERE {with_key}"  # noqa: S608
+    row = database.execute(statement, key).fetchone()
+    return row is None or bool(row[0])

@@ -1,0 +1,101 @@
+"""Damaged projects and projects of strangers in the window: a sentence, and it goes on."""
+
+from __future__ import annotations
+
+import shutil
+import sqlite3
+from contextlib import closing
+
+import pytest
+
+from stereotrack_core.annotation.click import Click
+from stereotrack_core.project.click_edits import PlaceClicks
+from stereotrack_core.project.project import Project
+from tests.project.spoiling import SCHEMA, spoil
+from tests.project.test_project_fuzzed import fill
+
+pytestmark = pytest.mark.window
+
+VALUES = (
+    "UPDATE edit_change SET before = '[1,2]', after = '{}'",
+    "UPDATE view_setting SET value = '[[[1e999, null, {}]]]'",
+    'UPDATE subject SET facts = \'{"hip_width": "wide"}\'',
+    'UPDATE landmark_set SET facts = \'{"name": 5, "landmarks": [5]}\'',
+    'UPDATE description SET facts = \'{"reason": 1, "time_offsets": [1]}\'',
+    'UPDATE run SET facts = \'{"views": 5, "asked": [1], "changed": {"a": 5}}\'',
+    "UPDATE choice SET value = 'nobody'",
+    "UPDATE OR IGNORE click SET landmark = 'no_such', camera = 'nor_this'",
+    "UPDATE click SET frame = frame + 10000000",
+    "UPDATE recording SET absolute = '/dev/stdin', relative = '../../../../../dev'",
+    "DELETE FROM recording",
+    "UPDATE content SET bytes = x'00'",
+)
+SETTINGS = ("window", "lanes", "runs shown", "wanted", "repeat_frame", "repeat_share", "against")
+
+
+@pytest.fixture(scope="module")
+def whole(small_recording, tmp_path_factory):
+    """A project of the small recording that holds something of everything."""
+    folder = tmp_path_factory.mktemp("foreign")
+    shutil.copytree(small_recording, folder / "walk")
+    path = folder / "whole.stereotrack"
+    with Project.create(path, folder / "walk", who="A") as project:
+        fill(project)
+        project.apply(PlaceClicks((Click(1, "N_right", "head", (100.0, 120.0)),)))
+        for name in SETTINGS:
+            project.view_settings.set(name, "anything")
+    return path
+
+
+def opened_without_harm(window, qtbot, path) -> str:
+    """What the window says of it; it is used, closed, and nothing unforeseen happens."""
+    window.project._document.close()
+    window.messages.clear()
+    told = []
+    window.project.message.connect(told.append)
+    window.files.open(path)
+    qtbot.waitUntil(window.settled, timeout=60_000)
+    said = window.messages.text()
+    if window.document.recording is not None:
+        window.show_workspace_named("annotate")
+        for frame in (0, 1, 3):
+            window.document.go_to(frame)
+        for action in ("undo", "undo", "redo"):
+            window.actions_book.refresh()
+            window.actions_book.action(action).trigger()
+        qtbot.waitUntil(window.settled, timeout=60_000)
+        said += window.messages.text()
+    window.project.give_up_missing()
+    window.project.message.disconnect(told.append)
+    said += "".join(message.sentence() for message in told)
+    assert "Something went wrong" not in said
+    return said
+
+
+@pytest.mark.parametrize("statements", [*VALUES, SCHEMA[0], SCHEMA[3], SCHEMA[4], SCHEMA[5]])
+def test_the_window_says_what_is_wrong(window, qtbot, whole, monkeypatch, statements):
+    monkeypatch.setattr("app.project_work.QFileDialog.getExistingDirectory", lambda *_: "")
+    path = whole.with_name("spoilt.stereotrack")
+    shutil.copyfile(whole, path)
+    with closing(sqlite3.connect(path)) as database:
+        database.executescript(statements)
+    said = opened_without_harm(window, qtbot, path)
+    if "subject" in statements:
+        assert "'wide' is no length" in said
+    if statements in SCHEMA:
+        assert "changed by something else" in said
+        assert window.project.project is None
+    for one in path.parent.glob("*spoilt*"):
+        one.unlink()
+
+
+@pytest.mark.slow
+def test_a_hundred_spoilt_projects_in_one_window(window, qtbot, whole, monkeypatch):
+    monkeypatch.setattr("app.project_work.QFileDialog.getExistingDirectory", lambda *_: "")
+    for seed in range(100):
+        path = whole.with_name(f"spoilt-{seed}.stereotrack")
+        spoil(whole, path, seed)
+        opened_without_harm(window, qtbot, path)
+        window.project._document.close()
+        for one in path.parent.glob("*spoilt*"):
+            one.unlink()
