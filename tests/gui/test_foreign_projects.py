@@ -65,7 +65,7 @@ def opened_without_harm(window, qtbot, path) -> str:
             window.actions_book.action(action).trigger()
         qtbot.waitUntil(window.settled, timeout=60_000)
         said += window.messages.text()
-    window.project.give_up_missing()
+    window.project.give_up()
     window.project.message.disconnect(told.append)
     said += "".join(message.sentence() for message in told)
     assert "Something went wrong" not in said
