@@ -28,7 +28,7 @@ def main(arguments: list[str] | None = None) -> int:
     args = options.parse_args(arguments)
     prepare(needs_screen=False)
     load_qt()
-    from .failures import leave_out_noise
+    from .services.failures import leave_out_noise
 
     leave_out_noise()
     result = measure(args.recording, args.frames, args.workspace, args.clicks)
@@ -53,9 +53,9 @@ def measure(recording: Path, frames: int, workspace: str, clicks: int = 0) -> di
     from PySide6.QtCore import QSettings
     from PySide6.QtWidgets import QApplication
 
-    from .main_window import MainWindow
-    from .tasks.garbage import GarbageTimer
-    from .theme import apply_theme
+    from .services.tasks.garbage import GarbageTimer
+    from .shell.main_window import MainWindow
+    from .widgets.style.theme import apply_theme
 
     existing = QApplication.instance()
     app = existing if isinstance(existing, QApplication) else QApplication(["stereotrack"])

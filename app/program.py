@@ -16,14 +16,14 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.evaluation.summary import summarise, summarise_segments
 
-from .failures import FailureRelay, leave_out_noise, open_log
-from .icons import icon
-from .main_window import MainWindow, user_settings
-from .picture_file import write_picture
-from .presenters.runs import RunEntry
-from .tasks.garbage import GarbageTimer
-from .tasks.threaded import wait_for_threads
-from .theme import THEME_NAMES, ThemeName, apply_theme
+from .services.failures import FailureRelay, leave_out_noise, open_log
+from .services.tasks.garbage import GarbageTimer
+from .services.tasks.threaded import wait_for_threads
+from .session.runs import RunEntry
+from .shell.main_window import MainWindow, user_settings
+from .shell.picture_file import write_picture
+from .widgets.style.icons import icon
+from .widgets.style.theme import THEME_NAMES, ThemeName, apply_theme
 
 _LOOK_MS = 50
 _CALM_LOOKS = 4

@@ -78,7 +78,7 @@ def _check(args: Namespace, picture: Path | None) -> None:
         from stereotrack_core.project.database import check_header
         from stereotrack_core.recording.folder import open_recording
 
-        from .workspaces.names import check_workspace_name
+        from .shell.workspaces.names import check_workspace_name
 
         check_workspace_name(args.workspace)
         if args.path.is_file() and args.path.name != "recording.toml":

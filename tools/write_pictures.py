@@ -54,7 +54,7 @@ def _picture(
     recording: Path, runs: list[Path], workspace: str, picture: Path, panel: str = "runs"
 ) -> bool:
     from app.program import WindowProgram
-    from app.theme import apply_theme
+    from app.widgets.style.theme import apply_theme
 
     program = WindowProgram()
     apply_theme(program.app, "dark")

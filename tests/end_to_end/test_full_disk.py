@@ -133,7 +133,7 @@ def test_every_module_that_writes_files_is_tried():
         "stereotrack_core.cli.sweep_files": "a text of its own, tests/cli/test_sweep.py",
         "stereotrack_core.cli.reproduction.strips": "bytes of its own",
         "stereotrack_core.cli.reproduction.writing": "texts of its own",
-        "app.review_work": "a text of its own, tests/gui/test_review.py",
+        "app.features.review.review_work": "a text of its own, tests/gui/test_review.py",
     }
     by_commands = {"stereotrack_core.cli.benchmark", "stereotrack_core.cli.report"}
     text = Path(writers.__file__).read_text(encoding="utf-8")

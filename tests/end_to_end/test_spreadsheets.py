@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.presenters.limb_numbers import StretchNumbers, as_csv
+from app.features.review.limb_numbers import StretchNumbers, as_csv
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.cli.benchmark_tables import in_full
 from stereotrack_core.cli.sweep_files import table_of

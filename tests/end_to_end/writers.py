@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtGui import QPixmap
 
+from app.features.annotate.exchange.exporting import export_reference
 from app.pdf import write_pdf
-from app.picture_file import write_picture
-from app.presenters.exporting import export_reference
+from app.shell.picture_file import write_picture
 from stereotrack_core.annotation.click import Click, Visibility
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.reference import Reference

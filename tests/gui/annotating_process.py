@@ -17,8 +17,8 @@ from PySide6.QtCore import QPoint, QSettings, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from app.main_window import MainWindow
-from app.theme import apply_theme
+from app.shell.main_window import MainWindow
+from app.widgets.style.theme import apply_theme
 from stereotrack_core.annotation.landmark_set import NINE
 
 

@@ -18,9 +18,9 @@ import pytest
 from PySide6.QtCore import QSettings
 from PySide6.QtWidgets import QApplication
 
-from app.failures import FailureRelay
-from app.main_window import MainWindow
-from app.theme import apply_theme
+from app.services.failures import FailureRelay
+from app.shell.main_window import MainWindow
+from app.widgets.style.theme import apply_theme
 from stereotrack_core.simulation.make import simulate
 
 FRAMES = 8
@@ -145,7 +145,7 @@ def four(window, qtbot, four_views):
 @pytest.fixture
 def dark(qapp):
     """The dark theme's tokens, with the theme shown; the old theme comes back."""
-    from app.theme import apply_theme, chosen_theme, current_theme
+    from app.widgets.style.theme import apply_theme, chosen_theme, current_theme
 
     before = chosen_theme()
     apply_theme(qapp, "dark")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from app.presenters.runs import RunEntry, entry_of_run
+from app.session.runs import RunEntry, entry_of_run
 from stereotrack_core.body.angles import ALL_JOINTS, pose_of_state, state_names, state_of_pose
 from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.proportions import proportions_of

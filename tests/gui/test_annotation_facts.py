@@ -8,13 +8,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.presenters.blind_edits import second_reading
-from app.presenters.bone_lengths import bone_lengths
-from app.presenters.click_hints import HintQuestion, hints_of
-from app.presenters.landmark_rows import fit_words, landmark_rows, length_rows, limb_rows
-from app.presenters.live_fit import FitQuestion, Fitter
-from app.presenters.marks import FrameMarks, marks_of, predictions_in
-from app.presenters.swap_offers import SwapOffers
+from app.features.annotate.clicking.blind_edits import second_reading
+from app.features.annotate.clicking.bone_lengths import bone_lengths
+from app.features.annotate.clicking.click_hints import HintQuestion, hints_of
+from app.features.annotate.clicking.landmark_rows import (
+    fit_words,
+    landmark_rows,
+    length_rows,
+    limb_rows,
+)
+from app.features.annotate.clicking.live_fit import FitQuestion, Fitter
+from app.features.annotate.clicking.marks import FrameMarks, marks_of, predictions_in
+from app.features.annotate.clicking.swap_offers import SwapOffers
 from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Visibility
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.prediction import Prediction

@@ -14,7 +14,7 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QInputDialog
 
-from app.views.timeline_lanes import Mark
+from app.widgets.timeline.lanes import Mark
 from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.project.click_edits import PlaceClicks, SwapLandmarks
 from stereotrack_core.project.project import Project

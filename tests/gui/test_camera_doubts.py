@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.presenters.landmark_rows import fit_words as words_of_frame
+from app.features.annotate.clicking.landmark_rows import fit_words as words_of_frame
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.project.click_edits import DeleteClicks, PlaceClicks

@@ -9,7 +9,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QInputDialog
 
-from app.views.landmarks_panel import LandmarksPanel
+from app.widgets.tables.landmarks_panel import LandmarksPanel
 from stereotrack_core.annotation.click import UNCERTAIN, ClickKey, Visibility
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.project.project import Project

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import pytest
 from PySide6.QtCore import QCoreApplication
 
-from app.presenters import clouds
-from app.presenters.clouds import CloudPresenter
+from app.session import clouds
+from app.session.clouds import CloudPresenter
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.recording.folder import open_recording
 

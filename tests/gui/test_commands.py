@@ -7,9 +7,9 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog, QFileDialog
 
-from app.actions import ActionBook
-from app.command_palette import CommandPalette, match_rank
-from app.shortcut_editor import ShortcutEditor
+from app.services.actions import ActionBook
+from app.shell.command_palette import CommandPalette, match_rank
+from app.shell.shortcut_editor import ShortcutEditor
 
 pytestmark = pytest.mark.window
 
@@ -155,7 +155,9 @@ def test_mono_views_play_and_say_why_they_are_not_tracked(window, qtbot, shared_
 
 def test_something_wrong_inside_is_said_without_a_traceback(window, qtbot, failures, monkeypatch):
     failed = []
-    monkeypatch.setattr("app.failures.LOG.error", lambda *a, **k: failed.append(k["exc_info"][1]))
+    monkeypatch.setattr(
+        "app.services.failures.LOG.error", lambda *a, **k: failed.append(k["exc_info"][1])
+    )
     QTimer.singleShot(0, lambda: 1 / 0)
     qtbot.waitUntil(lambda: bool(failures), timeout=5_000)
     message = failures.pop()

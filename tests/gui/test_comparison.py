@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.presenters.comparison import compared, shown_beside_each_other
-from app.presenters.judgement import judged
-from app.presenters.runs import RunEntry, frames_of_run
-from app.presenters.truth import recorded_truth
-from app.theme import apply_theme
-from app.views.comparison_panel import ComparisonPanel
-from app.views.comparison_rows import ComparedCell, ComparedRow
+from app.session.comparison import compared, shown_beside_each_other
+from app.session.judgement import judged
+from app.session.runs import RunEntry, frames_of_run
+from app.session.truth import recorded_truth
+from app.widgets.style.theme import apply_theme
+from app.widgets.tables.comparison_panel import ComparisonPanel
+from app.widgets.tables.comparison_rows import ComparedCell, ComparedRow
 from stereotrack_core.body.angles import ALL_JOINTS, state_names
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import proportions_of

@@ -8,10 +8,10 @@ import pytest
 from PySide6.QtCore import QByteArray, QSettings
 from PySide6.QtWidgets import QMainWindow
 
-from app.main_window import MainWindow
 from app.program import stored_theme
-from app.stored import stored_bytes, stored_text, stored_texts
-from app.theme import THEME_NAMES
+from app.services.stored import stored_bytes, stored_text, stored_texts
+from app.shell.main_window import MainWindow
+from app.widgets.style.theme import THEME_NAMES
 from tests.reading.mutations import TOKENS, mutated_bytes, mutated_lines
 
 VALUES = (

@@ -7,9 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from app.presenters.curves import lanes_of
-from app.presenters.judgement import MEASURED_LIMBS, Judgement, doubts
-from app.presenters.status import frame_words, number_rows
+from app.features.review.curves import lanes_of
+from app.session.judgement import MEASURED_LIMBS, Judgement, doubts
+from app.shell.status import frame_words, number_rows
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import hanging_pose
 from stereotrack_core.depth.cloud import Cloud

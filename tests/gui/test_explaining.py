@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.presenters.explaining import Explained, cameras_of, circumstances, content_of, poses
-from app.presenters.judgement import judged
-from app.presenters.limb_numbers import as_csv, numbers_of, stretches_of
-from app.presenters.runs import entry_of_run
-from app.presenters.truth import recorded_truth
+from app.features.review.explaining import Explained, cameras_of, circumstances, content_of, poses
+from app.features.review.limb_numbers import as_csv, numbers_of, stretches_of
+from app.session.judgement import judged
+from app.session.runs import entry_of_run
+from app.session.truth import recorded_truth
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.folder import open_recording

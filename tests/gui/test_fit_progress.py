@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 from PySide6.QtTest import QTest
 
-from app.presenters import reference_work
-from app.presenters.fitting import how_far
-from app.tasks.helper_process import HelperProcess
+from app.features.annotate.filling import reference_work
+from app.features.annotate.filling.fitting import how_far
+from app.services.tasks.helper_process import HelperProcess
 from tests.gui.hands import LEFT, annotate_all
 
 pytestmark = pytest.mark.window

@@ -74,7 +74,9 @@ def opened_without_harm(window, qtbot, path) -> str:
 
 @pytest.mark.parametrize("statements", [*VALUES, SCHEMA[0], SCHEMA[3], SCHEMA[4], SCHEMA[5]])
 def test_the_window_says_what_is_wrong(window, qtbot, whole, monkeypatch, statements):
-    monkeypatch.setattr("app.project_work.QFileDialog.getExistingDirectory", lambda *_: "")
+    monkeypatch.setattr(
+        "app.features.project.project_work.QFileDialog.getExistingDirectory", lambda *_: ""
+    )
     path = whole.with_name("spoilt.stereotrack")
     shutil.copyfile(whole, path)
     with closing(sqlite3.connect(path)) as database:
@@ -91,7 +93,9 @@ def test_the_window_says_what_is_wrong(window, qtbot, whole, monkeypatch, statem
 
 @pytest.mark.slow
 def test_a_hundred_spoilt_projects_in_one_window(window, qtbot, whole, monkeypatch):
-    monkeypatch.setattr("app.project_work.QFileDialog.getExistingDirectory", lambda *_: "")
+    monkeypatch.setattr(
+        "app.features.project.project_work.QFileDialog.getExistingDirectory", lambda *_: ""
+    )
     for seed in range(100):
         path = whole.with_name(f"spoilt-{seed}.stereotrack")
         spoil(whole, path, seed)

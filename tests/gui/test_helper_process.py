@@ -12,8 +12,8 @@ from contextlib import suppress
 
 import pytest
 
-from app.tasks import helper_process
-from app.tasks.helper_process import HelperProcess
+from app.services.tasks import helper_process
+from app.services.tasks.helper_process import HelperProcess
 from stereotrack_core.errors import InputError
 
 

@@ -5,11 +5,11 @@ import re
 import numpy as np
 import pytest
 
-from app.presenters.inside_contents import content_of
-from app.presenters.inside_drawing import drawing_of
-from app.presenters.inside_numbers import states_of
-from app.presenters.inside_steps import name_of, same_step, steps_of
-from app.views.diverging import SHADES, shade_of
+from app.features.inspect.inside_contents import content_of
+from app.features.inspect.inside_drawing import drawing_of
+from app.features.inspect.inside_numbers import states_of
+from app.features.inspect.inside_steps import name_of, same_step, steps_of
+from app.widgets.style.diverging import SHADES, shade_of
 from stereotrack_core.tracking.inside.look import look_inside
 from tests.tracking.inside.test_look_inside import followed
 

@@ -6,9 +6,9 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QLabel, QMessageBox, QToolTip, QWidget
 
-from app.failures import Message
-from app.views.message_bar import MessageBar
-from app.views.plots import label_axis, new_plot
+from app.services.failures import Message
+from app.widgets.forms.message_bar import MessageBar
+from app.widgets.plots.plots import label_axis, new_plot
 
 NAME = "<img src='x'><b>N</b>"
 

@@ -12,8 +12,8 @@ from PySide6.QtGui import QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox
 
-from app.main_window import MainWindow
-from app.presenters import project_file
+from app.session import project_file
+from app.shell.main_window import MainWindow
 from app.start import start
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.project.click_edits import place
@@ -211,7 +211,7 @@ def test_a_read_only_place_leads_to_the_documents(
 ):
     settings.remove("projects_folder")
     documents = tmp_path / "documents"
-    for module in ("stereotrack_core.project.whereabouts", "app.presenters.project_opening"):
+    for module in ("stereotrack_core.project.whereabouts", "app.session.project_opening"):
         monkeypatch.setattr(f"{module}.documents_folder", lambda: documents)
     monkeypatch.setattr("stereotrack_core.project.whereabouts.os.access", lambda *a: False)
     open_path(qtbot, window, folder)

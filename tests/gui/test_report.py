@@ -3,7 +3,7 @@
 import pytest
 
 from app.pdf import page_picture
-from app.presenters.runs import entry_of_run
+from app.session.runs import entry_of_run
 from stereotrack_core.tracking.pipeline import track
 from stereotrack_core.tracking.presets import preset
 

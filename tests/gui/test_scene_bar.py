@@ -6,8 +6,8 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QToolButton
 
-from app.commands.view_menu import SCENE_LAYERS
-from app.views.scene_content import LAYERS
+from app.features.view.view_menu import SCENE_LAYERS
+from app.widgets.scene.content import LAYERS
 
 pytestmark = pytest.mark.window
 

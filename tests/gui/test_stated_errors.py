@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.presenters.comparison import compared
-from app.presenters.curves import lanes_of
-from app.presenters.judgement import judged
-from app.presenters.runs import RunEntry, entry_of_run
-from app.presenters.stated_errors import heading_words, score_words
-from app.presenters.status import number_rows
-from app.presenters.truth import project_truth, recorded_truth
-from app.views.error_plot import ErrorPlot
+from app.features.review.curves import lanes_of
+from app.session.comparison import compared
+from app.session.judgement import judged
+from app.session.runs import RunEntry, entry_of_run
+from app.session.stated_errors import heading_words, score_words
+from app.session.truth import project_truth, recorded_truth
+from app.shell.status import number_rows
+from app.widgets.plots.error_plot import ErrorPlot
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.reference_quality import reference_quality

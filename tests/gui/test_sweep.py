@@ -8,8 +8,12 @@ from PySide6.QtCore import QPoint, QSettings, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from app.presenters import sweeps as sweeps_module
-from app.presenters.sweep_plan import (
+from app.features.sweep import dialog as dialog_module
+from app.features.sweep import sweeps as sweeps_module
+from app.features.sweep.dialog import SweepDialog
+from app.features.sweep.points import SweepPoints
+from app.features.sweep.results import SweepResults
+from app.features.sweep.sweep_plan import (
     PointsWish,
     SweepWish,
     count_of_wish,
@@ -17,13 +21,9 @@ from app.presenters.sweep_plan import (
     hint_for,
     measured_seconds,
 )
-from app.presenters.sweeps import SweepNow, SweepPresenter
-from app.sweeping import dialog as dialog_module
-from app.sweeping.dialog import SweepDialog
-from app.sweeping.points import SweepPoints
-from app.sweeping.results import SweepResults
-from app.tasks.task import TaskList
-from app.views.sweep_values import SweepValues
+from app.features.sweep.sweeps import SweepNow, SweepPresenter
+from app.services.tasks.task import TaskList
+from app.widgets.forms.sweep_values import SweepValues
 from stereotrack_core.cli.sweep_files import SweepPlaces, SweepState, SweepStore
 from stereotrack_core.errors import InputError
 

@@ -10,9 +10,9 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from app.presenters import tracking
-from app.presenters.runs import RunList
-from app.presenters.tracking import TrackPresenter
+from app.session import tracking
+from app.session.runs import RunList
+from app.session.tracking import TrackPresenter
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.tracking.pipeline import Pipeline, track
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from PySide6.QtCore import QSettings, Qt
 
-from app.main_window import MainWindow
+from app.shell.main_window import MainWindow
 from stereotrack_core.project.project import Project
 from tests.gui.hands import key, view
 

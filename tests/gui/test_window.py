@@ -9,8 +9,8 @@ from PySide6.QtGui import QDropEvent, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from app.views.camera_view import CameraView
-from app.workspaces.layout import WORKSPACES
+from app.shell.workspaces.layout import WORKSPACES
+from app.widgets.camera.camera_view import CameraView
 
 pytestmark = pytest.mark.window
 

@@ -16,8 +16,8 @@ os.environ["QT_QPA_PLATFORM"] = "offscreen"
 from PySide6.QtCore import QSettings
 from PySide6.QtWidgets import QApplication
 
-from app.main_window import MainWindow
-from app.theme import apply_theme
+from app.shell.main_window import MainWindow
+from app.widgets.style.theme import apply_theme
 from stereotrack_core.tracking.presets import preset
 
 

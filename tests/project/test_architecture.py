@@ -143,10 +143,10 @@ WRITES_BY_ITSELF = {
     "stereotrack_core/recording/video_file.py": {"open"},  # to a temporary file, and read back
     "stereotrack_core/cli/arguments.py": {"TemporaryFile"},  # whether one can be made there
     "app/pdf.py": {"QPdfWriter"},
-    "app/picture_file.py": {"save"},
-    "app/tuning/preset_work.py": {"save"},  # a preset, into the project
-    "app/presenters/fit_job.py": {"write_text"},  # how far it is, for the window
-    "app/presenters/sweeps.py": {"touch", "TemporaryFile"},  # a sign to stop; what it says
+    "app/shell/picture_file.py": {"save"},
+    "app/features/tune/preset_work.py": {"save"},  # a preset, into the project
+    "app/features/annotate/filling/fit_job.py": {"write_text"},  # how far it is, for the window
+    "app/features/sweep/sweeps.py": {"touch", "TemporaryFile"},  # a sign to stop; what it says
 }
 """What does not go through :mod:`stereotrack_core.atomic`, and need not."""
 

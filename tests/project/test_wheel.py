@@ -125,8 +125,8 @@ def test_site_packages_gets_no_folder_of_a_common_name(installed):
 WHERE_THINGS_ARE = """
 import stereotrack_app, stereotrack_core
 from PySide6.QtWidgets import QApplication
-from stereotrack_app.icons import icon, icon_names
-from stereotrack_app.resource_files import resource_folder
+from stereotrack_app.widgets.style.icons import icon, icon_names
+from stereotrack_app.widgets.style.resource_files import resource_folder
 
 application = QApplication([])
 print(stereotrack_app.__file__, stereotrack_core.__file__, resource_folder(), sep="\\n")

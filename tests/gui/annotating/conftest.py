@@ -110,7 +110,7 @@ def project(recording) -> Iterator[Project]:
 @pytest.fixture
 def tasks(qapp):
     """Work in the background, ended with the test."""
-    from app.tasks.task import TaskList
+    from app.services.tasks.task import TaskList
 
     made = TaskList()
     yield made

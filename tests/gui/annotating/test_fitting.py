@@ -8,10 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.presenters import reference_work
-from app.presenters.fitting import FITTED, FitOrder, around, fit_process, fit_recording
-from app.presenters.reference_work import ReferenceWork, read_reference
-from app.tasks.task import TaskList
+from app.features.annotate.filling import reference_work
+from app.features.annotate.filling.fitting import (
+    FITTED,
+    FitOrder,
+    around,
+    fit_process,
+    fit_recording,
+)
+from app.features.annotate.filling.reference_work import ReferenceWork, read_reference
+from app.services.tasks.task import TaskList
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.errors import InputError

@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 import pytest
 
-from app.annotating.predicting import accept_from
-from app.presenters.following import follow_selection
-from app.presenters.selection import Selection
+from app.features.annotate.filling.following import follow_selection
+from app.features.annotate.filling.predicting import accept_from
+from app.features.annotate.selection import Selection
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.prefill import FOLLOWING
 from stereotrack_core.errors import Cancelled, InputError

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 
-from app.presenters.history import HistoryPresenter
-from app.views.history_model import HistoryModel
-from app.views.history_panel import HistoryPanel
+from app.features.annotate.history import HistoryPresenter
+from app.widgets.tables.history_model import HistoryModel
+from app.widgets.tables.history_panel import HistoryPanel
 from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.project.click_edits import MoveClicks, place
 from stereotrack_core.project.entries import SaveEntry

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QObject
 
-from app.annotating import dialogs
-from app.annotating.dialogs import AnnotationDialogs
-from app.presenters.importing import LabelFile
-from app.tasks.task import TaskList
+from app.features.annotate import dialogs
+from app.features.annotate.dialogs import AnnotationDialogs
+from app.features.annotate.exchange.importing import LabelFile
+from app.services.tasks.task import TaskList
 from stereotrack_core.recording.landmark_csv import write_landmarks
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 

@@ -7,8 +7,8 @@ from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QApplication, QColorDialog, QComboBox, QLineEdit
 
-from app.annotating.landmark_set_dialog import LandmarkSetDialog
-from app.presenters.landmark_sets import LandmarkSets, sketch_of
+from app.features.annotate.setup.landmark_set_dialog import LandmarkSetDialog
+from app.features.annotate.setup.landmark_sets import LandmarkSets, sketch_of
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.project.click_edits import PlaceClicks
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 
-from app.presenters import next_clicks
-from app.presenters.next_clicks import NextPresenter
-from app.views.next_panel import NextPanel, SuggestionModel
+from app.features.annotate import next_clicks
+from app.features.annotate.next_clicks import NextPresenter
+from app.widgets.tables.next_panel import NextPanel, SuggestionModel
 from stereotrack_core.annotation.fit.results import CLICKED, INTERPOLATED, TrajectoryFit
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.limb_axes import limb_sigma_deg

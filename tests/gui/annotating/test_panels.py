@@ -8,20 +8,20 @@ from PySide6.QtCore import QPoint, QSettings, Qt
 from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import QInputDialog, QMainWindow, QVBoxLayout, QWidget
 
-from app.actions import ActionBook
-from app.annotating.agreement_dialog import AgreementDialog
-from app.annotating.commands import add_commands
-from app.annotating.export_dialog import ExportDialog
-from app.annotating.import_dialog import ImportDialog
-from app.annotating.panels import AnnotationPanels
-from app.annotating.subject_dialog import SubjectDialog
-from app.annotating.take_in_dialog import TakeInDialog
-from app.presenters.importing import LabelFile
-from app.tasks.task import TaskList
-from app.views.lane_filter import LaneFilter
-from app.views.timeline_lanes import Mark
-from app.views.timeline_painting import RULER_HEIGHT
-from app.views.timeline_view import TimelineView
+from app.features.annotate.commands import add_commands
+from app.features.annotate.exchange.agreement_dialog import AgreementDialog
+from app.features.annotate.exchange.export_dialog import ExportDialog
+from app.features.annotate.exchange.import_dialog import ImportDialog
+from app.features.annotate.exchange.importing import LabelFile
+from app.features.annotate.exchange.take_in_dialog import TakeInDialog
+from app.features.annotate.panels import AnnotationPanels
+from app.features.annotate.setup.subject_dialog import SubjectDialog
+from app.services.actions import ActionBook
+from app.services.tasks.task import TaskList
+from app.widgets.timeline.lane_filter import LaneFilter
+from app.widgets.timeline.lanes import Mark
+from app.widgets.timeline.painting import RULER_HEIGHT
+from app.widgets.timeline.timeline_view import TimelineView
 from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.interop.clicks_csv import read_clicks, write_clicks

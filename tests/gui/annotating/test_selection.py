@@ -6,8 +6,8 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 
-from app.presenters.annotation_lanes import GAP
-from app.presenters.selection import (
+from app.features.annotate.annotation_lanes import GAP
+from app.features.annotate.selection import (
     Selection,
     clear_clicks,
     flag_frames,
@@ -21,8 +21,8 @@ from app.presenters.selection import (
     unflag_frames,
     unmark_gap,
 )
-from app.views.annotation_bar import AnnotationBar
-from app.views.lane_filter import LaneFilter
+from app.widgets.timeline.annotation_bar import AnnotationBar
+from app.widgets.timeline.lane_filter import LaneFilter
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.click_edits import PlaceClicks

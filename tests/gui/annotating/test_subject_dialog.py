@@ -7,8 +7,8 @@ from dataclasses import replace
 import pytest
 from PySide6.QtCore import Qt
 
-from app.annotating.subject_dialog import SubjectDialog
-from app.presenters.subjects import Subjects
+from app.features.annotate.setup.subject_dialog import SubjectDialog
+from app.features.annotate.setup.subjects import Subjects
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.project.click_edits import PlaceClicks
 from stereotrack_core.recording.description import Subject

@@ -9,10 +9,10 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 
-from app.annotating.agreement_dialog import AgreementDialog
-from app.presenters.agreement import agreement_report
-from app.presenters.blind_repeats import BlindRepeats, Repeat
-from app.views.repeat_bar import RepeatBar
+from app.features.annotate.clicking.blind_repeats import BlindRepeats, Repeat
+from app.features.annotate.exchange.agreement import agreement_report
+from app.features.annotate.exchange.agreement_dialog import AgreementDialog
+from app.widgets.forms.repeat_bar import RepeatBar
 from stereotrack_core.annotation.agreement import differences
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.project.click_edits import PlaceClicks, PlaceRepeats

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from app.presenters.runs import entry_of_run
+from app.session.runs import entry_of_run
 from stereotrack_core.recording.folder import open_recording
 from tests.gui.made_runs import made_run
 

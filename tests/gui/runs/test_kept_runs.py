@@ -12,9 +12,9 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from app.presenters.judgement import judged
-from app.presenters.runs import RunEntry, entry_of_run
-from app.runs import keeper
+from app.features.track import keeper
+from app.session.judgement import judged
+from app.session.runs import RunEntry, entry_of_run
 from stereotrack_core.project.runs import keep_run, kept_runs, load_run
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repeating import sameness

@@ -2,7 +2,7 @@
 
 import pytest
 
-from app.presenters.runs import entry_of_run
+from app.session.runs import entry_of_run
 from stereotrack_core.interop.run_file import read_run, write_run
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.tracking.pipeline import track

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import pytest
 from PySide6.QtCore import QCoreApplication
 
-from app.tasks.shared import Shared
-from app.tuning import runner
-from app.tuning.runner import Request, TrialRunner, Trials
+from app.features.tune import runner
+from app.features.tune.runner import Request, TrialRunner, Trials
+from app.services.tasks.shared import Shared
 
 PATIENCE_S = 300.0
 A_MOMENT_S = 0.2

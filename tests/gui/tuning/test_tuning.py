@@ -8,8 +8,8 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from app.tuning import runner
-from app.tuning.dialogs import NameDialog
+from app.features.tune import runner
+from app.features.tune.dialogs import NameDialog
 from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.tracking.presets import preset, read_preset
 from stereotrack_core.tracking.tuning.attempt import AttemptPipeline

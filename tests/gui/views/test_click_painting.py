@@ -6,8 +6,8 @@ import pytest
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QTransform
 
-from app.views.click_marks import ClickMark, ClickMarks
-from app.views.click_painting import paint_marks
+from app.widgets.camera.click_marks import ClickMark, ClickMarks
+from app.widgets.camera.click_painting import paint_marks
 
 BLUE, ORANGE = "#0072B2", "#D55E00"
 

@@ -6,12 +6,12 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QLabel, QToolButton
 
-from app.limb_colours import EXTRA_COLOURS, LIMB_COLOURS
-from app.theme import apply_theme, current_theme
-from app.views.error_curves import Curve, next_crossing, thinned
-from app.views.error_plot import ErrorPlot
-from app.views.timeline_lanes import Lane
-from app.views.timeline_view import TimelineView
+from app.widgets.plots.error_curves import Curve, next_crossing, thinned
+from app.widgets.plots.error_plot import ErrorPlot
+from app.widgets.style.limb_colours import EXTRA_COLOURS, LIMB_COLOURS
+from app.widgets.style.theme import apply_theme, current_theme
+from app.widgets.timeline.lanes import Lane
+from app.widgets.timeline.timeline_view import TimelineView
 from stereotrack_core.body.limbs import LIMBS
 
 LEFT = Qt.MouseButton.LeftButton

@@ -5,8 +5,8 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from app.views.heat_map import HeatMapView
-from app.views.inside_content import HeatMap
+from app.widgets.plots.heat_map import HeatMapView
+from app.widgets.plots.inside_content import HeatMap
 
 VALUES = np.array([[1.0, 0.0, -1.0, 0.5], [0.0, 0.0, 0.0, -0.5]])
 

@@ -2,8 +2,8 @@ import pytest
 from PySide6.QtCore import QItemSelectionModel, Qt
 from PySide6.QtGui import QGuiApplication
 
-from app.limb_colours import LIMB_COLOURS
-from app.views.numbers_panel import NumbersPanel
+from app.widgets.style.limb_colours import LIMB_COLOURS
+from app.widgets.tables.numbers_panel import NumbersPanel
 
 ROWS = [
     ("", "torso position", "67 mm", "against the reference"),

@@ -7,7 +7,7 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QImage, QPainter
 
-from app.views.overlays import Overlay, PartShape, limb_paths, paint_overlay
+from app.widgets.camera.overlays import Overlay, PartShape, limb_paths, paint_overlay
 from stereotrack_core.recording.landmarks import LANDMARKS
 
 SIDE = 200

@@ -5,7 +5,7 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QLabel
 
-from app.views.parameter_panel import ParameterPanel
+from app.widgets.forms.parameter_panel import ParameterPanel
 from stereotrack_core.parameters import ParameterGroup, parameter
 from stereotrack_core.tracking.presets import PRESETS, preset
 

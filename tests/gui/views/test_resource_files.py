@@ -1,6 +1,6 @@
 import pytest
 
-from app import resource_files
+from app.widgets.style import resource_files
 
 
 def test_checkout_has_resources_at_the_top():

@@ -5,13 +5,13 @@ import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QColor, QKeyEvent, QWheelEvent
 
-from app.limb_colours import LIMB_COLOURS
-from app.theme import apply_theme
-from app.views import scene_view as scene_view_module
-from app.views.scene_content import LAYERS, Ellipsoid, SceneContent
-from app.views.scene_orbit import Orbit
-from app.views.scene_view import SceneView
-from app.views.scene_window import SceneUnavailable
+from app.widgets.scene import scene_view as scene_view_module
+from app.widgets.scene.content import LAYERS, Ellipsoid, SceneContent
+from app.widgets.scene.orbit import Orbit
+from app.widgets.scene.scene_view import SceneView
+from app.widgets.scene.window import SceneUnavailable
+from app.widgets.style.limb_colours import LIMB_COLOURS
+from app.widgets.style.theme import apply_theme
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.mesh import body_mesh
 from stereotrack_core.body.model import body_model, landmarks

@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.views.scene_orbit import Orbit
+from app.widgets.scene.orbit import Orbit
 
 ROOT = Path(__file__).resolve().parents[3]
 RENDER = """
 import numpy as np
-from app.views.scene_orbit import Orbit
-from app.views.scene_window import SceneUnavailable, SceneWindow
+from app.widgets.scene.orbit import Orbit
+from app.widgets.scene.window import SceneUnavailable, SceneWindow
 try:
     window = SceneWindow()
     window.set_background("#ff0000", "#ff0000")

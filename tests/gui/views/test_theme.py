@@ -15,10 +15,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.icons import icon, icon_names, set_icon
-from app.limb_colours import LANDMARK_LIMBS, LIMB_COLOURS, limb_rgb, limb_words
-from app.resource_files import resource_path
-from app.theme import apply_theme, chosen_theme, current_theme, load_theme
+from app.widgets.style.icons import icon, icon_names, set_icon
+from app.widgets.style.limb_colours import LANDMARK_LIMBS, LIMB_COLOURS, limb_rgb, limb_words
+from app.widgets.style.resource_files import resource_path
+from app.widgets.style.theme import apply_theme, chosen_theme, current_theme, load_theme
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.recording.landmarks import LANDMARKS
 

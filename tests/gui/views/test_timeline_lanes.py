@@ -3,10 +3,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.theme import load_theme
-from app.views.timeline_lanes import Lane, Mark, Pyramid, Span, covered_columns
-from app.views.timeline_scale import TimelineScale
-from app.views.timeline_strips import heat_colours, rgba, strip_pixels
+from app.widgets.style.theme import load_theme
+from app.widgets.timeline.lanes import Lane, Mark, Pyramid, Span, covered_columns
+from app.widgets.timeline.scale import TimelineScale
+from app.widgets.timeline.strips import heat_colours, rgba, strip_pixels
 
 THEME = load_theme("dark")
 

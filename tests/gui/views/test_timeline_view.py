@@ -6,11 +6,11 @@ import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
 
-from app.limb_colours import LIMB_COLOURS
-from app.theme import apply_theme
-from app.views.timeline_lanes import Lane, Mark, Span
-from app.views.timeline_painting import RULER_HEIGHT
-from app.views.timeline_view import TimelineView
+from app.widgets.style.limb_colours import LIMB_COLOURS
+from app.widgets.style.theme import apply_theme
+from app.widgets.timeline.lanes import Lane, Mark, Span
+from app.widgets.timeline.painting import RULER_HEIGHT
+from app.widgets.timeline.timeline_view import TimelineView
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.recording.landmarks import LANDMARKS
 

@@ -1,1 +1,0 @@
-"""Annotation in the window: its panels and dialogs around an open project."""

@@ -1,1 +1,0 @@
-"""The episodes of the active run in the window: found, listed, shown, exported."""

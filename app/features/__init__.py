@@ -1,0 +1,1 @@
+"""What a person does with the workbench, a room for each kind of work."""

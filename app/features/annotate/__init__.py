@@ -1,0 +1,1 @@
+"""Annotate: landmarks by clicks, and everything that helps with them."""

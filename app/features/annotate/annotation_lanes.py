@@ -1,0 +1,291 @@
+"""What the timeline shows of an annotation: a lane per landmark and two per limb."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Sequence
+from typing import TypeAlias
+
+import numpy as np
+
+from stereotrack_core.annotation.click import ClickKey
+from stereotrack_core.annotation.landmark_set import LandmarkSet
+from stereotrack_core.annotation.progress import LaneState, Seen, lane_states
+from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.project.history import Changed
+from stereotrack_core.project.project import Project
+from stereotrack_core.project.references import Reference
+from stereotrack_core.project.schema import CLICK
+
+from ...widgets.style.limb_colours import LIMB_COLOURS, limb_words
+from ...widgets.timeline.lane_filter import KINDS, LaneFilter
+from ...widgets.timeline.lanes import Lane, Mark, MarkArray
+
+GAP = "gap"
+"""Kind of the flag on frames over which nothing is interpolated."""
+FULL_SIGMA_DEG = 15.0
+"""Uncertainty that is shown in a lane's full colour."""
+FULL_RESIDUAL_PX = 10.0
+"""Residual that is shown in a lane's full colour."""
+_TABLES = frozenset({"click", "frame_flag", "keyframe"})
+_MOST_QUERIES = 64
+
+_MARKS = np.zeros(len(LaneState), dtype=np.uint8)
+_MARKS[LaneState.MISSING] = Mark.NONE
+_MARKS[LaneState.FILLED] = Mark.INTERPOLATED
+_MARKS[LaneState.PARTLY] = Mark.PARTLY
+_MARKS[LaneState.CLICKED] = Mark.CLICKED
+_MARKS[LaneState.FLAGGED] = Mark.FLAGGED
+
+_Flags: TypeAlias = dict[int, list[str]]
+
+
+class AnnotationLanes:
+    """Lanes of a project's clicks and of the trajectory that was fitted to them.
+
+    A change of some frames reads these frames again, and makes the lanes anew that differ.
+
+    Parameters
+    ----------
+    project : Project
+    frames : int
+        Number of frames F of the recording.
+    cameras : int
+        Number of cameras that people click in.
+    """
+
+    def __init__(self, project: Project, frames: int, cameras: int) -> None:
+        self._project = project
+        self._frames = frames
+        self._enough = max(1, min(2, cameras))
+        self._limbs: dict[str, tuple[Lane, ...]] = {"uncertainty": (), "residual": ()}
+        self._filled: BoolArray = np.zeros(frames, dtype=np.bool_)
+        self._mistakes: set[ClickKey] = set()
+        self._residuals: FloatArray | None = None
+        self.read_again()
+
+    @property
+    def landmark_set(self) -> LandmarkSet:
+        """The landmarks that have a lane."""
+        return self._set
+
+    def read_again(self) -> None:
+        """Read everything anew, as after another set of landmarks was chosen."""
+        self._set = self._project.landmark_set()
+        self._read_flags()
+        self._read_keyframes()
+        self._base: MarkArray = np.zeros((len(self._set.names), self._frames), dtype=np.uint8)
+        self._marks = [np.zeros(self._frames, np.uint8) for _ in self._set.names]
+        self._lanes: list[Lane | None] = [None] * len(self._marks)
+        self._read(0, self._frames)
+
+    def follow(self, changed: Changed) -> bool:
+        """Take over what has changed in the project; whether a lane may be different now."""
+        if "landmark_set" in changed.tables or "choice" in changed.tables:
+            self.read_again()
+            return True
+        if not changed.tables & _TABLES:
+            return False
+        if "frame_flag" in changed.tables:
+            self._read_flags()
+        if "keyframe" in changed.tables:
+            self._read_keyframes()
+        edited = {change.key for change in changed.changes if change.table is CLICK}
+        self._mistakes = {key for key in self._mistakes if key not in edited}
+        frames = sorted(set().union(*(changed.frames(table) for table in _TABLES)))
+        for first, end in _stretches(frames):
+            self._read(first, min(end, self._frames))
+        return True
+
+    def show_reference(
+        self,
+        reference: Reference | None,
+        residuals: FloatArray | None = None,
+        mistakes: Iterable[ClickKey] = (),
+    ) -> None:
+        """Show how certain the fitted trajectory is, and which frames it has filled in.
+
+        Parameters
+        ----------
+        reference : Reference or None
+        residuals : (F, 6) float64, optional
+            Root mean square over the clicks of each limb, pixels, NaN where there is none.
+        mistakes : iterable of ClickKey
+            Clicks that look like gross mistakes; they are flagged until they are edited.
+        """
+        self._mistakes = set(mistakes)
+        self._filled = np.zeros(self._frames, dtype=np.bool_)
+        sigma = None
+        if reference is not None:
+            inside = reference.frame < self._frames
+            frame = reference.frame[inside]
+            if reference.filled is not None:
+                known = np.isfinite(reference.points).any(axis=(1, 2))
+                self._filled[frame] = (reference.filled & known)[inside]
+            if reference.limb_sigma_deg is not None:
+                sigma = np.full((self._frames, len(LIMBS)), np.nan)
+                sigma[frame] = reference.limb_sigma_deg[inside]
+        self._residuals = residuals
+        self._limbs = {
+            "uncertainty": _heat(sigma, "{} ±", "±", FULL_SIGMA_DEG, "°"),
+            "residual": _residual_lanes(residuals),
+        }
+        self._dress(0, self._frames)
+
+    def change_residuals(self, frames: Sequence[int], values: FloatArray) -> None:
+        """Show other residuals (K, 6) in pixels at K frames; elsewhere they stay."""
+        if self._residuals is not None:
+            self._residuals = self._residuals.copy()
+            self._residuals[list(frames)] = values
+            self._limbs["residual"] = _residual_lanes(self._residuals)
+
+    def lanes(self, chosen: LaneFilter) -> tuple[Lane, ...]:
+        """The lanes that a filter lets through; unchanged ones are the same objects as before."""
+        shown = [
+            self._lane(place)
+            for place, name in enumerate(self._set.names)
+            if "landmarks" in chosen.kinds
+            and name not in chosen.hidden
+            and not (chosen.only_flagged and not self._flagged_at(place).any())
+        ]
+        if not chosen.only_flagged:
+            for kind in KINDS[1:]:
+                if kind in chosen.kinds:
+                    shown += [lane for lane in self._limbs[kind] if lane.id not in chosen.hidden]
+        return tuple(shown)
+
+    def flagged_frames(self) -> IntArray:
+        """Frames (K,) in which a landmark is flagged, ascending."""
+        flagged = [self._flagged_at(place) for place in range(len(self._marks))]
+        return np.flatnonzero(np.any(flagged, axis=0))
+
+    def next_flagged(self, frame: int, *, backwards: bool = False) -> int | None:
+        """The next (previous) frame in which a landmark is flagged; None where there is none."""
+        found = self.flagged_frames()
+        found = found[found < frame][-1:] if backwards else found[found > frame][:1]
+        return int(found[0]) if len(found) else None
+
+    def clicked_landmarks(self, frame: int) -> tuple[str, ...]:
+        """Landmarks that count as clicked at a frame."""
+        return tuple(
+            name
+            for name, marks in zip(self._set.names, self._marks, strict=True)
+            if marks[frame] == Mark.CLICKED
+        )
+
+    def _flagged_at(self, place: int) -> BoolArray:
+        flagged: BoolArray = self._marks[place] == Mark.FLAGGED
+        return flagged
+
+    def _lane(self, place: int) -> Lane:
+        lane = self._lanes[place]
+        if lane is None:
+            landmark = self._set.landmarks[place]
+            marks = self._marks[place]
+            lane = Lane(landmark.label, landmark.colour, "marks", marks, key=landmark.name)
+            self._lanes[place] = lane
+        return lane
+
+    def _read_flags(self) -> None:
+        self._flags: _Flags = {}
+        self._gaps: _Flags = {}
+        for flag in self._project.marks.flags():
+            kind = self._gaps if flag.kind == GAP else self._flags
+            kind.setdefault(flag.frame, []).append(flag.landmark)
+
+    def _read_keyframes(self) -> None:
+        keyframes = [one.frame for one in self._project.marks.keyframes()]
+        self._keyframes = np.zeros(self._frames, dtype=np.bool_)
+        self._keyframes[[frame for frame in keyframes if frame < self._frames]] = True
+
+    def _read(self, first: int, end: int) -> None:
+        """Read the frames from `first` to before `end` from the project."""
+        if end > first:
+            seen = self._project.clicks.seen(first, end)
+            self._base[:, first:end] = self._marks_between(first, end, seen)
+            self._dress(first, end)
+
+    def _dress(self, first: int, end: int) -> None:
+        """Let marks say also what the fit has filled in, and what looks like a mistake."""
+        marks = self._base[:, first:end].copy()
+        marks[(marks == Mark.NONE) & self._filled[first:end]] = Mark.INTERPOLATED
+        places = {name: place for place, name in enumerate(self._set.names)}
+        for key in self._mistakes:
+            if first <= key.frame < end and key.landmark in places:
+                marks[places[key.landmark], key.frame - first] = Mark.FLAGGED
+        for place, new in enumerate(marks):
+            if (new != self._marks[place][first:end]).any():
+                # a lane's values are not changed once it was handed on
+                self._marks[place] = self._marks[place].copy()
+                self._marks[place][first:end] = new
+                self._lanes[place] = None
+
+    def _marks_between(self, first: int, end: int, seen: Sequence[Seen]) -> MarkArray:
+        """What people have said of these frames."""
+        count = end - first
+        here = [one._replace(frame=one.frame - first) for one in seen]
+        flags = _inside(self._flags, first, end)
+        states = lane_states(here, self._set.names, count, enough=self._enough, flags=flags)
+        marks = _MARKS[states]
+        wanted = self._keyframes[first:end].copy()
+        wanted[[one.frame for one in here]] = True
+        nothing = marks == Mark.NONE
+        marks[nothing & wanted] = Mark.MISSING
+        places = {name: place for place, name in enumerate(self._set.names)}
+        for one in here:  # somebody has looked and says that it is outside
+            lane = places.get(one.landmark)
+            if lane is not None and not one.positions and marks[lane, one.frame] == Mark.MISSING:
+                marks[lane, one.frame] = Mark.NONE
+        for frame, landmark in _inside(self._gaps, first, end):
+            lanes = slice(None) if not landmark else slice(*_one(places.get(landmark)))
+            column = marks[lanes, frame]
+            column[nothing[lanes, frame]] = Mark.GAP
+        return marks
+
+
+def _one(place: int | None) -> tuple[int, int]:
+    return (0, 0) if place is None else (place, place + 1)
+
+
+def _inside(flags: _Flags, first: int, end: int) -> list[tuple[int, str]]:
+    frames: Iterable[int] = flags if len(flags) < end - first else range(first, end)
+    return [
+        (frame - first, landmark)
+        for frame in frames
+        if first <= frame < end
+        for landmark in flags.get(frame, ())
+    ]
+
+
+def _stretches(frames: Collection[int]) -> list[tuple[int, int]]:
+    """Ascending frames as half-open stretches; all in one where they are many."""
+    if not frames:
+        return []
+    numbers = np.fromiter(frames, np.int64)
+    parts = np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1)
+    if len(parts) > _MOST_QUERIES:
+        return [(int(numbers[0]), int(numbers[-1]) + 1)]
+    return [(int(part[0]), int(part[-1]) + 1) for part in parts]
+
+
+def _residual_lanes(residuals: FloatArray | None) -> tuple[Lane, ...]:
+    return _heat(residuals, "{} px", "px", FULL_RESIDUAL_PX, "px")
+
+
+def _heat(
+    values: FloatArray | None, words: str, sign: str, full: float, unit: str
+) -> tuple[Lane, ...]:
+    if values is None:
+        return ()
+    return tuple(
+        Lane(
+            words.format(limb_words(limb)),
+            LIMB_COLOURS[limb],
+            "heat",
+            values[:, column],
+            full,
+            unit,
+            key=f"{limb} {sign}",
+        )
+        for column, limb in enumerate(LIMBS)
+    )

@@ -1,0 +1,1 @@
+"""Clicks in the views."""

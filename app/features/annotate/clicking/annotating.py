@@ -1,0 +1,442 @@
+"""Which landmark is being clicked, and what a click, a key or a drag does to the project."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import Literal
+
+from PySide6.QtCore import QObject, Signal, Slot
+
+from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Visibility
+from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
+from stereotrack_core.annotation.predict import ACCEPTED
+from stereotrack_core.annotation.prediction import Prediction
+from stereotrack_core.annotation.swaps import Swap
+from stereotrack_core.project.accept import AcceptPredictions
+from stereotrack_core.project.click_edits import (
+    DeleteClicks,
+    MarkClicks,
+    MoveClicks,
+    PlaceClicks,
+    SwapLandmarks,
+    place,
+)
+from stereotrack_core.project.edit import Edit, Together
+from stereotrack_core.project.history import Changed
+
+from ....session.document import DocumentPresenter
+from ....session.project_file import ProjectPresenter
+from .blind_edits import second_reading
+from .blind_repeats import BlindRepeats, Repeat
+from .choosing import Advance, Annotated, Choice, landmark_at_hand, next_landmark
+
+_CLICKS = frozenset({"click", "repeat_click"})
+
+
+class Annotating(QObject):
+    """The clicks of the frame that is shown, the choice, and the edits of both.
+
+    Parameters
+    ----------
+    document, project
+        Where the facts come from.
+    repeats : callable
+        What is being annotated again, blindly; None where that is not known.
+    camera : callable
+        Name of the camera whose image keys act on; empty where there is none.
+    cameras : callable
+        Names of all cameras whose images are shown.
+
+    Signals
+    -------
+    clicks_changed : ()
+        Other clicks are to be shown: another frame, an edit, another project. The choice may be
+        another one too.
+    choice_changed : ()
+        Nothing but the choice is another one.
+    said : str
+        A sentence about what was done or why it was not.
+    """
+
+    clicks_changed = Signal()
+    choice_changed = Signal()
+    said = Signal(str)
+
+    def __init__(
+        self,
+        document: DocumentPresenter,
+        project: ProjectPresenter,
+        repeats: Callable[[], BlindRepeats | None],
+        camera: Callable[[], str],
+        cameras: Callable[[], Sequence[str]],
+    ) -> None:
+        super().__init__()
+        self._document, self._project = document, project
+        self._repeats, self._camera, self._cameras = repeats, camera, cameras
+        self._set = NINE
+        self._facts: tuple[int, dict[ClickKey, Click]] | None = None
+        self._nudged: ClickKey | None = None
+        self._untold: set[str] | None = None
+        self._reading: tuple[int, Repeat | None] = (0, None)
+        self.advance: Advance = "landmark"
+        self.choice = Choice(NINE.names[0])
+        document.frame_changed.connect(self._on_frame)
+        project.changed.connect(self._on_changed)
+        project.opened.connect(self._on_project)
+        project.closed.connect(self._on_project)
+        project.history_moved.connect(self._on_history_moved)
+
+    # ---- facts
+
+    @property
+    def landmark_set(self) -> LandmarkSet:
+        """The landmarks that are clicked in this project."""
+        return self._set
+
+    def clicks(self) -> Mapping[ClickKey, Click]:
+        """Clicks of the frame that shall be shown, read once; blindly: those of this reading."""
+        frame = self._document.frame
+        if self._facts is None or self._facts[0] != frame:
+            project, repeat = self._project.project, self.repeat()
+            found: tuple[Click, ...] = ()
+            if project is not None and repeat is not None:
+                found = project.clicks.again_at(repeat.round, frame)
+            elif project is not None:
+                found = project.clicks.at(frame)
+            self._facts = (frame, {click.key: click for click in found})
+        return self._facts[1]
+
+    def repeat(self) -> Repeat | None:
+        """The second reading that is under way in the frame that shall be shown."""
+        repeats = self._repeats()
+        if repeats is None or not repeats.hides(self._document.frame):
+            return None
+        return repeats.active
+
+    @Slot()
+    def reread(self) -> None:
+        """Read the clicks again; nothing is in hand when a second reading begins or ends."""
+        with self._as_one():
+            self._facts = None
+            reading = (self._document.frame, self.repeat())
+            if reading != self._reading:
+                self._reading = reading
+                self._begin_reading()
+            self._follow()
+            self._tell("clicks")
+
+    def click_here(self) -> Click | None:
+        """The chosen landmark's click in the image that keys act on."""
+        return self.clicks().get(self.key_here())
+
+    def key_here(self) -> ClickKey:
+        """What a click of the chosen landmark in the image that keys act on is found by."""
+        return ClickKey(self._document.frame, self._camera(), self.choice.landmark)
+
+    def at_hand(self) -> Click | None:
+        """The click that keys act on: touched last, else the chosen landmark's here."""
+        touched = self.choice.touched
+        if touched is not None and touched in self.clicks():
+            return self.clicks()[touched]
+        return self.click_here()
+
+    def held(self) -> ClickKey | None:
+        """The click that arrow keys move."""
+        touched = self.choice.touched
+        return touched if self.choice.held and touched in self.clicks() else None
+
+    # ---- choosing
+
+    def next_in(self, camera: str) -> str | None:
+        """The landmark that the next click in a camera's image places; None: it places none."""
+        return next_landmark(self.choice, self.advance, self._annotated(), camera)
+
+    @Slot()
+    def follow(self) -> None:
+        """Another image is at hand: keys are about what the next click there places."""
+        with self._as_one():
+            self._follow()
+
+    def set_advance(self, advance: Advance) -> None:
+        """Let something else follow a click."""
+        self.advance = advance
+        with self._as_one():
+            self._follow()
+            self._tell("clicks")
+
+    def choose(self, landmark: str) -> None:
+        """Let the next click place this landmark, in whichever image."""
+        if landmark in self._set.names:
+            self._choose(Choice(landmark, asked=True))
+
+    def choose_next(self, by: int) -> None:
+        """Choose the landmark after (or before) the chosen one."""
+        names = self._set.names
+        self.choose(names[(names.index(self.choice.landmark) + by) % len(names)])
+
+    def pick(self, key: ClickKey) -> None:
+        """Take a click in hand: keys act on it, arrow keys move it."""
+        if key in self.clicks():
+            self._choose(Choice(key.landmark, key, held=True))
+
+    def pick_last(self) -> None:
+        """Take the click in hand that keys act on anyway."""
+        click = self.at_hand()
+        if click is not None and click.position is not None:
+            self.pick(click.key)
+
+    def let_go(self) -> None:
+        """Hold no click any more."""
+        with self._as_one():
+            self._choose(Choice(self.choice.landmark))
+            self._follow()
+
+    def shown_cameras(self) -> tuple[str, ...]:
+        """Cameras whose images are shown and take clicks."""
+        return tuple(self._cameras())
+
+    def _annotated(self) -> Annotated:
+        clicks, frame = self.clicks(), self._document.frame
+        return Annotated(self._set.names, clicks, frame, self.shown_cameras())
+
+    def _begin_reading(self) -> None:
+        """Begin another frame, or this one once more; only what the person chose stays."""
+        choice = self.choice
+        own = choice.asked or self.advance == "none"
+        landmark = choice.landmark if own else self._set.names[0]
+        again = choice.again
+        if again is not None and again.frame != self._document.frame:
+            again = None
+        self._choose(Choice(landmark, asked=choice.asked, again=again))
+
+    def _follow(self) -> None:
+        camera = self._camera()
+        if self.held() is None and camera:
+            landmark = landmark_at_hand(self.choice, self.advance, self._annotated(), camera)
+            if landmark is not None:
+                self._choose(replace(self.choice, landmark=landmark))
+
+    def _choose(self, choice: Choice) -> None:
+        self._nudged = None
+        if choice != self.choice:
+            self.choice = choice
+            self._tell("choice")
+
+    # ---- edits
+
+    def place(
+        self,
+        key: ClickKey,
+        position: tuple[float, float] | None,
+        visibility: Visibility = Visibility.SEEN,
+    ) -> None:
+        """Place a landmark; None: it is outside the image.
+
+        A click that is there already is moved only where the person has chosen its landmark.
+        """
+        with self._as_one():
+            click = Click(*key, position, visibility)
+            before = self._click_of(key)
+            if before is not None and not (self.choice.asked or self.advance == "none"):
+                label = key.landmark.replace("_", " ")
+                self.said.emit(f"The {label} is clicked there already. Drag it to move it.")
+                return
+            # the same click again changes nothing, and is as good
+            same = before is not None and before.says_the_same(click)
+            if self._edit(place(click)) or same:
+                self._advance_from(click.key)
+
+    def _click_of(self, key: ClickKey) -> Click | None:
+        """A click, also of a frame that is about to give way to another one."""
+        project = self._project.project
+        if key.frame == self._document.frame or project is None:
+            return self.clicks().get(key)
+        click = project.clicks.get(key)
+        return None if click is None or click.deleted else click
+
+    def move(self, key: ClickKey, position: tuple[float, float]) -> None:
+        """Move a click to another place; everything else that it says stays."""
+        with self._as_one():
+            click = self.clicks().get(key)
+            if click is None or click.position is None:
+                return
+            by = (position[0] - click.position[0], position[1] - click.position[1])
+            self._edit(_moved(click, by))
+            self.pick(key)
+
+    def nudge(self, x: float, y: float) -> None:
+        """Move the click in hand a little; several times in a row are one edit."""
+        key = self.held()
+        if key is not None:
+            again = self._nudged == key
+            self._edit(_moved(self.clicks()[key], (x, y)), continues=again)
+            self._nudged = key
+
+    def delete(self) -> None:
+        """Take away the click that keys act on, and choose its landmark again."""
+        with self._as_one():
+            click = self.at_hand()
+            if click is not None and self._edit(DeleteClicks((click.key,))):
+                self._choose(Choice(click.landmark, again=click.key))
+                self._follow()
+
+    def delete_everywhere(self) -> None:
+        """Take away the clicks of a landmark in all views of this frame."""
+        with self._as_one():
+            click = self.at_hand()
+            landmark = click.landmark if click is not None else self.choice.landmark
+            keys = tuple(key for key in self.clicks() if key.landmark == landmark)
+            if keys and self._edit(DeleteClicks(keys)):
+                self.choose(landmark)
+
+    def mark(self, visibility: Visibility) -> None:
+        """Say how the click that keys act on is seen.
+
+        What is outside the image is what the next click would place, unless a click is in hand:
+        the one that was placed last was in the image.
+        """
+        with self._as_one():
+            if visibility != Visibility.OUTSIDE:
+                click = self.at_hand()
+                if click is not None:
+                    self._edit(MarkClicks((click.key,), visibility=visibility))
+                return
+            key = self.held()
+            if key is None:
+                landmark = self.next_in(self._camera())
+                if landmark is None:
+                    self.said.emit("Take the click in hand that is outside: right click on it.")
+                    return
+                key = ClickKey(self._document.frame, self._camera(), landmark)
+            click = self.clicks().get(key)
+            if click is None or click.position is None:
+                self.place(key, None, Visibility.OUTSIDE)
+            elif self._edit(MarkClicks((key,), visibility=visibility)):
+                self._advance_from(key)
+
+    def toggle_doubt(self) -> None:
+        """Flag the click that keys act on as uncertain, or take the flag away."""
+        click = self.at_hand()
+        if click is not None:
+            flag = "" if click.flag == UNCERTAIN else UNCERTAIN
+            self._edit(MarkClicks((click.key,), flag=flag))
+
+    def set_sigma(self, sigma: float | None) -> None:
+        """Say to how many pixels the click that keys act on is good; None: as usual."""
+        click = self.at_hand()
+        if click is not None:
+            keys = (click.key,)
+            self._edit(MarkClicks(keys, sigma=sigma, usual_sigma=sigma is None))
+
+    def accept(self, predictions: Sequence[Prediction]) -> None:
+        """Let predictions be clicks where nobody has clicked."""
+        with self._as_one():
+            free = tuple(one for one in predictions if one.key not in self.clicks())
+            if free and self._edit(AcceptPredictions(free, even_deleted=len(free) == 1)):
+                self._advance_from(free[-1].key)
+
+    def swap(self, found: Swap) -> None:
+        """Exchange two landmarks in the cameras where they were mixed up; one edit."""
+        edits = [
+            SwapLandmarks(found.frame, name, found.first, found.second) for name in found.cameras
+        ]
+        if len(edits) == 1:
+            self._edit(edits[0])
+        elif edits:
+            names = f"{found.first} and {found.second}".replace("_", " ")
+            where = f"{len(edits)} cameras, frame {found.frame}"
+            self._edit(Together(f"swap {names} in {where}", tuple(edits)))
+
+    @contextmanager
+    def _as_one(self) -> Iterator[None]:
+        """Tell once what all of the block changes; what is shown is drawn once then."""
+        if self._untold is not None:
+            yield
+            return
+        self._untold = set()
+        try:
+            yield
+        finally:
+            untold, self._untold = self._untold, None
+            if "clicks" in untold:
+                self.clicks_changed.emit()
+            elif "choice" in untold:
+                self.choice_changed.emit()
+
+    def _tell(self, what: Literal["clicks", "choice"]) -> None:
+        with self._as_one():
+            if self._untold is not None:
+                self._untold.add(what)
+
+    def _edit(self, edit: Edit, *, continues: bool = False) -> bool:
+        self._nudged = None
+        repeat = self.repeat()
+        if repeat is None:
+            return self._project.apply(edit, continues=continues) is not None
+        again = second_reading(edit, self.clicks(), repeat.round)
+        return again is not None and self._project.apply(again, continues=continues) is not None
+
+    def _advance_from(self, key: ClickKey) -> None:
+        """Choose what comes after a click that was placed."""
+        stays = self.advance == "none"
+        self._choose(Choice(key.landmark, key, held=stays))
+        following = landmark_at_hand(self.choice, self.advance, self._annotated(), key.camera)
+        if following is not None:
+            self._choose(replace(self.choice, landmark=following))
+        elif self.advance == "landmark":
+            self.said.emit("Every landmark has a click here.")
+        else:
+            self.said.emit("Every landmark has a click in every view.")
+
+    # ---- following
+
+    @Slot(int)
+    def _on_frame(self, _frame: int) -> None:
+        self.reread()
+
+    @Slot(object)
+    def _on_changed(self, changed: Changed) -> None:
+        if changed.tables & {"choice", "landmark_set"}:
+            self._read_set()
+        if changed.tables & _CLICKS:
+            self._facts = None
+        if changed.tables & {*_CLICKS, "choice", "landmark_set"}:
+            with self._as_one():
+                self._follow()
+                self._tell("clicks")
+
+    @Slot()
+    def _on_project(self) -> None:
+        with self._as_one():
+            self._facts = None
+            self._read_set()
+            self._tell("clicks")
+
+    @Slot(object)
+    def _on_history_moved(self, changed: Changed) -> None:
+        """Choose what was taken back or made again, so that it can be done another way."""
+        rows = [change.key[-3:] for change in changed.changes if change.table.name in _CLICKS]
+        keys = [ClickKey(int(row[0] or 0), str(row[1]), str(row[2])) for row in rows]
+        if len({key.landmark for key in keys}) == 1:
+            one = keys[0] if len(keys) == 1 else None
+            with self._as_one():
+                self._choose(Choice(keys[0].landmark, touched=one, again=one))
+                self._follow()
+
+    def _read_set(self) -> None:
+        project = self._project.project
+        self._set = project.landmark_set() if project is not None else NINE
+        if self.choice.landmark not in self._set.names:
+            self._choose(Choice(self._set.names[0]))
+
+
+def _moved(click: Click, by: tuple[float, float]) -> Edit:
+    """The edit that moves a click; a prediction that is moved by hand is a person's own then."""
+    if click.origin != ACCEPTED or click.position is None:
+        return MoveClicks((click.key,), by)
+    moved = (click.position[0] + by[0], click.position[1] + by[1])
+    own = replace(click, position=moved, origin="hand", who="", at="")
+    words = MoveClicks((click.key,), by).words()
+    return PlaceClicks((own,), words)

@@ -1,0 +1,301 @@
+"""What is known about the clicks of the frame that is shown: hints, fit, kept predictions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from PySide6.QtCore import QObject, QTimer, Signal, Slot
+
+from stereotrack_core.annotation.epipolar import volume_in_sight
+from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
+from stereotrack_core.annotation.prediction import Prediction
+from stereotrack_core.body.proportions import Proportions, proportions_of
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.depth.points import Volume
+from stereotrack_core.geometry.camera_agreement import Disagreement
+from stereotrack_core.project.click_sigma import measured_sigmas
+from stereotrack_core.project.history import Changed
+from stereotrack_core.recording.description import Recording
+
+from ....services.tasks.newest_answer import NewestAnswer
+from ....session.clouds import CloudPresenter
+from ....session.document import DocumentPresenter
+from ....session.project_file import ProjectPresenter
+from .annotating import Annotating
+from .click_hints import ClickHints, HintQuestion, hints_of
+from .live_fit import FEWEST, FitProcess, FitQuestion, ShownFit
+from .marks import FrameMarks
+
+_SOON_MS = 30
+_REST_MS = 60
+_PAUSE_MS = 250
+
+
+class AnnotationFacts(QObject):
+    """Asks for hints and the fit whenever clicks change; gathers what marks are made of.
+
+    Parameters
+    ----------
+    document, project, clouds, annotating
+        Where the facts come from.
+    cameras : callable
+        Names of the cameras in whose images clicks are looked for, one for each view.
+    doubtful : callable
+        The camera that contradicts the others, if one does.
+
+    Attributes
+    ----------
+    use_depth : bool
+        Whether the body is fitted to measured points too.
+
+    Signals
+    -------
+    changed : ()
+        More is known than before.
+    failed : Exception
+    """
+
+    changed = Signal()
+    failed = Signal(object)
+
+    def __init__(
+        self,
+        document: DocumentPresenter,
+        project: ProjectPresenter,
+        clouds: CloudPresenter,
+        annotating: Annotating,
+        cameras: Callable[[], Sequence[str]],
+        doubtful: Callable[[], Disagreement | None],
+    ) -> None:
+        super().__init__()
+        self._doubtful = doubtful
+        self._document, self._project, self._clouds = document, project, clouds
+        self._annotating, self._cameras = annotating, cameras
+        self._active = False
+        self._predictions: tuple[int, tuple[Prediction, ...]] | None = None
+        self._measured: Mapping[str, float] | None = None
+        self._volume_of: tuple[tuple[Recording, DepthParameters], Volume] | None = None
+        self.use_depth = True
+        self._hints: NewestAnswer[ClickHints] = NewestAnswer(
+            self._hint_question, hints_of, "click hints"
+        )
+        self._fitters = (FitProcess(), FitProcess())
+        self._fit: NewestAnswer[ShownFit] = NewestAnswer(
+            self._fit_question, self._fitters[0], "live fit"
+        )
+        self._deep: NewestAnswer[ShownFit] = NewestAnswer(
+            self._deep_question, self._fitters[1], "fit with depth"
+        )
+        # curves and predictions come after the click or the picture is painted
+        self._soon = QTimer(self, singleShot=True, interval=_SOON_MS)
+        self._soon.timeout.connect(self._hints.ask)
+        # frames that are only passed by are not fitted
+        self._rest = QTimer(self, singleShot=True, interval=_REST_MS)
+        self._rest.timeout.connect(self._fit.ask)
+        # measured points take longer, so they wait until somebody looks at what was clicked
+        self._pause = QTimer(self, singleShot=True, interval=_PAUSE_MS)
+        self._pause.timeout.connect(self._deep.ask)
+        for source in (self._hints, self._fit, self._deep):
+            source.changed.connect(self.changed)
+            source.failed.connect(self.failed)
+        annotating.clicks_changed.connect(self.ask)
+        annotating.choice_changed.connect(self._soon.start)
+        clouds.measured.connect(self._on_measured)
+        project.changed.connect(self._on_changed)
+        project.opened.connect(self._on_project)
+        project.closed.connect(self._on_project)
+        document.opened.connect(self._on_recording)
+        document.closed.connect(self._on_recording)
+
+    def set_active(self, active: bool) -> None:
+        """Work things out from now on, or rest."""
+        self._active = active
+        self._predictions = None
+        self.ask()
+
+    @Slot()
+    def ask(self, _what: object = None) -> None:
+        """Work everything out again."""
+        self._predictions = None
+        self._soon.start()
+        self._rest.start()
+        self._pause.start()
+
+    def hints(self) -> ClickHints | None:
+        """Hints of the frame that is shown."""
+        return self._hints.at(self._document.frame)
+
+    def now(self) -> FrameMarks:
+        """Everything that is known now."""
+        frame, annotating = self._document.frame, self._annotating
+        at_hand = annotating.at_hand() if self._active else None
+        return FrameMarks(
+            frame=frame,
+            clicks=tuple(annotating.clicks().values()),
+            landmark_set=annotating.landmark_set,
+            chosen=annotating.choice.landmark if self._active else "",
+            at_hand=at_hand.key if at_hand is not None else None,
+            held=annotating.held(),
+            predictions=self._kept(frame),
+            hints=self._hints.at(frame),
+            fit=self._best_fit(),
+            views=self.view_names(),
+            offers={name: annotating.next_in(name) for name in annotating.shown_cameras()}
+            if self._active
+            else {},
+            doubtful=self._doubtful(),
+        )
+
+    def view_names(self) -> Mapping[str, str]:
+        """How people call the cameras, by name."""
+        recording = self._document.recording
+        return view_names(recording) if recording is not None else {}
+
+    def settled(self) -> bool:
+        """Whether everything that was asked for is there."""
+        answered = self._hints.settled() and self._fit.settled() and self._deep.settled()
+        waiting = any(timer.isActive() for timer in (self._soon, self._rest, self._pause))
+        waits = waiting or self._waits_for_depth()
+        return answered and not waits
+
+    def close(self) -> None:
+        """End the threads."""
+        for timer in (self._soon, self._rest, self._pause):
+            timer.stop()
+        for fitter in self._fitters:
+            fitter.close()
+        for source in (self._hints, self._fit, self._deep):
+            source.close()
+
+    def _proportions(self, recording: Recording) -> Proportions:
+        project = self._project.project
+        own = project.subject() if project is not None else None
+        return proportions_of(own if own is not None else recording.subject)
+
+    def _sigmas(self) -> Mapping[str, float]:
+        """How good clicks are, as far as that was measured by annotating again."""
+        if self._measured is None:
+            project = self._project.project
+            self._measured = measured_sigmas(project, USUAL_SIGMA) if project is not None else {}
+        return self._measured
+
+    @Slot(object)
+    def _on_changed(self, changed: Changed) -> None:
+        if "repeat_click" in changed.tables:
+            self._measured = None
+        if changed.tables & {"choice", "subject"}:
+            self.ask()
+
+    @Slot()
+    def _on_project(self) -> None:
+        self._measured = None
+
+    @Slot()
+    def _on_recording(self) -> None:
+        """Forget what is known, and whatever still comes, of frames of another recording."""
+        for source in (self._hints, self._fit, self._deep):
+            source.close()
+        self._predictions = None
+        self.ask()
+
+    def _volume(self, recording: Recording) -> Volume:
+        """Where landmarks can be: the depth's working volume, put where the cameras look."""
+        known = (recording, self._clouds.parameters)
+        if self._volume_of is None or self._volume_of[0] != known:
+            cameras = [recording.reference_camera(view) for view in recording.views]
+            volume = volume_in_sight(Volume.of(self._clouds.parameters), cameras)
+            self._volume_of = (known, volume)
+        return self._volume_of[1]
+
+    def _hint_question(self) -> HintQuestion | None:
+        recording = self._document.recording
+        clicks = tuple(self._annotating.clicks().values())
+        if recording is None or not self._active or not clicks:
+            return None
+        return HintQuestion(
+            self._document.frame,
+            clicks,
+            self._annotating.choice.landmark,
+            tuple(self._cameras()),
+            recording.cameras,
+            self._annotating.landmark_set,
+            self._volume(recording),
+            self._proportions(recording),
+            self._sigmas(),
+        )
+
+    def _best_fit(self) -> ShownFit | None:
+        """The fit with measured points where it is of these very clicks, else the quick one."""
+        frame = self._document.frame
+        deep, clicks = self._deep.at(frame), tuple(self._annotating.clicks().values())
+        if deep is not None and self.use_depth and deep.question.clicks == clicks:
+            return deep
+        return self._fit.at(frame)
+
+    def _fit_question(self) -> FitQuestion | None:
+        return self._question(None)
+
+    def _deep_question(self) -> FitQuestion | None:
+        cloud = self._cloud()
+        return self._question(cloud) if cloud is not None else None
+
+    def _question(self, cloud: Cloud | None) -> FitQuestion | None:
+        recording = self._document.recording
+        if recording is None or not self._worth_fitting():
+            return None
+        clicks = tuple(self._annotating.clicks().values())
+        names = {view.image.camera for view in recording.views} | {one.camera for one in clicks}
+        return FitQuestion(
+            self._document.frame,
+            clicks,
+            {name: camera for name, camera in recording.cameras.items() if name in names},
+            self.view_names(),
+            self._annotating.landmark_set,
+            self._proportions(recording),
+            recording.fps,
+            self._sigmas(),
+            cloud,
+        )
+
+    def _worth_fitting(self) -> bool:
+        positions = [click for click in self._annotating.clicks().values() if click.position]
+        return self._active and not self._document.playing and len(positions) >= FEWEST
+
+    def _cloud(self) -> Cloud | None:
+        """The measured points, asked for where they are not there yet."""
+        if not (self.use_depth and self._clouds.available and self._worth_fitting()):
+            return None
+        cloud = self._clouds.cloud(self._document.frame)
+        if cloud is None:
+            self._clouds.ask(self._document.frame)
+        return cloud
+
+    def _waits_for_depth(self) -> bool:
+        if not (self.use_depth and self._clouds.available and self._worth_fitting()):
+            return False
+        frame = self._document.frame
+        return self._clouds.cloud(frame) is None and not self._clouds.given_up(frame)
+
+    @Slot(object)
+    def _on_measured(self, _cloud: object) -> None:
+        if self._worth_fitting() and self.use_depth:
+            self._deep.ask()
+
+    def _kept(self, frame: int) -> tuple[Prediction, ...]:
+        """Predictions that the project keeps, read once for a frame."""
+        if self._predictions is None or self._predictions[0] != frame:
+            project, blind = self._project.project, self._annotating.repeat() is not None
+            found = project.predictions.at(frame) if project is not None and not blind else ()
+            self._predictions = (frame, found)
+        return self._predictions[1]
+
+
+def view_names(recording: Recording) -> dict[str, str]:
+    """How people call the cameras: the view's name, with ``left`` for the left image."""
+    names = {}
+    for view in recording.views:
+        names[view.image.camera] = view.name
+        if view.left is not None:
+            names[view.left.camera] = f"{view.name} left"
+    return names

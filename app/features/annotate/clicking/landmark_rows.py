@@ -1,0 +1,173 @@
+"""Facts about the clicks of a frame become rows of the landmarks and body panels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import isfinite, sqrt
+
+import numpy as np
+
+from stereotrack_core.annotation.camera_doubts import what_disagrees, what_to_do
+from stereotrack_core.annotation.click import UNCERTAIN, Click, Visibility
+from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
+from stereotrack_core.annotation.fit.report import mistake_words
+from stereotrack_core.body.limbs import LIMBS
+
+from ....widgets.style.limb_colours import limb_words
+from ....widgets.tables.landmark_rows import BodyRow, CellState, LandmarkRow
+from .live_fit import ShownFit
+from .marks import FrameMarks, predictions_in
+
+_KEYS = 9
+_MOST_WORDS = 2
+_UNSURE_DEG = 10.0
+_MISFIT = 8.0
+"""Usual sigmas that the clicks are off in the median from which the fit is called wrong."""
+
+
+def landmark_rows(facts: FrameMarks, cameras: Sequence[str]) -> tuple[LandmarkRow, ...]:
+    """Every landmark of the set, with its state in these cameras."""
+    there = {(click.camera, click.landmark): click for click in facts.clicks}
+    predicted = {
+        (camera, one.landmark) for camera in cameras for one in predictions_in(facts, camera)
+    }
+    return tuple(
+        LandmarkRow(
+            key=str(place) if place <= _KEYS else "",
+            landmark=landmark.name,
+            label=landmark.label,
+            colour=landmark.colour,
+            chosen=landmark.name == facts.chosen,
+            cells=tuple(
+                _state(
+                    there.get((camera, landmark.name)),
+                    predicted=(camera, landmark.name) in predicted,
+                )
+                for camera in cameras
+            ),
+            residual=_residual(facts, landmark.name),
+            distance=_distance(facts, landmark.name),
+            bad=_mistaken(facts, landmark.name),
+        )
+        for place, landmark in enumerate(facts.landmark_set.landmarks, start=1)
+    )
+
+
+def limb_rows(facts: FrameMarks) -> tuple[BodyRow, ...]:
+    """How well the clicks fix every limb's direction; nothing without a fit."""
+    if facts.fit is None:
+        return ()
+    sigmas = facts.fit.fit.limb_sigma_deg
+    names = facts.landmark_set.names
+    astray = {facts.landmark_set[name].limb for name in names if _mistaken(facts, name)}
+    return tuple(
+        BodyRow(
+            limb,
+            limb_words(limb),
+            f"± {sigma:.1f}°",
+            "a click looks wrong" if limb in astray else _precision(sigma),
+            limb in astray or sigma > _UNSURE_DEG,
+        )
+        for limb, sigma in zip(LIMBS, sigmas.tolist(), strict=True)
+    )
+
+
+def length_rows(facts: FrameMarks) -> tuple[BodyRow, ...]:
+    """Clicked lengths beside the subject's."""
+    if facts.hints is None:
+        return ()
+    return tuple(
+        BodyRow(
+            "",
+            one.name,
+            f"{1000.0 * one.clicked:.0f} mm",
+            f"{1000.0 * (one.clicked - one.subject):+.0f} ± {1000.0 * one.sigma:.0f},"
+            f" subject {1000.0 * one.subject:.0f}",
+            one.doubtful,
+        )
+        for one in facts.hints.lengths
+    )
+
+
+def fit_words(facts: FrameMarks) -> tuple[str, ...]:
+    """What the fit says, the most important first; or what it waits for."""
+    if facts.fit is not None:
+        said = (*_disagreement(facts), *_misfit(facts.fit), *_frame_words(facts, facts.fit))
+        more = len(said) - _MOST_WORDS
+        return (*said[:_MOST_WORDS], f"and {more} more") if more > 0 else said
+    positions = sum(click.position is not None for click in facts.clicks)
+    if positions:
+        return ("The body is fitted from three clicks on.",)
+    return ("Click landmarks: keys 1 to 9 choose which one.",)
+
+
+def _disagreement(facts: FrameMarks) -> tuple[str, ...]:
+    """A camera that contradicts the others comes before everything that follows from it."""
+    found = facts.doubtful
+    return () if found is None else (f"{what_disagrees(found, facts.views)}. {what_to_do(found)}",)
+
+
+def _frame_words(facts: FrameMarks, fit: ShownFit) -> tuple[str, ...]:
+    """What the fit says, without what a camera that contradicts the others makes look wrong."""
+    views = facts.views or {}
+    blamed = {
+        mistake_words(
+            key.landmark,
+            views.get(key.camera, key.camera),
+            float(np.linalg.norm(fit.residuals[key])),
+        )
+        for key in facts.flagged - facts.mistakes
+    }
+    return tuple(words for words in fit.fit.words if words not in blamed)
+
+
+def _misfit(fit: ShownFit) -> tuple[str, ...]:
+    """Say so where the body as a whole is not where the clicks are."""
+    away = [float(np.linalg.norm(residual)) for residual in fit.residuals.values()]
+    median = float(np.median(away)) if away else 0.0
+    if not median > _MISFIT * USUAL_SIGMA:
+        return ()
+    return (f"The body does not fit these clicks: {median:.0f} px off in the median.",)
+
+
+def _precision(sigma: float) -> str:
+    """What a standard deviation is called; it holds if the clicks are right."""
+    if not isfinite(sigma):
+        return "not known"
+    for limit, words in ((3.0, "precise"), (6.0, "fairly precise"), (_UNSURE_DEG, "imprecise")):
+        if sigma <= limit:
+            return words
+    return "hardly known"
+
+
+def _state(click: Click | None, *, predicted: bool) -> CellState:
+    if click is None:
+        return "predicted" if predicted else "missing"
+    if click.visibility == Visibility.OUTSIDE:
+        return "outside"
+    if click.flag == UNCERTAIN:
+        return "doubted"
+    return "guessed" if click.visibility == Visibility.GUESSED else "clicked"
+
+
+def _residual(facts: FrameMarks, landmark: str) -> str:
+    """Root mean square distance of the clicks from the model, or from each other without one."""
+    if facts.fit is not None:
+        own = [r for key, r in facts.fit.residuals.items() if key.landmark == landmark]
+        squares = [float(r @ r) for r in own if np.isfinite(r).all()]
+        return f"{sqrt(sum(squares) / len(squares)):.1f}" if squares else ""
+    points = facts.hints.points if facts.hints is not None else {}
+    rms = points[landmark].rms_px if landmark in points else float("nan")
+    return f"{rms:.1f}" if isfinite(rms) else ""
+
+
+def _distance(facts: FrameMarks, landmark: str) -> str:
+    points = facts.hints.points if facts.hints is not None else {}
+    if facts.fit is None or landmark not in points or landmark not in facts.fit.places:
+        return ""
+    away = float(np.linalg.norm(points[landmark].world - facts.fit.places[landmark]))
+    return f"{1000.0 * away:.0f}"
+
+
+def _mistaken(facts: FrameMarks, landmark: str) -> bool:
+    return any(key.landmark == landmark for key in facts.mistakes)

@@ -1,0 +1,251 @@
+"""Facts about the clicks of a frame become what is drawn over the pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from PySide6.QtGui import QPainterPath
+
+from stereotrack_core.annotation.camera_doubts import own_mistakes
+from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Visibility
+from stereotrack_core.annotation.fit.results import MISTAKEN
+from stereotrack_core.annotation.landmark_set import LandmarkSet
+from stereotrack_core.annotation.prediction import Prediction
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.camera_agreement import Disagreement
+
+from ....widgets.camera.click_marks import (
+    ClickMark,
+    ClickMarks,
+    CurveMark,
+    Offer,
+    PredictionMark,
+    ResidualMark,
+)
+from ....widgets.camera.overlays import limb_paths, part_shapes
+from .click_hints import ClickHints
+from .live_fit import ShownFit
+
+TRIANGULATED = "other views"
+"""Source of predictions from the clicks of the same frame."""
+
+_KEYS = 9
+_NUMBERS = ("none", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
+
+
+@dataclass(frozen=True, eq=False)
+class FrameMarks:
+    """Everything that marks are made of.
+
+    Attributes
+    ----------
+    frame : int
+    clicks : tuple of Click
+    landmark_set : LandmarkSet
+    chosen : str
+        The landmark that keys act on.
+    at_hand, held : ClickKey or None
+        The click that keys act on; that arrow keys move.
+    predictions : tuple of Prediction
+        Kept in the project.
+    hints : ClickHints or None
+    fit : ShownFit or None
+    views : mapping from camera name to view name
+    offers : mapping from camera name to str or None
+        The landmark that the next click in an image that is shown places; None: it places none.
+    doubtful : Disagreement or None
+        A camera that contradicts the others over all clicks.
+    """
+
+    frame: int
+    clicks: tuple[Click, ...]
+    landmark_set: LandmarkSet
+    chosen: str
+    at_hand: ClickKey | None = None
+    held: ClickKey | None = None
+    predictions: tuple[Prediction, ...] = ()
+    hints: ClickHints | None = None
+    fit: ShownFit | None = None
+    views: Mapping[str, str] | None = None
+    offers: Mapping[str, str | None] = field(default_factory=dict)
+    doubtful: Disagreement | None = None
+
+    @cached_property
+    def flagged(self) -> frozenset[ClickKey]:
+        """Clicks that the fit of this frame takes for gross mistakes."""
+        found = self.fit.mistakes if self.fit is not None else {}
+        return frozenset(key for key, chance in found.items() if chance > MISTAKEN)
+
+    @cached_property
+    def mistakes(self) -> frozenset[ClickKey]:
+        """Those of them that no camera is to blame for."""
+        cameras = self.fit.question.cameras if self.fit is not None else {}
+        return frozenset(own_mistakes(self.flagged, self.doubtful, self.clicks, cameras))
+
+
+def marks_of(facts: FrameMarks, cameras: Iterable[Camera]) -> dict[str, ClickMarks]:
+    """Marks for every camera whose image is shown, by its name."""
+    return {camera.name: _marks(facts, camera) for camera in cameras}
+
+
+def predictions_in(facts: FrameMarks, camera: str) -> tuple[Prediction, ...]:
+    """The best prediction of every landmark in a camera's image, clicked or not.
+
+    From the clicks in other views where there are two or more; else the most certain one that the
+    project keeps.
+    """
+    kept = [one for one in facts.predictions if one.camera == camera]
+    kept.sort(key=lambda one: np.inf if one.sigma is None else one.sigma, reverse=True)
+    found = {one.landmark: one for one in kept}
+    points = facts.hints.points if facts.hints is not None else {}
+    for name, point in points.items():
+        if camera in point.pixel:
+            x, y = (float(value) for value in point.pixel[camera])
+            sigma = point.spread_px.get(camera)
+            found[name] = Prediction(facts.frame, camera, name, TRIANGULATED, (x, y), sigma)
+    known = facts.landmark_set.names
+    return tuple(found[name] for name in known if name in found)
+
+
+def _marks(facts: FrameMarks, camera: Camera) -> ClickMarks:
+    own = [click for click in facts.clicks if click.camera == camera.name]
+    clicks = [mark for click in own if (mark := _click_mark(facts, click)) is not None]
+    return ClickMarks(
+        frame=facts.frame,
+        camera=camera.name,
+        clicks=tuple(clicks),
+        predictions=_prediction_marks(facts, camera.name, {mark.landmark for mark in clicks}),
+        curves=_curve_marks(facts, camera.name),
+        residuals=_residual_marks(facts, own, camera),
+        model=_model(facts, camera),
+        outside=tuple(
+            _label(facts, click.landmark) for click in own if click.visibility == Visibility.OUTSIDE
+        ),
+        offer=_offer(facts, camera.name, own),
+    )
+
+
+def _offer(facts: FrameMarks, camera: str, own: Iterable[Click]) -> Offer:
+    """What the next click in a camera's image does."""
+    there = {click.landmark: click for click in own}
+    landmark = facts.offers.get(camera)
+    if landmark is None:
+        return Offer(words=_nothing_to_place(facts, set(there)))
+    label, click = _label(facts, landmark), there.get(landmark)
+    moves = click is not None and click.position is not None
+    words = f"move {label} here" if moves else label
+    return Offer(landmark, words, _colour(facts, landmark), moves)
+
+
+def _nothing_to_place(facts: FrameMarks, clicked: set[str]) -> str:
+    """Why a click places nothing, and what can be done."""
+    names = facts.landmark_set.names
+    if not clicked.issuperset(names):  # the chosen landmark waits for the other views
+        there = {click.key for click in facts.clicks}
+        views = [
+            (facts.views or {}).get(camera, camera)
+            for camera in facts.offers
+            if ClickKey(facts.frame, camera, facts.chosen) not in there
+        ]
+        return f"{_label(facts, facts.chosen)} is clicked here: go on in {', '.join(views)}"
+    count = len(names)
+    number = _NUMBERS[count] if count < len(_NUMBERS) else str(count)
+    return f"all {number} are clicked here: drag to move, 1-{min(count, _KEYS)} to click one again"
+
+
+def _click_mark(facts: FrameMarks, click: Click) -> ClickMark | None:
+    if click.position is None:
+        return None
+    x, y = click.position
+    return ClickMark(
+        landmark=click.landmark,
+        label=_label(facts, click.landmark),
+        colour=_colour(facts, click.landmark),
+        x=x,
+        y=y,
+        guessed=click.visibility == Visibility.GUESSED,
+        doubted=click.flag == UNCERTAIN,
+        accepted=click.origin == "accepted",
+        mistaken=click.key in facts.mistakes,
+        chosen=click.landmark == facts.chosen,
+        at_hand=click.key == facts.at_hand,
+        held=click.key == facts.held,
+    )
+
+
+def _prediction_marks(
+    facts: FrameMarks, camera: str, clicked: set[str]
+) -> tuple[PredictionMark, ...]:
+    """Predictions where nobody has clicked; of the chosen landmark everywhere, with its error."""
+    points = facts.hints.points if facts.hints is not None else {}
+    found = []
+    for one in predictions_in(facts, camera):
+        chosen = one.landmark == facts.chosen
+        if one.landmark in clicked and not chosen:
+            continue
+        errors = points[one.landmark].error_px if one.landmark in points else {}
+        found.append(
+            PredictionMark(
+                one.landmark,
+                _label(facts, one.landmark),
+                _colour(facts, one.landmark),
+                *one.position,
+                error_px=errors.get(camera, float("nan")),
+                spread_px=float("nan") if one.sigma is None else one.sigma,
+                chosen=chosen,
+            )
+        )
+    return tuple(found)
+
+
+def _curve_marks(facts: FrameMarks, camera: str) -> tuple[CurveMark, ...]:
+    """Curves of the chosen landmark; those of the one before it are out of date."""
+    if facts.hints is None or facts.hints.question.landmark != facts.chosen:
+        return ()
+    views = facts.views or {}
+    return tuple(
+        CurveMark(
+            _colour(facts, curve.landmark),
+            views.get(curve.from_camera, curve.from_camera),
+            curve.pixels,
+        )
+        for curve in facts.hints.curves.get(camera, ())
+    )
+
+
+def _residual_marks(
+    facts: FrameMarks, clicks: Iterable[Click], camera: Camera
+) -> tuple[ResidualMark, ...]:
+    """From where a click is now to the model as it is now, be the new fit still under way."""
+    if facts.fit is None:
+        return ()
+    found = []
+    for click in clicks:
+        place = facts.fit.places.get(click.landmark)
+        if place is None or click.position is None:
+            continue
+        end = camera.project(place)
+        if np.isfinite(end).all():
+            colour = _colour(facts, click.landmark)
+            found.append(ResidualMark(colour, click.position, (float(end[0]), float(end[1]))))
+    return tuple(found)
+
+
+def _model(facts: FrameMarks, camera: Camera) -> tuple[tuple[str, QPainterPath], ...]:
+    if facts.fit is None:
+        return ()
+    shapes = part_shapes(facts.fit.meshes, camera.project, camera.position_world, wire=False)
+    return limb_paths(shapes)
+
+
+def _label(facts: FrameMarks, landmark: str) -> str:
+    known = landmark in facts.landmark_set.names
+    return facts.landmark_set[landmark].label if known else landmark.replace("_", " ")
+
+
+def _colour(facts: FrameMarks, landmark: str) -> str:
+    known = landmark in facts.landmark_set.names
+    return facts.landmark_set[landmark].colour if known else "#ffffff"

@@ -1,0 +1,135 @@
+"""How well two readings agree, in words and numbers, landmark by landmark."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from stereotrack_core.annotation.agreement import (
+    Agreement,
+    Difference,
+    agreement,
+    agreement_by_landmark,
+)
+from stereotrack_core.annotation.agreement_in_space import agreement_in_space, common_frames
+from stereotrack_core.annotation.landmark_set import LandmarkSet
+from stereotrack_core.geometry.camera import Camera
+
+from ....session.counting import counted
+from ....widgets.tables.agreement_table import AgreementRow
+
+GOOD_PX, FAIR_PX = 3.0, 8.0
+"""Up to these standard deviations of a click two readings agree well, or well enough."""
+
+FEW = 20
+"""Fewer pairs than this say little."""
+
+_BIASED = 0.7
+"""Share of the median distance that the mean difference has where both mean another place."""
+
+
+@dataclass(frozen=True)
+class AgreementReport:
+    """What is said about two readings.
+
+    Attributes
+    ----------
+    verdict : str
+        In words first: how well they agree.
+    remedy : str
+        What to do about it; empty where nothing needs to be done.
+    rows : tuple of AgreementRow
+        All landmarks together, then each of them.
+    found : tuple of Difference
+        What it was computed from.
+    """
+
+    verdict: str
+    remedy: str
+    rows: tuple[AgreementRow, ...]
+    found: tuple[Difference, ...]
+
+
+def agreement_report(
+    found: Iterable[Difference],
+    cameras: Mapping[str, Camera],
+    landmarks: LandmarkSet,
+    sigmas: Mapping[str, float] | None = None,
+) -> AgreementReport:
+    """Compare two readings over the frames that both have annotated.
+
+    Parameters
+    ----------
+    found : iterable of Difference
+    cameras : mapping from camera name to Camera
+    landmarks : LandmarkSet
+    sigmas : mapping from landmark to float, optional
+        What the fit takes as the standard deviation of a click because of these readings, pixels.
+    """
+    common = common_frames(found)
+    together = agreement(common)
+    each = agreement_by_landmark(common)
+    space = agreement_in_space(common, cameras, landmarks)
+    nan = float("nan")
+    rows = [_row("all landmarks", "", together, (nan, nan, nan, nan))]
+    for landmark in landmarks.landmarks:
+        if landmark.name in each:
+            far = space[landmark.name]
+            values = (far.median_mm, far.p95_mm, far.median_deg, far.p95_deg)
+            rows.append(_row(landmark.label, landmark.colour, each[landmark.name], values))
+    frames = len({one.key.frame for one in common})
+    remedy = _remedy(each, together, landmarks)
+    if sigmas and together.count:
+        low, high = min(sigmas.values()), max(sigmas.values())
+        taken = f"The fit takes clicks as good to {low:.1f} to {high:.1f} px because of this."
+        remedy = f"{remedy} {taken}".strip()
+    return AgreementReport(_verdict(together, frames), remedy, tuple(rows), common)
+
+
+def _row(
+    name: str, colour: str, own: Agreement, space: tuple[float, float, float, float]
+) -> AgreementRow:
+    return AgreementRow(
+        name, colour, own.count, own.robust_sigma, own.median, own.p95, own.largest, own.bias,
+        own.disputed, *space,
+    )  # fmt: skip
+
+
+def _verdict(together: Agreement, frames: int) -> str:
+    if not together.count:
+        return "There is nothing to compare: no image has a place of one landmark from both."
+    sigma = together.robust_sigma
+    word = "Good" if sigma <= GOOD_PX else "Fair" if sigma <= FAIR_PX else "Poor"
+    pairs = f"{counted(together.count, 'pair')} in {counted(frames, 'frame')}"
+    few = " That is few; more pairs may tell something else." if together.count < FEW else ""
+    return f"{word}: a click is good to {sigma:.1f} px per axis ({pairs}).{few}"
+
+
+def _remedy(each: Mapping[str, Agreement], together: Agreement, landmarks: LandmarkSet) -> str:
+    known = {name: one for name, one in each.items() if one.count and name in landmarks.names}
+    if not known:
+        return "Annotate the same frames twice, or choose a project of the same recording."
+    biased = [name for name, one in known.items() if _is_biased(one)]
+    said = [
+        f"Agree on where the {landmarks[name].label} is: both put it"
+        f" {math.hypot(*known.pop(name).bias):.0f} px apart on average."
+        for name in biased
+    ]
+    worst = max(known, key=lambda name: known[name].robust_sigma, default="")
+    if worst and known[worst].robust_sigma > max(1.5 * together.robust_sigma, GOOD_PX):
+        said.append(
+            f"Look at the {landmarks[worst].label}: it is good to"
+            f" {known[worst].robust_sigma:.1f} px only."
+        )
+    if together.disputed:
+        said.append(
+            f"{counted(together.disputed, 'image')} in which only one of them sees a landmark."
+        )
+    return " ".join(said)
+
+
+def _is_biased(one: Agreement) -> bool:
+    """Whether both mean another place: differences that point the same way."""
+    bias = math.hypot(*one.bias)
+    return one.count >= FEW and bias > max(_BIASED * one.median, 1.0)

@@ -1,0 +1,108 @@
+"""Clicks and references into files; for clicks what that would do to the file that is there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.reference import Reference
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.clicks_csv import read_clicks, write_clicks
+from stereotrack_core.interop.reference_npz import write_reference
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.landmark_csv import write_landmarks
+
+from ....session.counting import counted
+
+REFERENCE_FILES = ("As in a recording (*.csv)", "With its uncertainty (*.npz)")
+"""Kinds of files that a reference is written to."""
+
+
+@dataclass(frozen=True)
+class ExportPreview:
+    """What writing would do.
+
+    Attributes
+    ----------
+    words : str
+    warning : str
+        What would be lost; empty where nothing would.
+    """
+
+    words: str
+    warning: str = ""
+
+
+def export_preview(
+    clicks: Sequence[Click], path: Path, recording: Recording, landmarks: Sequence[str]
+) -> ExportPreview:
+    """Compare the clicks with those of the file that would be replaced."""
+    frames = len({click.frame for click in clicks})
+    words = f"{counted(len(clicks), 'click')} in {counted(frames, 'frame')} will be written."
+    if not path.exists():
+        return ExportPreview(words)
+    try:
+        there = read_clicks(path, recording, landmarks=landmarks)
+    except InputError as error:
+        return ExportPreview(
+            words, f"The file that is there will be replaced; it holds no clicks: {error.what}."
+        )
+    old = {click.key: click for click in there.clicks}
+    new = {click.key: click for click in clicks}
+    both = old.keys() & new.keys()
+    same = sum(
+        (old[key].position, old[key].visibility) == (new[key].position, new[key].visibility)
+        for key in both
+    )
+    lost = len(old) - len(both) + len(there.problems)
+    words += (
+        f" Of the {counted(len(old), 'click')} in the file {same} stay the same,"
+        f" {len(both) - same} change; {len(new) - len(both)} are new."
+    )
+    gone = f"{counted(lost, 'line')} of the file will be gone." if lost else ""
+    return ExportPreview(words, gone)
+
+
+def export_clicks(clicks: Sequence[Click], path: Path, recording: Recording) -> str:
+    """Write clicks; what was done, in words.
+
+    Raises
+    ------
+    InputError
+        Where the file cannot be written, or does not hold afterwards what was written.
+    """
+    write_clicks(path, clicks, recording)
+    names = tuple(dict.fromkeys(click.landmark for click in clicks))
+    again = read_clicks(path, recording, landmarks=names).checked()
+    if len(again) != len(clicks):
+        raise InputError(
+            f"{len(again)} instead of {len(clicks)} clicks were read back from the file",
+            where=str(path),
+            remedy="Write it again to another drive.",
+        )
+    return f"{counted(len(clicks), 'click')} written to {path}."
+
+
+def export_reference(reference: Reference, path: Path) -> str:
+    """Write a reference: as a recording has it, or (``.npz``) with everything that it states.
+
+    Raises
+    ------
+    InputError
+        Where the file cannot be written, or has another suffix.
+    """
+    path = path if path.suffix else path.with_suffix(".csv")
+    frames = counted(len(reference.frame), "frame")
+    if path.suffix.lower() == ".npz":
+        write_reference(path, reference)
+        return f"{frames} of the reference written to {path}, with its uncertainty."
+    if path.suffix.lower() != ".csv":
+        raise InputError(
+            f"a reference cannot be written as {path.suffix}",
+            where=str(path),
+            remedy="Name the file .csv, or .npz to keep its uncertainty.",
+        )
+    write_landmarks(path, reference.trajectory())
+    return f"{frames} of the reference written to {path}."

@@ -1,0 +1,1 @@
+"""Fits and predictions that fill in what nobody clicked."""

@@ -1,0 +1,205 @@
+"""Predictions that a person asks for: by following the image, from the fit, a run, neighbours."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Literal, TypeAlias
+
+from PySide6.QtCore import QObject, Signal, Slot
+
+from stereotrack_core.annotation.prefill import FIT, FOLLOWING, NEIGHBOURS, source_of_run
+from stereotrack_core.errors import InputError
+from stereotrack_core.project.edit import Edit
+from stereotrack_core.project.project import Project
+from stereotrack_core.recording.description import Recording
+
+from ....services.tasks.task import Task
+from ....session.runs import RunEntry
+from ..selection import Selection
+from .following import FollowedSelection, follow_selection
+from .prefilling import (
+    FilledSelection,
+    Filling,
+    accept_filled,
+    fill_in,
+    fit_filling,
+    neighbour_filling,
+    run_filling,
+)
+
+if TYPE_CHECKING:
+    from ..panels import AnnotationPanels
+
+Source: TypeAlias = Literal["following", "fit", "run", "neighbours"]
+
+_REMEDIES: dict[Source, tuple[str, str]] = {
+    "following": ("was followed into", "Follow the patch first."),
+    "fit": ("is filled in from the fit over", "Fill in from the fit first."),
+    "run": ("is filled in from the run over", "Fill in from the run first."),
+    "neighbours": ("is filled in from neighbours over", "Fill in from neighbours first."),
+}
+
+
+class PredictionWork(QObject):
+    """Fills in the selection beside the window's thread, one source after the other.
+
+    Parameters
+    ----------
+    panels : AnnotationPanels
+
+    Signals
+    -------
+    found : str
+        Other predictions are kept than before; what was done, in words.
+    busy_changed : ()
+    """
+
+    found = Signal(str)
+    busy_changed = Signal()
+
+    def __init__(self, panels: AnnotationPanels) -> None:
+        super().__init__(panels)
+        self._p = panels
+        self._task: Task | None = None
+        self._run: RunEntry | None = None
+
+    @property
+    def busy(self) -> bool:
+        """Whether predictions are being made."""
+        return self._task is not None
+
+    @property
+    def run(self) -> RunEntry | None:
+        """The tracker's run to fill in from."""
+        return self._run
+
+    def set_run(self, run: RunEntry | None) -> None:
+        """Fill in from another run, which does not grow; None where there is none."""
+        self._run = run
+        self.busy_changed.emit()
+
+    def cancel(self) -> None:
+        """Stop; nothing is kept then."""
+        if self._task is not None:
+            self._task.cancel()
+
+    # ---- making them
+
+    def why_not(self, source: Source) -> str:
+        """Why nothing can be filled in from there, as a sentence; empty where it can."""
+        if self.busy:
+            return "Predictions are being made already."
+        return self._why_no_project() or self._why_no_source(source)
+
+    def follow(self) -> None:
+        """Follow the patches around clicks over the selection."""
+        project, recording, selection = self._p.project, self._p.recording, self._p.selection()
+        if project is None or recording is None or self.busy:
+            return
+        self._begin(
+            "following clicks",
+            lambda task: follow_selection(
+                project, recording, selection, task.report, task.token.cancelled
+            ),
+        )
+
+    def fill(self, source: Source) -> None:
+        """Fill in the selection from the fit, from the run, or from neighbouring clicks."""
+        project, recording, selection = self._p.project, self._p.recording, self._p.selection()
+        if project is None or recording is None or self.why_not(source):
+            return
+        make = self._filling(source, project, recording)
+        self._begin(
+            "filling in",
+            lambda task: fill_in(project, make(), selection, task.report, task.token.cancelled),
+        )
+
+    def _filling(
+        self, source: Source, project: Project, recording: Recording
+    ) -> Callable[[], Filling]:
+        """What is filled in from, as it is now; put together in the other thread."""
+        cameras = {
+            view.image.camera: recording.cameras[view.image.camera] for view in recording.views
+        }
+        now, entry = self._p.reference.now, self._run
+        name, held = ("", None) if entry is None else (entry.name, entry.now())
+
+        def make() -> Filling:
+            if source == "fit" and now is not None and now.fit is not None:
+                return fit_filling(now.fit, cameras)
+            run = held.run() if source == "run" and held is not None else None
+            if run is not None:
+                return run_filling(run, name, cameras, project.landmark_set())
+            if source == "neighbours":
+                return neighbour_filling(project)
+            raise InputError(
+                "there is nothing to fill in from",
+                remedy="Choose a run that was tracked in this window or read from a file.",
+            )
+
+        return make
+
+    def _begin(
+        self, title: str, work: Callable[[Task], FollowedSelection | FilledSelection]
+    ) -> None:
+        self._task = self._p.tasks.begin(title, work, self._on_found)
+        self._task.ended.connect(self._on_ended)
+        self.busy_changed.emit()
+
+    @Slot(object)
+    def _on_found(self, made: FollowedSelection | FilledSelection) -> None:
+        self.found.emit(made.words)
+
+    @Slot()
+    def _on_ended(self) -> None:
+        self._task = None
+        self.busy_changed.emit()
+
+    # ---- taking them
+
+    def why_no_accept(self, source: Source) -> str:
+        """Why nothing can be taken from there, as a sentence; empty where it can."""
+        return self._why_no_project() or (self._why_no_source(source) if source == "run" else "")
+
+    def accept(self, source: Source) -> None:
+        """Let what a source has found in the selection be clicks: one edit."""
+        project, chosen = self._p.project, self._p.selection()
+        if project is not None:
+            name = self._name(source)
+            self._p.do(
+                lambda: accept_from(project, chosen, source, name), frames=len(chosen.frames)
+            )
+
+    def _name(self, source: Source) -> str:
+        """The word under which a source's predictions are kept."""
+        if source == "run":
+            return source_of_run(self._run.name) if self._run is not None else ""
+        return {"following": FOLLOWING, "fit": FIT, "neighbours": NEIGHBOURS}[source]
+
+    # ---- reasons
+
+    def _why_no_project(self) -> str:
+        project = self._p.project
+        if project is None:
+            return "No project is open."
+        return "The project is open for reading only." if project.read_only else ""
+
+    def _why_no_source(self, source: Source) -> str:
+        now = self._p.reference.now
+        if source == "fit" and (now is None or now.fit is None):
+            return "Fit the whole recording first."
+        if source == "run" and self._run is None:
+            return "There is no run that is finished."
+        return ""
+
+
+def accept_from(project: Project, chosen: Selection, source: Source, name: str) -> Edit:
+    """The edit that takes what is kept under `name`.
+
+    Raises
+    ------
+    InputError
+        Where there is nothing of it in the selection.
+    """
+    happened, remedy = _REMEDIES[source]
+    return accept_filled(project, chosen, name, happened=happened, remedy=remedy)

@@ -1,0 +1,218 @@
+"""Where a click helps most, ranked beside the window's thread, and followed edit by edit."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from PySide6.QtCore import QObject, Signal, Slot
+
+from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
+from stereotrack_core.annotation.fit.results import TrajectoryFit
+from stereotrack_core.annotation.next_clicks import NextClicks, Wish
+from stereotrack_core.annotation.stop_sign import good_enough
+from stereotrack_core.annotation.suggestion import StopSign, Suggestion
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.project.click_sigma import measured_sigmas
+from stereotrack_core.project.history import Changed
+from stereotrack_core.project.project import Project
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+
+from ...services.tasks.newest import NewestWins
+from .selection import gaps_of
+
+WANTED_DEG = 3.0
+"""Angle by which limbs may be off where nobody has said otherwise."""
+
+_WANTED = "wanted_deg"
+_MOST = 200
+_MANY_FRAMES = 50
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """What to click next.
+
+    Attributes
+    ----------
+    suggestions : tuple of Suggestion
+        Best first.
+    sign : StopSign
+        Whether the wanted accuracy is reached.
+    """
+
+    suggestions: tuple[Suggestion, ...]
+    sign: StopSign
+
+
+@dataclass(frozen=True, eq=False)
+class _Order:
+    """What a ranking is made of, as it is when it is asked for."""
+
+    fit: TrajectoryFit
+    run: LandmarkTrajectory | None
+    wish: Wish
+    wanted_deg: float
+
+
+class _Ranker:
+    """Ranks the places of one project in one thread, which alone has the ranking.
+
+    Another project gets another one of these, so that a thread that is late has nothing to do with
+    it.
+    """
+
+    def __init__(self, project: Project, cameras: Mapping[str, Camera]) -> None:
+        self._project, self._cameras = project, cameras
+        self._lock = threading.Lock()
+        self._order: _Order | None = None
+        self._build, self._frames = False, frozenset[int]()
+        self._ranking: NextClicks | None = None
+
+    def tell(self, order: _Order, *, build: bool, frames: frozenset[int]) -> None:
+        """Say what the next ranking is made of, and in which frames clicks have changed."""
+        with self._lock:
+            self._order = order
+            self._build |= build
+            self._frames |= frames
+
+    def __call__(self, _question: int) -> Ranking:
+        """Rank; called in the worker's thread."""
+        with self._lock:
+            order, build, frames = self._order, self._build, self._frames
+            self._build, self._frames = False, frozenset()
+        assert order is not None  # noqa: S101 - told before it was asked
+        gaps = gaps_of(self._project)
+        ranking, self._ranking = self._ranking, None  # where this fails, the next one begins anew
+        if ranking is None or build:
+            ranking = self._built(order, gaps)
+        else:
+            clicks = self._project.clicks
+            for frame in sorted(frames):
+                ranking.update(frame, (*clicks.at(frame), *clicks.deleted_at(frame)))
+        self._ranking = ranking
+        counts = np.ones(len(order.fit.frame), dtype=np.bool_)
+        for gap in gaps:
+            counts &= (order.fit.frame < gap.start) | (order.fit.frame >= gap.stop)
+        sigma = ranking.gains.limb_sigma_deg()[counts]
+        return Ranking(ranking.best(order.wish), good_enough(sigma, order.wanted_deg))
+
+    def _built(self, order: _Order, gaps: Sequence[range]) -> NextClicks:
+        project = self._project
+        return NextClicks(
+            self._cameras, project.landmark_set(), order.fit,
+            project.clicks.all(with_deleted=True),
+            sigma=measured_sigmas(project, USUAL_SIGMA), run=order.run, gaps=gaps,
+        )  # fmt: skip
+
+
+class NextPresenter(QObject):
+    """Ranks the places of one project; a fit of the whole recording has to be there.
+
+    Signals
+    -------
+    ranked : Ranking or None
+        None: nothing is fitted, so that nothing can be ranked.
+    failed : Exception
+    """
+
+    ranked = Signal(object)
+    failed = Signal(object)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._project: Project | None = None
+        self._cameras: Mapping[str, Camera] = {}
+        self._fit: TrajectoryFit | None = None
+        self._run: LandmarkTrajectory | None = None
+        self._wish = Wish(count=_MOST)
+        self._wanted = WANTED_DEG
+        self._worker: NewestWins | None = None
+        self._ranker: _Ranker | None = None
+        self._asked = self._told = 0
+
+    @property
+    def wanted_deg(self) -> float:
+        """Angle by which limbs may be off."""
+        return self._wanted
+
+    @property
+    def idle(self) -> bool:
+        """Whether the ranking is up to date."""
+        return self._worker is None or self._told == self._asked
+
+    def set_project(self, project: Project | None, cameras: Mapping[str, Camera]) -> None:
+        """Rank another project's places, or none; `cameras` are those people click in."""
+        if self._worker is not None:
+            self._worker.close()
+            self._worker = None
+        self._project, self._cameras = project, cameras
+        self._fit = self._run = self._ranker = None
+        self._wish = Wish(count=_MOST)
+        self._told = self._asked
+        if project is not None:
+            self._wanted = float(project.view_settings.get(_WANTED, WANTED_DEG))
+        self.ranked.emit(None)
+
+    def set_fit(self, fit: TrajectoryFit | None) -> None:
+        """Rank by another fit of the recording."""
+        self._fit = fit
+        if fit is None:
+            self.ranked.emit(None)
+        else:
+            self._ask(build=True)
+
+    def set_run(self, run: LandmarkTrajectory | None) -> None:
+        """Look also at where a tracker disagrees."""
+        if run is not self._run:
+            self._run = run
+            self._ask(build=True)
+
+    def set_frames(self, frames: range | None) -> None:
+        """Look only at these frames; None: at all of them."""
+        self._wish = Wish(count=_MOST, frames=frames)
+        self._ask()
+
+    def set_wanted(self, degrees: float) -> None:
+        """Be content when limbs are off by no more than this."""
+        self._wanted = degrees
+        if self._project is not None and not self._project.read_only:
+            self._project.view_settings.set(_WANTED, degrees)
+        self._ask()
+
+    def follow(self, changed: Changed) -> None:
+        """Take in an edit."""
+        frames = changed.frames("click")
+        gaps = "frame_flag" in changed.tables
+        if frames or gaps:
+            self._ask(build=gaps or len(frames) > _MANY_FRAMES, frames=frames)
+
+    def close(self) -> None:
+        """End the worker."""
+        self.set_project(None, {})
+
+    def _ask(self, *, build: bool = False, frames: frozenset[int] = frozenset()) -> None:
+        if self._fit is None or self._project is None:
+            return
+        if self._ranker is None or self._worker is None:
+            self._ranker = _Ranker(self._project, self._cameras)
+            self._worker = NewestWins(self._ranker, "rank clicks")
+            self._worker.answered.connect(self._on_ranked)
+            self._worker.failed.connect(self._on_failed)
+        order = _Order(self._fit, self._run, self._wish, self._wanted)
+        self._ranker.tell(order, build=build, frames=frames)
+        self._asked += 1
+        self._worker.ask(self._asked)
+
+    @Slot(object, object)
+    def _on_ranked(self, question: int, ranking: Ranking) -> None:
+        self._told = question
+        if self._fit is not None:
+            self.ranked.emit(ranking)
+
+    @Slot(object, object)
+    def _on_failed(self, question: int, error: Exception) -> None:
+        self._told = question
+        self.failed.emit(error)

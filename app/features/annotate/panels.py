@@ -1,0 +1,424 @@
+"""Everything of annotation around the views: lanes, what is next, history, trust."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from PySide6.QtCore import QObject, QPoint, Qt, QTimer, Signal, Slot
+from PySide6.QtWidgets import QWidget
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.project.edit import Edit
+from stereotrack_core.project.history import Changed
+from stereotrack_core.project.project import Project
+from stereotrack_core.recording.description import Recording
+
+from ...services.failures import Message, message_of
+from ...services.tasks.task import TaskList
+from ...widgets.forms.repeat_bar import RepeatBar
+from ...widgets.tables.history_panel import HistoryPanel
+from ...widgets.tables.next_panel import NextPanel
+from ...widgets.timeline.annotation_bar import AnnotationBar
+from ...widgets.timeline.lane_filter import KINDS, LaneFilter
+from ...widgets.timeline.timeline_view import TimelineView
+from .annotation_lanes import AnnotationLanes
+from .clicking.blind_repeats import BlindRepeats
+from .dialogs import AnnotationDialogs
+from .edits import EditWork
+from .filling.predicting import PredictionWork
+from .filling.reference_work import ReferenceWork, ShownReference
+from .history import HistoryPresenter
+from .next_clicks import NextPresenter, Ranking
+from .selection import Selection, selection_of
+
+_GROUP = "annotation"
+_FILTER = "lanes"
+_DELAY_MS = 40
+_COUNTING_MS = 250
+
+
+class AnnotationPanels(QObject):
+    """The panels of annotation and what stands behind them; they follow one project.
+
+    Parameters
+    ----------
+    timeline : TimelineView
+    tasks : TaskList
+    window : QWidget
+        Parent of dialogs.
+
+    Signals
+    -------
+    frame_requested : int
+    click_requested : int, str, str
+        Frame, camera and landmark: go there and choose it.
+    landmark_chosen : str
+        The name of a landmark's lane was clicked.
+    repeat_changed : ()
+        A frame begins or ends to be annotated again, or has other clicks of the second reading.
+    reference_changed : ()
+        Another trajectory is the project's reference, or none.
+    said : str
+        What was done, for the status line.
+    message : Message
+        Something that the person should read.
+    changed : ()
+        Commands may be possible now that were not, or the other way round.
+    """
+
+    frame_requested = Signal(int)
+    click_requested = Signal(int, str, str)
+    landmark_chosen = Signal(str)
+    repeat_changed = Signal()
+    reference_changed = Signal()
+    said = Signal(str)
+    message = Signal(object)
+    changed = Signal()
+    _edited = Signal(object)
+
+    def __init__(self, timeline: TimelineView, tasks: TaskList, window: QWidget) -> None:
+        super().__init__(window)
+        self.timeline, self.tasks, self.window = timeline, tasks, window
+        self.project: Project | None = None
+        self.recording: Recording | None = None
+        self.frame_count, self.frame = 0, 0
+        self._shown = True
+        self.bar = AnnotationBar()
+        self.next_panel = NextPanel()
+        self.history_panel = HistoryPanel()
+        self.repeat_bar = RepeatBar()
+        self.lanes: AnnotationLanes | None = None
+        self.repeats: BlindRepeats | None = None
+        self.history = HistoryPresenter(self)
+        self.next = NextPresenter(self)
+        self.reference = ReferenceWork(tasks, self)
+        self.edits = EditWork(tasks, self)
+        self.predicting = PredictionWork(self)
+        self.dialogs = AnnotationDialogs(self)
+        self._back_to: int | None = None
+        self._forget: Callable[[], None] | None = None
+        self._soon = QTimer(self, singleShot=True, interval=_DELAY_MS)
+        self._soon.timeout.connect(self._show_numbers)
+        self._counted = QTimer(self, singleShot=True, interval=_COUNTING_MS)
+        self._counted.timeout.connect(self._on_counted)
+        self._connect()
+
+    def _connect(self) -> None:
+        self._edited.connect(self._on_edited)
+        self.timeline.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        self.timeline.customContextMenuRequested.connect(self._on_menu)
+        self.timeline.selection_changed.connect(self._on_selection)
+        self.timeline.lanes_selected.connect(self._on_selection)
+        self.timeline.lane_clicked.connect(self._on_lane)
+        self.bar.filter_changed.connect(self._on_filter)
+        self.bar.flagged_requested.connect(self.go_to_flagged)
+        self.history_panel.jump_requested.connect(self.history.jump_to)
+        self.history_panel.stop_requested.connect(self.history.stop)
+        self.history.moved.connect(self.history_panel.show_going)
+        self.history.arrived.connect(self._on_arrived)
+        self.next_panel.visit_requested.connect(self.click_requested)
+        self.next_panel.wanted_changed.connect(self.next.set_wanted)
+        self.next_panel.limited.connect(self._on_limited)
+        self.next_panel.fit_requested.connect(self.reference.fit)
+        self.next.ranked.connect(self._on_ranked)
+        self.reference.shown.connect(self._on_reference)
+        self.reference.residuals_changed.connect(self._on_residuals)
+        self.reference.busy_changed.connect(self.changed)
+        self.repeat_bar.finish_requested.connect(self.finish_repeat)
+        self.predicting.found.connect(self._on_predicted)
+        self.predicting.busy_changed.connect(self.changed)
+        self.edits.said.connect(self.said)
+        self.edits.message.connect(self.message)
+        for source in (self.history, self.next, self.reference):
+            source.failed.connect(self._on_failed)
+
+    # ---- the project
+
+    def set_project(
+        self, project: Project | None, recording: Recording | None, frame_count: int
+    ) -> None:
+        """Follow another project, or none; the one before may be closed afterwards."""
+        if self._forget is not None:
+            self._forget()
+            self._forget = None
+        self.dialogs.close_all()
+        self.predicting.cancel()
+        self.project = project if recording is not None else None
+        self.recording, self.frame_count = recording, frame_count
+        self._back_to = None
+        if self.project is not None:
+            self._forget = self.project.on_change(self._edited.emit)
+            self.bar.set_filter(_stored_filter(self.project))
+        self.repeats = BlindRepeats(self.project) if self.project is not None else None
+        self.history.set_project(self.project)
+        self.history_panel.show_edits(
+            self.project.history.entries if self.project is not None else None
+        )
+        self.next.set_project(self.project, click_cameras(recording))
+        self.next_panel.show_wanted(self.next.wanted_deg)
+        self._make_lanes()
+        self.reference.set_project(self.project, recording, frame_count)
+        self._show_bar()
+        self._show_selection()
+        self._show_numbers()
+        self._tell_repeat()
+
+    def set_shown(self, shown: bool) -> None:
+        """Show lanes and bar, or leave the timeline to the runs."""
+        if shown != self._shown:
+            self._shown = shown
+            self._show_bar()
+            self._show_lanes()
+
+    def _show_bar(self) -> None:
+        self.bar.setVisible(self._shown and self.project is not None)
+
+    def set_frame_count(self, frame_count: int) -> None:
+        """The number of frames is known better."""
+        if frame_count != self.frame_count:
+            self.frame_count = frame_count
+            # while frames are being counted this is called again and again
+            self._counted.start(_COUNTING_MS if self.lanes is not None else 0)
+
+    @Slot()
+    def _on_counted(self) -> None:
+        self._make_lanes()
+        self.reference.set_frame_count(self.frame_count)
+
+    def set_frame(self, frame: int) -> None:
+        """Another frame is shown."""
+        self.frame = frame
+        if self.timeline.selection is None:
+            self._show_selection()
+
+    def settled(self) -> bool:
+        """Whether everything shown follows the facts."""
+        waiting = self._soon.isActive() or self._counted.isActive()
+        return not waiting and self.next.idle and not self.reference.fitting
+
+    def shutdown(self) -> None:
+        """Let the project go, before the window closes."""
+        self.set_project(None, None, 0)
+
+    def _make_lanes(self) -> None:
+        project, recording = self.project, self.recording
+        self.lanes = None
+        if project is not None and recording is not None and self.frame_count:
+            cameras = len(click_cameras(recording))
+            self.lanes = AnnotationLanes(project, self.frame_count, cameras)
+            self._dress_lanes(self.reference.now)
+        self._show_lanes()
+
+    # ---- edits
+
+    def do(self, make: Callable[[], Edit], *, frames: int = 1) -> None:
+        """Make an edit, about so many frames; what is wrong with it is told."""
+        if self.project is not None:
+            self.edits.do(self.project, make, frames=frames)
+
+    @Slot(object)
+    def _on_edited(self, changed: Changed) -> None:
+        if self.project is None:
+            return
+        self.history_panel.follow()
+        if self.lanes is not None and self.lanes.follow(changed):
+            self._show_lanes()
+        self.reference.follow(changed)
+        self.next.follow(changed)
+        if "repeat_click" in changed.tables:
+            self._tell_repeat()
+        if changed.how == "done" and _a_keyframe_is_done(changed):
+            self._begin_due_repeat()
+        self._soon.start()
+
+    @Slot()
+    def _show_numbers(self) -> None:
+        if self.project is not None:
+            progress = self.project.progress()
+            flagged = self.lanes is not None and bool(len(self.lanes.flagged_frames()))
+            self.bar.show_progress(progress.words(), progress.share, flagged=flagged)
+        self.changed.emit()
+
+    # ---- selection and lanes
+
+    def selection(self) -> Selection:
+        """What commands work on: the selected frames, or the one that is shown."""
+        landmarks = self.lanes.landmark_set.names if self.lanes is not None else ()
+        return selection_of(
+            self.timeline.selection, self.frame, self.timeline.selected_lanes, landmarks
+        )
+
+    @Slot()
+    def _on_selection(self) -> None:
+        self._show_selection()
+        if self.next_panel.limit.isChecked():
+            self.next.set_frames(self.timeline.selection)
+
+    def _show_selection(self) -> None:
+        self.bar.show_selection(self.selection().words() if self.project is not None else "")
+
+    @Slot(bool)
+    def _on_limited(self, limited: bool) -> None:
+        self.next.set_frames(self.timeline.selection if limited else None)
+
+    @Slot(str)
+    def _on_lane(self, name: str) -> None:
+        if self.lanes is not None and name in self.lanes.landmark_set.names:
+            self.landmark_chosen.emit(name)
+
+    @Slot(object)
+    def _on_filter(self, chosen: LaneFilter) -> None:
+        if self.project is not None and not self.project.read_only:
+            stored = {
+                "kinds": sorted(chosen.kinds),
+                "hidden": sorted(chosen.hidden),
+                "only_flagged": chosen.only_flagged,
+            }
+            self.project.view_settings.set(_FILTER, stored)
+        self._show_lanes()
+
+    def _show_lanes(self) -> None:
+        lanes = self.lanes if self._shown else None
+        self.timeline.set_lanes(lanes.lanes(self.bar.filter) if lanes is not None else (), _GROUP)
+        if lanes is not None:
+            every = lanes.lanes(LaneFilter(frozenset(KINDS)))
+            self.bar.set_lanes([(lane.id, lane.name) for lane in every])
+
+    @Slot(QPoint)
+    def _on_menu(self, place: QPoint) -> None:
+        if self.project is not None:
+            self.bar.show_selection_menu(self.timeline.mapToGlobal(place))
+
+    @Slot(bool)
+    def go_to_flagged(self, backwards: bool = False) -> None:
+        """Go to the next (previous) frame in which a landmark is flagged."""
+        found = None
+        if self.lanes is not None:
+            found = self.lanes.next_flagged(self.frame, backwards=backwards)
+        if found is not None:
+            self.frame_requested.emit(found)
+        else:
+            where = "before" if backwards else "after"
+            self.said.emit(f"No frame {where} this one is flagged.")
+
+    # ---- fit, following, what is next
+
+    @Slot(object)
+    def _on_reference(self, now: ShownReference | None) -> None:
+        self._dress_lanes(now)
+        self._show_lanes()
+        self.next.set_fit(now.fit if now is not None else None)
+        if now is not None:
+            self.said.emit(now.words)
+        self.reference_changed.emit()
+        self.changed.emit()
+
+    @Slot(list, object)
+    def _on_residuals(self, frames: list[int], values: FloatArray) -> None:
+        if self.lanes is not None:
+            self.lanes.change_residuals(frames, values)
+            self._show_lanes()
+
+    def _dress_lanes(self, now: ShownReference | None) -> None:
+        if self.lanes is not None:
+            fits = now is not None and (
+                now.residuals is None or len(now.residuals) == self.frame_count
+            )
+            if now is not None and fits:
+                self.lanes.show_reference(now.reference, now.residuals, now.mistakes)
+            else:
+                self.lanes.show_reference(None)
+
+    @Slot(object)
+    def _on_ranked(self, ranking: Ranking | None) -> None:
+        colours: Mapping[str, str] = {}
+        if self.lanes is not None:
+            colours = {one.name: one.colour for one in self.lanes.landmark_set.landmarks}
+        if ranking is None:
+            self.next_panel.show_ranking((), None, colours)
+        else:
+            self.next_panel.show_ranking(ranking.suggestions, ranking.sign, colours)
+
+    @Slot(str)
+    def _on_predicted(self, words: str) -> None:
+        self.said.emit(words)
+        self.repeat_changed.emit()
+
+    # ---- blind repeats
+
+    def _begin_due_repeat(self) -> None:
+        frame = self.repeats.due() if self.repeats is not None else None
+        if frame is not None:
+            self.begin_repeat(frame)
+
+    def begin_repeat(self, frame: int) -> None:
+        """Annotate a frame again, its first reading hidden."""
+        if self.repeats is not None:
+            self._back_to = self.frame
+            self.repeats.begin(frame)
+            self._tell_repeat()
+            self.frame_requested.emit(frame)
+
+    @Slot()
+    def finish_repeat(self) -> None:
+        """Show the frame as it is again, and go back to where one was."""
+        if self.repeats is None or self.repeats.active is None:
+            return
+        self.repeats.finish()
+        self._tell_repeat()
+        back, self._back_to = self._back_to, None
+        if back is not None:
+            self.frame_requested.emit(back)
+
+    def _tell_repeat(self) -> None:
+        self.repeat_bar.show_words(self.repeats.words() if self.repeats is not None else "")
+        self.repeat_changed.emit()
+        self.changed.emit()
+
+    # ---- the rest
+
+    def say(self, words: str) -> None:
+        """Say what was done."""
+        self.said.emit(words)
+
+    @Slot()
+    def _on_arrived(self) -> None:
+        self.history_panel.show_going(None)
+        self.changed.emit()
+
+    @Slot(object)
+    def _on_failed(self, error: Exception) -> None:
+        told: Message = message_of(error)
+        self.message.emit(told)
+
+
+def click_cameras(recording: Recording | None) -> dict[str, Camera]:
+    """The cameras whose images people click in: each view's reference image."""
+    if recording is None:
+        return {}
+    names = [view.image.camera for view in recording.views]
+    return {name: recording.cameras[name] for name in names}
+
+
+def _a_keyframe_is_done(changed: Changed) -> bool:
+    return any(
+        change.table.name == "keyframe" and change.after is not None and bool(change.after[0])
+        for change in changed.changes
+    )
+
+
+def _stored_filter(project: Project) -> LaneFilter:
+    stored = project.view_settings.get(_FILTER)
+    if not isinstance(stored, dict):
+        return LaneFilter()
+    return LaneFilter(
+        _names(stored.get("kinds")) & frozenset(KINDS),
+        _names(stored.get("hidden")),
+        bool(stored.get("only_flagged", False)),
+    )
+
+
+def _names(stored: object) -> frozenset[str]:
+    """Names in a list that somebody else may have written."""
+    return frozenset(map(str, stored)) if isinstance(stored, list) else frozenset()

@@ -1,0 +1,1 @@
+"""Inspect: what the tracker does within one frame."""

@@ -1,0 +1,319 @@
+"""What the panel shows of one step."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.skeleton import limb_of_part
+from stereotrack_core.tracking.inside.trace import (
+    REASONS,
+    Correction,
+    FrameTrace,
+    Points,
+    Rows,
+    movement,
+)
+
+from ...widgets.plots.inside_content import StepContent, Table
+from ...widgets.style.limb_colours import limb_words
+from .inside_numbers import (
+    covariance_maps,
+    cross_maps,
+    deviations_table,
+    part_words,
+    residual_histogram,
+    states_of,
+)
+from .inside_search import pairs_table, proposals_table, search_words
+from .inside_steps import Step, name_of
+
+_KINDS = {
+    "elbow": "Limit of the elbows",
+    "rest": "Head and legs at rest",
+    "torso": "Arms off the torso",
+    "arms": "Arms apart",
+    "outline": "Outlines",
+    "detection": "Detections",
+}
+_SIDES = ("inside the model", "outside of it")
+_NEGATIVE = (
+    "The prediction is the mean over the sigma points (2.16), which lies off the model where a "
+    "joint is uncertain; so a residual may be negative though a distance is not."
+)
+_REASONS = ("Hidden", "Inside", "Surplus", "Too far", "On it")
+_UNITS = {"m": ("mm", 1e3), "rad": ("°", float(np.degrees(1.0))), "px": ("px", 1.0)}
+
+
+def content_of(trace: FrameTrace, step: Step, compared: str = "") -> StepContent:
+    """One step in words and numbers.
+
+    Parameters
+    ----------
+    trace : FrameTrace
+    step : Step
+    compared : str
+        How the result differs from what a run has kept; empty where there is none.
+    """
+    correction = trace.corrections[step.correction] if step.correction >= 0 else None
+    match step.kind:
+        case "predict":
+            return _predict(trace, step)
+        case "search":
+            return _search(trace, step)
+        case "collisions":
+            return _collisions(trace, step)
+        case "settle" | "result":
+            return _result(trace, step, compared)
+        case _ if correction is None:
+            points = trace.measured[0]
+            return _content(
+                step, trace, histogram=residual_histogram(points, _said(points), _SIDES)
+            )
+        case "points":
+            return _content(step, trace, tables=(_points_table(correction),))
+        case "pairs":
+            return _pairs(trace, step, correction)
+        case "sigma":
+            return _sigma(trace, step, correction)
+        case "cross":
+            words = _cross_words(correction)
+            maps = cross_maps(correction, trace.state_names)
+            return _content(step, trace, words, maps=maps)
+        case _:
+            return _correct(trace, step, correction)
+
+
+def _content(step: Step, trace: FrameTrace, words: str = "", **parts: object) -> StepContent:
+    said = f"{step.words} {words}".strip()
+    return StepContent(name_of(step, trace), said, step.source, **parts)  # type: ignore[arg-type]
+
+
+def _predict(trace: FrameTrace, step: Step) -> StepContent:
+    before, predicted, names = trace.before, trace.predicted, trace.state_names
+    return _content(
+        step,
+        trace,
+        " ".join(trace.notes),
+        tables=(deviations_table(before, predicted, names, ("Before", "Predicted")),),
+        maps=covariance_maps(before, predicted, names, ("Correlations before", "Predicted")),
+    )
+
+
+def _count(chosen: BoolArray) -> int:
+    return int(np.count_nonzero(chosen))
+
+
+def _points_table(correction: Correction) -> Table:
+    used, unused = correction.points, correction.unused
+    parts = np.unique(np.concatenate([used.part, unused.part[unused.part >= 0]])).tolist()
+    reasons = np.unique(unused.why).tolist()
+    rows = []
+    for part in parts:
+        own = [_count((unused.part == part) & (unused.why == why)) for why in reasons]
+        rows.append(_counted(part_words(part), _count(used.part == part), own))
+    nobody = [_count((unused.part < 0) & (unused.why == why)) for why in reasons]
+    if any(nobody):
+        rows.append(_counted("no part", 0, nobody))
+    every = [_count(unused.why == why) for why in reasons]
+    rows.append(_counted("all", len(used.part), every))
+    said = tuple(_REASONS[why] for why in reasons)
+    tips = ("", "Points that are used", *(_capital(REASONS[why]) for why in reasons))
+    limbs = [limb_of_part(part) for part in parts]
+    limbs += [""] * (len(rows) - len(parts))
+    strong = (len(rows) - 1,)
+    return Table("Points", ("Part", "Used", *said), tuple(rows), tuple(limbs), strong, tips)
+
+
+def _counted(name: str, used: int, unused: list[int]) -> tuple[str, ...]:
+    return (name, *(str(count) if count else "–" for count in (used, *unused)))
+
+
+def _pairs(trace: FrameTrace, step: Step, correction: Correction) -> StepContent:
+    points = correction.points
+    residual = correction.normalised_residual
+    words = f"{_said(points)} Normalised residual {residual:.2f}; 1 is as expected."
+    sides = _SIDES
+    if trace.method == "thesis":
+        sides = ("", "")
+        if bool(np.any(points.residual < 0.0)):
+            words = f"{words} {_NEGATIVE}"
+    tables = [_parts_table(points)]
+    if correction.rows:
+        tables.append(_rows_table(correction.rows))
+    return _content(
+        step, trace, words, histogram=residual_histogram(points, words, sides), tables=tuple(tables)
+    )
+
+
+def _said(points: Points) -> str:
+    if not len(points.residual):
+        return "No pair at all."
+    rms = 1e3 * float(np.sqrt(np.mean(points.residual**2)))
+    return f"{len(points.residual)} pairs, root mean square {rms:.1f} mm."
+
+
+def _parts_table(points: Points) -> Table:
+    rows, limbs = [], []
+    for part in np.unique(points.part).tolist():
+        own = points.part == part
+        residual = 1e3 * points.residual[own]
+        rows.append((
+            part_words(part),
+            str(np.count_nonzero(own)),
+            f"{residual.mean():+.1f}",
+            f"{np.sqrt(np.mean(residual**2)):.1f}",
+            f"{points.weight[own].mean():.2f}",
+            f"{1e3 * points.sigma[own].mean():.0f}",
+        ))  # fmt: skip
+        limbs.append(limb_of_part(part))
+    tips = (
+        "",
+        "Pairs",
+        "Mean residual; positive: the measured points are ahead of their partners",
+        "Root mean square of the residuals",
+        "1: full trust, 0: none; it falls with the distance",
+        "Standard deviation that a measurement is taken to have",
+    )
+    headings = ("Part", "Pairs", "Mean", "RMS", "Weight", "σ")
+    return Table("Pairs by part, lengths in mm", headings, tuple(rows), tuple(limbs), tips=tips)
+
+
+def _rows_table(rows: tuple[Rows, ...]) -> Table:
+    found = []
+    for row in rows:
+        unit, factor = _UNITS[row.unit]
+        rms = factor * float(np.sqrt(np.mean(row.residual**2)))
+        strongest = float(np.abs(row.residual / row.sigma).max())
+        name = _KINDS.get(row.kind, row.kind)
+        found.append((name, str(len(row.part)), f"{rms:.1f} {unit}", f"{strongest:.1f} σ"))
+    return Table(
+        "What else acts on the correction", ("Rows", "How many", "RMS", "Largest"), tuple(found)
+    )
+
+
+def _sigma(trace: FrameTrace, step: Step, correction: Correction) -> StepContent:
+    points, states = correction.sigma_points, states_of(trace.state_names)
+    count = len(points.deviations)
+    largest = np.abs(points.deviations).max(axis=0)
+    rows = tuple(
+        (state.label, *(f"{value * state.factor:.2f} {state.unit}" for value in values))
+        for state, *values in zip(states, correction.before.sigma, largest, strict=True)
+    )
+    limbs = tuple(state.limb for state in states)
+    tips = ("", "Standard deviation", "How far the farthest of these poses is from the estimate")
+    table = Table("Spread", ("State", "σ", "Farthest"), rows, limbs, tips=tips)
+    return _content(step, trace, f"Here {count} poses.", tables=(table,))
+
+
+def _cross_words(correction: Correction) -> str:
+    n, m = correction.P_xz.shape
+    return f"{n} states, {m} pairs; norm of the gain {correction.gain_norm:.3g}."
+
+
+def _correct(trace: FrameTrace, step: Step, correction: Correction) -> StepContent:
+    before, after, names = correction.prior, correction.after, trace.state_names
+    tables = [
+        _moved_table(trace, correction.before.pose, correction.after.pose),
+        deviations_table(before, after, names, ("Before", "After")),
+    ]
+    if trace.method != "thesis":
+        tables.insert(1, _pull_table(correction))
+    maps = covariance_maps(before, after, names, ("Correlations before", "Correlations after"))
+    return _content(step, trace, tables=tuple(tables), maps=maps)
+
+
+def _moved_table(trace: FrameTrace, origin: Pose, to: Pose) -> Table:
+    """How far each limb was moved now, and since the prediction."""
+    now = movement(trace.body, origin, to)
+    since = movement(trace.body, trace.predicted.pose, to)
+    rows = [
+        ("torso, place", f"{1e3 * now.shift:.1f} mm", f"{1e3 * since.shift:.1f} mm"),
+        ("torso, rotation", _degrees(now.turn), _degrees(since.turn)),
+    ]
+    rows += [
+        (limb_words(limb), _degrees(now.limbs[i]), _degrees(since.limbs[i]))
+        for i, limb in enumerate(LIMBS)
+        if i
+    ]
+    limbs = ("torso", *LIMBS)
+    headings = ("Limb", "Now", "In all")
+    tips = ("", "By this step", "Since the prediction")
+    return Table("Correction", headings, tuple(rows), limbs, tips=tips)
+
+
+def _degrees(radians: float) -> str:
+    return f"{np.degrees(radians):.2f} °"
+
+
+def _pull_table(correction: Correction) -> Table:
+    """What pulled where, in the state's own numbers."""
+    sources: list[tuple[str, FloatArray]] = [
+        ("measured points", correction.gain @ correction.points.residual),
+        ("back to the prediction", correction.from_prior),
+    ]
+    sources += [(_KINDS.get(row.kind, row.kind).lower(), row.dx) for row in correction.rows]
+    rows = tuple(
+        (
+            name,
+            f"{1e3 * np.linalg.norm(dx[:3]):.1f} mm",
+            _degrees(float(np.linalg.norm(dx[3:6]))),
+            *(_degrees(float(np.linalg.norm(dx[6 + 2 * k : 8 + 2 * k]))) for k in range(4)),
+        )
+        for name, dx in sources
+    )
+    headings = ("What pulls", "Place", "Rotation", "L upper", "L fore", "R upper", "R fore")
+    return Table("What pulls", headings, rows)
+
+
+def _collisions(trace: FrameTrace, step: Step) -> StepContent:
+    jump = trace.jump
+    if jump is None:
+        return _content(step, trace)
+    said, least = [], 1e3 * jump.least_distance
+    for arm in jump.arms:
+        side = "left" if arm.side == 0 else "right"
+        why = [
+            f"the {name} was {1e3 * missing:.0f} mm too near to the torso ({least:.0f} mm wanted)"
+            for name, missing in (("elbow", arm.elbow_missing), ("hand", arm.hand_missing))
+            if missing > 0.0
+        ]
+        if arm.bend_missing > 0.0:
+            why.append(f"the elbow was folded {np.degrees(arm.bend_missing):.0f}° too far")
+        found = " and ".join(why) if why else "nothing was too near"
+        said.append(f"{_capital(side)} arm: {found}.")
+    table = _moved_table(trace, jump.before, jump.after)
+    return _content(step, trace, " ".join(said), tables=(table,))
+
+
+def _search(trace: FrameTrace, step: Step) -> StepContent:
+    search = trace.search
+    if search is None:
+        return _content(step, trace)
+    tables = (pairs_table(search), *(proposals_table(one) for one in search.proposals))
+    return _content(step, trace, search_words(search), tables=tables)
+
+
+def _result(trace: FrameTrace, step: Step, compared: str) -> StepContent:
+    estimate = trace.estimate
+    words = compared
+    if not estimate.tracked:
+        words = f"The frame is not tracked: {estimate.reason}."
+    timing = Table(
+        "Time",
+        ("Step", "Milliseconds"),
+        tuple((_capital(name), f"{1e3 * value:.1f}") for name, value in trace.seconds.items()),
+    )
+    moved = _moved_table(trace, trace.predicted.pose, trace.after.pose)
+    short = Table(moved.title, moved.headings[:2], tuple(r[:2] for r in moved.rows), moved.limbs)
+    deviations = deviations_table(
+        trace.predicted, trace.after, trace.state_names, ("Predicted", "After")
+    )
+    tables = (short, timing, deviations) if estimate.tracked else (timing,)
+    return _content(step, trace, words, tables=tables)
+
+
+def _capital(words: str) -> str:
+    return words[:1].upper() + words[1:]

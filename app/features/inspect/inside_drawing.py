@@ -1,0 +1,149 @@
+"""What views and scene show of one step inside a frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.mesh import body_mesh
+from stereotrack_core.body.model import BodyModel
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.skeleton import limb_of_part
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.tracking.inside.trace import (
+    HIDDEN,
+    INSIDE,
+    ON_PARTNER,
+    TOO_FAR,
+    Correction,
+    FrameTrace,
+    Points,
+)
+
+from ...widgets.camera.inside_overlay import Ghosts, InsideScene, Marked, moved_ghosts
+from ...widgets.style.diverging import SHADES, shade_colours, shade_of
+from ...widgets.style.limb_colours import LIMB_COLOURS
+from .inside_steps import Step, name_of
+
+_AROUND = 8
+_LEGS = "#b5b5b5"
+UNUSED = {
+    HIDDEN: "#4d4d4d",
+    INSIDE: "#F0E442",
+    TOO_FAR: "#CC79A7",
+    ON_PARTNER: "#009E73",
+}
+"""Colours of points that are not used, by reason; what is only surplus is not drawn."""
+
+
+@dataclass(frozen=True, eq=False)
+class StepDrawing:
+    """One step as it is drawn.
+
+    Attributes
+    ----------
+    frame : int
+    words : str
+        For the status line.
+    body : BodyModel
+    pose : Pose
+        Of the model that is drawn as a whole.
+    scene : InsideScene
+    cloud : Cloud
+    """
+
+    frame: int
+    words: str
+    body: BodyModel
+    pose: Pose
+    scene: InsideScene
+    cloud: Cloud
+
+
+def drawing_of(trace: FrameTrace, step: Step, cloud: Cloud) -> StepDrawing:
+    """What is drawn of one step."""
+    pose, scene = _drawn(trace, step)
+    return StepDrawing(trace.frame, name_of(step, trace), trace.body, pose, scene, cloud)
+
+
+def _drawn(trace: FrameTrace, step: Step) -> tuple[Pose, InsideScene]:
+    correction = trace.corrections[step.correction] if step.correction >= 0 else None
+    body = trace.body
+    match step.kind:
+        case "predict":
+            pose = trace.predicted.pose
+            return pose, InsideScene(ghosts=_ghosts(body, pose, [trace.before.pose]))
+        case "settle" | "result":
+            pose = trace.after.pose
+            return pose, InsideScene(ghosts=_ghosts(body, pose, [trace.predicted.pose]))
+        case "collisions" if trace.jump is not None:
+            pose = trace.jump.after
+            return pose, InsideScene(ghosts=_ghosts(body, pose, [trace.jump.before]))
+        case "search" if trace.search is not None:
+            pairs = (trace.search.followed, *trace.search.pairs)
+            chosen = next(pair.pose for pair in pairs if pair.chosen)
+            others = [pair.pose for pair in pairs if not pair.chosen]
+            return chosen, InsideScene(ghosts=_ghosts(body, chosen, others))
+        case "pairs" if correction is None:
+            return trace.predicted.pose, InsideScene(lines=_pairs(trace.measured[0]))
+        case _ if correction is not None:
+            return _drawn_of(body, step, correction)
+    return trace.after.pose, InsideScene()
+
+
+def _drawn_of(body: BodyModel, step: Step, correction: Correction) -> tuple[Pose, InsideScene]:
+    before, after = correction.before.pose, correction.after.pose
+    match step.kind:
+        case "points":
+            return before, InsideScene(dots=_dots(correction))
+        case "sigma":
+            poses = correction.sigma_points.poses
+            others = [poses[i] for i in range(1, len(poses.position))]
+            return before, InsideScene(ghosts=_ghosts(body, before, others))
+        case "correct":
+            return after, InsideScene(ghosts=_ghosts(body, after, [before]))
+    return before, InsideScene(lines=_pairs(correction.points))
+
+
+def _dots(correction: Correction) -> tuple[Marked, ...]:
+    """Points that are used, by part, and those that are not; sampled ones lie on the model."""
+    points, unused = correction.points, correction.unused
+    sampled = bool(np.any(unused.part >= 0))
+    marked = [
+        Marked(colour, unused.place[unused.why == why])
+        for why, colour in UNUSED.items()
+        if np.any(unused.why == why)
+    ]
+    places = points.foot if sampled else points.place
+    for part in np.unique(points.part).tolist():
+        colour = LIMB_COLOURS.get(limb_of_part(part), _LEGS)
+        marked.append(Marked(colour, places[points.part == part]))
+    return tuple(marked)
+
+
+def _pairs(points: Points) -> tuple[Marked, ...]:
+    """Lines from measured points to the model, by the colour of their residuals."""
+    shade, colours = shade_of(points.residual), shade_colours()
+    ends = np.stack([points.place, points.foot], axis=1)
+    return tuple(Marked(colours[k], ends[shade == k]) for k in range(SHADES) if np.any(shade == k))
+
+
+def _ghosts(body: BodyModel, model: Pose, others: list[Pose]) -> tuple[Ghosts, ...]:
+    """The model in other poses, without the parts that are where the model is."""
+    meshes = body_mesh(body, model, around=_AROUND)
+    here = body.frames(model)
+    stacked = body.frames(
+        Pose(
+            np.stack([pose.position for pose in others]),
+            np.stack([pose.rotations for pose in others]),
+        )
+    )
+    ghosts = []
+    for mesh in meshes:
+        part = mesh.part
+        local: FloatArray = (mesh.vertices - here.origins[part]) @ here.rotations[part]
+        turned = np.einsum("sij,vj->svi", stacked.rotations[:, part], local)
+        ghosts.append(Ghosts(mesh.limb, turned + stacked.origins[:, part, None]))
+    return moved_ghosts(ghosts, [mesh.vertices for mesh in meshes])

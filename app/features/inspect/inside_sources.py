@@ -1,0 +1,206 @@
+"""From a run, or the tracker in progress, to a tracker that is about to do a frame."""
+
+from __future__ import annotations
+
+import dataclasses
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.blas_threads import one_blas_thread
+from stereotrack_core.body.model import BodyModel, body_model
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.proportions import proportions_of
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.recording.depth_views import usable_views
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.tracking.estimate import Estimate
+from stereotrack_core.tracking.inside.beginning import Beginning, Known, Way, beginning_at
+from stereotrack_core.tracking.inside.look import copy_of, watched_step
+from stereotrack_core.tracking.inside.trace import FrameTrace, movement
+from stereotrack_core.tracking.manifold_tracker import ManifoldTracker
+from stereotrack_core.tracking.pipeline import Pipeline
+from stereotrack_core.tracking.repeating import recipe_of
+from stereotrack_core.tracking.settings import Settings
+from stereotrack_core.tracking.thesis import ThesisTracker
+from stereotrack_core.tracking.tuning.attempt import stoppable
+
+from ...session.runs import RunEntry
+from .inside_steps import Step, steps_of
+
+LIVE = (
+    "Begins with the tracker in progress itself: a copy of it does this frame, and the tracker "
+    "stays before it."
+)
+_SMOOTHED = " The run was smoothed, so its poses know of later frames too."
+_SAME_METRES, _SAME_RADIANS = 1e-4, np.radians(0.01)
+
+
+@dataclass(frozen=True, eq=False)
+class Question:
+    """What the inside of a frame is worked out from.
+
+    Attributes
+    ----------
+    frame : int
+    cloud : Cloud
+    begin : callable
+        Makes the tracker that does the frame; called in the background.
+    found : Estimate or None
+        What the run has kept of the frame, to be compared with.
+    source : object
+        The run or tracker that it is about.
+    settings : Settings
+    stop : Event
+        Set when nobody wants to know any more.
+    """
+
+    frame: int
+    cloud: Cloud
+    begin: Callable[[Cloud], Beginning]
+    found: Estimate | None
+    source: object
+    settings: Settings
+    stop: threading.Event
+
+
+@dataclass(frozen=True, eq=False)
+class Inside:
+    """What was worked out.
+
+    Attributes
+    ----------
+    question : Question
+    trace : FrameTrace
+    steps : tuple of Step
+    words : str
+        Where the tracker began.
+    compared : str
+        How the result differs from what the run has kept.
+    """
+
+    question: Question
+    trace: FrameTrace
+    steps: tuple[Step, ...]
+    words: str
+    compared: str
+
+
+def asks_the_same(asked: Question | None, frame: int, source: object, settings: Settings) -> bool:
+    """Whether a frame was asked about already, of the same run and with the same settings."""
+    return (
+        asked is not None
+        and asked.frame == frame
+        and asked.source is source
+        and asked.settings == settings
+    )
+
+
+def answer(question: Question) -> Inside:
+    """Let the tracker do its frame; called in a thread of its own."""
+    release = one_blas_thread.hold()
+    try:
+        begun = question.begin(question.cloud)
+        trace = watched_step(begun.tracker, question.cloud)
+    finally:
+        release()
+    plain = BodyModel(trace.body.skeleton, trace.body.cones)  # this one never stops
+    trace = dataclasses.replace(trace, body=plain)
+    return Inside(question, trace, steps_of(trace), begun.words, _compared(trace, question.found))
+
+
+def live_question(frame: int, cloud: Cloud, pipeline: Pipeline, *, started: bool) -> Question:
+    """About the tracker in progress, which is held just before the frame.
+
+    Parameters
+    ----------
+    frame : int
+    cloud : Cloud
+    pipeline : Pipeline
+    started : bool
+        Whether the tracker has a pose already.
+    """
+    tracker = pipeline.tracker
+    assert isinstance(tracker, ThesisTracker | ManifoldTracker)  # noqa: S101 - no others are made
+    twin = copy_of(tracker)
+
+    def begin(cloud: Cloud) -> Beginning:
+        if not started and len(cloud.points):
+            twin.start(pipeline.first_pose(cloud))
+        return Beginning(twin, LIVE)
+
+    return Question(frame, cloud, begin, None, pipeline, pipeline.settings, threading.Event())
+
+
+def run_question(
+    frame: int, cloud: Cloud, recording: Recording, entry: RunEntry | None, settings: Settings
+) -> Question:
+    """About a run that has been there, or about a frame that no run knows."""
+    way, known, stop = way_of(recording, entry, settings), Known(), threading.Event()
+    way = dataclasses.replace(way, body=stoppable(way.body, stop.is_set))
+    if entry is not None:
+        known = Known(*(_estimate(entry, k) for k in (frame - 1, frame - 2, frame)))
+    smoothed = entry is not None and _smoothed(entry)
+
+    def begin(cloud: Cloud) -> Beginning:
+        begun = beginning_at(way, known, cloud)
+        return Beginning(begun.tracker, begun.words + _SMOOTHED) if smoothed else begun
+
+    return Question(frame, cloud, begin, known.here, entry, settings, stop)
+
+
+def settings_of(entry: RunEntry) -> Settings:
+    """Settings of a run.
+
+    Raises
+    ------
+    InputError
+        Where a stored run does not say how it was made.
+    """
+    if entry.settings is not None:
+        return entry.settings
+    run = entry.run()
+    return recipe_of(run).settings if run is not None else Settings()
+
+
+def way_of(recording: Recording, entry: RunEntry | None, settings: Settings) -> Way:
+    """How a run tracks its frames; how the next one would, where there is none."""
+    body: BodyModel = (
+        entry.body
+        if entry is not None
+        else body_model(proportions_of(recording.subject), settings.body)
+    )
+    views, seed = usable_views(recording, None), 0
+    if entry is not None and entry.origin is not None:
+        views, seed = entry.origin.views, entry.origin.seed
+    elif entry is not None and entry.stored is not None:
+        meta = entry.stored.meta
+        kept = tuple(name for name in meta.get("views", ()) if name in views)
+        views, seed = kept or views, int(meta.get("seed", 0))
+    return Way(recording, settings, body, tuple(views), seed)
+
+
+def _estimate(entry: RunEntry, frame: int) -> Estimate | None:
+    tracked = entry.at(frame)
+    return tracked.estimate if tracked is not None else None
+
+
+def _smoothed(entry: RunEntry) -> bool:
+    return entry.stored is not None and bool(entry.stored.meta.get("smoothed", False))
+
+
+def _compared(trace: FrameTrace, found: Estimate | None) -> str:
+    """How the result differs from what the run has kept."""
+    if found is None or not (found.tracked and trace.estimate.tracked):
+        return ""
+    pose: Pose = found.pose
+    off = movement(trace.body, pose, trace.after.pose)
+    angle = max(off.turn, float(np.nanmax(off.limbs)))
+    if off.shift < _SAME_METRES and angle < _SAME_RADIANS:
+        return "It is the pose that the run has found."
+    return (
+        f"The run has found another pose: {1e3 * off.shift:.1f} mm and up to "
+        f"{np.degrees(angle):.1f}° away."
+    )

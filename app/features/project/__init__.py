@@ -1,0 +1,1 @@
+"""Recordings, projects and their files."""

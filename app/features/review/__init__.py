@@ -1,0 +1,1 @@
+"""Review: where and why a run fails."""

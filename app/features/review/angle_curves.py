@@ -1,0 +1,155 @@
+"""Joint angles of runs and of the reference, ready to be drawn and tabled; degrees."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.evaluation.joint_angles.definitions import ANGLES
+from stereotrack_core.evaluation.joint_angles.motion import Motion
+from stereotrack_core.evaluation.joint_angles.ranges import AngleRange, stretch_motion
+from stereotrack_core.evaluation.joint_angles.series import JointAngles
+from stereotrack_core.recording.description import Segment
+
+from ...widgets.plots.angle_plot import REFERENCE_STYLE, AngleCurve
+from ...widgets.style.limb_colours import LIMB_COLOURS
+from ...widgets.tables.motion_table import MotionRow
+
+QUANTITIES: tuple[tuple[str, str], ...] = (
+    ("angle", "angle"),
+    ("velocity", "velocity"),
+    ("acceleration", "acceleration"),
+)
+"""What can be drawn of an angle: key and words."""
+
+_UNITS = {"angle": "deg", "velocity": "deg/s", "acceleration": "deg/s²"}
+
+COLUMNS: tuple[tuple[str, str], ...] = (
+    ("range", "Range of motion: from the smallest to the largest angle, degrees"),
+    ("mean", "Mean angle, degrees, ± root mean square of its standard deviation"),
+    ("peak °/s", "Largest speed in either direction, degrees per second"),
+    ("left − right", "Left minus right range of motion, degrees, and as a share of their mean"),
+)
+"""Columns of the table of ranges."""
+
+
+def choices() -> tuple[tuple[str, str, str], ...]:
+    """Angles to choose from, left and right together: key, words, and what they mean."""
+    found = {angle.kind: (angle.label, angle.meaning) for angle in ANGLES}
+    arms_first = sorted(found, key=lambda kind: kind.startswith(("torso", "head")))
+    return tuple((kind, *found[kind]) for kind in arms_first)
+
+
+@dataclass(frozen=True, eq=False)
+class Moved:
+    """Angles with their derivatives.
+
+    Attributes
+    ----------
+    name : str
+        The run, or the reference.
+    style : str
+        The run's line style, or :data:`REFERENCE_STYLE`.
+    angles : JointAngles
+    motion : Motion
+    """
+
+    name: str
+    style: str
+    angles: JointAngles
+    motion: Motion
+
+
+def curves_of(moved: Sequence[Moved], kind: str, quantity: str) -> tuple[AngleCurve, ...]:
+    """Curves of one angle, left and right; only the active run and the reference have bands."""
+    curves = []
+    for one in moved:
+        value, sigma = _values(one, quantity)
+        for k, angle in enumerate(ANGLES):
+            if angle.kind != kind or not np.isfinite(value[:, k]).any():
+                continue
+            banded = one.style in {"solid", REFERENCE_STYLE}
+            stated = sigma[:, k] if banded else np.full(len(value), np.nan)
+            curves.append(
+                AngleCurve(
+                    one.name, angle.side, LIMB_COLOURS[angle.limb], one.style,
+                    one.angles.frame, np.degrees(value[:, k]), np.degrees(stated),
+                )
+            )  # fmt: skip
+    return tuple(curves)
+
+
+def unit_of(quantity: str) -> str:
+    """Unit of what is drawn."""
+    return _UNITS[quantity]
+
+
+def plot_words(moved: Sequence[Moved], kind: str, quantity: str) -> str:
+    """What is drawn, what is positive, and how it was made."""
+    if not moved:
+        return ""
+    meaning = next(angle.meaning for angle in ANGLES if angle.kind == kind)
+    said = f"{meaning[0].upper()}{meaning[1:]}. Band: one standard deviation."
+    if quantity == "angle":
+        return f"{said} As tracked, not smoothed."
+    motion = moved[0].motion
+    limit = motion.words.removesuffix(".")
+    return f"{limit}. Band: one standard deviation, if errors of different frames are independent."
+
+
+def range_rows(moved: Moved, stretch: Segment) -> tuple[MotionRow, ...]:
+    """Rows of the table of ranges in a stretch, arms first."""
+    found = stretch_motion(moved.angles, moved.motion, stretch)
+    sides = {side.left.angle.name: side for side in found.sides}
+    rows = []
+    for one in found.ranges:
+        if not one.frames:
+            continue
+        difference = ""
+        side = sides.get(one.angle.name)
+        if side is not None and np.isfinite(side.difference):
+            share = f" ({100.0 * side.symmetry:+.0f} %)" if np.isfinite(side.symmetry) else ""
+            difference = f"{np.degrees(side.difference):+.1f}{share}"
+        cells = (
+            _with_sigma(one.range, one.range_sigma),
+            _with_sigma(one.mean, one.sigma),
+            _with_sigma(one.peak_velocity, one.peak_velocity_sigma, 0),
+            difference,
+        )
+        label = one.angle.words.replace("shoulder ", "")  # whole in the tip
+        rows.append(MotionRow(one.angle.kind, one.angle.limb, label, cells, _hint(one)))
+    order = sorted(rows, key=lambda row: row.limb in {"torso", "head"})
+    return tuple(order)
+
+
+def table_words(moved: Moved, stretch: Segment) -> str:
+    """What the table is of."""
+    where = f"{stretch.name}, frames {stretch.first} – {stretch.end - 1}"
+    return f"{moved.name}, {where}, degrees"
+
+
+def _values(one: Moved, quantity: str) -> tuple[FloatArray, FloatArray]:
+    motion = one.motion
+    if quantity == "velocity":
+        return motion.velocity, motion.velocity_sigma
+    if quantity == "acceleration":
+        return motion.acceleration, motion.acceleration_sigma
+    return one.angles.angle, one.angles.sigma
+
+
+def _with_sigma(value: float, sigma: float, digits: int = 1) -> str:
+    if not np.isfinite(value):
+        return "–"
+    text = f"{np.degrees(value):.{digits}f}"
+    return f"{text} ± {np.degrees(sigma):.{digits}f}" if np.isfinite(sigma) else text
+
+
+def _hint(one: AngleRange) -> str:
+    low, high = np.degrees([one.minimum, one.maximum])
+    return (
+        f"{one.angle.words}: from {low:.1f}° to {high:.1f}° in {one.frames} frames. "
+        f"{one.angle.meaning[0].upper()}{one.angle.meaning[1:]}."
+    )

@@ -1,0 +1,1 @@
+"""Stretches in which a run fails."""

@@ -1,0 +1,205 @@
+"""Errors of runs against what may explain them, ready to be drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.evaluation.circumstances import Circumstances, circumstances_of
+from stereotrack_core.evaluation.trend import trend
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.interop.landmark_pose import pose_of_landmarks
+from stereotrack_core.recording.description import Recording
+
+from ...session.judgement import MEASURED_LIMBS, Judgement, reference_at
+from ...session.runs import RunEntry
+from ...widgets.plots.cloud_plot import CloudContent, PointCloud, Steps
+from ...widgets.style.limb_colours import LIMB_COLOURS
+
+KINDS: tuple[tuple[str, str], ...] = (
+    ("histogram", "% of frames over error [deg]"),
+    ("distance", "error [deg] over distance from the nearest camera [m]"),
+    ("speed", "error [deg] over speed of the limb's far end [m/s]"),
+    ("views", "error [deg] over number of views that see the limb free"),
+)
+"""What can be drawn: key and words."""
+
+_BIN_DEG = 2.5
+_LAST_DEG = 90.0
+_APART = 0.07
+
+
+@dataclass(frozen=True, eq=False)
+class Explained:
+    """A run with its circumstances; F frames of the run, limbs in the order of ``LIMBS``.
+
+    Attributes
+    ----------
+    name : str
+    judgement : Judgement
+    circumstances : Circumstances
+    views : (F, 6) float64 or None
+        How many views see each limb; None while that is not worked out.
+    """
+
+    name: str
+    judgement: Judgement
+    circumstances: Circumstances
+    views: FloatArray | None = None
+
+    def against(self, kind: str) -> FloatArray | None:
+        """What stands on the x axis (F, 6); None while it is not known."""
+        if kind == "views":
+            return self.views
+        return self.circumstances.distance if kind == "distance" else self.circumstances.speed
+
+
+def places(entry: RunEntry, judgement: Judgement) -> FloatArray:
+    """Landmarks (F, 9, 3) of a run's frames: the reference's where there is one, else its own."""
+    if judgement.truth is None:
+        return np.array([entry.frames[k].landmarks for k in judgement.frame.tolist()])
+    known = judgement.truth.trajectory
+    points: FloatArray = np.full((len(judgement.frame), 9, 3), np.nan)
+    _, own, other = np.intersect1d(judgement.frame, known.frame, return_indices=True)
+    points[own] = known.points[other]
+    return points
+
+
+def poses(entry: RunEntry, judgement: Judgement) -> list[Pose | None]:
+    """Poses of a run's frames: by the reference where it knows all landmarks, else the run's."""
+    result: list[Pose | None] = []
+    truth = None if judgement.truth is None else judgement.truth.trajectory
+    for tracked in (entry.frames[k] for k in judgement.frame.tolist()):
+        points = reference_at(truth, tracked.frame)
+        true = None if points is None else _pose(points)
+        result.append(tracked.pose if true is None else true)
+    return result
+
+
+def circumstances(entry: RunEntry, judgement: Judgement, recording: Recording) -> Circumstances:
+    """Distances and speeds in a run's frames."""
+    cameras = cameras_of(entry, recording)
+    return circumstances_of(judgement.frame, places(entry, judgement), cameras, recording.fps)
+
+
+def cameras_of(entry: RunEntry, recording: Recording) -> list[Camera]:
+    """Reference cameras of the views that a run was tracked with; all where it does not say."""
+    used: Sequence[str] = ()
+    if entry.origin is not None:
+        used = entry.origin.views
+    elif entry.stored is not None:
+        used = entry.stored.meta.get("views") or ()
+    chosen = [view for view in recording.views if view.name in used] or recording.views
+    return [recording.reference_camera(view) for view in chosen]
+
+
+def content_of(
+    kind: str, runs: Sequence[Explained], selection: range | None
+) -> CloudContent | None:
+    """What is drawn; None where there is nothing.
+
+    Parameters
+    ----------
+    kind : str
+        Key of :data:`KINDS`.
+    runs : sequence of Explained
+        The active one first.
+    selection : range or None
+    """
+    if not runs:
+        return None
+    if kind == "histogram":
+        return _histogram(runs, selection)
+    clouds = tuple(
+        cloud for place, run in enumerate(runs) for cloud in _clouds(kind, run, place, selection)
+    )
+    said = _words(kind, runs, selection)
+    return CloudContent(said, kind == "views", clouds)
+
+
+def _clouds(kind: str, run: Explained, place: int, selection: range | None) -> list[PointCloud]:
+    x = run.against(kind)
+    if x is None:
+        return []
+    frame = run.judgement.frame
+    chosen = np.ones(len(frame), dtype=np.bool_) if not selection else np.isin(frame, selection)
+    result = []
+    for i, limb in enumerate(MEASURED_LIMBS):
+        own, y = x[:, LIMBS.index(limb)], run.judgement.limbs[limb]
+        # the curve is that of the selection, where it says enough
+        curve = trend(own[chosen], y[chosen])
+        # whole numbers would hide each other: every limb stands a little aside
+        aside = _APART * (i - (len(MEASURED_LIMBS) - 1) / 2.0) if kind == "views" else 0.0
+        result.append(
+            PointCloud(
+                run.name, place, limb, LIMB_COLOURS[limb], frame, own + aside, y, chosen,
+                curve.x + aside, curve.median, curve.low, curve.high,
+            )
+        )  # fmt: skip
+    return result
+
+
+def _histogram(runs: Sequence[Explained], selection: range | None) -> CloudContent:
+    edges = np.arange(0.0, _LAST_DEG + _BIN_DEG, _BIN_DEG)
+    steps = []
+    top = 0.0
+    for place, run in enumerate(runs):
+        frame = run.judgement.frame
+        chosen = np.ones(len(frame), dtype=np.bool_) if not selection else np.isin(frame, selection)
+        for limb in MEASURED_LIMBS:
+            values = run.judgement.limbs[limb][chosen]
+            known = np.minimum(values[np.isfinite(values)], _LAST_DEG - 1e-9)
+            if not len(known):
+                continue
+            top = max(top, float(known.max()))
+            share = 100.0 * np.histogram(known, edges)[0] / len(known)
+            steps.append(Steps(run.name, place, limb, LIMB_COLOURS[limb], edges, share))
+    last = int(np.searchsorted(edges, top, side="right"))
+    steps = [
+        Steps(s.name, s.place, s.limb, s.colour, s.edges[: last + 1], s.height[:last])
+        for s in steps
+    ]
+    return CloudContent(_words("histogram", runs, selection), steps=tuple(steps))
+
+
+def _words(kind: str, runs: Sequence[Explained], selection: range | None) -> str:
+    judgement = runs[0].judgement
+    if judgement.truth is None:
+        said = "There is no reference: the tracker's own standard deviation stands for the error."
+    else:
+        said = f"Errors against {judgement.truth.words}."
+    if kind == "histogram":
+        said += " The last step holds all above." if _reaches_end(runs) else ""
+        return f"{said} {_selected(selection)}".strip()
+    if kind == "views" and any(run.views is None for run in runs):
+        said += " What each view sees is being worked out."
+    elif kind == "views":
+        said += " A view sees a limb free where half of its side facing the camera is not hidden."
+    lines = " Lines: running medians, shaded from quartile to quartile. A click goes to a point."
+    if len(runs) > 1:
+        lines += " Other runs: other symbols and line styles."
+    return f"{said}{lines} {_selected(selection)}".strip()
+
+
+def _reaches_end(runs: Sequence[Explained]) -> bool:
+    with np.errstate(invalid="ignore"):
+        return any(np.any(v >= _LAST_DEG) for run in runs for v in run.judgement.limbs.values())
+
+
+def _selected(selection: range | None) -> str:
+    if not selection:
+        return ""
+    return f"Frames {selection.start} – {selection.stop - 1} are selected."
+
+
+def _pose(points: FloatArray) -> Pose | None:
+    try:
+        pose = pose_of_landmarks(points)
+    except ValueError:
+        return None
+    return pose if np.isfinite(pose.rotations).all() else None

@@ -1,0 +1,181 @@
+"""Statistics of the limbs of runs: over the selection or the whole, and over every segment."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.evaluation.limb_statistics import ALL_ARMS, LimbStatistics, limb_statistics
+from stereotrack_core.recording.csv_table import csv_text
+from stereotrack_core.recording.description import Segment
+
+from ...session.judgement import LOST_SHARE, MEASURED_LIMBS, Judgement
+from ...session.runs import RunEntry
+from ...widgets.style.limb_colours import limb_words
+from ...widgets.tables.statistics_panel import StatisticsColumn, StatisticsGroup, StatisticsRow
+
+LOST_DEG = 45.0
+_CSV = (
+    "run", "stretch", "first", "end", "limb", "measure", "frames", "mean_deg", "median_deg",
+    "p95_deg", "maximum_deg", "threshold_deg", "above_threshold_percent", "lost_percent",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class StretchNumbers:
+    """Statistics of one run in one stretch of frames.
+
+    Attributes
+    ----------
+    run : str
+    stretch : Segment
+    measure : str
+        What the numbers are of, in words.
+    limbs : tuple of LimbStatistics
+        Degrees; the last pools all arm segments.
+    """
+
+    run: str
+    stretch: Segment
+    measure: str
+    limbs: tuple[LimbStatistics, ...]
+
+
+def numbers_of(
+    entries: Sequence[RunEntry],
+    judgements: Mapping[RunEntry, Judgement],
+    stretches: Sequence[Segment],
+    threshold: float,
+) -> tuple[StretchNumbers, ...]:
+    """Statistics: the first stretch for every run, the others for the first run alone."""
+    return tuple(
+        _numbers(entry, judgements[entry], stretch, threshold)
+        for entry, stretch in _wanted(entries, judgements, stretches)
+    )
+
+
+def stretches_of(
+    selection: range | None, count: int, segments: Sequence[Segment]
+) -> tuple[Segment, ...]:
+    """The selection, or the whole recording where nothing is selected, then every segment."""
+    if selection:
+        first = Segment("selection", selection.start, selection.stop)
+    else:
+        first = Segment("whole recording", 0, count)
+    return (first, *segments)
+
+
+def columns(threshold: float, measure: str) -> tuple[StatisticsColumn, ...]:
+    """Columns of the panel."""
+    own = "error" if measure == "error" else "standard deviation"
+    lost = (
+        "Share of frames in which the limb is more than 45° off, %"
+        if measure == "error"
+        else "Share of frames in which the tracker takes the limb for lost, %"
+    )
+    return (
+        StatisticsColumn("mean", f"Mean {own}, degrees"),
+        StatisticsColumn("median", f"Median {own}, degrees"),
+        StatisticsColumn("95 %", f"{own.capitalize()} that 95 of 100 frames stay below, degrees"),
+        StatisticsColumn("max", f"Largest {own}, degrees"),
+        StatisticsColumn(
+            f"> {threshold:.0f}°", "Share of frames above the plot's threshold, %"
+        ),
+        StatisticsColumn("lost", lost),
+    )  # fmt: skip
+
+
+def groups(numbers: Sequence[StretchNumbers]) -> tuple[StatisticsGroup, ...]:
+    """Groups of the panel; those of runs beside the first are named after them."""
+    result = []
+    for i, one in enumerate(numbers):
+        other = one.run != numbers[0].run
+        title = f"{one.run}, {one.stretch.name}" if other else one.stretch.name
+        rows = tuple(_row(row) for row in one.limbs if row.limb != ALL_ARMS)
+        pooled = next(_row(row).values for row in one.limbs if row.limb == ALL_ARMS)
+        frames = f"frames {one.stretch.first} – {one.stretch.end - 1}"
+        hint = f"{one.measure.capitalize()} of {one.run}, {frames}; beside the name: all arms"
+        result.append(StatisticsGroup(title, hint, pooled, rows, open=i == 0))
+    return tuple(result)
+
+
+def words(numbers: Sequence[StretchNumbers], judgement: Judgement) -> str:
+    """What the numbers are of."""
+    if not numbers:
+        return ""
+    first, end = numbers[0].stretch.first, numbers[0].stretch.end
+    where = f"{numbers[0].stretch.name}, frames {first} – {end - 1}"
+    if judgement.truth is None:
+        return (
+            f"Standard deviation of {numbers[0].run} as the tracker itself states it, degrees, "
+            f"{where}: there is no reference to measure errors against."
+        )
+    return f"Angular error of {numbers[0].run} against {judgement.truth.words}, degrees, {where}."
+
+
+def as_csv(numbers: Sequence[StretchNumbers], threshold: float) -> str:
+    """The same as a table for other programs."""
+    return csv_text(_CSV, list(_csv_rows(numbers, threshold)))
+
+
+def _csv_rows(
+    numbers: Sequence[StretchNumbers], threshold: float
+) -> Iterator[list[str | float | int]]:
+    for one in numbers:
+        for row in one.limbs:
+            known = [row.mean, row.median, row.p95, row.maximum]
+            shares = [100.0 * row.above, 100.0 * row.lost]
+            yield [
+                one.run, one.stretch.name, one.stretch.first, one.stretch.end, row.limb,
+                one.measure, row.count, *map(_cell, known), threshold, *map(_cell, shares),
+            ]  # fmt: skip
+
+
+def _cell(value: float) -> str | float:
+    return "" if np.isnan(value) else round(value, 4)
+
+
+def _row(row: LimbStatistics) -> StatisticsRow:
+    values = (
+        row.mean, row.median, row.p95, row.maximum, 100.0 * row.above, 100.0 * row.lost
+    )  # fmt: skip
+    return StatisticsRow(row.limb, limb_words(row.limb), values)
+
+
+def _wanted(
+    entries: Sequence[RunEntry],
+    judgements: Mapping[RunEntry, Judgement],
+    stretches: Sequence[Segment],
+) -> Iterator[tuple[RunEntry, Segment]]:
+    shown = [entry for entry in entries if entry in judgements]
+    for entry in shown:
+        yield entry, stretches[0]
+    for stretch in stretches[1:]:
+        if shown:
+            yield shown[0], stretch
+
+
+def _numbers(
+    entry: RunEntry, judgement: Judgement, stretch: Segment, threshold: float
+) -> StretchNumbers:
+    inside = (judgement.frame >= stretch.first) & (judgement.frame < stretch.end)
+    values = {limb: judgement.limbs[limb][inside] for limb in MEASURED_LIMBS}
+    lost = {limb: own[inside] for limb, own in _lost(judgement).items()}
+    limbs = limb_statistics(values, lost, threshold)
+    return StretchNumbers(entry.name, stretch, judgement.words, limbs)
+
+
+def _lost(judgement: Judgement) -> dict[str, FloatArray]:
+    """Whether each arm segment is lost (1) or not (0): by its error, or as the tracker says."""
+    if judgement.measure == "error":
+        limbs, limit = judgement.limbs, LOST_DEG
+    else:
+        limbs, limit = dict(judgement.lost), LOST_SHARE
+    return {
+        limb: np.where(np.isfinite(values), (values > limit).astype(np.float64), np.nan)
+        for limb, values in limbs.items()
+        if limb.endswith(("upper_arm", "forearm"))
+    }

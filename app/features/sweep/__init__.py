@@ -1,0 +1,1 @@
+"""Sweep: many values of parameters at once."""

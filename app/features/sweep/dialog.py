@@ -1,0 +1,231 @@
+"""The dialog of a sweep: fields, what they come to, and how it is going."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtCore import QTimer, Signal, Slot
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QDialog,
+    QDialogButtonBox,
+    QHBoxLayout,
+    QLabel,
+    QProgressBar,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from stereotrack_core.cli.sweep_plan import SweepCount
+from stereotrack_core.cli.sweep_words import in_words
+from stereotrack_core.errors import InputError
+
+from ...services.tasks.task import Task, TaskList
+from .form import SweepForm
+from .sweep_plan import SweepWish, count_of_wish, count_words, measured_seconds
+from .sweeps import SweepNow, SweepPresenter
+
+_COUNT_AFTER_MS = 350
+
+
+class SweepDialog(QDialog):
+    """Asks what to sweep, says what it comes to, begins, follows and stops it.
+
+    Parameters
+    ----------
+    presenter : SweepPresenter
+    tasks : TaskList
+        Where jobs are counted.
+
+    Signals
+    -------
+    results_wanted : Path
+        The person wants to look at a table.
+    """
+
+    results_wanted = Signal(object)
+
+    def __init__(
+        self, presenter: SweepPresenter, tasks: TaskList, parent: QWidget | None = None
+    ) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Sweep")
+        self._presenter, self._tasks = presenter, tasks
+        self._counting: Task | None = None
+        self._count_again = False
+        self.form = SweepForm()
+        self.count_label = QLabel()
+        self.count_label.setProperty("role", "heading")
+        self.count_label.setWordWrap(True)
+        self.error_label = QLabel()
+        self.error_label.setProperty("role", "error")
+        self.error_label.setWordWrap(True)
+        self.progress = QProgressBar()
+        self.progress.setRange(0, 1000)
+        self.progress.setTextVisible(False)
+        self.state_label = QLabel()
+        self.state_label.setWordWrap(True)
+        self.goes_on = QCheckBox("Let it &go on when the window is closed")
+        self.goes_on.setChecked(presenter.goes_on)
+        self.goes_on.toggled.connect(self._on_goes_on)
+        note = QLabel(
+            "What is in the table already is not computed again. Recordings are read as their "
+            "folders are; corrections that a project keeps do not count here."
+        )
+        note.setProperty("role", "muted")
+        note.setWordWrap(True)
+        layout = QVBoxLayout(self)
+        layout.addWidget(self.form, 1)
+        layout.addLayout(self._count_row())
+        for widget in (
+            self.error_label, self.progress, self.state_label, self.goes_on, note,
+            self._make_buttons(),
+        ):  # fmt: skip
+            layout.addWidget(widget)
+        self.resize(980, 620)
+        self._timer = QTimer(self, singleShot=True, interval=_COUNT_AFTER_MS)
+        self._timer.timeout.connect(self._count)
+        self.form.changed.connect(self._count_soon)
+        presenter.changed.connect(self._show_now)
+        self._show_now(presenter.now)
+
+    @property
+    def settled(self) -> bool:
+        """Whether jobs are counted as the fields say."""
+        return self._counting is None and not self._timer.isActive()
+
+    def _count_row(self) -> QHBoxLayout:
+        self.measure_button = QPushButton("&Measure the time")
+        self.measure_button.setAutoDefault(False)
+        self.measure_button.setToolTip("Track some frames of one run to learn how long all take")
+        self.measure_button.clicked.connect(self._measure)
+        self.measure_button.hide()
+        row = QHBoxLayout()
+        row.addWidget(self.count_label, 1)
+        row.addWidget(self.measure_button)
+        return row
+
+    def _make_buttons(self) -> QDialogButtonBox:
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        role = QDialogButtonBox.ButtonRole.ActionRole
+        self.begin_button = buttons.addButton("&Begin", role)
+        self.stop_button = buttons.addButton("&Stop", role)
+        self.results_button = buttons.addButton("&Results …", role)
+        self.begin_button.clicked.connect(self._begin)
+        self.stop_button.clicked.connect(self._presenter.stop)
+        self.results_button.clicked.connect(self._want_results)
+        for button in (self.begin_button, self.stop_button, self.results_button):
+            button.setAutoDefault(False)
+        buttons.rejected.connect(self.reject)
+        return buttons
+
+    # ---- counting
+
+    @Slot()
+    def _count_soon(self) -> None:
+        """Count when nothing is typed for a moment; what was counted before is greyed."""
+        self.count_label.setEnabled(False)
+        self._timer.start()
+
+    @Slot()
+    def _count(self) -> None:
+        """Count the jobs off the window's thread; the newest fields win."""
+        if self._counting is not None:
+            self._count_again = True
+            return
+        wish = self.form.wish()
+        self._count_again = False
+
+        def count(_task: Task) -> SweepCount | InputError:
+            try:
+                return count_of_wish(wish)
+            except InputError as error:
+                return error
+
+        self._counting = self._tasks.begin("counting the runs of a sweep", count, self._on_counted)
+        self._counting.ended.connect(self._on_count_ended)
+
+    @Slot(object)
+    def _on_counted(self, found: SweepCount | InputError) -> None:
+        wrong = isinstance(found, InputError)
+        self.error_label.setText(str(found) if isinstance(found, InputError) else "")
+        self.error_label.setVisible(wrong)
+        self.count_label.setVisible(not wrong)
+        unknown = False
+        if isinstance(found, SweepCount):
+            cluster = self.form.cluster.isChecked()
+            self.count_label.setText(count_words(found, cluster=cluster))
+            unknown = found.seconds is None and not cluster
+        self.measure_button.setVisible(unknown)
+        self.begin_button.setEnabled(not wrong and not self._presenter.now.going)
+
+    @Slot()
+    def _on_count_ended(self) -> None:
+        self._counting = None
+        if self._count_again:
+            self._count()
+        else:
+            self.count_label.setEnabled(not self._timer.isActive())
+
+    @Slot()
+    def _measure(self) -> None:
+        """Track some frames in another process to learn how long the sweep takes."""
+        wish = self.form.wish()
+        self.measure_button.setEnabled(False)
+
+        def measure(task: Task) -> tuple[SweepWish, float | None]:
+            return wish, measured_seconds(wish, task.token.cancelled)
+
+        task = self._tasks.begin("measuring how long a sweep takes", measure, self._on_measured)
+        task.ended.connect(lambda: self.measure_button.setEnabled(True))
+
+    @Slot(object)
+    def _on_measured(self, found: tuple[SweepWish, float | None]) -> None:
+        wish, seconds = found
+        if seconds is not None and wish == self.form.wish():
+            said = self.count_label.text().partition(". How long")[0]
+            self.count_label.setText(f"{said}. That takes about {in_words(seconds)}.")
+            self.measure_button.hide()
+
+    # ---- running
+
+    @Slot()
+    def _begin(self) -> None:
+        wish = self.form.wish()
+        try:
+            arguments = wish.arguments()
+        except InputError as error:
+            self._on_counted(error)
+            return
+        self._presenter.begin(arguments, Path(wish.table.strip()))
+
+    @Slot(object)
+    def _show_now(self, now: SweepNow) -> None:
+        self.progress.setVisible(now.going)
+        self.progress.setValue(round(1000 * now.share))
+        self.state_label.setText(now.words)
+        self.state_label.setVisible(bool(now.words))
+        self.state_label.setProperty("role", "error" if now.phase == "failed" else "")
+        self.state_label.style().polish(self.state_label)
+        self.stop_button.setEnabled(now.phase == "running")
+        self.begin_button.setEnabled(not now.going and not self.error_label.text())
+        self.results_button.setEnabled(self._table() is not None)
+        if not now.going:
+            self._timer.start()
+
+    def _table(self) -> Path | None:
+        """The table to look at: the one that is written, else the one that is named."""
+        now = self._presenter.now
+        table = now.table if now.going else Path(self.form.table.text().strip() or ".")
+        return table if table is not None and table.is_file() else None
+
+    @Slot()
+    def _want_results(self) -> None:
+        table = self._table()
+        if table is not None:
+            self.results_wanted.emit(table)
+
+    @Slot(bool)
+    def _on_goes_on(self, wanted: bool) -> None:
+        self._presenter.goes_on = wanted

@@ -1,0 +1,189 @@
+"""The fields of a sweep: what is varied, on what, where it is computed, where it goes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from PySide6.QtCore import Qt, Signal, Slot
+from PySide6.QtWidgets import (
+    QButtonGroup,
+    QFileDialog,
+    QFormLayout,
+    QGroupBox,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QListWidget,
+    QListWidgetItem,
+    QPushButton,
+    QRadioButton,
+    QSpinBox,
+    QVBoxLayout,
+    QWidget,
+)
+
+from stereotrack_core.worker_processes import usable_cores
+
+from .points import SweepPoints
+from .sweep_plan import SweepWish
+
+
+class SweepForm(QWidget):
+    """What a person asks a sweep for.
+
+    Signals
+    -------
+    changed : ()
+    """
+
+    changed = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._preset, self._changes = "accurate", tuple[str, ...]()
+        self.points = SweepPoints()
+        self.points.changed.connect(self.changed)
+        right = QVBoxLayout()
+        right.addWidget(self._on_what())
+        right.addWidget(self._where())
+        right.addStretch(1)
+        fields = QHBoxLayout()
+        fields.addWidget(self.points, 3)
+        fields.addLayout(right, 2)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addLayout(fields, 1)
+        layout.addLayout(self._file())
+
+    def show_base(self, preset: str, changes: Sequence[str]) -> None:
+        """Say what all runs begin with: a preset, and ``NAME=VALUE`` for what differs from it."""
+        self._preset, self._changes = preset, tuple(changes)
+        self.points.show_base(preset, changes)
+
+    def add_recording(self, folder: Path) -> None:
+        """Add a recording to those that are tracked."""
+        known = self.recordings()
+        if str(folder) not in known:
+            item = QListWidgetItem(folder.name)
+            item.setToolTip(str(folder))
+            item.setData(Qt.ItemDataRole.UserRole, str(folder))
+            self.list.addItem(item)
+            self.changed.emit()
+
+    def recordings(self) -> tuple[str, ...]:
+        """Folders of the recordings."""
+        items = (self.list.item(row) for row in range(self.list.count()))
+        return tuple(str(item.data(Qt.ItemDataRole.UserRole)) for item in items)
+
+    def wish(self) -> SweepWish:
+        """Everything that the fields say."""
+        return SweepWish(
+            recordings=self.recordings(),
+            points=self.points.wish(),
+            seeds=self.seeds.text(),
+            frames=self.frames.text(),
+            table=self.table.text(),
+            scheduler=self.address.text().strip() if self.cluster.isChecked() else "",
+            preset=self._preset,
+            changes=self._changes,
+            workers=self.processes.value(),
+        )
+
+    # ---- making
+
+    def _on_what(self) -> QGroupBox:
+        box = QGroupBox("On what")
+        self.list = QListWidget()
+        self.list.setAccessibleName("Recordings")
+        self.list.setMaximumHeight(72)
+        add, remove = QPushButton("A&dd …"), QPushButton("Re&move")
+        add.clicked.connect(self._ask_recording)
+        remove.clicked.connect(self._remove_recording)
+        buttons = QHBoxLayout()
+        for button in (add, remove):
+            button.setAutoDefault(False)
+            buttons.addWidget(button)
+        buttons.addStretch(1)
+        self.seeds = QLineEdit("0,1,2")
+        self.seeds.setToolTip("Every point is tracked once with each seed of all that is random")
+        self.frames = QLineEdit()
+        self.frames.setPlaceholderText("all, or A:B")
+        self.frames.setToolTip("Only the frames from A up to, not including, B")
+        for field in (self.seeds, self.frames):
+            field.textEdited.connect(self.changed)
+        form = QFormLayout(box)
+        form.addRow("Recordings", self.list)
+        form.addRow("", buttons)
+        form.addRow("Seeds", self.seeds)
+        form.addRow("Frames", self.frames)
+        return box
+
+    def _where(self) -> QGroupBox:
+        box = QGroupBox("Where")
+        self.here = QRadioButton("This computer, processes")
+        self.cluster = QRadioButton("Dask scheduler at")
+        self.here.setChecked(True)
+        group = QButtonGroup(self)
+        group.addButton(self.here)
+        group.addButton(self.cluster)
+        self.processes = QSpinBox()
+        self.processes.setRange(1, 256)
+        self.processes.setValue(usable_cores())
+        self.processes.setAccessibleName("Processes")
+        self.processes.valueChanged.connect(self.changed)
+        self.address = QLineEdit()
+        self.address.setPlaceholderText("tcp://host:8786")
+        self.address.setAccessibleName("Address of the scheduler")
+        self.address.setToolTip(
+            "Workers there reach the recordings by the same paths; see docs/sweeps.md"
+        )
+        self.address.textEdited.connect(lambda: self.cluster.setChecked(True))
+        self.address.textEdited.connect(self.changed)
+        self.cluster.toggled.connect(self.changed)
+        form = QFormLayout(box)
+        form.addRow(self.here, self.processes)
+        form.addRow(self.cluster, self.address)
+        return box
+
+    def _file(self) -> QHBoxLayout:
+        label = QLabel("&Table")
+        self.table = QLineEdit()
+        self.table.setAccessibleName("Table")
+        self.table.textEdited.connect(self.changed)
+        choose = QPushButton("C&hoose …")
+        choose.setAutoDefault(False)
+        choose.clicked.connect(self._ask_table)
+        label.setBuddy(self.table)
+        label.setMinimumWidth(label.sizeHint().width() + self.fontMetrics().averageCharWidth())
+        file = QHBoxLayout()
+        file.addWidget(label)
+        file.addWidget(self.table, 1)
+        file.addWidget(choose)
+        return file
+
+    @Slot()
+    def _ask_recording(self) -> None:
+        start = str(Path(self.recordings()[-1]).parent) if self.recordings() else ""
+        chosen = QFileDialog.getExistingDirectory(self, "Add a recording", start)
+        if chosen:
+            self.add_recording(Path(chosen))
+
+    @Slot()
+    def _remove_recording(self) -> None:
+        for item in self.list.selectedItems():
+            self.list.takeItem(self.list.row(item))
+        self.changed.emit()
+
+    @Slot()
+    def _ask_table(self) -> None:
+        chosen, _ = QFileDialog.getSaveFileName(
+            self,
+            "Table of the sweep",
+            self.table.text(),
+            "Table (*.csv)",
+            options=QFileDialog.Option.DontConfirmOverwrite,
+        )
+        if chosen:
+            self.table.setText(chosen if Path(chosen).suffix else f"{chosen}.csv")
+            self.changed.emit()

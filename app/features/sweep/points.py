@@ -1,0 +1,158 @@
+"""What a sweep tries: every combination of values, the points of a list, or a search."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from PySide6.QtCore import Qt, Signal, Slot
+from PySide6.QtWidgets import (
+    QComboBox,
+    QFileDialog,
+    QFormLayout,
+    QGroupBox,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QSizePolicy,
+    QSpinBox,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ...widgets.forms.sweep_values import SweepValues
+from .sweep_plan import PointsWish, hint_for, measures_to_judge_by, names_to_vary
+
+_WAYS = (
+    ("grid", "Every combination of values", "Each value of a line with each of all others."),
+    ("list", "The points of a list", "Points that a file names one by one."),
+    (
+        "search",
+        "A search for the best values",
+        "Each point is chosen from what the ones before it have given.",
+    ),
+)
+_ABOUT_LIST = (
+    "A CSV file with a column per parameter and a row per point. The columns may also be called "
+    "views, preset, frames, init or smooth; an empty cell leaves the value as it is."
+)
+_ABOUT_RANGES = (
+    "A range is written 50:600, or 0.1:10:log where it is better searched in powers; words and "
+    "switches are a list: yes,no."
+)
+
+
+class SweepPoints(QGroupBox):
+    """Asks which points are tried.
+
+    Signals
+    -------
+    changed : ()
+    """
+
+    changed = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__("What is tried", parent)
+        self.way = QComboBox()
+        self.way.setAccessibleName("What is tried")
+        for place, (name, words, about) in enumerate(_WAYS):
+            self.way.addItem(words, name)
+            self.way.setItemData(place, about, Qt.ItemDataRole.ToolTipRole)
+        self.values = SweepValues(names_to_vary(), hint_for)
+        self.ranges = SweepValues(names_to_vary(), hint_for, "from:to, or a,b,c")
+        self.stack = QStackedWidget()
+        for page in (self.values, self._list_page(), self._search_page()):
+            self.stack.addWidget(page)
+        self.besides = _muted()
+        column = QVBoxLayout(self)
+        column.addWidget(self.way)
+        column.addWidget(self.stack, 1)
+        column.addWidget(self.besides)
+        self.way.currentIndexChanged.connect(self.stack.setCurrentIndex)
+        for signal in (self.way.currentIndexChanged, self.values.changed, self.ranges.changed):
+            signal.connect(lambda: self.changed.emit())
+
+    def show_base(self, preset: str, changes: Sequence[str]) -> None:
+        """Say what all points begin with: a preset, and ``NAME=VALUE`` for what differs."""
+        said = f"All else is as in the parameter panel: {preset}"
+        if changes:
+            named = ", ".join(change.replace("_", " ").replace("=", " ") for change in changes[:4])
+            said += f" with {named}" + (" and more" if len(changes) > 4 else "")
+        self.besides.setText(f"{said}.")
+
+    def wish(self) -> PointsWish:
+        """What the fields say."""
+        way = self.way.currentData()
+        return PointsWish(
+            way=way,
+            varied=(self.ranges if way == "search" else self.values).varied(),
+            file=self.file.text().strip(),
+            trials=self.trials.value(),
+            minimise=str(self.judge.currentData()),
+        )
+
+    # ---- making
+
+    def _list_page(self) -> QWidget:
+        self.file = QLineEdit()
+        self.file.setAccessibleName("List of points")
+        self.file.setPlaceholderText("points.csv")
+        self.file.textEdited.connect(self.changed)
+        choose = QPushButton("Choose …")
+        choose.setAutoDefault(False)
+        choose.clicked.connect(self._ask_list)
+        row = QHBoxLayout()
+        row.addWidget(self.file, 1)
+        row.addWidget(choose)
+        page = QWidget()
+        column = QVBoxLayout(page)
+        column.setContentsMargins(0, 6, 0, 0)
+        column.addLayout(row)
+        column.addWidget(_muted(_ABOUT_LIST))
+        column.addStretch(1)
+        return page
+
+    def _search_page(self) -> QWidget:
+        self.trials = QSpinBox()
+        self.trials.setRange(1, 100_000)
+        self.trials.setValue(PointsWish().trials)
+        self.trials.setToolTip("How many points are tried, each with all recordings and seeds")
+        self.judge = QComboBox()
+        for name, words in measures_to_judge_by():
+            self.judge.addItem(words, name)
+        self.judge.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        self.judge.setToolTip(
+            "The mean of this over all recordings and seeds says which point is best. Usually the "
+            "error of the forearms where all recordings have a reference, else what the model "
+            "leaves unexplained of the cloud."
+        )
+        self.trials.valueChanged.connect(self.changed)
+        self.judge.currentIndexChanged.connect(lambda: self.changed.emit())
+        fields = QFormLayout()
+        fields.addRow("Points", self.trials)
+        fields.addRow("Judged by", self.judge)
+        page = QWidget()
+        column = QVBoxLayout(page)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(self.ranges, 1)
+        column.addWidget(_muted(_ABOUT_RANGES))
+        column.addLayout(fields)
+        return page
+
+    @Slot()
+    def _ask_list(self) -> None:
+        start = str(Path(self.file.text()).parent) if self.file.text() else ""
+        chosen, _ = QFileDialog.getOpenFileName(self, "List of points", start, "Table (*.csv)")
+        if chosen:
+            self.file.setText(chosen)
+            self.changed.emit()
+
+
+def _muted(words: str = "") -> QLabel:
+    label = QLabel(words)
+    label.setProperty("role", "muted")
+    label.setWordWrap(True)
+    return label

@@ -1,0 +1,331 @@
+"""What came of a sweep: plots of any table that a sweep has written."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import QTimer, Signal, Slot
+from PySide6.QtWidgets import (
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QFileDialog,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.sweeps.measures import measure_named
+from stereotrack_core.evaluation.sweeps.picture import draw_curves, draw_heat, words_of
+from stereotrack_core.evaluation.sweeps.table import (
+    SweepTable,
+    axis_of,
+    curves_of,
+    heat_of,
+    table_of_cells,
+)
+from stereotrack_core.interop.table_file import read_csv_table
+
+from ...session.counting import counted
+from ...widgets.plots.sweep_plot import SweepPlot
+from .sweep_best import AVERAGED, best_rows
+
+_LOOK_MS = 1000
+_MOST_COLOURS = 8
+_FAVOURITES = ("forearms", "unexplained_fraction")
+_TOLD = (
+    "torso_position",
+    "upper_arms",
+    "forearms",
+    "lost",
+    "unexplained_fraction",
+    "frames_per_second",
+)
+
+
+class SweepResults(QDialog):
+    """Plots a table; a click on a point shows its values, which can be taken over.
+
+    Signals
+    -------
+    taken_over : dict
+        Values by name, as text, that the person wants in the parameter panel.
+    """
+
+    taken_over = Signal(object)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Results of a sweep")
+        self.table: SweepTable | None = None
+        self.path: Path | None = None
+        self._read_at = 0.0
+        self._chosen: dict[str, str] = {}
+        self.file_label = QLabel()
+        self.file_label.setProperty("role", "muted")
+        self.file_label.setWordWrap(True)
+        open_button = QPushButton("&Open …")
+        open_button.setAutoDefault(False)
+        open_button.clicked.connect(self._ask)
+        top = QHBoxLayout()
+        top.addWidget(self.file_label, 1)
+        top.addWidget(open_button)
+        self.plot = SweepPlot()
+        self.plot.rows_chosen.connect(self.choose)
+        self.averaged_label = QLabel()
+        self.averaged_label.setProperty("role", "muted")
+        self.averaged_label.setWordWrap(True)
+        layout = QVBoxLayout(self)
+        layout.addLayout(top)
+        layout.addLayout(self._choices())
+        layout.addWidget(self.plot, 1)
+        layout.addWidget(self.averaged_label)
+        layout.addLayout(self._chosen_row())
+        layout.addWidget(self._make_buttons())
+        self.resize(900, 640)
+        self._timer = QTimer(self, interval=_LOOK_MS)
+        self._timer.timeout.connect(self._look)
+        self._timer.start()
+
+    def _chosen_row(self) -> QHBoxLayout:
+        """What a point's values are, and what can be done with them."""
+        self.chosen_label = QLabel()
+        self.chosen_label.setWordWrap(True)
+        self.chosen_label.setMinimumHeight(2 * self.fontMetrics().lineSpacing() + 4)
+        self.take_button = QPushButton("&Take over into the parameter panel")
+        self.take_button.setAutoDefault(False)
+        self.take_button.setEnabled(False)
+        self.take_button.clicked.connect(lambda: self.taken_over.emit(dict(self._chosen)))
+        self.best_button = QPushButton("&Best point")
+        self.best_button.setAutoDefault(False)
+        self.best_button.setToolTip(
+            "Show the values that give the best mean of the measure over recordings and seeds"
+        )
+        self.best_button.clicked.connect(self.choose_best)
+        below = QHBoxLayout()
+        below.addWidget(self.chosen_label, 1)
+        below.addWidget(self.best_button)
+        below.addWidget(self.take_button)
+        return below
+
+    def open_table(self, path: Path) -> None:
+        """Show a table.
+
+        Raises
+        ------
+        InputError
+            Where it is none of a sweep.
+        """
+        columns, rows = read_csv_table(path)
+        table = table_of_cells(columns, rows, str(path))
+        self._read_at = path.stat().st_mtime
+        first = path != self.path
+        self.path, self.table = path, table
+        self._fill(table, keep=not first)
+        if first:
+            self._chosen = {}
+            self.chosen_label.setText("Click a point to see its values.")
+            self.take_button.setEnabled(False)
+        settled = ", ".join(f"{name} {value}" for name, value in table.settled.items())
+        failed = f"; {table.failed} failed and are left out" if table.failed else ""
+        self.file_label.setText(
+            f"{path.name}: {counted(len(table.rows), 'run')}{failed}. {settled}".strip()
+        )
+        self.file_label.setToolTip(str(path))
+        self.draw()
+
+    @Slot()
+    def draw(self) -> None:
+        """Draw what the choices say."""
+        table, across, up = self.table, self.across.currentData(), self.measure.currentData()
+        second = self.second.currentData() or ""
+        if table is None or not across or not up:
+            return
+        if self.kind.currentData() == "heat" and second and second != across:
+            heat = heat_of(table, across, second, up)
+            self.plot.show_heat((across, second), up, heat)
+            self.averaged_label.setText(_averaged(table, (across, second), "Each field is"))
+            return
+        curves = curves_of(table, across, up, second if second != across else "")
+        self.plot.show_curves(axis_of(table, across), up, curves)
+        told = "Each faint point is a run; lines and bars are"
+        self.averaged_label.setText(_averaged(table, (across, second), told, spread=True))
+
+    @Slot(object)
+    def choose(self, rows: tuple[int, ...]) -> None:
+        """Show the values of some runs."""
+        table = self.table
+        if table is None:
+            return
+        self._chosen = {
+            name: value for name, value in table.chosen(rows).items() if name != "recording"
+        }
+        named = ", ".join(
+            f"{name.replace('_', ' ')} {_rounded(value)}" for name, value in self._chosen.items()
+        )
+        told = [_figures(table, rows, name) for name in _TOLD if name in table.measures]
+        self.chosen_label.setText(
+            f"{named or 'All together'} – {counted(len(rows), 'run')}: {', '.join(told)}"
+        )
+        self.take_button.setEnabled(bool(self._chosen))
+
+    @Slot()
+    def choose_best(self) -> None:
+        """Show the point that has the best mean of the measure that is drawn."""
+        if self.table is not None:
+            self.choose(best_rows(self.table, self.measure.currentData()))
+
+    def save_picture(self, path: Path) -> None:
+        """Write what is shown as a picture for a paper.
+
+        Raises
+        ------
+        InputError
+            Where nothing can be written there.
+        """
+        table, across, up = self.table, self.across.currentData(), self.measure.currentData()
+        second = self.second.currentData() or ""
+        if table is None:
+            return
+        if self.kind.currentData() == "heat" and second and second != across:
+            draw_heat(path, (across, second), up, heat_of(table, across, second, up))
+        else:
+            curves = curves_of(table, across, up, second if second != across else "")
+            draw_curves(path, axis_of(table, across), up, curves)
+
+    # ---- inside
+
+    def _choices(self) -> QHBoxLayout:
+        self.kind, self.across, self.second, self.measure = (QComboBox() for _ in range(4))
+        self.kind.addItem("Curves", "curves")
+        self.kind.addItem("Heat map", "heat")
+        row = QHBoxLayout()
+        for words, box in (
+            ("Draw", self.kind), ("of", self.measure), ("across", self.across),
+            ("and", self.second),
+        ):  # fmt: skip
+            row.addWidget(QLabel(words))
+            row.addWidget(box)
+            box.setAccessibleName(words)
+            box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
+            box.activated.connect(self.draw)
+        self.kind.setToolTip("Curves over one parameter, or a map over two")
+        self.second.setToolTip("In curves: what tells them apart by colour; in a map: upwards")
+        row.addStretch(1)
+        return row
+
+    def _make_buttons(self) -> QDialogButtonBox:
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        self.save_button = buttons.addButton(
+            "&Save picture …", QDialogButtonBox.ButtonRole.ActionRole
+        )
+        self.save_button.setAutoDefault(False)
+        self.save_button.clicked.connect(self._ask_picture)
+        buttons.rejected.connect(self.reject)
+        return buttons
+
+    def _fill(self, table: SweepTable, *, keep: bool) -> None:
+        """Offer what the table has; what was chosen stays where it can."""
+        old = [box.currentData() if keep else None for box in (self.across, self.second)]
+        measure = self.measure.currentData() if keep else None
+        names = table.parameters or tuple(table.settled)[:1]
+        for box in (self.across, self.second, self.measure):
+            box.clear()
+        self.second.addItem("nothing more", "")
+        for name in names:
+            self.across.addItem(words_of(name), name)
+            self.second.addItem(words_of(name), name)
+        for name in table.measures:
+            self.measure.addItem(words_of(name), name)
+        favourite = next((one for one in _FAVOURITES if one in table.measures), None)
+        # recordings and seeds are what is averaged over, unless somebody asks for them
+        chosen = [name for name in names if name not in AVERAGED] or list(names)
+        _show(self.across, old[0], chosen[0] if chosen else None)
+        few = [name for name in chosen[1:] if len(table.values(name)) <= _MOST_COLOURS]
+        _show(self.second, old[1], few[0] if few else "")
+        _show(self.measure, measure, favourite)
+
+    @Slot()
+    def _look(self) -> None:
+        """Read the table again when a sweep has written to it."""
+        if self.path is None or not self.isVisible():
+            return
+        try:
+            if self.path.stat().st_mtime != self._read_at:
+                self.open_table(self.path)
+        except (OSError, InputError):
+            return  # it is being written at this moment; the next look will find it
+
+    @Slot()
+    def _ask(self) -> None:
+        start = str(self.path.parent) if self.path is not None else ""
+        chosen, _ = QFileDialog.getOpenFileName(
+            self, "Open the table of a sweep", start, "Table (*.csv)"
+        )
+        if chosen:
+            try:
+                self.open_table(Path(chosen))
+            except InputError as error:
+                self.file_label.setText(str(error))
+
+    @Slot()
+    def _ask_picture(self) -> None:
+        name = str(self.path.with_suffix(".svg")) if self.path is not None else "sweep.svg"
+        chosen, _ = QFileDialog.getSaveFileName(
+            self, "Save the picture", name, "Drawing (*.svg);;Picture (*.png)"
+        )
+        if chosen:
+            path = Path(chosen)
+            try:
+                self.save_picture(path if path.suffix else path.with_suffix(".svg"))
+            except InputError as error:
+                self.chosen_label.setText(str(error))
+
+
+def _show(box: QComboBox, old: str | None, otherwise: str | None) -> None:
+    place = box.findData(old) if old is not None else -1
+    box.setCurrentIndex(place if place >= 0 else max(0, box.findData(otherwise)))
+
+
+def _rounded(value: str) -> str:
+    """A number with the digits that say something; words as they are."""
+    try:
+        return f"{float(value):.4g}" if "." in value else value
+    except ValueError:
+        return value
+
+
+def _figures(table: SweepTable, rows: tuple[int, ...], name: str) -> str:
+    """Mean and spread of a measure: ``forearms 9.1 ± 0.5 deg``."""
+    measure = measure_named(name)
+    values = table.numbers(name)[list(rows)]
+    values = values[np.isfinite(values)]
+    if measure is None or not values.size:
+        return ""
+    spread = float(values.std(ddof=1)) if values.size > 1 else math.nan
+    more = f" ± {spread:.1f}" if math.isfinite(spread) else ""
+    return f"{measure.short or measure.label} {values.mean():.1f}{more} {measure.unit}".strip()
+
+
+def _averaged(
+    table: SweepTable, shown: tuple[str, str], begin: str, *, spread: bool = False
+) -> str:
+    """What is averaged over: ``Each field is the mean over recording, seed and views.``"""
+    over = [name.replace("_", " ") for name in table.parameters if name not in shown]
+    if not over:
+        return "Each point is one run."
+    named = over[0] if len(over) == 1 else f"{', '.join(over[:-1])} and {over[-1]}"
+    return f"{begin} the mean{' and standard deviation' if spread else ''} over {named}."
+
+
+def parameters_of(values: Mapping[str, str]) -> dict[str, str]:
+    """Values of declared parameters among those of a point."""
+    from stereotrack_core.evaluation.sweeps.points import SPECIAL
+
+    return {name: value for name, value in values.items() if name not in SPECIAL and value}

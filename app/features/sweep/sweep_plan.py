@@ -1,0 +1,237 @@
+"""What a person asks a sweep for, as a command, and what that comes to."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from stereotrack_core.cli.arguments import recordings_of
+from stereotrack_core.cli.program import parser
+from stereotrack_core.cli.sweep_files import SweepPlaces, stored_results
+from stereotrack_core.cli.sweep_plan import (
+    SweepCount,
+    check_numbers,
+    count_of,
+    first_points,
+    judged_by,
+    sweep_planner,
+    sweep_points,
+    sweep_ranges,
+)
+from stereotrack_core.cli.sweep_words import in_words
+from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.sweeps.measures import MEASURES
+from stereotrack_core.evaluation.sweeps.points import SPECIAL, parameter_rows
+
+from ...session.counting import counted
+
+_LOOK_SECONDS = 0.1
+_CODE = (
+    "import sys; sys.path[:] = {path!r}; from stereotrack_core.cli import main; "
+    "sys.exit(main(sys.argv[1:]))"
+)
+
+
+@dataclass(frozen=True)
+class PointsWish:
+    """Which points are tried.
+
+    Attributes
+    ----------
+    way : str
+        ``grid``, ``list`` or ``search``.
+    varied : tuple of (str, str)
+        Names with their values, joined by commas; of a search, with their ranges.
+    file : str
+        The list.
+    trials : int
+        Points of a search.
+    minimise : str
+        Measure that a search goes by; empty: the usual one.
+    """
+
+    way: str = "grid"
+    varied: tuple[tuple[str, str], ...] = ()
+    file: str = ""
+    trials: int = 30
+    minimise: str = ""
+
+    def arguments(self) -> list[str]:
+        """What says so on the command line.
+
+        Raises
+        ------
+        InputError
+            Where something is missing.
+        """
+        named = [f"{name}={values}" for name, values in self.varied]
+        if self.way == "grid":
+            return [word for one in named for word in ("--grid", one)]
+        if self.way == "list":
+            if not self.file:
+                raise InputError("no list of points is chosen", remedy="Choose a file.")
+            return ["--list", self.file]
+        if not named:
+            raise InputError("nothing is searched for", remedy="Add a parameter and its range.")
+        words = [word for one in named for word in ("--search", one)]
+        words += ["--trials", str(self.trials)]
+        return [*words, "--minimise", self.minimise] if self.minimise else words
+
+
+@dataclass(frozen=True)
+class SweepWish:
+    """What the dialog says.
+
+    Attributes
+    ----------
+    recordings : tuple of str
+        Folders.
+    points : PointsWish
+    seeds, frames, table, scheduler : str
+        As on the command line; no scheduler: this machine.
+    preset : str
+    changes : tuple of str
+        ``NAME=VALUE`` for what differs from the preset.
+    workers : int
+    """
+
+    recordings: tuple[str, ...]
+    points: PointsWish
+    seeds: str
+    frames: str
+    table: str
+    scheduler: str
+    preset: str
+    changes: tuple[str, ...]
+    workers: int
+
+    def arguments(self) -> list[str]:
+        """The command of the command line that does it.
+
+        Raises
+        ------
+        InputError
+            Where something is missing.
+        """
+        if not self.recordings:
+            raise InputError("no recording is chosen", remedy="Add one.")
+        if not self.table.strip():
+            raise InputError("the table has no name", remedy="Choose a file.")
+        words = ["sweep", *self.recordings, "-o", self.table.strip(), "--preset", self.preset]
+        words += ["--seeds", self.seeds.strip() or "0", *self.points.arguments()]
+        for change in self.changes:
+            words += ["--set", change]
+        if self.frames.strip():
+            words += ["--frames", self.frames.strip()]
+        if self.scheduler:
+            return [*words, "--scheduler", self.scheduler]
+        return [*words, "--workers", str(self.workers)]
+
+
+def count_of_wish(wish: SweepWish) -> SweepCount:
+    """What a sweep would compute; takes as long as looking at the recordings does.
+
+    Raises
+    ------
+    InputError
+        Where something cannot be meant.
+    """
+    args = parser().parse_args(wish.arguments())
+    check_numbers(args)
+    recordings = recordings_of(args.recordings)
+    judged_by(args.minimise, recordings)
+    ranges = sweep_ranges(args)
+    points = first_points(ranges, args) if ranges else sweep_points(args)
+    jobs = sweep_planner(recordings, args).jobs(points)
+    count, _ = count_of(jobs, stored_results(SweepPlaces(args.output)), max(1, wish.workers))
+    return count
+
+
+def process_of(arguments: Sequence[str]) -> list[str]:
+    """What to start so that the command line does this in a process of its own."""
+    return [sys.executable, "-c", _CODE.format(path=sys.path), *arguments]
+
+
+def measured_seconds(wish: SweepWish, cancelled: Callable[[], bool]) -> float | None:
+    """What a sweep will take, after tracking some frames in another process.
+
+    None where it was cancelled.
+
+    Raises
+    ------
+    InputError
+        Where it cannot be told.
+    """
+    words = process_of([*wish.arguments(), "--dry-run", "--json"])
+    with subprocess.Popen(  # noqa: S603 - our own code in our own interpreter
+        words,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+        creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
+    ) as process:
+        while process.poll() is None:
+            if cancelled():
+                process.kill()
+                return None
+            time.sleep(_LOOK_SECONDS)
+        told = process.stdout.read() if process.stdout is not None else b""
+    try:
+        return float(json.loads(told)["seconds"])
+    except (ValueError, KeyError, TypeError):
+        raise InputError(
+            "the time could not be measured", remedy="Begin the sweep; it tells what is left."
+        ) from None
+
+
+def count_words(count: SweepCount, *, cluster: bool) -> str:
+    """What a sweep comes to: ``24 runs (4 points), 8 of them are in the table already …``."""
+    said = f"{counted(count.jobs, 'run')} ({counted(count.points, 'point')})"
+    waiting = count.jobs - count.there
+    if not waiting:
+        return f"{said}; all of them are in the table already."
+    if count.there:
+        said += f"; {count.there} of them are in the table already"
+    said += f". To track: {counted(count.frames, 'frame')}"
+    if cluster:
+        return f"{said}, on the cluster."
+    if count.seconds is None:
+        return f"{said}. How long that takes is not known yet."
+    processes = f"{count.workers} process{'' if count.workers == 1 else 'es'}"
+    return f"{said}, in about {in_words(count.seconds)} with {processes}."
+
+
+def names_to_vary() -> tuple[tuple[str, str], ...]:
+    """Everything that can be varied, with a sentence about it; seeds have a field of their own."""
+    rows = parameter_rows().values()
+    special = [(name, words) for name, words in SPECIAL.items() if name not in ("seed", "frames")]
+    return (*special, *((row.name, row.help) for row in rows))
+
+
+def measures_to_judge_by() -> tuple[tuple[str, str], ...]:
+    """Measures that a search can go by, with words; the first one leaves it to the program."""
+    best = {True: "the more the better", False: "the less the better"}
+    named = ((one.name, f"{one.title}, {best[one.more_is_better]}") for one in MEASURES)
+    return (("", "the usual measure"), *named)
+
+
+def hint_for(name: str) -> str:
+    """Which values a name takes, and what it is otherwise."""
+    if name in SPECIAL:
+        examples = {"views": "for example NS,NOSW", "preset": "for example accurate,fast",
+                    "init": "auto,tpose", "smooth": "yes,no"}  # fmt: skip
+        return examples.get(name, "")
+    row = parameter_rows()[name]
+    default = ("yes" if row.default else "no") if row.type is bool else row.default
+    if row.choices:
+        return f"{', '.join(row.choices)}; default {default}"
+    if row.type is bool:
+        return f"yes,no; default {default}"
+    shown = f"{default:g}" if isinstance(default, float) else str(default)
+    return f"{row.range_text()}; default {shown}"

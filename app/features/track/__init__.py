@@ -1,0 +1,1 @@
+"""Track: runs of the tracker."""

@@ -1,0 +1,436 @@
+"""Runs of the window and runs of the project are the same ones.
+
+A run that has come to its end goes into the project by itself; what the project has is in the
+list, and is read when it is to be shown. Edits are followed, also where they are taken back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+from weakref import WeakKeyDictionary, WeakSet
+
+from PySide6.QtCore import QObject, QTimer, Signal, Slot
+
+from stereotrack_core.body.model import BodyModel, body_model
+from stereotrack_core.body.proportions import proportions_of
+from stereotrack_core.errors import InputError
+from stereotrack_core.project.history import Changed
+from stereotrack_core.project.project import Project
+from stereotrack_core.project.run_facts import RunFacts, facts_of_meta, run_facts
+from stereotrack_core.project.runs import (
+    KeptRun,
+    NoteRun,
+    RenameRun,
+    delete_run,
+    free_name,
+    keep_run,
+    kept_runs,
+    load_run,
+)
+from stereotrack_core.project.schema import RUN
+from stereotrack_core.project.unfinished_runs import (
+    TakenIn,
+    place_for_run,
+    take_in,
+    unfinished_runs,
+)
+from stereotrack_core.tracking.frame import TrackedFrame
+from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.stored import body_of_run
+
+from ...services.failures import Message, message_of
+from ...services.tasks.task import Task, TaskList
+from ...session.document import DocumentPresenter
+from ...session.project_file import ProjectPresenter
+from ...session.runs import RunEntry, RunList, RunNow, frames_of_run
+from ...session.tracking import TrackPresenter
+
+_SHOWN = "runs_shown"
+_SHOWN_AT_FIRST = 1
+
+
+@dataclass(frozen=True, eq=False)
+class ReadRun:
+    """A run of the project, ready to be drawn."""
+
+    run: Run
+    body: BodyModel
+    frames: dict[int, TrackedFrame]
+
+
+class RunKeeper(QObject):
+    """Keeps runs in the project, and lists those that it has.
+
+    Work in other threads gets what a run holds, and gives what the project says; entries are
+    changed in the window's thread alone. Edits that are made meanwhile are followed after it, since
+    only then it is known whose row is whose.
+
+    Signals
+    -------
+    message : Message
+        What stood against keeping or reading a run.
+    """
+
+    message = Signal(object)
+
+    def __init__(
+        self,
+        document: DocumentPresenter,
+        project: ProjectPresenter,
+        runs: RunList,
+        track: TrackPresenter,
+        tasks: TaskList,
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
+        self._document, self._project = document, project
+        self._runs, self._track, self._tasks = runs, track, tasks
+        self._content: WeakKeyDictionary[RunEntry, str] = WeakKeyDictionary()
+        self._busy: dict[RunEntry, Task] = {}
+        self._behind = False
+        self._tried: WeakSet[RunEntry] = WeakSet()
+        self._wanted: WeakSet[RunEntry] = WeakSet()
+        self._listed: Project | None = None
+        self._facts: WeakKeyDictionary[RunEntry, tuple[int, RunFacts]] = WeakKeyDictionary()
+        self._taking: Task | None = None
+        track.place_for_run = self._place_for_run
+        self._soon = QTimer(self, singleShot=True, interval=0)
+        self._soon.timeout.connect(self._look)
+        for signal in (project.opened, track.state_changed, runs.changed, runs.active_changed):
+            signal.connect(self._look_soon)
+        project.changed.connect(self._on_edited)
+        project.closing.connect(self._keep_what_is_left)
+        project.closed.connect(self._forget)
+
+    # ---- facts
+
+    def settled(self) -> bool:
+        """Whether every run that is to be kept or shown is."""
+        return not self._soon.isActive() and not self._busy and self._taking is None
+
+    def why_not_kept(self, entry: RunEntry) -> str:
+        """Why a run is not in the project, as a sentence; empty where it is."""
+        if entry.kept:
+            return ""
+        if entry is self._track.entry:
+            return "The run is kept when it has come to its end."
+        if entry.kind == "attempt":
+            return "An attempt is kept when it is made the run."
+        if _from_file(entry):
+            return "A run that was opened from a file is kept when that is asked for."
+        return self._project.why_no_edit() or "The run is not kept yet."
+
+    def facts(self, entry: RunEntry) -> RunFacts | None:
+        """What a run was made with; None while that is not known."""
+        if entry.facts is not None:
+            return entry.facts
+        known = self._facts.get(entry)
+        if known is not None and known[0] == len(entry.frames):
+            return known[1]
+        meta = entry.stored.meta if entry.stored is not None else None
+        if meta is None and entry.origin is not None:
+            meta = {**entry.origin.meta(), "wall_seconds": entry.wall_seconds}
+        if meta is None or entry is self._track.entry:
+            return None
+        tracked = sum(frame.tracked for frame in entry.frames.values())
+        facts = run_facts(facts_of_meta(meta, entry.numbers(), tracked))
+        self._facts[entry] = (len(entry.frames), facts)
+        return facts
+
+    # ---- what a person does
+
+    def keep(self, entry: RunEntry) -> None:
+        """Put a run into the project, wherever it comes from."""
+        self._tried.discard(entry)
+        self._wanted.add(entry)
+        self._look_soon()
+
+    def rename(self, entry: RunEntry, name: str) -> None:
+        """Give a run another name, in the project too."""
+        if not name.strip() or name == entry.name:
+            return
+        if entry.kept:
+            self._project.apply(RenameRun(entry.kept, name.strip()))
+            self._runs.tell()  # where it was refused, the list shows the old name again
+        else:
+            self._runs.rename(entry, name)
+
+    def note(self, entry: RunEntry, note: str) -> None:
+        """Write something about a run that the project keeps."""
+        if entry.kept:
+            self._project.apply(NoteRun(entry.kept, note))
+
+    def remove(self, entry: RunEntry) -> None:
+        """Take a run from the list; one that the project keeps is deleted there, with undo."""
+        if entry.kept and entry not in self._busy:
+            self._project.apply(delete_run(entry.kept))
+        elif not entry.kept and entry not in self._busy:
+            self._runs.remove(entry)
+
+    # ---- following what happens
+
+    @Slot()
+    def _look_soon(self, _what: object = None) -> None:
+        self._soon.start()
+
+    @Slot()
+    def _look(self) -> None:
+        """List, keep and read whatever is to be listed, kept and read now."""
+        project = self._project.project
+        if project is None or self._document.recording is None:
+            return
+        if project is not self._listed:
+            self._listed = project
+            self._list(project)
+            self._take_in_what_is_left(project)
+        if not project.read_only:
+            for entry in self._to_keep()[:1]:  # the next one when this one has its name
+                self._begin_keeping(entry)
+        shown = (one for one in self._runs.entries if one.visible or one is self._runs.active)
+        for entry in shown:
+            if entry.waiting and entry not in self._tried:
+                self._begin_reading(project, entry)
+        self._remember_shown(project)
+
+    def _to_keep(self) -> list[RunEntry]:
+        return [
+            entry
+            for entry in self._runs.entries
+            if entry.frames
+            and not entry.kept
+            and (entry.kind == "run" or entry in self._wanted)
+            and (not _from_file(entry) or entry in self._wanted)
+            and entry is not self._track.entry
+            and entry not in self._tried
+            and entry not in self._busy
+            and (entry.origin is not None or entry.stored is not None)
+        ]
+
+    def _begin_keeping(self, entry: RunEntry) -> None:
+        project = self._project.project
+        if project is not None and not any(one.facts is None for one in self._busy):
+            work = partial(_kept, project, entry.name, entry.now())
+            done = partial(self._on_kept, project, entry, entry.name)
+            self._begin(f"keeping the run {entry.name}", entry, work, done)
+
+    def _begin_reading(self, project: Project, entry: RunEntry) -> None:
+        work = partial(_read, project, entry.kept)
+        done = partial(self._on_read, entry)
+        self._begin(f"reading the run {entry.name}", entry, work, done)
+
+    def _begin(
+        self,
+        title: str,
+        entry: RunEntry,
+        work: Callable[[], object],
+        done: Callable[[Any], None],
+    ) -> None:
+        if entry in self._busy:
+            return
+        self._tried.add(entry)  # what fails is told by the window, and not tried for ever
+        task = self._tasks.begin(title, lambda _task: work(), done)
+        task.ended.connect(self._on_ended)
+        self._busy[entry] = task
+
+    def _on_kept(self, project: Project, entry: RunEntry, asked: str, row: KeptRun) -> None:
+        if project is not self._project.project:
+            return  # closed meanwhile; the next time it is opened it has the run
+        wanted = entry.name
+        self._take_row(entry, row)
+        self._tried.discard(entry)
+        self._runs.tell()
+        if wanted != asked:  # a person has renamed it meanwhile
+            self.rename(entry, wanted)
+
+    def _take_row(self, entry: RunEntry, row: KeptRun) -> None:
+        self._content[entry] = row.content
+        entry.kept, entry.name, entry.facts = row.name, row.name, row.facts
+
+    def _on_read(self, entry: RunEntry, read: ReadRun) -> None:
+        self._tried.discard(entry)
+        if entry not in self._runs.entries:
+            return
+        entry.stored, entry.body = read.run, read.body
+        entry.frames.update(read.frames)
+        entry.wall_seconds = float(read.run.meta.get("wall_seconds") or 0.0)
+        self._runs.tell()
+        if entry is self._runs.active:
+            self._runs.active_changed.emit()
+
+    @Slot()
+    def _on_ended(self) -> None:
+        under_way = self._tasks.tasks
+        self._busy = {key: task for key, task in self._busy.items() if task in under_way}
+        self._follow()
+        self._look_soon()
+
+    def _list(self, project: Project) -> None:
+        """Put the runs of the project that has just been opened into the list."""
+        kept = self._kept(project)
+        if not kept:
+            return
+        stored = project.view_settings.get(_SHOWN)
+        names = [one.name for one in kept]
+        shown = stored if isinstance(stored, list) else names[-_SHOWN_AT_FIRST:]
+        own = {entry.kept for entry in self._runs.entries}
+        for one in kept:
+            if one.name not in own:
+                entry = self._entry_of(one, visible=one.name in shown)
+                first = bool(shown) and one.name == shown[0]
+                self._runs.add(entry, active=first and self._runs.active is None)
+
+    # ---- what was under way when the program ended
+
+    def _place_for_run(self) -> Path | None:
+        project = self._project.project
+        return None if project is None or project.read_only else place_for_run(project.path)
+
+    def _take_in_what_is_left(self, project: Project) -> None:
+        if project.read_only or not unfinished_runs(project.path):
+            return
+        self._taking = self._tasks.begin(
+            "keeping what was interrupted", lambda _task: _taken_in(project), self._on_taken_in
+        )
+        self._taking.ended.connect(self._on_taking_ended)
+
+    @Slot(object)
+    def _on_taken_in(self, taken: tuple[list[TakenIn], list[InputError]]) -> None:
+        runs, refusals = taken
+        for refusal in refusals:
+            self.message.emit(message_of(refusal))
+        if runs:
+            names = ", ".join(one.name for one in runs)
+            self.message.emit(
+                Message(
+                    "note",
+                    "a run was under way when the program ended; its frames were kept"
+                    if len(runs) == 1
+                    else f"{len(runs)} runs were under way when the program ended and were kept",
+                    names,
+                    "To have the rest, go to its last frame and run the tracker from there.",
+                )
+            )
+
+    @Slot()
+    def _on_taking_ended(self) -> None:
+        self._taking = None
+        self._look_soon()
+
+    def _kept(self, project: Project) -> tuple[KeptRun, ...]:
+        try:
+            return kept_runs(project.runs)
+        except InputError as error:
+            self.message.emit(message_of(error))
+            return ()
+
+    def _entry_of(self, kept: KeptRun, *, visible: bool) -> RunEntry:
+        facts, recording = kept.facts, self._document.recording
+        subject = recording.subject if recording is not None else None
+        first, last = facts.first, facts.last
+        wanted = range(first, last + 1) if first is not None and last is not None else range(0)
+        entry = RunEntry(
+            kept.name, facts.preset, None, body_model(proportions_of(subject)), wanted,
+            visible=visible, kept=kept.name, facts=facts,
+            wall_seconds=facts.wall_seconds or 0.0,
+        )  # fmt: skip
+        self._content[entry] = kept.content
+        return entry
+
+    @Slot(object)
+    def _on_edited(self, changed: Changed) -> None:
+        self._behind |= RUN.name in changed.tables
+        self._follow()
+
+    def _follow(self) -> None:
+        """Let the list say what the project says, as soon as nothing is being kept or read."""
+        project = self._project.project
+        if project is None or project is not self._listed or self._busy or not self._behind:
+            return
+        self._behind = False
+        rows = {one.name: one for one in self._kept(project)}
+        mine = {entry.kept: entry for entry in self._runs.entries if entry.kept}
+        new = {name: one for name, one in rows.items() if name not in mine}
+        for name, entry in mine.items():
+            row = rows.get(name)
+            if row is None:
+                content = self._content.get(entry)
+                row = next((one for one in new.values() if one.content == content), None)
+                if row is not None:
+                    del new[row.name]
+            if row is None:
+                entry.kept = ""
+                self._runs.remove(entry)
+            else:
+                self._take_row(entry, row)
+        for one in new.values():
+            self._runs.add(self._entry_of(one, visible=True), active=self._runs.active is None)
+        self._runs.tell()
+
+    def _remember_shown(self, project: Project) -> None:
+        active = self._runs.active
+        shown = [active] if active is not None and active.visible else []
+        shown += [entry for entry in self._runs.shown_beside() if entry.kept]
+        names = [entry.kept for entry in shown if entry.kept]
+        if not project.read_only and project.view_settings.get(_SHOWN) != names:
+            project.view_settings.set(_SHOWN, names)
+
+    @Slot()
+    def _keep_what_is_left(self) -> None:
+        """Keep before the project is closed what has come to its end just now, or comes to it."""
+        self._track.stop()
+        project = self._project.project
+        for task in list(self._busy.values()):
+            task.join(10.0)
+        if project is None or project.read_only:
+            return
+        for entry in self._to_keep():
+            try:
+                self._take_row(entry, _kept(project, entry.name, entry.now()))
+            except InputError as error:
+                self.message.emit(message_of(error))
+        self._remember_shown(project)
+
+    @Slot()
+    def _forget(self) -> None:
+        self._listed, self._behind = None, False
+        self._tried.clear()
+
+
+def _from_file(entry: RunEntry) -> bool:
+    """Whether a run was opened from a file; one that was saved to a file is another thing."""
+    return entry.path is not None and entry.origin is None
+
+
+def _kept(project: Project, wanted: str, now: RunNow) -> KeptRun:
+    """Put a run into the project; may take a while, in any thread."""
+    run = now.run()
+    if run is None:
+        raise InputError("nothing is known of where the run comes from", where=wanted)
+    name = free_name(project.runs, wanted)
+    project.apply(keep_run(name, run))
+    if now.journal is not None:
+        now.journal.unlink(missing_ok=True)
+    return next(one for one in kept_runs(project.runs) if one.name == name)
+
+
+def _taken_in(project: Project) -> tuple[list[TakenIn], list[InputError]]:
+    """Runs that were under way and are kept now, and what stood against keeping others."""
+    runs: list[TakenIn] = []
+    refusals: list[InputError] = []
+    for path in unfinished_runs(project.path):
+        try:
+            taken = take_in(project, path)
+        except InputError as error:
+            refusals.append(error)
+        else:
+            runs += [] if taken is None else [taken]
+    return runs, refusals
+
+
+def _read(project: Project, name: str) -> ReadRun:
+    run = load_run(project.runs, name)
+    return ReadRun(run, body_of_run(run), frames_of_run(run))

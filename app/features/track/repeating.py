@@ -1,0 +1,144 @@
+"""A run once more, from all that it says about itself, in the background."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from dataclasses import dataclass
+
+from PySide6.QtCore import QObject, Signal, Slot
+
+from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.tracking.frame import TrackedFrame
+from stereotrack_core.tracking.pipeline import track
+from stereotrack_core.tracking.repeating import Recipe, Sameness, recipe_of, sameness, what_differs
+from stereotrack_core.tracking.run import Run
+
+from ...services.failures import Message
+from ...services.tasks.task import Task, TaskList
+from ...session.document import DocumentPresenter
+from ...session.runs import RunEntry, RunList, entry_of_run
+
+
+@dataclass(frozen=True, eq=False)
+class Repeated:
+    """What came out.
+
+    Attributes
+    ----------
+    first : RunEntry
+    again : Run
+    same : Sameness
+    differs : tuple of str
+        Why it may have come out otherwise.
+    """
+
+    first: RunEntry
+    again: Run
+    same: Sameness
+    differs: tuple[str, ...]
+
+
+class RunRepeater(QObject):
+    """Repeats a run and says whether it came out equal.
+
+    Signals
+    -------
+    message : Message
+    """
+
+    message = Signal(object)
+
+    def __init__(
+        self, document: DocumentPresenter, runs: RunList, tasks: TaskList, parent: QObject
+    ) -> None:
+        super().__init__(parent)
+        self._document, self._runs, self._tasks = document, runs, tasks
+        self._task: Task | None = None
+
+    @property
+    def busy(self) -> bool:
+        """Whether a run is being repeated."""
+        return self._task is not None
+
+    def repeat(self, entry: RunEntry) -> None:
+        """Track it again, as it was tracked.
+
+        Raises
+        ------
+        InputError
+            Where it does not say how.
+        """
+        recording, run = self._document.recording, entry.run()
+        if recording is None or run is None or self.busy:
+            return
+        recipe = recipe_of(run)
+        if recipe.init is None:
+            raise InputError(
+                "the run began with a pose that it does not state",
+                where=entry.name,
+                remedy="Runs that are made from now on state it.",
+            )
+        self._task = self._tasks.begin(
+            f"repeating {entry.name}",
+            lambda task: _repeated(task, entry, run, recipe, recording),
+            self._on_done,
+        )
+        self._task.ended.connect(self._on_ended)
+
+    @Slot(object)
+    def _on_done(self, repeated: Repeated) -> None:
+        recording = self._document.recording
+        if recording is None or repeated.first not in self._runs.entries:
+            return
+        entry = entry_of_run(repeated.again, recording.folder)
+        entry.name, entry.path = f"{repeated.first.name} again", None
+        self._runs.add(entry, active=False)
+        same = repeated.same
+        self.message.emit(
+            Message(
+                "note" if same.equal else "warning",
+                same.words.rstrip("."),
+                entry.name,
+                " ".join(repeated.differs) if not same.equal else "",
+            )
+        )
+
+    @Slot()
+    def _on_ended(self) -> None:
+        self._task = None
+
+
+def _repeated(
+    task: Task, entry: RunEntry, run: Run, recipe: Recipe, recording: Recording
+) -> Repeated:
+    detections, otherwise = recipe.detections_in(recording)
+    differs = (*what_differs(run, recording), *recipe.notes, *([otherwise] if otherwise else []))
+    begun, done = time.perf_counter(), 0
+    assert recipe.init is not None  # noqa: S101 - asked before the task was begun
+
+    def note(_frame: TrackedFrame) -> None:
+        nonlocal done
+        done += 1
+        task.report(done / recipe.count, f"frame {done} of {recipe.count}")
+
+    again = track(
+        recipe.applied_to(recording),
+        recipe.settings,
+        frames=recipe.frames,
+        views=recipe.views or None,
+        seed=recipe.seed,
+        init=recipe.init,
+        preset=recipe.preset,
+        on_frame=note,
+        cancelled=lambda: task.token.cancelled() or done == recipe.count,
+        smooth=recipe.smooth,
+        detections=detections,
+        colour=recipe.colour,
+    )
+    if task.token.cancelled():
+        raise Cancelled
+    meta = {**again.meta, "wall_seconds": time.perf_counter() - begun}
+    again = dataclasses.replace(again, meta=meta)
+    return Repeated(entry, again, sameness(run, again), differs)

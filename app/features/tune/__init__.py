@@ -1,0 +1,1 @@
+"""Tune: attempts beside a run, and presets."""

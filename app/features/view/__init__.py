@@ -1,0 +1,1 @@
+"""How views and scene are shown."""

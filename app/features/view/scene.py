@@ -1,0 +1,112 @@
+"""Facts about one instant become the content of the 3-D scene."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Literal, TypeAlias
+
+import cv2
+import numpy as np
+from scipy.spatial import cKDTree
+
+from stereotrack_core.arrays import FloatArray, ImageArray
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.body.mesh import PartMesh
+from stereotrack_core.depth.cloud import Cloud
+
+from ...session.pictures import Instant
+from ...widgets.scene.content import Ellipsoid, GhostBody, SceneContent
+from ...widgets.style.limb_colours import limb_rgb
+
+PointColour: TypeAlias = Literal["view", "limb", "distance"]
+POINT_COLOURS: dict[PointColour, str] = {
+    "view": "Points by view",
+    "limb": "Points by nearest limb",
+    "distance": "Points by distance to the model",
+}
+_VIEW_COLOURS = np.array(
+    [[245, 214, 88], [126, 196, 255], [190, 150, 255], [140, 222, 150], [255, 160, 140]], np.uint8
+)
+_VIEW_COLOURS_ON_LIGHT = np.array(
+    [[158, 128, 0], [28, 110, 190], [122, 70, 200], [30, 130, 60], [196, 70, 50]], np.uint8
+)
+_FULL_DISTANCE = 0.1
+_IMAGE_WIDTH = 160
+
+
+def scene_of(
+    instant: Instant,
+    meshes: Sequence[PartMesh],
+    colour: PointColour,
+    highlighted: str,
+    ellipsoids: Sequence[Ellipsoid] = (),
+    *,
+    dark: bool = True,
+) -> SceneContent:
+    """Cloud, model, reference and cameras with their images, for a dark or light background."""
+    cloud = instant.cloud
+    points = cloud.points if cloud is not None else np.empty((0, 3))
+    colours = (
+        point_colours(cloud, meshes, colour, dark=dark)
+        if cloud is not None
+        else np.empty((0, 3), np.uint8)
+    )
+    recording = instant.recording
+    cameras = tuple(recording.reference_camera(view) for view in recording.views)
+    return SceneContent(
+        cloud_points=points,
+        cloud_colours=colours,
+        meshes=tuple(meshes),
+        reference=instant.reference,
+        cameras=cameras,
+        camera_images=_small_images(instant),
+        highlighted=highlighted,
+        ellipsoids=tuple(ellipsoids),
+        inside=instant.inside,
+        run=instant.runs[0][0] if instant.runs else "",
+        ghosts=tuple(GhostBody(one.name, one.style, one.meshes) for one in instant.ghosts),
+    )
+
+
+def point_colours(
+    cloud: Cloud, meshes: Sequence[PartMesh], colour: PointColour, *, dark: bool = True
+) -> ImageArray:
+    """Colours (N, 3) of a cloud; without a model they go by view."""
+    if colour == "view" or not meshes:
+        palette = _VIEW_COLOURS if dark else _VIEW_COLOURS_ON_LIGHT
+        result: ImageArray = palette[cloud.view % len(palette)]
+        return result
+    distance, limb = _nearest(cloud.points, meshes)
+    if colour == "limb":
+        by_limb = np.array([limb_rgb(name) for name in LIMBS], dtype=np.uint8)
+        return by_limb[limb]
+    share = np.clip(distance / _FULL_DISTANCE, 0.0, 1.0)
+    grey = (255.0 * share).astype(np.uint8)[:, None]
+    mapped = cv2.applyColorMap(grey, cv2.COLORMAP_VIRIDIS)[:, 0, ::-1]
+    return np.ascontiguousarray(mapped, dtype=np.uint8)
+
+
+def _nearest(
+    points: FloatArray, meshes: Sequence[PartMesh]
+) -> tuple[FloatArray, np.ndarray[tuple[int], np.dtype[np.int64]]]:
+    """Distance to the nearest corner of the model, and the limb it belongs to."""
+    corners = np.concatenate([mesh.vertices for mesh in meshes])
+    limbs = np.repeat(
+        [LIMBS.index(mesh.limb) for mesh in meshes], [len(mesh.vertices) for mesh in meshes]
+    )
+    distance, index = cKDTree(corners).query(points)
+    return distance, limbs[index]
+
+
+def _small_images(instant: Instant) -> Mapping[str, ImageArray]:
+    """Reference images, small, RGB, by camera."""
+    small = {}
+    for view in instant.recording.views:
+        images = instant.frame_set.views.get(view.name)
+        if images is None:
+            continue
+        height = max(1, round(_IMAGE_WIDTH * images.image.shape[0] / images.image.shape[1]))
+        shrunk = cv2.resize(images.image, (_IMAGE_WIDTH, height), interpolation=cv2.INTER_AREA)
+        code = cv2.COLOR_GRAY2RGB if shrunk.ndim == 2 else cv2.COLOR_BGR2RGB
+        small[view.image.camera] = np.asarray(cv2.cvtColor(shrunk, code), dtype=np.uint8)
+    return small

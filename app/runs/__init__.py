@@ -1,1 +1,0 @@
-"""Runs in the window: kept in the project, repeated, described."""

@@ -1,0 +1,225 @@
+"""Every command once: name, shortcut, icon, tooltip, what it does, why it is disabled."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from PySide6.QtCore import QObject, QSettings, Qt, Signal
+from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtWidgets import QMenu, QMenuBar, QWidget
+
+from ..widgets.style.icons import set_icon
+
+_SHORTCUTS = "shortcuts"
+
+
+def _always() -> str:
+    return ""
+
+
+@dataclass(frozen=True)
+class Command:
+    """One thing that the workbench can do.
+
+    Attributes
+    ----------
+    id : str
+        Name under which the shortcut is stored; never changes.
+    menu : str
+        Menu that it stands in, with submenus after a slash.
+    text : str
+        What it is called in menus and the palette.
+    tip : str
+        What it does, in a sentence.
+    run : callable
+        Does it.
+    shortcut : str
+        Key sequence it has unless the person chooses another.
+    icon : str
+        Name of an icon in the resources.
+    why_not : callable
+        Why it cannot be done now, as a sentence; empty where it can.
+    checked : callable or None
+        For commands that switch something: whether it is on.
+    section : bool
+        Whether a separator stands before it in the menu.
+    says : callable or None
+        What it is called now, where that changes: ``Undo: place left elbow``.
+    local : bool
+        Whether its keys count only in a picture, and only while it can be done; there they go
+        before another command of the same keys.
+    """
+
+    id: str
+    menu: str
+    text: str
+    tip: str
+    run: Callable[[], None]
+    shortcut: str = ""
+    icon: str = ""
+    why_not: Callable[[], str] = _always
+    checked: Callable[[], bool] | None = None
+    section: bool = False
+    says: Callable[[], str] | None = None
+    local: bool = False
+
+    @property
+    def place(self) -> str:
+        """Where it stands in the menus, as a person reads it."""
+        return self.menu.replace("&", "").replace("/", " › ")
+
+
+class ActionBook(QObject):
+    """The commands as actions of a window; says which of them can be done, and why not.
+
+    Signals
+    -------
+    shortcuts_changed : ()
+    """
+
+    shortcuts_changed = Signal()
+
+    def __init__(self, window: QWidget, settings: QSettings) -> None:
+        super().__init__(window)
+        self._window = window
+        self._settings = settings
+        self._commands: dict[str, Command] = {}
+        self._actions: dict[str, QAction] = {}
+        self._keys: dict[str, QKeySequence] = {}
+        self._said: dict[str, tuple[str, str]] = {}
+
+    @property
+    def commands(self) -> tuple[Command, ...]:
+        """All commands, in order of their declaration."""
+        return tuple(self._commands.values())
+
+    def add(self, commands: Iterable[Command]) -> None:
+        """Make actions of commands.
+
+        Raises
+        ------
+        ValueError
+            If there is a command of that id already.
+        """
+        for command in commands:
+            if command.id in self._commands:
+                raise ValueError(f"there are two commands {command.id!r}")
+            self._commands[command.id] = command
+            self._actions[command.id] = self._action(command)
+            stored = self._settings.value(f"{_SHORTCUTS}/{command.id}")
+            keys = command.shortcut if stored is None else str(stored)
+            self._give_keys(command, QKeySequence(keys))
+        self.refresh()
+
+    def action(self, name: str) -> QAction:
+        """Action of a command."""
+        return self._actions[name]
+
+    def command(self, name: str) -> Command:
+        """A command by its id."""
+        return self._commands[name]
+
+    def refresh(self, menu: str = "") -> None:
+        """Find out what can be done now: in all menus, or in one and those below it."""
+        for name, command in self._commands.items():
+            if not command.menu.startswith(menu):
+                continue
+            action = self._actions[name]
+            why_not = command.why_not()
+            if command.says is not None:
+                action.setText(command.says())
+            if command.checked is not None:
+                action.setChecked(command.checked())
+            said = (why_not, self.key_words(name))
+            # What has not changed is not said again: it takes time.
+            if self._said.get(name) != said:
+                self._said[name] = said
+                self._say(command, action, *said)
+
+    def set_shortcut(self, name: str, keys: str) -> None:
+        """Give a command another shortcut, and keep it for next time."""
+        command = self._commands[name]
+        if keys == command.shortcut:
+            self._settings.remove(f"{_SHORTCUTS}/{name}")
+        else:
+            self._settings.setValue(f"{_SHORTCUTS}/{name}", keys)
+        self._give_keys(command, QKeySequence(keys))
+        self.refresh()
+        self.shortcuts_changed.emit()
+
+    def shortcut(self, name: str) -> str:
+        """Key sequence of a command, as it is stored."""
+        return self._keys[name].toString()
+
+    def key_words(self, name: str) -> str:
+        """Key sequence of a command, as a person reads it."""
+        return self._keys[name].toString(QKeySequence.SequenceFormat.NativeText)
+
+    def user_of(self, keys: str, besides: str = "") -> Command | None:
+        """Tell which command has a key sequence already, where both would count."""
+        wanted = QKeySequence(keys)
+        if wanted.isEmpty():
+            return None
+        local = besides in self._commands and self._commands[besides].local
+        for name, used in self._keys.items():
+            command = self._commands[name]
+            if name != besides and used == wanted and command.local == local:
+                return command
+        return None
+
+    def local_of(self, keys: QKeySequence) -> Command | None:
+        """The command that these keys mean in a picture now; None where they mean the usual."""
+        for name, command in self._commands.items():
+            if command.local and self._keys[name] == keys and not command.why_not():
+                return command
+        return None
+
+    def fill(self, bar: QMenuBar) -> None:
+        """Build the menus from what the commands say about themselves."""
+        menus: dict[str, QMenu] = {}
+        for command in self._commands.values():
+            menu = self._menu(bar, menus, command.menu)
+            if command.section and not menu.isEmpty():
+                menu.addSeparator()
+            menu.addAction(self._actions[command.id])
+
+    def _menu(self, bar: QMenuBar, menus: dict[str, QMenu], path: str) -> QMenu:
+        if path not in menus:
+            parent, _, title = path.rpartition("/")
+            if parent:
+                menus[path] = self._menu(bar, menus, parent).addMenu(title)
+            else:
+                menus[path] = bar.addMenu(title)
+            menus[path].setToolTipsVisible(True)
+        return menus[path]
+
+    def _action(self, command: Command) -> QAction:
+        action = QAction(command.text, self._window)
+        action.setObjectName(command.id)
+        action.setShortcutContext(Qt.ShortcutContext.WindowShortcut)
+        action.setCheckable(command.checked is not None)
+        if command.icon:
+            set_icon(action, command.icon)
+        action.triggered.connect(lambda _checked=False, run=command.run: self._run(run))
+        self._window.addAction(action)
+        return action
+
+    def _say(self, command: Command, action: QAction, why_not: str, keys: str) -> None:
+        action.setEnabled(not why_not)
+        words = f"{command.tip} Not now: {why_not}" if why_not else command.tip
+        action.setStatusTip(words)
+        action.setToolTip(f"{words}  [{keys}]" if keys else words)
+
+    def _give_keys(self, command: Command, keys: QKeySequence) -> None:
+        self._keys[command.id] = keys
+        action = self._actions[command.id]
+        if command.local:  # shown in menus all the same
+            words = keys.toString(QKeySequence.SequenceFormat.NativeText)
+            action.setText(f"{command.text}\t{words}")
+        else:
+            action.setShortcut(keys)
+
+    def _run(self, run: Callable[[], None]) -> None:
+        run()
+        self.refresh()

@@ -1,0 +1,138 @@
+"""Whether a camera contradicts the others, by all that is clicked; worked out beside the window."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from PySide6.QtCore import QObject, QTimer, Signal, Slot
+
+from stereotrack_core.annotation.camera_doubts import (
+    doubtful_camera,
+    frames_asked,
+    what_disagrees,
+    what_to_do,
+)
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.camera_agreement import Disagreement
+from stereotrack_core.project.history import Changed
+from stereotrack_core.project.project import Project
+from stereotrack_core.recording.finding import Finding
+
+from ..services.tasks.newest import NewestWins
+from .document import DocumentPresenter
+from .project_file import ProjectPresenter
+
+_PAUSE_MS = 400
+
+
+@dataclass(frozen=True, eq=False)
+class _Question:
+    project: Project
+    cameras: Mapping[str, Camera]
+
+
+class CameraDoubts(QObject):
+    """Follows the clicks of the project.
+
+    Parameters
+    ----------
+    document, project
+        Where the facts come from.
+
+    Attributes
+    ----------
+    now : Disagreement or None
+        The camera that contradicts the others.
+
+    Signals
+    -------
+    changed : ()
+        Another camera does, or none, or by more or less.
+    failed : Exception
+    """
+
+    changed = Signal()
+    failed = Signal(object)
+
+    def __init__(self, document: DocumentPresenter, project: ProjectPresenter) -> None:
+        super().__init__()
+        self._document, self._project = document, project
+        self.now: Disagreement | None = None
+        self._asked: _Question | None = None
+        self._worker: NewestWins | None = None
+        self._pause = QTimer(self, singleShot=True, interval=_PAUSE_MS)
+        self._pause.timeout.connect(self._ask)
+        project.changed.connect(self._on_changed)
+        project.opened.connect(self._pause.start)
+        project.closing.connect(self._on_closing)
+
+    def settled(self) -> bool:
+        """Whether what is known is of the clicks as they are."""
+        return self._asked is None and not self._pause.isActive()
+
+    def close(self) -> None:
+        """End the thread."""
+        self._pause.stop()
+        self._asked = None
+        if self._worker is not None:
+            self._worker.close()
+            self._worker = None
+
+    def findings(self, names: Mapping[str, str]) -> tuple[Finding, ...]:
+        """What is known as a finding; `names` are what people call the cameras."""
+        if self.now is None:
+            return ()
+        cameras = (self.now.camera,) if self.now.camera else self.now.others
+        where = " and ".join(names.get(name, name) for name in cameras)
+        off, count = self.now.off, self.now.count
+        what = f"{what_disagrees(self.now, names)} ({off} of {count} clicks lie off)"
+        return (Finding("warning", where, what, what_to_do(self.now)),)
+
+    @Slot()
+    def _ask(self) -> None:
+        recording, project = self._document.recording, self._project.project
+        if recording is None or project is None:
+            self._take(None)
+            return
+        self._asked = _Question(project, recording.cameras)
+        if self._worker is None:
+            self._worker = NewestWins(_answer, "compare the cameras")
+            self._worker.answered.connect(self._on_answered)
+            self._worker.failed.connect(self._on_failed)
+        self._worker.ask(self._asked)
+
+    def _take(self, found: Disagreement | None) -> None:
+        if found != self.now:
+            self.now = found
+            self.changed.emit()
+
+    @Slot(object, object)
+    def _on_answered(self, question: _Question, found: Disagreement | None) -> None:
+        if question is self._asked:
+            self._asked = None
+            self._take(found)
+
+    @Slot(object, object)
+    def _on_failed(self, question: _Question, error: Exception) -> None:
+        if question is self._asked:
+            self._asked = None
+            self.failed.emit(error)
+
+    @Slot(object)
+    def _on_changed(self, changed: Changed) -> None:
+        if changed.tables & {"click", "choice", "landmark_set"}:
+            self._pause.start()
+
+    @Slot()
+    def _on_closing(self) -> None:
+        self.close()
+        self._take(None)
+
+
+def _answer(question: _Question) -> Disagreement | None:
+    """Called in the worker's thread, which has ended before the project is closed."""
+    project = question.project
+    asked = sorted(frames_asked(project.clicks.frames()))
+    clicks = [click for frame in asked for click in project.clicks.at(frame)]
+    return doubtful_camera(clicks, question.cameras, project.landmark_set())

@@ -1,0 +1,170 @@
+"""Runs beside each other in numbers: the same that ``stereotrack compare`` prints."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.comparison.compare import (
+    Candidate,
+    Comparison,
+    Pair,
+    compare,
+    measured,
+)
+from stereotrack_core.evaluation.comparison.words import how_it_is_made, verdict
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+
+from ..widgets.tables.comparison_rows import ComparedCell, ComparedRow
+from .judgement import Judgement
+from .runs import RunEntry
+from .truth import with_quality
+
+_LIMB_OF = {**{limb: limb for limb in LIMBS}, "torso_long": "torso"}
+_UNITS = {"deg": "°"}
+_NAN = math.nan
+
+LOST_DEG = 45.0
+"""An arm segment farther off than this is lost."""
+
+
+@dataclass(frozen=True)
+class ComparedRuns:
+    """Numbers of several runs; the first is what the others are compared with.
+
+    Attributes
+    ----------
+    words : str
+        What is compared, over which frames.
+    how : str
+        How intervals are made; empty for one run.
+    runs : tuple of str
+    rows : tuple of ComparedRow
+    """
+
+    words: str
+    how: str
+    runs: tuple[str, ...]
+    rows: tuple[ComparedRow, ...]
+
+
+def shown_beside_each_other(
+    entries: Sequence[RunEntry], active: RunEntry | None, judgements: Mapping[RunEntry, Judgement]
+) -> tuple[RunEntry, ...]:
+    """The active run first, then all others that are shown; empty where there is no run."""
+    others = [entry for entry in entries if entry is not active and entry.visible]
+    shown = [one for one in (active, *others) if one is not None and one in judgements]
+    return tuple(shown) if shown and shown[0] is active else ()
+
+
+def compared(shown: Sequence[RunEntry], truth: Judgement, selection: range | None) -> ComparedRuns:
+    """Compare the first run with each of the others.
+
+    Parameters
+    ----------
+    shown : sequence of RunEntry
+        At least one.
+    truth : Judgement
+        Of the first run: says what errors are measured against.
+    selection : range or None
+        Frames to which the comparison is limited.
+    """
+    candidates = [_candidate(entry) for entry in shown]
+    names = tuple(entry.name for entry in shown)
+    reference = truth.truth.trajectory if truth.truth is not None else None
+    where = " in the selection" if selection is not None else ""
+    if len(candidates) == 1:
+        rows = _rows_of_one(candidates[0], reference, truth, selection)
+        words = f"Means of the run{where}{_against(truth)}." if rows else "Nothing is known here."
+        return ComparedRuns(words, "", names, rows)
+    try:
+        found = compare(candidates, reference, selection)
+    except InputError as error:
+        return ComparedRuns(f"{error.what[0].upper()}{error.what[1:]}.", "", names, ())
+    count = len(found.frames)
+    frames = f"{count} frame{'' if count == 1 else 's'} that all runs have{where}"
+    told = (
+        "the difference from the first run has its 95 % interval in brackets"
+        if len(candidates) == 2
+        else "in brackets the difference from the first run"
+    )
+    words = f"Means over {frames}{_against(truth)}; {told}."
+    return ComparedRuns(words, how_it_is_made(found), names, _rows(found, truth))
+
+
+def _against(truth: Judgement) -> str:
+    return f", against {truth.truth.words}" if truth.truth is not None else ""
+
+
+def _candidate(entry: RunEntry) -> Candidate:
+    frames = list(entry.ordered())
+    unexplained_fraction = np.array(
+        [frame.unexplained_fraction for frame in frames], dtype=np.float64
+    )
+    return Candidate(entry.name, entry.trajectory(), unexplained_fraction)
+
+
+def _rows_of_one(
+    candidate: Candidate,
+    reference: LandmarkTrajectory | None,
+    truth: Judgement,
+    selection: range | None,
+) -> tuple[ComparedRow, ...]:
+    series = measured(candidate, reference, selection)
+    chosen = candidate.trajectory.frame
+    if selection is not None:
+        chosen = chosen[(chosen >= selection.start) & (chosen < selection.stop)]
+    quality = truth.quality_over(chosen)
+    return tuple(
+        ComparedRow(
+            _LIMB_OF.get(one.name, ""),
+            _label(one.label, one.unit, one.name, quality),
+            (ComparedCell(one.series.mean(one.series.weight > 0)),),
+        )
+        for one in series
+    )
+
+
+def _rows(found: Comparison, truth: Judgement) -> tuple[ComparedRow, ...]:
+    quality = truth.quality_over(found.frames)
+    rows = []
+    for place, first in enumerate(found.pairs[0].measures):
+        cells = [ComparedCell(first.paired.first)]
+        for pair in found.pairs:
+            measure = pair.measures[place]
+            got = measure.paired
+            said = verdict(measure, pair.first, pair.second)
+            cells.append(
+                ComparedCell(got.second, got.difference, got.low, got.high, got.differs, said)
+            )
+        label = _label(first.label, first.unit, first.name, quality)
+        rows.append(ComparedRow(_LIMB_OF.get(first.name, ""), label, tuple(cells)))
+    if not found.against_reference:
+        rows += _rows_apart(found.pairs)
+    return tuple(rows)
+
+
+def _rows_apart(pairs: Sequence[Pair]) -> list[ComparedRow]:
+    """How far each run is from the first one, where nobody knows which is right."""
+    rows = []
+    for place, first in enumerate(pairs[0].apart.measures):
+        cells = [ComparedCell(_NAN)]
+        for pair in pairs:
+            figures = pair.apart.measures[place].statistics
+            said = (
+                f"{first.label} of {pair.second} is {figures.median:.1f} {first.unit} from that of "
+                f"{pair.first} in the median, {figures.p95:.1f} in the 95th percentile"
+            )
+            cells.append(ComparedCell(figures.mean, verdict=said))
+        label = f"apart: {_label(first.label, first.unit, first.name, {})}"
+        rows.append(ComparedRow(_LIMB_OF.get(first.name, ""), label, tuple(cells)))
+    return rows
+
+
+def _label(label: str, unit: str, name: str, quality: Mapping[str, float]) -> str:
+    return with_quality(f"{label} [{_UNITS.get(unit, unit)}]", quality.get(name))

@@ -1,0 +1,393 @@
+"""The open recording, the frame that is shown, and playback."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import TypeAlias
+
+from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal, Slot
+
+from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.project.corrections import Corrections
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.findings import Finding, examine
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.frames import FrameSet
+from stereotrack_core.recording.reader import FrameReader
+
+from ..services.failures import Message, message_of
+from ..services.tasks.newest import NewestWins
+from ..services.tasks.shared import Shared
+from ..services.tasks.task import Task, TaskList
+from .recording_corrections import applied_message, refused_message
+
+FindCorrections: TypeAlias = Callable[[Path], Corrections | None]
+"""Gives what is corrected of the recording in a folder; called off the window's thread."""
+
+
+@dataclass(frozen=True, eq=False)
+class Opened:
+    """What opening a folder gives.
+
+    Attributes
+    ----------
+    recording : Recording
+        Corrected, where that was possible.
+    reader : FrameReader
+    corrections : Corrections or None
+        What was corrected.
+    refused : InputError or None
+        Why the corrections that were asked for could not be applied.
+    """
+
+    recording: Recording
+    reader: FrameReader
+    corrections: Corrections | None = None
+    refused: InputError | None = None
+
+
+def read_folder(folder: Path, corrections: Corrections | None = None) -> Opened:
+    """Open a recording folder, as its project corrects it, and decode its first frame set.
+
+    Raises
+    ------
+    InputError
+        If something about the folder makes it unusable.
+    """
+    recording = open_recording(folder)
+    if corrections is None:
+        return _with_first_frame(recording)
+    try:
+        opened = _with_first_frame(corrections.applied_to(recording))
+    except InputError as error:
+        return replace(_with_first_frame(recording), refused=error)
+    return replace(opened, corrections=corrections)
+
+
+def _with_first_frame(recording: Recording) -> Opened:
+    reader = FrameReader(recording)
+    try:
+        if reader.frame_count_so_far()[0] > 0:
+            reader.frame_set(0)
+    except InputError:
+        reader.close()
+        raise
+    return Opened(recording, reader)
+
+
+class DocumentPresenter(QObject):
+    """Opens recordings, steps and plays; pictures are read off the window's thread.
+
+    Signals
+    -------
+    opened : ()
+        Another recording is open.
+    closed : ()
+        There is no recording any more.
+    frame_changed : int
+        The frame that shall be shown.
+    frame_read : FrameSet
+        Its images are there.
+    count_changed : int
+        The number of frames is known better than before.
+    playing_changed : bool
+    findings_changed : ()
+        What looks wrong about the recording is known.
+    message : Message
+        Something that the person should read.
+    """
+
+    opened = Signal()
+    closed = Signal()
+    frame_changed = Signal(int)
+    frame_read = Signal(object)
+    count_changed = Signal(int)
+    playing_changed = Signal(bool)
+    findings_changed = Signal()
+    message = Signal(object)
+
+    def __init__(self, tasks: TaskList, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._tasks = tasks
+        self._opened: Opened | None = None
+        self._reader: Shared[FrameReader] | None = None
+        self._frame = 0
+        self._frame_set: FrameSet | None = None
+        self._reading: NewestWins | None = None
+        self._opening: Task | None = None
+        self._start_frame = 0
+        self.corrections_finder: Callable[[], FindCorrections] = lambda: lambda _folder: None
+        self.findings: tuple[Finding, ...] | None = None
+        self._play_timer = QTimer(self)
+        self._play_timer.timeout.connect(self._on_play)
+        self._clock = QElapsedTimer()
+        self._played_from = 0
+        self._loop: range | None = None
+        self._count_timer = QTimer(self, interval=200)
+        self._count_timer.timeout.connect(self._on_count)
+        self._count = 0
+
+    @property
+    def recording(self) -> Recording | None:
+        """What is open."""
+        return self._opened.recording if self._opened is not None else None
+
+    @property
+    def corrections(self) -> Corrections | None:
+        """What of the recording is not as in its folder."""
+        return self._opened.corrections if self._opened is not None else None
+
+    @property
+    def refused(self) -> bool:
+        """Whether there are corrections of the recording that could not be applied."""
+        return self._opened is not None and self._opened.refused is not None
+
+    @property
+    def reader(self) -> Shared[FrameReader] | None:
+        """Reader of the images in colour."""
+        return self._reader
+
+    @property
+    def frame(self) -> int:
+        """The frame that shall be shown."""
+        return self._frame
+
+    @property
+    def frame_set(self) -> FrameSet | None:
+        """Images of the frame that shall be shown, once they are there."""
+        there = self._frame_set is not None and self._frame_set.index == self._frame
+        return self._frame_set if there else None
+
+    @property
+    def frame_count(self) -> int:
+        """Number of frame sets as far as it is known."""
+        return self._count
+
+    @property
+    def opening(self) -> bool:
+        """Whether a recording is being opened."""
+        return self._opening is not None
+
+    @property
+    def playing(self) -> bool:
+        """Whether frames go on by themselves."""
+        return self._play_timer.isActive()
+
+    def open(
+        self,
+        folder: Path,
+        frame: int = 0,
+        corrections_of: FindCorrections | None = None,
+    ) -> None:
+        """Open a recording folder in the background and show `frame`.
+
+        Parameters
+        ----------
+        corrections_of : callable, optional
+            Gives what is corrected of it, in the background; by default what the attribute
+            ``corrections_finder`` gives.
+        """
+        find = corrections_of if corrections_of is not None else self.corrections_finder()
+        if self._opening is not None:
+            self._opening.cancel()
+        self._start_frame = frame
+        self._opening = self._tasks.begin(
+            f"opening {folder.name}",
+            lambda task: _unless_cancelled(task, lambda: read_folder(folder, find(folder))),
+            self._on_opened,
+        )
+        self._opening.ended.connect(self._on_opening_ended)
+
+    def close(self) -> None:
+        """Close the recording."""
+        self.pause()
+        self._count_timer.stop()
+        if self._reading is not None:
+            self._reading.close()
+            self._reading = None
+        reader, self._opened, self._reader = self._reader, None, None
+        self._frame_set, self._frame, self._count, self.findings = None, 0, 0, None
+        self._loop = None
+        if reader is not None:
+            reader.close()
+            self.closed.emit()
+
+    def go_to(self, frame: int) -> None:
+        """Show a frame; beyond the ends the first or last one."""
+        if self._opened is None or self._count == 0:
+            return
+        wanted = min(max(frame, 0), self._count - 1)
+        if self.playing:
+            self._restart_clock(wanted)
+        self._show(wanted)
+
+    def step(self, by: int) -> None:
+        """Show the frame `by` further."""
+        self.pause()
+        self.go_to(self._frame + by)
+
+    def play(self) -> None:
+        """Go on by the recording's own clock; from the last frame it begins again."""
+        if self._opened is None or self._count < 2:
+            return
+        at_end = self._frame >= self._count - 1 and self._loop is None
+        self._restart_clock(0 if at_end else self._frame)
+        interval = max(10, round(1000.0 / self._opened.recording.fps))
+        self._play_timer.start(interval)
+        self.playing_changed.emit(True)
+
+    @property
+    def loop(self) -> range | None:
+        """Frames that are played again and again; None where playing goes on to the end."""
+        return self._loop
+
+    def set_loop(self, frames: range | None) -> None:
+        """Play these frames again and again, or go on to the end."""
+        self._loop = frames if frames else None
+
+    def pause(self) -> None:
+        """Stay at this frame."""
+        if self.playing:
+            self._play_timer.stop()
+            self.playing_changed.emit(False)
+
+    def settled(self) -> bool:
+        """Whether everything that was asked for is there."""
+        if self._opening is not None:
+            return False
+        return self._opened is None or self._count == 0 or self.frame_set is not None
+
+    def _restart_clock(self, frame: int) -> None:
+        self._played_from = frame
+        self._clock.start()
+
+    def _show(self, frame: int) -> None:
+        self._frame = frame
+        if self._reading is not None:
+            self._reading.ask(frame)
+        self.frame_changed.emit(frame)
+
+    @Slot(object)
+    def _on_opened(self, opened: Opened) -> None:
+        if self.sender() is not self._opening:  # another one was asked for since
+            opened.reader.close()
+            return
+        self.close()
+        self._opened = opened
+        self._reader = Shared(opened.reader, opened.reader.close)
+        self._reading = NewestWins(partial(_frame_set, self._reader), "read frames")
+        self._reading.answered.connect(self._on_frame_read)
+        self._reading.failed.connect(self._on_frame_failed)
+        self._count, final = opened.reader.frame_count_so_far()
+        if not final:
+            self._count_timer.start()
+        self._opening = None
+        self.opened.emit()
+        if opened.refused is not None:
+            self.message.emit(refused_message(opened.refused, opened.recording.name))
+        elif opened.corrections is not None:
+            self.message.emit(applied_message(opened.corrections, opened.recording.name))
+        if self._count == 0 and final:
+            self.message.emit(_no_frames(opened.recording))
+        elif final and self._start_frame >= self._count:
+            self.message.emit(
+                Message(
+                    "note",
+                    f"there is no frame {self._start_frame}",
+                    opened.recording.name,
+                    f"Its frames go from 0 to {self._count - 1}; the last one is shown.",
+                )
+            )
+        self.go_to(self._start_frame)
+        self._tasks.begin(
+            "examining the recording",
+            lambda _task: (opened, examine(opened.recording.folder, compare=True)),
+            self._on_examined,
+        )
+
+    @Slot()
+    def _on_opening_ended(self) -> None:
+        if self._opening is self.sender():
+            self._opening = None
+
+    @Slot(object)
+    def _on_examined(self, result: tuple[Opened, Sequence[Finding]]) -> None:
+        opened, findings = result
+        if opened is self._opened:
+            self.findings = tuple(findings)
+            self.findings_changed.emit()
+
+    @Slot(object, object)
+    def _on_frame_read(self, frame: int, frame_set: FrameSet) -> None:
+        if self._opened is not None and frame == self._frame:
+            self._frame_set = frame_set
+            self.frame_read.emit(frame_set)
+
+    @Slot(object, object)
+    def _on_frame_failed(self, frame: int, error: Exception) -> None:
+        if self._opened is not None and frame == self._frame:
+            self._frame_set = FrameSet(frame, {}, {})
+            self.message.emit(message_of(error))
+            self.frame_read.emit(self._frame_set)
+
+    @Slot()
+    def _on_play(self) -> None:
+        if self._opened is None:
+            return
+        if self.frame_set is None and self._reading is not None and not self._reading.idle():
+            return  # the picture before is not there yet; time goes on all the same
+        due = self._played_from + int(self._clock.elapsed() * self._opened.recording.fps / 1000.0)
+        if self._loop is not None and (due >= self._loop.stop or due < self._loop.start):
+            self._show(min(self._loop.start, self._count - 1))
+            self._restart_clock(self._frame)
+            return
+        last = self._count - 1
+        if due > self._frame:
+            self._show(min(due, last))
+        if self._frame >= last and self._loop is None:
+            self.pause()
+
+    @Slot()
+    def _on_count(self) -> None:
+        if self._opened is None:
+            return
+        count, final = self._opened.reader.frame_count_so_far()
+        if final:
+            self._count_timer.stop()
+        if count != self._count:
+            first = self._count == 0
+            self._count = count
+            self.count_changed.emit(count)
+            if first or self._frame >= count:
+                self.go_to(self._start_frame)
+
+
+def _frame_set(reader: Shared[FrameReader], frame: int) -> FrameSet:
+    with reader.used() as open_reader:
+        return open_reader.frame_set(frame)
+
+
+def _unless_cancelled(task: Task, read: Callable[[], Opened]) -> Opened:
+    """What was read; of a folder that nobody waits for any more nothing is said."""
+    try:
+        opened = read()
+    except InputError as error:
+        if task.token.cancelled():
+            raise Cancelled from error
+        raise
+    if task.token.cancelled():
+        opened.reader.close()
+        raise Cancelled
+    return opened
+
+
+def _no_frames(recording: Recording) -> Message:
+    return Message(
+        "error",
+        "there is no frame that all streams have",
+        recording.name,
+        "See the findings for the length of every stream.",
+    )

@@ -1,0 +1,189 @@
+"""What is known about the frame that is shown, brought together when something has changed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from PySide6.QtCore import QObject, QTimer, Signal, Slot
+
+from stereotrack_core.body.mesh import PartMesh, body_mesh
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.tracking.estimate import Correspondences
+from stereotrack_core.tracking.frame import TrackedFrame
+
+from ..features.inspect.inside import InsidePresenter
+from ..features.inspect.inside_drawing import StepDrawing
+from ..widgets.camera.picture import PictureKind
+from ..widgets.style.line_styles import LineStyle
+from .clouds import CloudPresenter
+from .document import DocumentPresenter
+from .judgement import reference_at
+from .pictures import Ghost, Instant
+from .runs import RunList
+from .tracking import TrackPresenter
+
+_DEPTH_KINDS = {"disparity", "foreground", "depth"}
+_AROUND = 16
+_AROUND_GHOST = 10
+
+
+class InstantPresenter(QObject):
+    """Waits until what the views need is there, then tells it once.
+
+    Parameters
+    ----------
+    document, clouds, runs, track, inside
+        Where the facts come from.
+    wanted : callable
+        Which picture each visible view shall show.
+    points_wanted : callable
+        Whether measured points are shown somewhere.
+
+    Attributes
+    ----------
+    reference : LandmarkTrajectory or None
+        Shown instead of the recording's own.
+
+    Signals
+    -------
+    ready : Instant
+        Everything about one frame; all views show it together.
+    """
+
+    ready = Signal(object)
+
+    def __init__(
+        self,
+        document: DocumentPresenter,
+        clouds: CloudPresenter,
+        runs: RunList,
+        track: TrackPresenter,
+        inside: InsidePresenter,
+        wanted: Callable[[], Mapping[str, PictureKind]],
+        points_wanted: Callable[[], bool],
+    ) -> None:
+        super().__init__()
+        self._document, self._clouds, self._runs, self._track = document, clouds, runs, track
+        self._wanted, self._points_wanted = wanted, points_wanted
+        self._inside = inside
+        self._newest: TrackedFrame | None = None
+        self.reference: LandmarkTrajectory | None = None
+        self._told: Instant | None = None
+        self._soon = QTimer(self, singleShot=True, interval=0)
+        self._soon.timeout.connect(self.tell)
+        document.frame_read.connect(self.tell)
+        clouds.measured.connect(self.tell_soon)
+        runs.active_changed.connect(self.tell_soon)
+        runs.changed.connect(self.tell_soon)
+        track.advanced.connect(self._on_advanced)
+        inside.changed.connect(self.tell_soon)
+
+    @property
+    def told(self) -> Instant | None:
+        """What was told last."""
+        return self._told
+
+    def clear(self) -> None:
+        """Forget everything about a recording that was closed."""
+        self._newest = self._told = self.reference = None
+
+    def settled(self) -> bool:
+        """Whether everything that is wanted for this frame has been told."""
+        told = self._told
+        if self._document.recording is None or self._document.frame_count == 0:
+            return True
+        if self._soon.isActive() or told is None or told.frame_set.index != self._document.frame:
+            return False
+        waits = self._cloud_wanted() and not self._clouds.given_up(self._document.frame)
+        return not waits or told.cloud is not None
+
+    @Slot()
+    def tell_soon(self) -> None:
+        """Tell again when everything that happens now has happened."""
+        self._soon.start()
+
+    @Slot()
+    def tell(self, _what: object = None) -> None:
+        """Tell the instant, if what it needs is there; else ask for what is missing."""
+        self._soon.stop()
+        frame_set, recording = self._document.frame_set, self._document.recording
+        if frame_set is None or recording is None:
+            return
+        frame = frame_set.index
+        cloud = self._clouds.cloud(frame)
+        if cloud is None and self._cloud_wanted():
+            self._clouds.ask(frame)
+            if self._pictures_need_it() and not self._clouds.given_up(frame):
+                return
+        drawing = self._drawing_at(frame)
+        self._told = Instant(
+            recording=recording,
+            frame_set=frame_set,
+            cloud=cloud if drawing is None else drawing.cloud,
+            meshes=self.meshes(frame),
+            reference=reference_at(self.reference or recording.reference, frame),
+            ghosts=self._ghosts(frame) if drawing is None else (),
+            runs=self._shown_runs() if drawing is None else (),
+            correspondences=self._correspondences(frame) if drawing is None else None,
+            inside=None if drawing is None else drawing.scene,
+        )
+        self.ready.emit(self._told)
+
+    def meshes(self, frame: int) -> tuple[PartMesh, ...]:
+        """The model of the active run, or of the step inside the frame that is looked at."""
+        drawing = self._drawing_at(frame)
+        if drawing is not None:
+            return body_mesh(drawing.body, drawing.pose, around=_AROUND)
+        active = self._runs.active
+        tracked = active.at(frame) if active is not None and active.visible else None
+        if active is None or tracked is None or tracked.pose is None:
+            return ()
+        return body_mesh(active.body, tracked.pose, around=_AROUND)
+
+    def _ghosts(self, frame: int) -> tuple[Ghost, ...]:
+        """Models of the runs that are drawn beside the active one."""
+        return tuple(
+            Ghost(
+                entry.name,
+                self._runs.style(entry),
+                body_mesh(entry.body, pose, around=_AROUND_GHOST),
+            )
+            for entry in self._runs.shown_beside()
+            if (tracked := entry.at(frame)) is not None and (pose := tracked.pose) is not None
+        )
+
+    def _shown_runs(self) -> tuple[tuple[str, LineStyle], ...]:
+        active = self._runs.active
+        shown = [active] if active is not None and active.visible else []
+        shown += [entry for entry in self._runs.shown_beside() if entry.frames]
+        return tuple((entry.name, self._runs.style(entry)) for entry in shown)
+
+    def _correspondences(self, frame: int) -> Correspondences | None:
+        newest = self._newest
+        return newest.correspondences if newest is not None and newest.frame == frame else None
+
+    def _drawing_at(self, frame: int) -> StepDrawing | None:
+        drawing = self._inside.drawing
+        return drawing if drawing is not None and drawing.frame == frame else None
+
+    def _cloud_wanted(self) -> bool:
+        if not self._clouds.available or self._drawing_at(self._document.frame) is not None:
+            return False
+        if self._pictures_need_it():
+            return True
+        # measuring for the scene alone would take time from the tracker or hold up playback
+        busy = self._track.running or self._document.playing
+        return self._points_wanted() and not busy
+
+    def _pictures_need_it(self) -> bool:
+        return self._clouds.available and any(
+            kind in _DEPTH_KINDS for kind in self._wanted().values()
+        )
+
+    @Slot(object)
+    def _on_advanced(self, tracked: TrackedFrame) -> None:
+        self._newest = tracked
+        entry = self._track.entry or self._runs.active
+        if entry is not None and entry.settings is not None:
+            self._clouds.keep(tracked.cloud, entry.settings.depth)
+        self.tell_soon()

@@ -1,0 +1,260 @@
+"""Facts about one instant become the pictures of the views."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+
+import cv2
+import numpy as np
+
+from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray
+from stereotrack_core.body.mesh import PartMesh
+from stereotrack_core.depth.cloud import Cloud, DepthGeometry, ViewDepth
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording.description import Recording, View
+from stereotrack_core.recording.frames import FrameSet, ViewImages
+from stereotrack_core.tracking.estimate import Correspondences
+
+from ..widgets.camera.inside_overlay import InsideScene, inside_overlay
+from ..widgets.camera.overlays import (
+    GhostOutline,
+    Overlay,
+    Projection,
+    ghost_paths,
+    limb_paths,
+    part_shapes,
+)
+from ..widgets.camera.picture import Picture, PictureKind
+from ..widgets.style.line_styles import LineStyle
+
+_NEAR_PERCENTILE, _FAR_PERCENTILE = 1.0, 99.0
+
+
+@dataclass(frozen=True, eq=False)
+class Ghost:
+    """The model of a run that is drawn beside the active one.
+
+    Attributes
+    ----------
+    name : str
+    style : LineStyle
+    meshes : tuple of PartMesh
+    """
+
+    name: str
+    style: LineStyle
+    meshes: tuple[PartMesh, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Instant:
+    """Everything known about the frame that is shown.
+
+    Attributes
+    ----------
+    recording : Recording
+    frame_set : FrameSet
+    cloud : Cloud or None
+    meshes : tuple of PartMesh
+        The active run's model.
+    reference : (9, 3) float64 or None, world, metres
+    ghosts : tuple of Ghost
+        Models of the other runs that are shown.
+    runs : tuple of (str, LineStyle)
+        All runs that are shown, the active one first.
+    correspondences : Correspondences or None
+    inside : InsideScene or None
+        What a step inside the frame draws.
+    """
+
+    recording: Recording
+    frame_set: FrameSet
+    cloud: Cloud | None = None
+    meshes: tuple[PartMesh, ...] = ()
+    reference: FloatArray | None = None
+    ghosts: tuple[Ghost, ...] = ()
+    runs: tuple[tuple[str, LineStyle], ...] = ()
+    correspondences: Correspondences | None = None
+    inside: InsideScene | None = None
+
+
+def pictures_of(
+    instant: Instant, wanted: Mapping[str, PictureKind], overlays: frozenset[str]
+) -> tuple[Picture, ...]:
+    """Pictures of the views that are wanted, with the overlays that are switched on."""
+    views = {view.name: view for view in instant.recording.views}
+    return tuple(
+        _picture(instant, views[name], kind, overlays)
+        for name, kind in wanted.items()
+        if name in views
+    )
+
+
+def depth_projection(geometry: DepthGeometry) -> Projection:
+    """Projection into a view's rectified depth image."""
+    depth_from_world = geometry.world_from_depth.inverse()
+
+    def project(points: FloatArray) -> FloatArray:
+        p = depth_from_world.apply(points)
+        z = np.where(p[..., 2] > 1e-6, p[..., 2], np.nan)
+        u = geometry.focal * p[..., 0] / z + geometry.c_x
+        v = geometry.focal * p[..., 1] / z + geometry.c_y
+        result: FloatArray = np.stack([u, v], axis=-1)
+        return result
+
+    return project
+
+
+def ray_range(camera: Camera, depth: ViewDepth, x: float, y: float) -> float:
+    """Distance in metres along the ray of a raw pixel, NaN where nothing was measured."""
+    geometry = depth.geometry
+    ray = camera.rays_world(np.array([x, y])) @ geometry.world_from_depth.rotation
+    if ray[2] <= 1e-6:
+        return float("nan")
+    u = round(geometry.focal * ray[0] / ray[2] + geometry.c_x)
+    v = round(geometry.focal * ray[1] / ray[2] + geometry.c_y)
+    height, width = depth.range_z.shape
+    inside = 0 <= u < width and 0 <= v < height
+    return float(depth.range_z[v, u] / ray[2]) if inside else float("nan")
+
+
+def _picture(instant: Instant, view: View, kind: PictureKind, overlays: frozenset[str]) -> Picture:
+    frame = instant.frame_set.index
+    images = instant.frame_set.views.get(view.name)
+    if images is None:
+        why = instant.frame_set.problems.get(view.name, "There is no image here.")
+        return Picture(view.name, kind, frame, None, why)
+    depth = instant.cloud.depths.get(view.name) if instant.cloud is not None else None
+    problem = instant.cloud.problems.get(view.name, "") if instant.cloud is not None else ""
+    if kind in {"image", "left"}:
+        return _camera_picture(instant, view, kind, images, depth, problem, overlays)
+    if depth is None:
+        why = problem or f"View {view.name} has no measured depth in this frame."
+        return Picture(view.name, kind, frame, None, why)
+    pixels = _depth_pixels(kind, depth)
+    if pixels is None:
+        return Picture(view.name, kind, frame, None, "A depth camera has no disparity.")
+    eye = depth.geometry.world_from_depth.translation
+    overlay = _overlay(instant, view.name, depth_projection(depth.geometry), eye, overlays)
+    value_at = partial(_depth_words, depth)
+    return Picture(
+        view.name, kind, frame, pixels, problem, view.display_rotation, overlay, value_at=value_at
+    )
+
+
+def _camera_picture(
+    instant: Instant,
+    view: View,
+    kind: PictureKind,
+    images: ViewImages,
+    depth: ViewDepth | None,
+    problem: str,
+    overlays: frozenset[str],
+) -> Picture:
+    pixels, camera = images.image, instant.recording.reference_camera(view)
+    if kind == "left" and view.left is not None:
+        camera = instant.recording.cameras[view.left.camera]
+        if images.left is None:
+            return Picture(
+                view.name, kind, instant.frame_set.index, None, "The left image is missing."
+            )
+        pixels = images.left
+    overlay = _overlay(instant, view.name, camera.project, camera.position_world, overlays)
+    ranged = depth if kind == "image" else None
+    return Picture(
+        view.name,
+        kind,
+        instant.frame_set.index,
+        pixels,
+        problem,
+        view.display_rotation,
+        overlay,
+        camera=camera.name,
+        value_at=partial(_pixel_words, pixels, camera, ranged),
+    )
+
+
+def _overlay(
+    instant: Instant, view: str, project: Projection, eye: FloatArray, shown: frozenset[str]
+) -> Overlay:
+    shapes = part_shapes(instant.meshes, project, eye, wire="wire" in shown)
+    reference = instant.reference
+    points = pairs = limbs = None
+    cloud = instant.cloud
+    if "points" in shown and cloud is not None and view in cloud.view_names:
+        points = project(cloud.points[cloud.view == cloud.view_names.index(view)])
+    matched = instant.correspondences
+    if "correspondences" in shown and matched is not None:
+        pairs = project(np.stack([matched.data, matched.model], axis=1))
+        limbs = matched.limb
+    return Overlay(
+        shapes=shapes,
+        paths=limb_paths(shapes),
+        reference=project(reference) if reference is not None else None,
+        ghosts=tuple(
+            GhostOutline(ghost.style, ghost_paths(ghost.meshes, project))
+            for ghost in (instant.ghosts if "others" in shown else ())
+        ),
+        runs=instant.runs if "others" in shown else (),
+        points=points,
+        correspondences=pairs,
+        limbs=limbs,
+        inside=None if instant.inside is None else inside_overlay(instant.inside, project),
+    )
+
+
+def _depth_pixels(kind: PictureKind, depth: ViewDepth) -> ImageArray | None:
+    match kind:
+        case "disparity":
+            return coloured(depth.disparity) if depth.disparity is not None else None
+        case "foreground":
+            return foreground_picture(depth.range_z, depth.foreground)
+        case _:
+            return coloured(-depth.range_z)
+
+
+def coloured(values: Float32Array, emphasis: BoolArray | None = None) -> ImageArray:
+    """Picture (H, W, 3) BGR of a map, near bright and far dark; what is not known stays black."""
+    known = np.isfinite(values)
+    if not known.any():
+        return np.zeros((*values.shape, 3), dtype=np.uint8)
+    low, high = np.percentile(
+        values[known if emphasis is None else known & emphasis], (_NEAR_PERCENTILE, _FAR_PERCENTILE)
+    )
+    scaled = np.clip((values - low) / max(float(high - low), 1e-9), 0.0, 1.0)
+    grey = np.where(known, 30.0 + 225.0 * np.nan_to_num(scaled), 0.0).astype(np.uint8)
+    result: ImageArray = np.asarray(cv2.applyColorMap(grey, cv2.COLORMAP_INFERNO), dtype=np.uint8)
+    return result
+
+
+def foreground_picture(range_z: Float32Array, foreground: BoolArray) -> ImageArray:
+    """Picture (H, W, 3) BGR: the person in colour by depth, everything else dim."""
+    seen = foreground & np.isfinite(range_z)
+    dim = (coloured(-range_z) * 0.0).astype(np.uint8)
+    dim[np.isfinite(range_z)] = 44
+    if seen.any():
+        dim[seen] = coloured(-range_z, seen)[seen]
+    return dim
+
+
+def _pixel_words(
+    pixels: ImageArray, camera: Camera, depth: ViewDepth | None, x: float, y: float
+) -> str:
+    value = pixels[round(y), round(x)]
+    words = f"grey {value}" if value.ndim == 0 else "rgb {2} {1} {0}".format(*value)
+    if depth is None:
+        return words
+    metres = ray_range(camera, depth, x, y)
+    return f"{words}  ray {metres:.3f} m" if np.isfinite(metres) else f"{words}  ray not measured"
+
+
+def _depth_words(depth: ViewDepth, x: float, y: float) -> str:
+    z = depth.range_z[round(y), round(x)]
+    if not np.isfinite(z):
+        return "not measured"
+    words = f"z {z:.3f} m"
+    if depth.disparity is not None:
+        words = f"disparity {depth.disparity[round(y), round(x)]:.2f} px  {words}"
+    return f"{words}  {'person' if depth.foreground[round(y), round(x)] else 'background'}"

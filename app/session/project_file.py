@@ -1,0 +1,334 @@
+"""The project of the window: opened with its recording, edited, closed; nothing to be saved."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtCore import QObject, QSettings, QTimer, Signal, Slot
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.project.edit import Edit
+from stereotrack_core.project.history import Changed
+from stereotrack_core.project.project import Project
+from stereotrack_core.project.schema import CHOICE, DESCRIPTION
+
+from ..services.failures import Message, message_of
+from ..services.stored import stored_text
+from ..services.tasks.task import Task, TaskList
+from .document import DocumentPresenter, FindCorrections
+from .project_opening import OpenedProject, Wishes, open_project, project_of_recording
+from .recording_corrections import corrections_in, corrections_of, differ_message, same_corrections
+
+_ANNOTATOR = "annotator"
+_HOME = "projects_folder"
+
+
+class ProjectPresenter(QObject):
+    """Keeps the project that belongs to the open recording.
+
+    Signals
+    -------
+    opened : ()
+        A project is there, perhaps for reading only.
+    closing : ()
+        The project is about to be closed; it can still be read.
+    closed : ()
+    changed : Changed
+        An edit was made, taken back or made again.
+    history_moved : Changed
+        The same, for undo and redo alone.
+    recording_missing : Path
+        The recording of this project file was not found; the person has to say where it is.
+    message : Message
+    """
+
+    opened = Signal()
+    closing = Signal()
+    closed = Signal()
+    changed = Signal(object)
+    history_moved = Signal(object)
+    recording_missing = Signal(object)
+    message = Signal(object)
+    _edited = Signal(object)
+
+    def __init__(
+        self, document: DocumentPresenter, tasks: TaskList, settings: QSettings, parent: QObject
+    ) -> None:
+        super().__init__(parent)
+        self._document, self._tasks, self._settings = document, tasks, settings
+        self._opened: OpenedProject | None = None
+        self._waiting: OpenedProject | None = None
+        self._task: Task | None = None
+        self._opening: Task | None = None
+        self._problem = self._undo_words = self._redo_words = ""
+        self._frame = 0
+        self.makes = True
+        self._edited.connect(self._on_edited)
+        document.corrections_finder = self._finder
+        document.opened.connect(self._on_recording_opened)
+        document.closed.connect(self.close)
+
+    # ---- facts
+
+    @property
+    def project(self) -> Project | None:
+        """The project of the open recording."""
+        return self._opened.project if self._opened is not None else None
+
+    @property
+    def path(self) -> Path | None:
+        """File of the project."""
+        return self._opened.project.path if self._opened is not None else None
+
+    @property
+    def in_use(self) -> bool:
+        """Whether another program has the project, which is open for reading only therefore."""
+        return self._opened is not None and self._opened.in_use
+
+    @property
+    def annotator(self) -> str:
+        """Name that edits are signed with; empty: the user's name on this machine."""
+        return stored_text(self._settings, _ANNOTATOR)
+
+    def set_annotator(self, name: str) -> None:
+        """Sign edits with another name, now and in future."""
+        self._settings.setValue(_ANNOTATOR, name.strip())
+        if self.project is not None and name.strip():
+            self.project.who = name.strip()
+        self.opened.emit()
+
+    def set_home(self, folder: Path | None) -> None:
+        """Make new projects in this folder; None: beside their recordings."""
+        self._settings.setValue(_HOME, str(folder) if folder is not None else "")
+
+    def why_no_edit(self) -> str:
+        """Why nothing can be edited now, as a sentence; empty where it can."""
+        if self.project is None:
+            if self._task is not None:
+                return "The project is still being opened."
+            return self._problem or "No project is open."
+        if self.project.read_only:
+            why = "another program has it" if self.in_use else "it cannot be written to"
+            return f"The project is open for reading only: {why}."
+        return ""
+
+    # ---- opening and closing
+
+    def wishes(self) -> Wishes:
+        """How projects are opened, from the settings."""
+        home = stored_text(self._settings, _HOME)
+        return Wishes(self.annotator, Path(home) if home else None, self.makes)
+
+    def open_file(self, path: Path, frame: int = 0, *, take_over: bool = False) -> None:
+        """Open a project file and its recording; in the background."""
+        self._give_up_waiting()
+        wishes, self._frame = self.wishes(), frame
+        if self.path is not None and self.path == path.resolve():
+            self.close()  # its lock is our own
+        self._opening = self._begin(
+            f"opening {path.name}",
+            lambda _task: open_project(path, wishes, take_over=take_over),
+            self._on_file_opened,
+        )
+
+    def use_recording(self, folder: Path, *, even_another: bool = False) -> None:
+        """Say where the recording of the project that was opened last is.
+
+        Raises
+        ------
+        InputError
+            Where it is no usable recording, or another one and that was not allowed for.
+        """
+        waiting = self._waiting
+        if waiting is None:
+            return
+        if not waiting.project.read_only:
+            waiting.project.use_recording(folder, even_another=even_another)
+        self._waiting = OpenedProject(waiting.project, folder, (), waiting.in_use)
+        self._document.open(folder, self._frame, _corrected_by(waiting.project))
+
+    def give_up(self) -> None:
+        """Do without the project that is being opened, or whose recording nobody knows."""
+        self._opening = None
+        self._give_up_waiting()
+
+    @Slot()
+    def close(self) -> None:
+        """Give the project back; everything in it is saved already."""
+        if self._opened is not None:
+            self.closing.emit()
+        opened, self._opened = self._opened, None
+        self._problem = self._undo_words = self._redo_words = ""
+        if opened is not None:
+            opened.project.close()
+            self.closed.emit()
+
+    def shutdown(self) -> None:
+        """Close whatever is open; for the end of the window."""
+        self.close()
+        self.give_up()
+
+    # ---- edits
+
+    def apply(self, edit: Edit, *, continues: bool = False) -> Changed | None:
+        """Make an edit; what stands against it is said in a message."""
+        return self._changing(lambda project: project.apply(edit, continues=continues))
+
+    def undo(self) -> None:
+        """Take the last edit back."""
+        self._tell_moved(self._changing(Project.undo))
+
+    def redo(self) -> None:
+        """Make the edit again that was taken back last."""
+        self._tell_moved(self._changing(Project.redo))
+
+    def to_undo(self) -> str:
+        """The edit that undo would take back, in words; empty where there is none."""
+        return self._undo_words
+
+    def to_redo(self) -> str:
+        """The edit that redo would make again, in words; empty where there is none."""
+        return self._redo_words
+
+    def _changing(self, change: Callable[[Project], Changed | None]) -> Changed | None:
+        why_not = self.why_no_edit()
+        if why_not or self.project is None:
+            self.message.emit(Message("warning", "This cannot be changed now", remedy=why_not))
+            return None
+        try:
+            return change(self.project)
+        except InputError as error:
+            self.message.emit(message_of(error))
+            return None
+
+    def _tell_moved(self, changed: Changed | None) -> None:
+        if changed is not None:
+            self.history_moved.emit(changed)
+
+    def _on_change(self, changed: Changed) -> None:
+        """Of the project, on whichever thread the edit was made."""
+        self._edited.emit(changed)
+
+    @Slot(object)
+    def _on_edited(self, changed: Changed) -> None:
+        self._read_history()
+        self.changed.emit(changed)
+        if changed.tables & {CHOICE.name, DESCRIPTION.name}:
+            self._tell_if_corrections_differ()
+
+    def _read_history(self) -> None:
+        """Read once per edit what would otherwise be asked for with every refresh."""
+        history = self.project.history if self.project is not None else None
+        undo = history.to_undo() if history is not None else None
+        redo = history.to_redo() if history is not None else None
+        self._undo_words = undo.words if undo is not None else ""
+        self._redo_words = redo.words if redo is not None else ""
+
+    # ---- following the document
+
+    def _finder(self) -> FindCorrections:
+        home = self.wishes().home
+        return lambda folder: corrections_of(folder, home)
+
+    def _begin(
+        self, title: str, work: Callable[[Task], object], done: Callable[[Any], None]
+    ) -> Task:
+        task = self._task = self._tasks.begin(title, work, done)
+        task.ended.connect(self._on_task_ended)
+        task.failed.connect(self._on_task_failed)
+        return task
+
+    @Slot(object)
+    def _on_file_opened(self, opened: OpenedProject) -> None:
+        if self.sender() is not self._opening:  # something else was asked for since
+            opened.project.close()
+            return
+        self._give_up_waiting()
+        self._waiting = opened
+        if opened.folder is not None:
+            self._document.open(opened.folder, self._frame, _corrected_by(opened.project))
+            return
+        for message in opened.messages:
+            self.message.emit(message)
+        self.recording_missing.emit(opened.project.path)
+
+    @Slot()
+    def _on_recording_opened(self) -> None:
+        recording = self._document.recording
+        if recording is None:
+            return
+        folder = recording.folder.resolve()
+        waiting, self._waiting = self._waiting, None
+        if waiting is not None and waiting.folder is not None:
+            if waiting.folder.resolve() == folder:
+                self._take(waiting)
+                return
+            waiting.project.close()
+        wishes = self.wishes()
+        self._begin(
+            f"opening the project of {folder.name}",
+            lambda _task: (folder, project_of_recording(folder, wishes)),
+            self._on_project_opened,
+        )
+
+    @Slot(object)
+    def _on_project_opened(self, found: tuple[Path, OpenedProject | None]) -> None:
+        folder, opened = found
+        recording = self._document.recording
+        if opened is None:
+            return
+        if recording is None or recording.folder.resolve() != folder or self.project is not None:
+            opened.project.close()
+            return
+        self._take(opened)
+
+    def _take(self, opened: OpenedProject) -> None:
+        self._opened = opened
+        opened.project.on_change(self._on_change)
+        self._read_history()
+        self.opened.emit()
+        # what was said about the recording before is cleared away first
+        QTimer.singleShot(0, self, partial(self._tell, opened))
+
+    def _tell(self, opened: OpenedProject) -> None:
+        if opened is self._opened:
+            for message in opened.messages:
+                self.message.emit(message)
+            self._tell_if_corrections_differ()
+
+    def _tell_if_corrections_differ(self) -> None:
+        """Say where the recording is not shown as the project asks for; it is not reopened."""
+        if self.project is None or self._document.refused:
+            return
+        try:
+            wanted = self.project.corrections()
+        except InputError as error:
+            self.message.emit(message_of(error))
+            return
+        if not same_corrections(wanted, self._document.corrections):
+            self.message.emit(differ_message(self.project.path.name, self._open_again))
+
+    def _open_again(self) -> None:
+        if self.path is not None:
+            self.open_file(self.path, self._document.frame)
+
+    def _give_up_waiting(self) -> None:
+        waiting, self._waiting = self._waiting, None
+        if waiting is not None:
+            waiting.project.close()
+
+    @Slot()
+    def _on_task_ended(self) -> None:
+        if self._task is self.sender():
+            self._task = None
+
+    @Slot(object)
+    def _on_task_failed(self, error: Exception) -> None:
+        self._problem = f"The project could not be opened: {message_of(error).what}."
+
+
+def _corrected_by(project: Project) -> FindCorrections:
+    return lambda _folder: corrections_in(project)

@@ -1,0 +1,133 @@
+"""Find, make or open the project of a recording; off the window's thread."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.project.failures import ProjectDamaged, ProjectInUse
+from stereotrack_core.project.project import Project
+from stereotrack_core.project.whereabouts import documents_folder, project_path_for, projects_of
+from stereotrack_core.recording.finding import Finding
+
+from ..services.failures import Message
+
+_READING = "It is shown for reading only. {}"
+
+
+@dataclass(frozen=True, eq=False)
+class OpenedProject:
+    """A project that is open, and what the person should know.
+
+    Attributes
+    ----------
+    project : Project
+    folder : Path or None
+        Its recording; None where that was not found.
+    messages : tuple of Message
+    in_use : bool
+        Whether another program has it, so that it is open for reading only.
+    """
+
+    project: Project
+    folder: Path | None
+    messages: tuple[Message, ...]
+    in_use: bool = False
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """How projects are to be opened.
+
+    Attributes
+    ----------
+    who : str
+        Annotator.
+    home : Path or None
+        Folder of new projects; None: beside their recordings.
+    makes : bool
+        Whether a recording that has no project gets one.
+    """
+
+    who: str = ""
+    home: Path | None = None
+    makes: bool = True
+
+
+def project_of_recording(folder: Path, wishes: Wishes) -> OpenedProject | None:
+    """Open the newest project of a recording, or make one; None where none shall be made.
+
+    Raises
+    ------
+    InputError
+        Where it cannot be opened even for reading, or none can be made.
+    """
+    found = projects_of(folder, wishes.home)
+    if found:
+        opened = open_project(found[0], wishes)
+        if len(found) == 1:
+            return opened
+        several = Message(
+            "note",
+            f"this recording has {len(found)} projects; the one changed last is open",
+            found[0].name,
+            "Open another one by its file.",
+        )
+        messages = (*opened.messages, several)
+        return OpenedProject(opened.project, opened.folder, messages, opened.in_use)
+    if not wishes.makes:
+        return None
+    path = project_path_for(folder, documents_folder(), wishes.home)
+    project = Project.create(path, folder, who=wishes.who)
+    messages = tuple(message_of_finding(note) for note in project.notes)
+    if path.parent != folder.resolve().parent and wishes.home is None:
+        elsewhere = Message(
+            "note",
+            "the recording's folder cannot be written to, so its project is kept elsewhere",
+            str(path),
+            "Clicks are saved there; opening the recording finds it again.",
+        )
+        messages = (*messages, elsewhere)
+    return OpenedProject(project, folder, messages)
+
+
+def open_project(path: Path, wishes: Wishes, *, take_over: bool = False) -> OpenedProject:
+    """Open a project file and look for its recording; for reading where it cannot be written.
+
+    Raises
+    ------
+    InputError
+        Where it is no project, or is damaged.
+    """
+    messages: tuple[Message, ...] = ()
+    in_use = False
+    try:
+        project = Project.open(path, who=wishes.who, take_over=take_over)
+    except ProjectDamaged:
+        raise
+    except InputError as error:
+        project = _opened_for_reading(path, error)
+        in_use = isinstance(error, ProjectInUse)
+        messages = (Message("warning", error.what, error.where, _READING.format(error.remedy)),)
+    try:
+        whereabouts = project.find_recording()
+    except InputError:
+        project.close()
+        raise
+    found = (*project.notes, *([whereabouts.finding] if whereabouts.finding else []))
+    messages = (*messages, *(message_of_finding(note) for note in found))
+    return OpenedProject(project, whereabouts.folder, messages, in_use)
+
+
+def message_of_finding(finding: Finding) -> Message:
+    """A finding as the message bar shows it."""
+    return Message(finding.severity, finding.what, finding.where, finding.remedy)
+
+
+def _opened_for_reading(path: Path, error: InputError) -> Project:
+    """Open for reading what cannot be written; the first complaint stays where that fails too."""
+    try:
+        return Project.open(path, read_only=True)
+    except InputError:
+        raise error from None

@@ -1,0 +1,301 @@
+"""The runs of the open recording: which there are, which are shown, and how."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+import numpy as np
+from PySide6.QtCore import QObject, Signal
+
+from stereotrack_core.arrays import IntArray
+from stereotrack_core.body.model import BodyModel
+from stereotrack_core.body.pose import hanging_pose
+from stereotrack_core.project.run_facts import RunFacts
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.tracking.estimate import Estimate
+from stereotrack_core.tracking.frame import Origin, TrackedFrame, cloudless, run_of
+from stereotrack_core.tracking.misfit import WARNINGS
+from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.settings import Settings
+from stereotrack_core.tracking.stored import body_of_run, pose_of_run
+
+from ..widgets.style.line_styles import LineStyle
+
+Kind: TypeAlias = Literal["run", "attempt"]
+_OTHERS: tuple[LineStyle, ...] = ("dash", "dot", "dashdot")
+
+
+@dataclass(frozen=True, eq=False)
+class RunNow:
+    """What a run holds at a moment; work in other threads is given this, never the entry.
+
+    Attributes
+    ----------
+    frames : tuple of TrackedFrame
+        In their order.
+    stored, origin, wall_seconds, warnings, journal
+        See :class:`RunEntry`.
+    """
+
+    frames: tuple[TrackedFrame, ...]
+    stored: Run | None
+    origin: Origin | None
+    wall_seconds: float
+    warnings: tuple[str, ...]
+    journal: Path | None
+
+    def run(self) -> Run | None:
+        """Put the run together; None while nothing is known of its origin."""
+        if self.stored is not None:
+            return self.stored
+        if self.origin is None:
+            return None
+        run = run_of(list(self.frames), self.origin)
+        more = {"wall_seconds": self.wall_seconds, WARNINGS: list(self.warnings)}
+        return replace(run, meta={**run.meta, **more})
+
+
+@dataclass(eq=False)
+class RunEntry:
+    """One run, growing while the tracker works; read and changed in the window's thread alone.
+
+    Attributes
+    ----------
+    name : str
+    preset : str
+    settings : Settings or None
+        None for a run from a file of another version.
+    body : BodyModel
+    wanted : range
+        Frames that were asked for.
+    frames : dict from frame number to TrackedFrame
+    visible : bool
+        Whether its curves and skeleton are shown.
+    path : Path or None
+        File that it came from or was saved to.
+    stored : Run or None
+        The run as it was read.
+    origin : Origin or None
+        Where its frames come from; known when tracking has begun.
+    wall_seconds : float
+        Time that the tracker has worked on it, without pauses.
+    kind : "run" or "attempt"
+        An attempt is what some stretch would look like with other settings; it is gone when it is
+        dismissed, unless it is made the active run.
+    kept : str
+        Name under which the project keeps it; empty where it does not.
+    facts : RunFacts or None
+        What the project says about it; its frames are there when they have been read.
+    warnings : tuple of str
+        What its signs say that is wrong with it.
+    journal : Path or None
+        File that its frames go to while it is tracked, until the project keeps it.
+    """
+
+    name: str
+    preset: str
+    settings: Settings | None
+    body: BodyModel
+    wanted: range
+    frames: dict[int, TrackedFrame] = field(default_factory=dict)
+    visible: bool = True
+    path: Path | None = None
+    stored: Run | None = None
+    origin: Origin | None = None
+    wall_seconds: float = 0.0
+    kind: Kind = "run"
+    kept: str = ""
+    facts: RunFacts | None = None
+    warnings: tuple[str, ...] = ()
+    journal: Path | None = None
+
+    @property
+    def waiting(self) -> bool:
+        """Whether the project keeps it and its frames have not been read."""
+        return bool(self.kept) and self.facts is not None and not self.frames
+
+    def at(self, frame: int) -> TrackedFrame | None:
+        """What the run knows about a frame."""
+        return self.frames.get(frame)
+
+    def numbers(self) -> IntArray:
+        """Frames that the run has, ascending (F,)."""
+        return np.array(sorted(self.frames), dtype=np.int64)
+
+    def ordered(self) -> Iterator[TrackedFrame]:
+        """Frames in their order."""
+        return (self.frames[k] for k in sorted(self.frames))
+
+    def trajectory(self) -> LandmarkTrajectory:
+        """Landmarks over the frames that the run has."""
+        points = [frame.landmarks for frame in self.ordered()]
+        stacked = np.stack(points) if points else np.empty((0, 9, 3))
+        return LandmarkTrajectory(self.numbers(), stacked)
+
+    def run(self) -> Run | None:
+        """Put the run together to be saved; None while nothing is known of its origin."""
+        return self.now().run()
+
+    def now(self) -> RunNow:
+        """What it holds now, for work in another thread."""
+        return RunNow(
+            tuple(self.ordered()), self.stored, self.origin, self.wall_seconds,
+            self.warnings, self.journal,
+        )  # fmt: skip
+
+    def frames_per_second(self) -> float | None:
+        """How fast it was tracked; None where that is not known."""
+        return len(self.frames) / self.wall_seconds if self.wall_seconds > 0 else None
+
+
+class RunList(QObject):
+    """Runs in the order in which they were made; one of them is active.
+
+    Signals
+    -------
+    changed : ()
+        A run was added, removed, renamed, shown or hidden.
+    active_changed : ()
+        Another run is the one whose model is drawn.
+    grew : ()
+        The run in progress has more frames.
+    """
+
+    changed = Signal()
+    active_changed = Signal()
+    grew = Signal()
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._entries: list[RunEntry] = []
+        self._active: RunEntry | None = None
+        self._made = 0
+
+    @property
+    def entries(self) -> tuple[RunEntry, ...]:
+        """All runs."""
+        return tuple(self._entries)
+
+    @property
+    def active(self) -> RunEntry | None:
+        """The run whose model is drawn."""
+        return self._active
+
+    def style(self, entry: RunEntry) -> LineStyle:
+        """Line style of a run: the active one is solid, the others that are shown take turns."""
+        if entry is self._active:
+            return "solid"
+        others = [one for one in self._entries if one.visible and one is not self._active]
+        place = next((k for k, one in enumerate(others) if one is entry), 0)
+        return _OTHERS[place % len(_OTHERS)]
+
+    def shown_beside(self) -> tuple[RunEntry, ...]:
+        """Runs that are drawn beside the active one."""
+        return tuple(one for one in self._entries if one.visible and one is not self._active)
+
+    def next_name(self, preset: str, *, changed: bool) -> str:
+        """Name for a new run, which no other in the list has."""
+        taken = {entry.name for entry in self._entries}
+        while True:
+            self._made += 1
+            name = f"{self._made}: {preset}{' changed' if changed else ''}"
+            if name not in taken:
+                return name
+
+    def add(self, entry: RunEntry, *, active: bool = True) -> None:
+        """Add a run and make it the active one, or draw it beside the active one."""
+        self._entries.append(entry)
+        if active:
+            self._active = entry
+        self.changed.emit()
+        if active:
+            self.active_changed.emit()
+
+    def remove(self, entry: RunEntry) -> None:
+        """Take a run from the list; files are not touched."""
+        self._entries = [kept for kept in self._entries if kept is not entry]
+        if self._active is entry:
+            self._active = self._entries[-1] if self._entries else None
+            self.active_changed.emit()
+        self.changed.emit()
+
+    def clear(self) -> None:
+        """Forget all runs."""
+        self._entries, self._active, self._made = [], None, 0
+        self.changed.emit()
+        self.active_changed.emit()
+
+    def activate(self, entry: RunEntry) -> None:
+        """Draw another run's model."""
+        if entry is not self._active:
+            self._active = entry
+            entry.visible = True
+            self.active_changed.emit()
+            self.changed.emit()
+
+    def show(self, entry: RunEntry, *, visible: bool) -> None:
+        """Show or hide a run's curves and skeleton."""
+        if entry.visible != visible:
+            entry.visible = visible
+            self.changed.emit()
+
+    def tell(self) -> None:
+        """Say that something about the runs in the list is known better than before."""
+        self.changed.emit()
+
+    def rename(self, entry: RunEntry, name: str) -> None:
+        """Give a run another name."""
+        if name.strip() and name != entry.name:
+            entry.name = name.strip()
+            self.changed.emit()
+
+
+def entry_of_run(run: Run, path: Path) -> RunEntry:
+    """Make a list entry of a stored run.
+
+    Raises
+    ------
+    InputError
+        Where its states are not those of a body.
+    """
+    frames = frames_of_run(run)
+    numbers = run.frame
+    wanted = range(int(numbers[0]), int(numbers[-1]) + 1) if len(numbers) else range(0)
+    preset = str(run.meta.get("preset", ""))
+    return RunEntry(
+        path.stem, preset, None, body_of_run(run), wanted, frames, path=path, stored=run,
+        wall_seconds=float(run.meta.get("wall_seconds") or 0.0),
+    )  # fmt: skip
+
+
+def frames_of_run(run: Run) -> dict[int, TrackedFrame]:
+    """Frames of a stored run by their numbers.
+
+    Raises
+    ------
+    InputError
+        Where its states are not those of a body.
+    """
+    return {int(k): _stored_frame(run, i) for i, k in enumerate(run.frame)}
+
+
+def _stored_frame(run: Run, i: int) -> TrackedFrame:
+    pose = pose_of_run(run, i)
+    frame = int(run.frame[i])
+    estimate = Estimate(
+        tracked=pose is not None,
+        reason="" if pose is not None else "the run has no pose here",
+        pose=pose if pose is not None else hanging_pose(np.zeros(3)),
+        x=run.x[i],
+        P=run.P[i],
+        unexplained_fraction=float(run.unexplained_fraction[i]),
+        residual=float(run.residual[i]),
+        innovation=float(run.innovation[i]),
+        limb_sigma_deg=run.limb_sigma_deg[i],
+        limb_lost=run.limb_lost[i],
+    )
+    seconds = dict(zip(run.stage_names, run.seconds[i].tolist(), strict=True))
+    return TrackedFrame(frame, estimate, run.landmarks[i], cloudless(frame), seconds)

@@ -1,0 +1,156 @@
+"""What the commands of the tracker mean in the state the window is in."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QObject, Slot
+
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.tracking.frame import TrackedFrame
+from stereotrack_core.tracking.pipeline import FirstPose
+
+from ..features.inspect.inside import InsidePresenter
+from .clouds import CloudPresenter
+from .document import DocumentPresenter
+from .runs import RunEntry, RunList
+from .tracking import TrackPresenter
+
+FIRST_POSES: dict[str, tuple[str, str]] = {
+    "tpose": ("T pose", "Begin with the person facing north, both arms stretched out sideways."),
+    "auto": ("Found without help", "Begin with whatever pose the person has in the first frame."),
+}
+"""Where a run's first pose may come from, as a title and a sentence."""
+
+
+class TrackControl(QObject):
+    """Run, step, iterate, from here, a selection; follows the tracker with the views.
+
+    Parameters
+    ----------
+    first_pose : str or Pose
+        Where the first pose comes from when no run has one: a key of :data:`FIRST_POSES`, or a
+        pose.
+    """
+
+    def __init__(
+        self,
+        document: DocumentPresenter,
+        clouds: CloudPresenter,
+        runs: RunList,
+        track: TrackPresenter,
+        inside: InsidePresenter,
+        first_pose: FirstPose,
+    ) -> None:
+        super().__init__()
+        self._document, self._clouds, self._runs, self._track = document, clouds, runs, track
+        self._inside = inside
+        self.first_pose = first_pose
+        self._selection: range | None = None
+        self.follow = True
+        track.advanced.connect(self._on_advanced)
+
+    def set_selection(self, selection: range | None) -> None:
+        """Tell which frames are selected."""
+        self._selection = selection
+
+    def run(self) -> None:
+        """Go on with a run that is paused, or begin one; settings that have changed apply."""
+        self._go_on_or_begin(float("inf"))
+
+    def step(self) -> None:
+        """Track one frame."""
+        self._go_on_or_begin(1)
+
+    def iterate(self) -> None:
+        """Show the next step inside the frame that comes next; after the last one, track it."""
+        if self._track.entry is None or self._track.stale:
+            self._go_on_or_begin(0)
+        frame = self._track.next_frame()
+        if frame is None:
+            return
+        inside = self._inside
+        here = inside.looking and inside.live and self._document.frame == frame
+        if not here:
+            self._document.pause()
+            self._document.go_to(frame)
+            inside.look()
+        elif inside.at_end:
+            self._track.go_on(1)
+        else:
+            inside.move(1)
+
+    def run_from_here(self) -> None:
+        """Begin a new run at this frame."""
+        self._begin(range(self._document.frame, self._document.frame_count), float("inf"))
+
+    def run_selection(self) -> None:
+        """Track the selected frames as a new run."""
+        if self._selection:
+            self._begin(self._selection, float("inf"))
+
+    def choose_first_pose(self, name: str) -> None:
+        """Begin the next run with a key of :data:`FIRST_POSES`."""
+        self.first_pose = name
+
+    def begins_with(self, name: str) -> bool:
+        """Whether the next run begins with this key of :data:`FIRST_POSES`."""
+        return self.first_pose == name
+
+    def toggle_follow(self) -> None:
+        """Show each frame as it is tracked, or stay."""
+        self.follow = not self.follow
+
+    def toggle_run(self) -> None:
+        """Show or hide the active run."""
+        active = self._runs.active
+        if active is not None:
+            self._runs.show(active, visible=not active.visible)
+
+    def activate_next_run(self) -> None:
+        """Make the next run the active one."""
+        entries, active = self._runs.entries, self._runs.active
+        if active is not None:
+            self._runs.activate(entries[(entries.index(active) + 1) % len(entries)])
+
+    def _go_on_or_begin(self, allowed: float) -> None:
+        self._document.pause()
+        track = self._track
+        if track.entry is None:
+            self._begin(range(self._document.frame_count), allowed)
+        elif track.stale:
+            # settings belong to a run as a whole: what follows is another one
+            frame, pose = track.next_frame(), track.last_pose()
+            end = track.entry.wanted.stop
+            first = frame if frame is not None else 0
+            self._begin(range(first, end), allowed, pose)
+        else:
+            track.go_on(allowed)
+
+    def _begin(self, frames: range, allowed: float, pose: Pose | None = None) -> RunEntry | None:
+        recording = self._document.recording
+        if recording is None or not len(frames):
+            return None
+        start = pose if pose is not None else self._known_pose(frames.start)
+        self._document.pause()
+        return self._track.begin(
+            recording,
+            frames,
+            start if start is not None else self.first_pose,
+            self._clouds.reader,
+            allowed=allowed,
+        )
+
+    def _known_pose(self, frame: int) -> Pose | None:
+        """Pose of the active run just before a frame, or at it; the first frame starts anew."""
+        active = self._runs.active
+        if active is None or frame == 0:
+            return None
+        for known in (frame - 1, frame):
+            tracked = active.at(known)
+            if tracked is not None and tracked.pose is not None:
+                return tracked.pose
+        return None
+
+    @Slot(object)
+    def _on_advanced(self, tracked: TrackedFrame) -> None:
+        if self.follow:
+            self._document.go_to(tracked.frame)

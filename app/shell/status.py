@@ -1,0 +1,245 @@
+"""How things are, in one line of words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.tracking.frame import TrackedFrame
+
+from ..session.document import DocumentPresenter
+from ..session.judgement import UNCERTAIN_DEG, USUAL_RESIDUAL, USUAL_UNEXPLAINED, Judgement, doubts
+from ..session.judging import JudgementPresenter
+from ..session.runs import RunEntry, RunList
+from ..session.tracking import TrackPresenter
+from ..session.truth import TORSO_POSITION, measure_of, with_quality
+from ..widgets.style.limb_colours import limb_words
+
+_NAMED = 2
+"""Limbs that are named in the status line."""
+
+
+def status_words(
+    document: DocumentPresenter,
+    track: TrackPresenter,
+    runs: RunList,
+    judging: JudgementPresenter,
+    doing: str,
+) -> str:
+    """One sentence about the recording, the tracker and the frame that is shown.
+
+    Parameters
+    ----------
+    doing : str
+        Work in the background, in words; empty for none.
+    """
+    parts = []
+    if document.opening:
+        parts.append("opening the recording …")
+    elif document.recording is None:
+        parts.append("no recording is open")
+    elif document.frame_count == 0:
+        parts.append("the recording has no frame that all streams have")
+    else:
+        parts.append(_tracker_words(document, track, runs, judging))
+    if doing:
+        parts.append(doing)
+    return "   ·   ".join(parts)
+
+
+def _tracker_words(
+    document: DocumentPresenter,
+    track: TrackPresenter,
+    runs: RunList,
+    judging: JudgementPresenter,
+) -> str:
+    def words(tracked: TrackedFrame, of: RunEntry | None) -> str:
+        return frame_words(tracked, judging.of(of))
+
+    entry = track.entry
+    shown = runs.active.at(document.frame) if runs.active is not None else None
+    if entry is not None:
+        done, wanted = len(entry.frames), len(entry.wanted)
+        verb = "tracking" if track.running else "paused at"
+        if done == 0:
+            return (
+                f"{verb} {done} of {wanted}: learning the background"
+                if track.running
+                else ("paused before the first frame")
+            )
+        newest = entry.frames[max(entry.frames)]
+        told = words(shown, runs.active) if shown is not None else words(newest, entry)
+        return _joined(f"{verb} {done} of {wanted}", told)
+    active, recording = runs.active, document.recording
+    if active is not None and shown is not None:
+        return _joined(f"frame {document.frame}, run “{active.name}”", words(shown, active))
+    if active is not None:
+        return f"frame {document.frame} is not part of the run “{active.name}”"
+    if recording is None:
+        return ""
+    count = document.frame_count
+    length = f"{count} frame{'' if count == 1 else 's'}, {count / recording.fps:.1f} s"
+    deep = any(view.kind != "mono" for view in recording.views)
+    state = "nothing tracked yet" if deep else "no view gives depth, so it is not tracked"
+    return f"{recording.name}: {length}; {state}"
+
+
+def frame_words(tracked: TrackedFrame, judgement: Judgement | None = None) -> str:
+    """What is known about one tracked frame: its errors, or else what speaks against its limbs.
+
+    The filter's covariance is what the filter expects if it follows the right thing. It is never
+    taken for a sign that it does.
+    """
+    if not tracked.tracked:
+        return f"not tracked: {tracked.reason}"
+    errors = judgement.errors_at(tracked.frame) if judgement is not None else {}
+    if errors:
+        return _error_words(tracked, errors)
+    unsure = doubts(tracked)
+    if unsure:
+        return _some([f"{limb_words(doubt.limb)} {doubt.words}" for doubt in unsure])
+    if not np.isfinite(tracked.limb_lost).any():
+        return _joined("limbs not judged", _spread_words(tracked))
+    against = _against(tracked)
+    return f"no limb flagged, but {' and '.join(against)}" if against else "no limb flagged"
+
+
+def _error_words(tracked: TrackedFrame, errors: Mapping[str, float]) -> str:
+    """How far the limbs are off the reference, and whether the tracker has noticed."""
+    unsure = {doubt.limb: doubt.words for doubt in doubts(tracked)}
+    far = sorted(
+        (limb for limb in errors if errors[limb] > UNCERTAIN_DEG), key=lambda x: -errors[x]
+    )
+    if not far:
+        flagged = [f"{limb_words(limb)} {words}" for limb, words in unsure.items()]
+        told = f"limbs within {np.ceil(max(errors.values())):.0f}° of the reference"
+        return _joined(told, _some(flagged) if flagged else "")
+    return _some(
+        [
+            f"{limb_words(limb)} {errors[limb]:.0f}° off the reference,"
+            f" {unsure.get(limb, 'not flagged')}"
+            for limb in far
+        ],
+        "; ",
+    )
+
+
+def _against(tracked: TrackedFrame) -> list[str]:
+    """What is not usual about a frame as a whole."""
+    found = []
+    if not np.isfinite([tracked.unexplained_fraction, tracked.residual]).all():
+        found.append("how well the model explains the points is not known")
+    if tracked.unexplained_fraction > USUAL_UNEXPLAINED:
+        found.append(f"{100.0 * tracked.unexplained_fraction:.0f} % of the points are unexplained")
+    if tracked.residual > USUAL_RESIDUAL:
+        found.append(f"points are {1000.0 * tracked.residual:.0f} mm off the model")
+    return found
+
+
+def _spread_words(tracked: TrackedFrame) -> str:
+    sigma = tracked.limb_sigma_deg
+    known = sigma[np.isfinite(sigma)]
+    return f"± {known.max():.0f}° at most by the filter alone" if len(known) else ""
+
+
+def _some(words: Sequence[str], between: str = ", ") -> str:
+    """The first ones, and how many more there are."""
+    more = len(words) - _NAMED
+    return between.join(words[:_NAMED]) + (f" and {more} more" if more > 0 else "")
+
+
+def _joined(first: str, second: str) -> str:
+    return f"{first}, {second}" if second else first
+
+
+def number_rows(
+    tracked: TrackedFrame | None, judgement: Judgement | None
+) -> list[tuple[str, str, str, str]]:
+    """Rows of the numbers panel: limb, label, value, hint."""
+    if tracked is None:
+        return []
+    rows = []
+    place = _place(judgement, tracked.frame)
+    quality = _quality(judgement, tracked.frame)
+    unsure = {doubt.limb: doubt.words for doubt in doubts(tracked)}
+    errors = judgement.errors_at(tracked.frame) if judgement is not None else {}
+    for index, limb in enumerate(LIMBS):
+        sigma = tracked.limb_sigma_deg[index]
+        value = f"± {sigma:.1f}°" if sigma == sigma else "not known"
+        error = errors.get(limb)
+        if error is not None:
+            stated = with_quality(f"{error:.1f}°", quality.get(measure_of(limb)))
+            value = f"{stated}  ({value})"
+        chance = tracked.limb_lost[index]
+        if chance == chance:
+            value += f", lost {100.0 * chance:.0f} %"
+        missed = "far off, not flagged" if error is not None and error > UNCERTAIN_DEG else ""
+        hint = unsure.get(limb, missed)
+        rows.append((limb, limb_words(limb), value, hint))
+    rows += _frame_rows(tracked, judgement, place)
+    return rows
+
+
+def _frame_rows(
+    tracked: TrackedFrame, judgement: Judgement | None, place: int | None
+) -> list[tuple[str, str, str, str]]:
+    rows = []
+    if judgement is not None and judgement.errors is not None and place is not None:
+        errors = judgement.errors
+        at = {int(k): i for i, k in enumerate(errors.frame)}.get(tracked.frame)
+        if at is not None:
+            good = _quality(judgement, tracked.frame).get(TORSO_POSITION)
+            value = with_quality(f"{1000.0 * errors.torso_position[at]:.0f} mm", good, digits=0)
+            rows.append(
+                (
+                    "torso",
+                    "torso position",
+                    value,
+                    "Distance of the hip midpoint from the reference.",
+                )
+            )
+    if not tracked.tracked:
+        return [*rows, ("", "not tracked", tracked.reason, "Why this frame has no pose.")]
+    total = 1000.0 * sum(tracked.seconds.values())
+    return [
+        *rows,
+        (
+            "",
+            "unexplained fraction",
+            f"{100.0 * tracked.unexplained_fraction:.1f} %",
+            "Share of the measured points that the model does not explain; 0 is best.",
+        ),
+        (
+            "",
+            "residual",
+            f"{1000.0 * tracked.residual:.1f} mm",
+            "Weighted root mean square distance between points and model.",
+        ),
+        (
+            "",
+            "normalised innovation",
+            f"{tracked.innovation:.2f}",
+            "Distance of the points from the prediction, over the standard deviation predicted of "
+            "it; 1 is as expected.",
+        ),
+        ("", "time", f"{total:.0f} ms", _stages(tracked)),
+    ]
+
+
+def _stages(tracked: TrackedFrame) -> str:
+    stages = [f"{name} {1000.0 * value:.0f} ms" for name, value in tracked.seconds.items()]
+    return "Stages: " + ", ".join(stages) + ". Stages of successive frames overlap."
+
+
+def _quality(judgement: Judgement | None, frame: int) -> Mapping[str, float]:
+    """How good the reference is in one frame."""
+    return judgement.quality_over(np.array([frame])) if judgement is not None else {}
+
+
+def _place(judgement: Judgement | None, frame: int) -> int | None:
+    if judgement is None:
+        return None
+    found = (judgement.frame == frame).nonzero()[0]
+    return int(found[0]) if len(found) else None

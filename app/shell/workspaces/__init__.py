@@ -1,0 +1,1 @@
+"""Named arrangements of panels that a person can change and reset."""

@@ -1,0 +1,1 @@
+"""What is shown: widgets that know no session, service or feature."""

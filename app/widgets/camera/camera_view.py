@@ -1,0 +1,387 @@
+"""One picture with its overlays: zoom at the cursor, pan, loupe, what is under the cursor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from PySide6.QtCore import QEvent, QKeyCombination, QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import (
+    QColor,
+    QEnterEvent,
+    QFocusEvent,
+    QKeyEvent,
+    QKeySequence,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QTransform,
+    QWheelEvent,
+)
+from PySide6.QtWidgets import QWidget
+
+from ..style.line_styles import paint_runs_legend
+from ..style.theme import current_theme
+from .click_hand import ClickHand
+from .click_marks import ClickMarks, Offer
+from .click_painting import paint_marks, paint_outside
+from .cursor_label import CursorLabel
+from .loupe import loupe_size, paint_loupe
+from .overlays import paint_overlay
+from .picture import Picture
+from .picture_view import Display, PictureView
+
+__all__ = ["CameraView", "Display"]
+
+_CLICK_PIXELS = 4
+_COMPUTED = (
+    "Clicks belong to a camera's own image, and this picture is computed from images. Show the "
+    "reference image (F1) or the left image (F2)."
+)
+
+
+class CameraView(PictureView):
+    """Paints one :class:`Picture`; data are never resampled, only displayed.
+
+    Signals
+    -------
+    hovered : str
+        Words about the pixel under the cursor; empty when the cursor leaves.
+    pressed : ()
+        The view was clicked into.
+    limb_clicked : str
+        A limb's outline was clicked, or empty for a click beside the model.
+    painted : int
+        The frame that has just been painted.
+    clicked : Placed, Moved or Picked
+        What a person did with clicks; only where :meth:`set_clicking` allows for it.
+    refused : str
+        Why a click was not taken.
+    space_tapped : ()
+        The space bar was pressed, but not to move the picture.
+    pointed : ()
+        The mouse is over this view.
+    """
+
+    hovered = Signal(str)
+    pressed = Signal()
+    limb_clicked = Signal(str)
+    painted = Signal(int)
+    clicked = Signal(object)
+    refused = Signal(str)
+    space_tapped = Signal()
+    pointed = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._cursor: QPointF | None = None
+        self._drag: tuple[QPointF, QPointF] | None = None
+        self._dragged = False
+        self._marks: ClickMarks | None = None
+        self._clicking = False
+        self._why_no_clicks = ""
+        self._hand = ClickHand(self)
+        self.label = CursorLabel(self)
+        self._space: bool | None = None
+        self._keys: Callable[[QKeySequence], Callable[[], None] | None] | None = None
+        self.painted_frame = -1
+        self.legend = True
+        self.setMouseTracking(True)
+        self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+
+    @property
+    def marks(self) -> ClickMarks | None:
+        """Clicks and what belongs to them, if they are of the picture that is shown."""
+        marks, picture = self._marks, self._picture
+        if marks is None or picture is None:
+            return None
+        return marks if (marks.frame, marks.camera) == (picture.frame, picture.camera) else None
+
+    def show_picture(self, picture: Picture) -> None:
+        """Show another picture, and say what is under the cursor now."""
+        super().show_picture(picture)
+        self._show_cursor()
+        self._tell_hover()
+
+    def set_marks(self, marks: ClickMarks | None) -> None:
+        """Draw clicks; those of another frame or camera than the picture's wait for theirs."""
+        before, self._marks = self._marks, marks
+        if marks is None or before is None or marks.frame != before.frame:
+            self._keep_person()  # never while clicks are placed in the frame that is shown
+        self._show_cursor()
+        self.update()
+
+    def person_box(self) -> QRectF | None:
+        """Where run, reference, clicks or the model fitted to them show a person."""
+        marks, box = self.marks, super().person_box()
+        clicked = marks.person_box() if marks is not None else None
+        if box is None or clicked is None:
+            return clicked if box is None else box
+        return box.united(clicked)
+
+    def set_clicking(self, clicking: bool, why_not: str = "") -> None:
+        """Let the left button place clicks, or say why it cannot."""
+        self._clicking, self._why_no_clicks = clicking, why_not
+        self._hand.let_go()
+        self._show_cursor()
+
+    def why_no_clicks(self) -> str:
+        """Why this picture takes no clicks now, as a sentence; empty where it does."""
+        if self._picture is not None and not self._picture.camera:
+            return _COMPUTED
+        return self._why_no_clicks
+
+    def set_keys(self, find: Callable[[QKeySequence], Callable[[], None] | None]) -> None:
+        """Ask `find` what keys mean in a picture before the window's shortcuts are asked."""
+        self._keys = find
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        theme = current_theme()
+        painter = QPainter(self)
+        painter.fillRect(self.rect(), QColor(theme.scene_bottom))
+        if self._image.isNull():
+            self._paint_message(painter, QColor(theme.muted))
+        else:
+            self._paint_picture(painter, self._to_widget(), self._scale())
+            if self._display.loupe and self._cursor is not None:
+                self._paint_loupe(painter, self._cursor, QColor(theme.accent))
+            self._paint_outside(painter)
+            self._paint_runs(painter)
+        painter.end()
+        if self._picture is not None:
+            self.painted_frame = self._picture.frame
+            self.painted.emit(self._picture.frame)
+
+    def _paint_picture(self, painter: QPainter, transform: QTransform, scale: float) -> None:
+        if self._picture is None:
+            return
+        painter.save()
+        painter.setTransform(transform, True)
+        # enlarged pixels stay squares, so that one sees what was measured
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, scale < 3.0)
+        painter.drawImage(QPointF(-0.5, -0.5), self._image)
+        paint_overlay(
+            painter,
+            self._picture.overlay,
+            self._display.overlays,
+            self._display.highlighted,
+            scale,
+        )
+        painter.restore()
+        self._paint_marks(painter, transform)
+
+    def _paint_loupe(self, painter: QPainter, cursor: QPointF, rim: QColor) -> None:
+        def paint(painter: QPainter, enlarge: QTransform, factor: float) -> None:
+            self._paint_picture(painter, self._to_widget() * enlarge, factor * self._scale())
+
+        bounds, corner = QRectF(self.rect()), self._display.loupe_in_corner
+        paint_loupe(painter, cursor, bounds, self._scale(), paint, rim=rim, corner=corner)
+
+    def _paint_marks(self, painter: QPainter, transform: QTransform) -> None:
+        marks = self.marks
+        if marks is None:
+            return
+        preview = self._hand.preview()
+        if preview is not None:
+            landmark, pixel = preview
+            marks = marks.with_moved(landmark, pixel.x(), pixel.y())
+        bounds = QRectF(self.rect())
+        paint_marks(painter, marks, transform, self._display.overlays, bounds)
+
+    def _paint_runs(self, painter: QPainter) -> None:
+        """Say which line is whose, where several runs are drawn."""
+        if self._picture is not None and self.legend:
+            paint_runs_legend(painter, self._picture.overlay.runs, QRectF(self.rect()))
+
+    def _paint_outside(self, painter: QPainter) -> None:
+        marks = self.marks
+        if marks is not None and "clicks" in self._display.overlays:
+            paint_outside(painter, marks.outside, QRectF(self.rect()))
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        if event.angleDelta().y():
+            self.zoom_by(1.2 ** (event.angleDelta().y() / 120.0), event.position())
+            self._show_cursor()
+        event.accept()
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        self._cursor = event.position()
+        self.pointed.emit()
+        self.pressed.emit()
+        left = event.button() == Qt.MouseButton.LeftButton
+        if left and self._clicking and self._space is None:
+            self._press_with_hand(event.position())
+        elif left or event.button() in {Qt.MouseButton.MiddleButton, Qt.MouseButton.RightButton}:
+            self._hand.let_go()
+            self._drag = (event.position(), event.position())
+            self._dragged = False
+
+    def _press_with_hand(self, position: QPointF) -> None:
+        marks, why_not = self.marks, self.why_no_clicks()
+        if why_not or marks is None:
+            self.refused.emit(why_not or "The picture is still being read.")
+            return
+        self._hand.press(position, marks)
+        self.update()
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        self._cursor = event.position()
+        self.pointed.emit()
+        if self._drag is not None:
+            start, last = self._drag
+            if (event.position() - start).manhattanLength() > _CLICK_PIXELS or self._dragged:
+                self._dragged = self._by_hand = True
+                self._space = None if self._space is None else True
+                self._pan(event.position() - last)
+                if self._zoom > 1.0:
+                    self.setCursor(Qt.CursorShape.ClosedHandCursor)
+            self._drag = (start, event.position())
+        if self._hand.busy:
+            self._hand.move(event.position())
+            self._say_offer()
+            self.update()
+        elif self._drag is None:
+            self._show_cursor()
+        self._tell_hover()
+        if self._display.loupe:
+            self.update()
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        if self._hand.busy and event.button() == Qt.MouseButton.LeftButton:
+            marks, dragged = self.marks, self._hand.dragging
+            if marks is not None:
+                done = self._hand.release(event.position(), marks, event.modifiers())
+                if done is not None:
+                    self.clicked.emit(done)
+                elif not dragged and not marks.offer.landmark:
+                    self.refused.emit(f"{marks.offer.words.capitalize()}.")
+            self._hand.let_go()
+            self.update()
+        elif self._drag is not None and not self._dragged:
+            self._click_without_hand(event)
+        self._drag = None
+        self._show_cursor()
+
+    def _click_without_hand(self, event: QMouseEvent) -> None:
+        """A click that places nothing: it selects a limb, or with the right button a click."""
+        marks = self.marks
+        if not self._clicking and event.button() == Qt.MouseButton.LeftButton:
+            self.limb_clicked.emit(self._limb_at(event.position()))
+        elif self._clicking and event.button() == Qt.MouseButton.RightButton and marks is not None:
+            picked = self._hand.picked_at(event.position(), marks)
+            if picked is not None:
+                self.clicked.emit(picked)
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        if self._clicking and event.button() == Qt.MouseButton.LeftButton:
+            return  # the first of both has placed something; a second click would move it
+        self.fit()
+
+    def event(self, event: QEvent) -> bool:
+        if (
+            event.type() == QEvent.Type.ShortcutOverride
+            and isinstance(event, QKeyEvent)
+            and (self._is_space(event) or self._meaning(event) is not None)
+        ):
+            event.accept()
+            return True
+        return super().event(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if self._is_space(event):
+            if not event.isAutoRepeat():
+                self._space = False
+                self._show_cursor()
+            return
+        act = self._meaning(event)
+        if act is not None:
+            act()
+        else:
+            super().keyPressEvent(event)
+
+    def keyReleaseEvent(self, event: QKeyEvent) -> None:
+        if event.key() == Qt.Key.Key_Space and self._space is not None:
+            if not event.isAutoRepeat():
+                used, self._space = self._space, None
+                self._show_cursor()
+                if not used:
+                    self.space_tapped.emit()
+            return
+        super().keyReleaseEvent(event)
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        self._space = None
+        self._show_cursor()
+        super().focusOutEvent(event)
+
+    def _is_space(self, event: QKeyEvent) -> bool:
+        plain = event.modifiers() == Qt.KeyboardModifier.NoModifier
+        return self._clicking and plain and event.key() == Qt.Key.Key_Space
+
+    def _meaning(self, event: QKeyEvent) -> Callable[[], None] | None:
+        if self._keys is None:
+            return None
+        modifiers = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
+        return self._keys(QKeySequence(QKeyCombination(modifiers, Qt.Key(event.key()))))
+
+    def _show_cursor(self) -> None:
+        """The cursor and what is written beside it say what the left button would do."""
+        self._say_offer()
+        if not self._clicking or self._image.isNull():
+            self.unsetCursor()
+        elif self._space is not None:
+            self.setCursor(Qt.CursorShape.OpenHandCursor)
+        elif self.why_no_clicks():
+            self.setCursor(Qt.CursorShape.ForbiddenCursor)
+        else:
+            marks, place = self.marks, self._cursor
+            on_click = marks is not None and place is not None and self._hand.mark_at(place, marks)
+            shape = Qt.CursorShape.SizeAllCursor if on_click else Qt.CursorShape.CrossCursor
+            self.setCursor(shape)
+
+    def _say_offer(self) -> None:
+        marks, cursor = self.marks, self._cursor
+        moving = self._drag is not None or self._space is not None or self._hand.dragging
+        offer = Offer()
+        if self._clicking and marks is not None and cursor is not None and not moving:
+            there = self.inside(self.pixel_at(cursor)) and not self.why_no_clicks()
+            offer = self._hand.offer_at(cursor, marks) if there else offer
+        if cursor is None or not offer.words:
+            self.label.hide()
+            return
+        loupe = self._display.loupe and not self._display.loupe_in_corner
+        clear = 0.5 * loupe_size(QRectF(self.rect())) if loupe else 0.0
+        self.label.say(offer.words, offer.colour, cursor, clear)
+
+    def enterEvent(self, event: QEnterEvent) -> None:
+        self._cursor = event.position()
+        self.pointed.emit()
+        self._show_cursor()
+        self._tell_hover()
+
+    def leaveEvent(self, _event: QEvent) -> None:
+        self._cursor = None
+        self._say_offer()
+        self.hovered.emit("")
+        self.update()
+
+    def _limb_at(self, position: QPointF) -> str:
+        if self._picture is None:
+            return ""
+        pixel = self.pixel_at(position)
+        nearest_last = [shape.limb for shape in self._picture.overlay.shapes]
+        order = {limb: place for place, limb in enumerate(nearest_last)}
+        hit = [limb for limb, path in self._picture.overlay.paths if path.contains(pixel)]
+        return max(hit, key=lambda limb: order[limb], default="")
+
+    def _tell_hover(self) -> None:
+        if self._cursor is None or self._picture is None or self._image.isNull():
+            return
+        pixel = self.pixel_at(self._cursor)
+        column, row = round(pixel.x()), round(pixel.y())
+        if 0 <= column < self._image.width() and 0 <= row < self._image.height():
+            words = self._picture.value_at(pixel.x(), pixel.y())
+            self.hovered.emit(
+                f"{self._picture.view}  x {pixel.x():.1f}  y {pixel.y():.1f}  {words}"
+            )
+        else:
+            self.hovered.emit("")

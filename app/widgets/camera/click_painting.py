@@ -1,0 +1,282 @@
+"""Paint clicks, predictions, epipolar curves and residuals; sizes in the widget's pixels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import hypot, isfinite
+
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QPolygonF, QTransform
+
+from ..style.limb_colours import LIMB_COLOURS
+from .click_marks import ClickMark, ClickMarks, CurveMark, PredictionMark, ResidualMark
+
+DOT = 4.5
+RING = 10.0
+_CROSS = 6.0
+_DARK = QColor(0, 0, 0, 190)
+_WHITE = QColor(255, 255, 255)
+_WARNING = QColor("#F0E442")
+_LEAST_RESIDUAL = 3.0
+"""Widget pixels below which a residual is hidden by its click."""
+
+
+def paint_marks(
+    painter: QPainter,
+    marks: ClickMarks,
+    to_widget: QTransform,
+    shown: frozenset[str],
+    bounds: QRectF,
+) -> None:
+    """Paint what is switched on.
+
+    Parameters
+    ----------
+    to_widget : QTransform
+        From raw pixels to the painter's coordinates.
+    bounds : QRectF
+        What is seen, in the painter's coordinates; names stay inside.
+    """
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    if "fit" in shown:
+        _paint_model(painter, marks, to_widget)
+    if "epipolar" in shown:
+        _paint_curves(painter, marks.curves, to_widget)
+    if "residuals" in shown:
+        _paint_residuals(painter, marks.residuals, to_widget)
+    if "predictions" in shown:
+        _paint_predictions(painter, marks.predictions, to_widget)
+    names = _Names(painter, bounds)
+    if "clicks" in shown:
+        _paint_clicks(painter, marks.clicks, to_widget)
+        names.keep_free([to_widget.map(QPointF(mark.x, mark.y)) for mark in marks.clicks])
+        _name_clicks(names, marks.clicks, to_widget)
+    if "predictions" in shown:
+        _name_predictions(names, marks.predictions, to_widget)
+    if "epipolar" in shown:
+        _name_curves(names, marks.curves, to_widget, bounds)
+
+
+def short_label(label: str) -> str:
+    """``L elbow`` for ``left elbow``; names without a side stay."""
+    side, _, rest = label.partition(" ")
+    return f"{side[0].upper()} {rest}" if side in {"left", "right"} and rest else label
+
+
+def _paint_clicks(painter: QPainter, clicks: Sequence[ClickMark], to_widget: QTransform) -> None:
+    for mark in sorted(clicks, key=_importance):
+        place = to_widget.map(QPointF(mark.x, mark.y))
+        if mark.at_hand or mark.mistaken:
+            _paint_ring(painter, mark, place)
+        _paint_dot(painter, mark, place)
+
+
+def _importance(mark: ClickMark) -> tuple[bool, bool]:
+    return mark.at_hand, mark.chosen
+
+
+def _name_clicks(names: _Names, clicks: Sequence[ClickMark], to_widget: QTransform) -> None:
+    for mark in sorted(clicks, key=_importance, reverse=True):
+        whole = mark.chosen or mark.at_hand
+        text = mark.label if whole else short_label(mark.label)
+        place = to_widget.map(QPointF(mark.x, mark.y))
+        names.write(f"{text}?" if mark.doubted else text, place, whole=whole)
+
+
+def _name_predictions(
+    names: _Names, predictions: Sequence[PredictionMark], to_widget: QTransform
+) -> None:
+    """Say how far the chosen landmark's click is from where the other views have it."""
+    for mark in predictions:
+        if mark.chosen:
+            words = f"{mark.error_px:.1f} px" if isfinite(mark.error_px) else "predicted"
+            names.write(words, to_widget.map(QPointF(mark.x, mark.y)), whole=False)
+
+
+def _name_curves(
+    names: _Names, curves: Sequence[CurveMark], to_widget: QTransform, bounds: QRectF
+) -> None:
+    """Say at each curve's far end, inside the picture, whose click it comes from."""
+    window = bounds.adjusted(4, 8, -30, -12)
+    for curve in curves:
+        line = to_widget.map(QPolygonF([QPointF(x, y) for x, y in curve.points.tolist()]))
+        inside = [line.at(i) for i in range(line.size()) if window.contains(line.at(i))]
+        if inside:
+            names.write(curve.from_view, inside[-1], whole=False)
+
+
+def _paint_dot(painter: QPainter, mark: ClickMark, place: QPointF) -> None:
+    """Filled: seen; hollow: guessed; dashed: its author doubts it. A dark rim sets it off."""
+    colour = QColor(mark.colour)
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    radius = DOT + (1.0 if mark.guessed or mark.doubted else 0.0)
+    painter.setPen(QPen(_DARK, 4.6))
+    painter.drawEllipse(place, radius, radius)
+    if mark.guessed or mark.doubted:
+        painter.setPen(QPen(_WHITE, 3.4))
+        painter.drawEllipse(place, radius, radius)
+        pen = QPen(colour, 2.4)
+        if mark.doubted:
+            pen.setDashPattern([1.3, 1.1])
+            pen.setCapStyle(Qt.PenCapStyle.FlatCap)
+        painter.setPen(pen)
+        painter.drawEllipse(place, radius, radius)
+        if not mark.guessed:
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(colour)
+            painter.drawEllipse(place, 2.4, 2.4)
+        return
+    painter.setPen(QPen(_WHITE, 1.6))
+    painter.setBrush(colour)
+    painter.drawEllipse(place, radius, radius)
+
+
+def _paint_ring(painter: QPainter, mark: ClickMark, place: QPointF) -> None:
+    """A ring: keys act on it; four arrows: arrow keys move it; yellow: perhaps a mistake."""
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    radius = RING
+    if mark.mistaken:
+        painter.setPen(QPen(_DARK, 4.4))
+        painter.drawEllipse(place, radius + 3.0, radius + 3.0)
+        painter.setPen(QPen(_WARNING, 2.4, Qt.PenStyle.DotLine))
+        painter.drawEllipse(place, radius + 3.0, radius + 3.0)
+    if not mark.at_hand:
+        return
+    painter.setPen(QPen(_DARK, 3.4))
+    painter.drawEllipse(place, radius, radius)
+    painter.setPen(QPen(_WHITE, 1.4))
+    painter.drawEllipse(place, radius, radius)
+    if mark.held:
+        painter.setPen(QPen(_DARK, 1.0))
+        painter.setBrush(_WHITE)
+        for x, y in ((1, 0), (0, 1), (-1, 0), (0, -1)):
+            painter.drawPolygon(_arrow(place, x, y, radius + 2.5))
+
+
+def _arrow(place: QPointF, x: float, y: float, start: float) -> QPolygonF:
+    tip = place + QPointF(x, y) * (start + 6.0)
+    base, aside = place + QPointF(x, y) * start, QPointF(-y, x) * 4.5
+    return QPolygonF([tip, base + aside, base - aside])
+
+
+def paint_outside(painter: QPainter, labels: Sequence[str], bounds: QRectF) -> None:
+    """Say in the lower left corner which landmarks are not in the picture."""
+    if not labels:
+        return
+    text = f"outside: {', '.join(short_label(label) for label in labels)}"
+    font = _small_font(painter, 0.9)
+    metrics = QFontMetricsF(font)
+    width = min(metrics.horizontalAdvance(text) + 10.0, bounds.width() - 12.0)
+    corner = (bounds.left() + 6.0, bounds.bottom() - metrics.height() - 8.0)
+    box = QRectF(*corner, width, metrics.height() + 2.0)
+    shown = metrics.elidedText(text, Qt.TextElideMode.ElideRight, width - 8.0)
+    _write(painter, box, shown, font, 150)
+
+
+class _Names:
+    """Writes beside points, where no other name stands; dark below so that it can be read."""
+
+    def __init__(self, painter: QPainter, bounds: QRectF) -> None:
+        self._painter, self._bounds = painter, bounds
+        self._taken: list[QRectF] = []
+
+    def keep_free(self, dots: Sequence[QPointF]) -> None:
+        """Write over none of these dots."""
+        reach = QPointF(DOT, DOT)
+        self._taken += [QRectF(dot - reach, dot + reach) for dot in dots]
+
+    def write(self, text: str, place: QPointF, *, whole: bool) -> None:
+        """Write a name; one that is not `whole` only where there is room for it."""
+        painter = self._painter
+        font = _small_font(painter, 0.9, bold=whole)
+        metrics = QFontMetricsF(font)
+        size = (metrics.horizontalAdvance(text) + 6.0, metrics.height())
+        boxes = _around(place, *size)
+        free = [box for box in boxes if self._bounds.contains(box) and not self._meets(box)]
+        if not free and not whole:
+            return  # two names over each other could not be read; the colour tells
+        box = free[0] if free else boxes[0]
+        self._taken.append(box)
+        _write(painter, box, text, font, 150 if whole else 110)
+
+    def _meets(self, box: QRectF) -> bool:
+        return any(box.intersects(other) for other in self._taken)
+
+
+def _around(place: QPointF, width: float, height: float) -> list[QRectF]:
+    """Boxes beside a point, the best first."""
+    gap = DOT + 5.0
+    right, left = place.x() + gap, place.x() - gap - width
+    rows = (place.y() - 0.5 * height, place.y() - height - 2.0, place.y() + 2.0)
+    return [QRectF(x, y, width, height) for y in rows for x in (right, left)]
+
+
+def _small_font(painter: QPainter, factor: float, *, bold: bool = False) -> QFont:
+    font = QFont(painter.font())
+    font.setPointSizeF(max(7.0, factor * font.pointSizeF()))
+    font.setBold(bold)
+    return font
+
+
+def _write(painter: QPainter, box: QRectF, text: str, font: QFont, darkness: int) -> None:
+    painter.save()
+    painter.setFont(font)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(QColor(0, 0, 0, darkness))
+    painter.drawRoundedRect(box, 3.0, 3.0)
+    painter.setPen(_WHITE)
+    painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
+    painter.restore()
+
+
+def _paint_predictions(
+    painter: QPainter, predictions: Sequence[PredictionMark], to_widget: QTransform
+) -> None:
+    """Crosses, which no click looks like."""
+    for mark in predictions:
+        place = to_widget.map(QPointF(mark.x, mark.y))
+        size = _CROSS + (2.0 if mark.chosen else 0.0)
+        for pen in (QPen(_DARK, 4.0), QPen(QColor(mark.colour).lighter(120), 1.9)):
+            pen.setCapStyle(Qt.PenCapStyle.FlatCap)
+            painter.setPen(pen)
+            painter.drawLine(place + QPointF(-size, -size), place + QPointF(size, size))
+            painter.drawLine(place + QPointF(-size, size), place + QPointF(size, -size))
+
+
+def _paint_curves(painter: QPainter, curves: Sequence[CurveMark], to_widget: QTransform) -> None:
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    for curve in curves:
+        if len(curve.points) < 2:
+            continue
+        line = to_widget.map(QPolygonF([QPointF(x, y) for x, y in curve.points.tolist()]))
+        painter.setPen(QPen(QColor(0, 0, 0, 120), 3.2))
+        painter.drawPolyline(line)
+        painter.setPen(QPen(QColor(curve.colour).lighter(125), 1.4))
+        painter.drawPolyline(line)
+
+
+def _paint_residuals(
+    painter: QPainter, residuals: Sequence[ResidualMark], to_widget: QTransform
+) -> None:
+    """Lines from clicks to the model, with a small square on the model."""
+    for mark in residuals:
+        start, end = to_widget.map(QPointF(*mark.start)), to_widget.map(QPointF(*mark.end))
+        if hypot(end.x() - start.x(), end.y() - start.y()) < _LEAST_RESIDUAL:
+            continue
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        for pen in (QPen(_DARK, 4.0), QPen(_WHITE, 2.6), QPen(QColor(mark.colour), 1.6)):
+            painter.setPen(pen)
+            painter.drawLine(start, end)
+        painter.setPen(QPen(_DARK, 1.0))
+        painter.setBrush(_WHITE)
+        painter.drawRect(QRectF(end.x() - 2.5, end.y() - 2.5, 5.0, 5.0))
+
+
+def _paint_model(painter: QPainter, marks: ClickMarks, to_widget: QTransform) -> None:
+    """Outline of the fitted model: dashed, so that it differs from a run's."""
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    for limb, path in marks.model:
+        line = to_widget.map(path)
+        for colour, width in ((QColor(0, 0, 0, 130), 2.8), (QColor(LIMB_COLOURS[limb]), 1.5)):
+            painter.setPen(QPen(colour, width, Qt.PenStyle.DashLine, Qt.PenCapStyle.FlatCap))
+            painter.drawPath(line)

@@ -1,0 +1,160 @@
+"""One parameter in the tuning panel."""
+
+from __future__ import annotations
+
+import textwrap
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QFont
+from PySide6.QtWidgets import QGridLayout, QLabel, QToolButton, QWidget
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.parameters import ParameterRow, Value
+
+from ..style.icons import set_icon
+from .parameter_editor import editor_for, value_text
+
+_EDITOR_WIDTH = 116
+_UNIT_WIDTH = 34
+_TIP_WIDTH = 80
+
+
+class ParameterLine(QWidget):
+    """Name, field and unit of a parameter, its range and defaults, and a way back.
+
+    Signals
+    -------
+    value_changed : str, Value
+        The person gave a value that the row accepts.
+    """
+
+    value_changed = Signal(str, object)
+
+    def __init__(self, row: ParameterRow, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.row = row
+        self._value: Value = row.default
+        self._base: Value = row.default
+        self._base_word = "preset"
+        self._written = False
+        self.editor = editor_for(row, self)
+        self.editor.setFixedWidth(_EDITOR_WIDTH)
+        self.editor.value_given.connect(self._on_given)
+        self.editor.editing_dropped.connect(self._show)
+        self.revert_button = QToolButton(self)
+        self.revert_button.setProperty("role", "plain")
+        set_icon(self.revert_button, "reset")
+        self.revert_button.clicked.connect(self.revert)
+        self._name = QLabel(row.name.replace("_", " "), self)
+        self._name.setBuddy(self.editor)
+        self._name.setMinimumWidth(60)
+        self._facts = QLabel(self)
+        self._facts.setProperty("role", "muted")
+        self._facts.setWordWrap(True)
+        self._facts.setTextFormat(Qt.TextFormat.RichText)
+        self._facts.linkActivated.connect(lambda: self._on_given(row.thesis))
+        self._refusal = QLabel(self)
+        self._refusal.setProperty("role", "error")
+        self._refusal.setWordWrap(True)
+        self._refusal.hide()
+        self.setToolTip(f"{textwrap.fill(row.help, _TIP_WIDTH)}\n\n--set {row.name}=…")
+        self._lay_out()
+
+    @property
+    def is_changed(self) -> bool:
+        """Whether the value differs from what revert goes back to."""
+        return self._value != self._base
+
+    @property
+    def refusal(self) -> str:
+        """Why the text in the field was not taken; empty where it was."""
+        return self._refusal.text()
+
+    def matches(self, words: str) -> bool:
+        """Whether every one of `words` is found in name, group or help."""
+        text = f"{self._name.text()} {self.row.name} {self.row.group} {self.row.help}".lower()
+        return all(word in text for word in words.lower().split())
+
+    def show_values(self, value: Value, base: Value, base_word: str = "preset") -> None:
+        """Show the value, and what revert goes back to; `base_word` says whose value that is."""
+        shown = value, base, base_word
+        # Most lines stay as they are when one value is given, and writing them anew takes time.
+        if shown != (self._value, self._base, self._base_word) or self.refusal or not self._written:
+            self._value, self._base, self._base_word = shown
+            self._show()
+
+    def revert(self) -> None:
+        """Go back to the base's value."""
+        self._on_given(self._base)
+
+    def _lay_out(self) -> None:
+        unit = QLabel(self.row.unit, self)
+        unit.setFixedWidth(_UNIT_WIDTH)
+        unit.setProperty("role", "muted")
+        grid = QGridLayout(self)
+        grid.setContentsMargins(8, 3, 4, 3)
+        grid.setHorizontalSpacing(6)
+        grid.setVerticalSpacing(1)
+        grid.setColumnStretch(0, 1)
+        grid.addWidget(self._name, 0, 0)
+        grid.addWidget(self.editor, 0, 1)
+        grid.addWidget(unit, 0, 2)
+        grid.addWidget(self.revert_button, 0, 3)
+        grid.addWidget(self._facts, 1, 0, 1, 4)
+        grid.addWidget(self._refusal, 2, 0, 1, 4)
+
+    def _on_given(self, given: Value | None) -> None:
+        if given is None:
+            return
+        try:
+            value = self.row.checked(given)
+        except InputError as problem:
+            self._refuse(f"{problem.what}. {problem.remedy}")
+            return
+        changed = value != self._value
+        self._value = value
+        self._show()
+        if changed:
+            self.value_changed.emit(self.row.name, value)
+
+    def _refuse(self, sentence: str) -> None:
+        self._refusal.setText(sentence)
+        self._refusal.show()
+        self._mark(refused=True)
+
+    def _show(self) -> None:
+        self._written = True
+        self.editor.show_value(self._value)
+        self._refusal.clear()
+        self._refusal.hide()
+        self._mark(refused=False)
+        font = QFont(self.font())
+        font.setBold(self.is_changed)
+        self._name.setFont(font)
+        self._name.setText(self.row.name.replace("_", " ") + (" ●" if self.is_changed else ""))
+        self.revert_button.setEnabled(self.is_changed)
+        self.revert_button.setToolTip(
+            f"Back to {value_text(self._base)}"
+            if self.is_changed
+            else f"Nothing to revert: the value is the {self._base_word}'s"
+        )
+        self._facts.setText(self._facts_text())
+
+    def _mark(self, *, refused: bool) -> None:
+        if self.editor.property("refused") != refused:
+            self.editor.setProperty("refused", refused)
+            self.editor.style().polish(self.editor)
+
+    def _facts_text(self) -> str:
+        row = self.row
+        parts = []
+        if not row.choices and row.type is not bool and (row.minimum, row.maximum) != (None, None):
+            parts.append(row.range_text())
+        parts.append(f"default {value_text(row.default)}")
+        if row.thesis is not None:
+            thesis = value_text(row.thesis)
+            same = row.thesis == self._value
+            parts.append(f"thesis {thesis}" if same else f'<a href="thesis">thesis {thesis}</a>')
+        if self._base != row.default and self._base_word != "thesis":
+            parts.append(f"{self._base_word} {value_text(self._base)}")
+        return " · ".join(parts).replace("_", " ")

@@ -1,0 +1,246 @@
+"""The tuning panel, generated from the declared parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import (
+    QComboBox,
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QMenu,
+    QPushButton,
+    QScrollArea,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from stereotrack_core.parameters import ParameterGroup, ParameterRow, Value
+from stereotrack_core.tracking.presets import PRESETS
+
+from ..style.icons import set_icon
+from .parameter_line import ParameterLine
+
+AGAINST: dict[str, str] = {
+    "preset": "the preset",
+    "run": "the active run",
+    "thesis": "the thesis",
+}
+"""What settings may be compared with, as a word and as a person reads it."""
+
+
+class ParameterPanel(QWidget):
+    """Every parameter by group, with search, presets and a way back for each.
+
+    Signals
+    -------
+    settings_changed : ParameterGroup
+        New settings after the person gave a value; the panel shows them already.
+    preset_requested : str
+        The person chose a preset; the caller answers with :meth:`set_settings`.
+    against_requested : str
+        The person wants differences from something else, a key of :data:`AGAINST`; the caller
+        answers with :meth:`set_settings`.
+    """
+
+    settings_changed = Signal(object)
+    preset_requested = Signal(str)
+    against_requested = Signal(str)
+
+    def __init__(self, parent: QWidget | None = None, *, presets: Sequence[str] = PRESETS) -> None:
+        super().__init__(parent)
+        self._settings: ParameterGroup | None = None
+        self._base: ParameterGroup | None = None
+        self._against = "preset"
+        self._rows: tuple[ParameterRow, ...] = ()
+        self._lines: dict[str, ParameterLine] = {}
+        self._groups: dict[str, QWidget] = {}
+        self._list = QWidget(self)
+        self._make_head(presets)
+        self._nothing = QLabel(self)
+        self._nothing.setProperty("role", "muted")
+        self._nothing.setWordWrap(True)
+        self._nothing.setAlignment(Qt.AlignmentFlag.AlignHCenter)
+        self._scroll = QScrollArea(self)
+        self._scroll.setWidgetResizable(True)
+        self._scroll.setFrameShape(QFrame.Shape.NoFrame)
+        self._scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self._scroll.setWidget(self._list)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(6, 6, 0, 0)
+        layout.setSpacing(4)
+        layout.addLayout(self._head)
+        layout.addLayout(self._diff)
+        layout.addLayout(self._tools)
+        layout.addWidget(self._scroll, 1)
+        self.setMinimumWidth(260)
+        self._fill()
+
+    # ---- what is shown
+
+    @property
+    def settings(self) -> ParameterGroup | None:
+        """The settings that are shown."""
+        return self._settings
+
+    def line(self, name: str) -> ParameterLine:
+        """Return the line of a parameter."""
+        return self._lines[name]
+
+    def set_settings(
+        self, settings: ParameterGroup, base: ParameterGroup, against: str = "preset"
+    ) -> None:
+        """Show `settings`; what differs from `base` is marked and can be reverted.
+
+        Parameters
+        ----------
+        settings, base : ParameterGroup
+        against : str
+            What `base` is, a key of :data:`AGAINST`.
+        """
+        self._settings, self._base, self._against = settings, base, against
+        self.against_box.setCurrentIndex(self.against_box.findData(against))
+        self.revert_all.setToolTip(f"Back to the values of {AGAINST[against]} everywhere")
+        self.only_changed.setToolTip(f"Show only what differs from {AGAINST[against]}")
+        if settings.rows() != self._rows:
+            self._rows = settings.rows()
+            self._fill()
+        values, bases = settings.values(), base.values()
+        for name, line in self._lines.items():
+            line.show_values(values[name], bases[name], self._against)
+        self._sift()
+
+    def set_presets(self, names: Sequence[str]) -> None:
+        """Offer these presets; which one is shown stays."""
+        shown = self.preset_box.currentText()
+        self.preset_box.clear()
+        self.preset_box.addItems(list(names))
+        self.set_preset(shown)
+
+    def set_menu(self, actions: Sequence[QAction]) -> None:
+        """Offer commands about presets beside the list of them."""
+        menu = QMenu(self.menu_button)
+        menu.setToolTipsVisible(True)
+        menu.addActions(list(actions))
+        self.menu_button.setMenu(menu)
+        self.menu_button.show()
+
+    def focus_search(self) -> None:
+        """Let the person type what is looked for."""
+        self.search.setFocus(Qt.FocusReason.ShortcutFocusReason)
+        self.search.selectAll()
+
+    def set_preset(self, name: str) -> None:
+        """Show which preset the base is; an empty name stands for none."""
+        self.preset_box.setCurrentIndex(self.preset_box.findText(name))
+
+    # ---- inside
+
+    def _make_head(self, presets: Sequence[str]) -> None:
+        self.preset_box = QComboBox(self)
+        self.preset_box.addItems(list(presets))
+        self.preset_box.setCurrentIndex(-1)
+        self.preset_box.setPlaceholderText("own settings")
+        self.preset_box.setAccessibleName("Preset")
+        self.preset_box.setToolTip("Take all values from a preset")
+        self.preset_box.textActivated.connect(self.preset_requested)
+        self.revert_all = QPushButton("Revert all", self)
+        self.revert_all.clicked.connect(self._on_revert_all)
+        self.search = QLineEdit(self)
+        self.search.setPlaceholderText("Search names and explanations")
+        self.search.setAccessibleName("Search parameters")
+        self.search.setClearButtonEnabled(True)
+        self.search.textChanged.connect(self._sift)
+        self.only_changed = QToolButton(self)
+        self.only_changed.setText("Changed")
+        self.only_changed.setCheckable(True)
+        self.only_changed.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        set_icon(self.only_changed, "filter")
+        self.only_changed.toggled.connect(self._sift)
+        self.menu_button = QToolButton(self)
+        self.menu_button.setToolTip("Save, load and delete presets of your own")
+        self.menu_button.setAccessibleName("Presets of your own")
+        self.menu_button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        set_icon(self.menu_button, "save")
+        self.menu_button.hide()
+        self.against_box = QComboBox(self)
+        for word, title in AGAINST.items():
+            self.against_box.addItem(title, word)
+        self.against_box.setAccessibleName("Differences from")
+        self.against_box.setToolTip("What values are compared with, and reverted to")
+        self.against_box.activated.connect(
+            lambda: self.against_requested.emit(self.against_box.currentData())
+        )
+        self._head, self._diff, self._tools = QHBoxLayout(), QHBoxLayout(), QHBoxLayout()
+        self._head.addWidget(QLabel("Preset", self))
+        self._head.addWidget(self.preset_box, 1)
+        self._head.addWidget(self.menu_button)
+        self._diff.addWidget(QLabel("Differences from", self))
+        self._diff.addWidget(self.against_box, 1)
+        self._diff.addWidget(self.revert_all)
+        self._tools.addWidget(self.search, 1)
+        self._tools.addWidget(self.only_changed)
+        for row in (self._head, self._diff, self._tools):
+            row.setContentsMargins(0, 0, 6, 0)
+
+    def _fill(self) -> None:
+        self._lines, self._groups = {}, {}
+        self._list = QWidget()
+        column = QVBoxLayout(self._list)
+        column.setContentsMargins(0, 0, 4, 8)
+        column.setSpacing(0)
+        self._nothing.setParent(self._list)
+        column.addWidget(self._nothing)
+        for row in self._rows:
+            if row.group not in self._groups:
+                self._groups[row.group] = heading = QLabel(row.group, self._list)
+                heading.setProperty("role", "heading")
+                heading.setContentsMargins(0, 10, 0, 2)
+                column.addWidget(heading)
+            line = ParameterLine(row, self._list)
+            line.value_changed.connect(self._on_value)
+            self._lines[row.name] = line
+            column.addWidget(line)
+        column.addStretch(1)
+        self._scroll.setWidget(self._list)
+        self._sift()
+
+    def _sift(self) -> None:
+        words, only_changed = self.search.text(), self.only_changed.isChecked()
+        seen = set()
+        for line in self._lines.values():
+            visible = line.matches(words) and (line.is_changed or not only_changed)
+            line.setVisible(visible)
+            if visible:
+                seen.add(line.row.group)
+        for group, heading in self._groups.items():
+            heading.setVisible(group in seen)
+        count = sum(line.is_changed for line in self._lines.values())
+        self.only_changed.setText(f"{count} changed")
+        self.revert_all.setEnabled(count > 0)
+        self._nothing.setVisible(not seen)
+        self._nothing.setText(
+            f"Nothing differs from {AGAINST[self._against]}."
+            if only_changed and not words
+            else f"No parameter is called or explained by “{words}”."
+            if self._lines
+            else "No settings are loaded."
+        )
+
+    def _on_value(self, name: str, value: Value) -> None:
+        if self._settings is not None:
+            self._take(self._settings.replaced(**{name: value}))
+
+    def _on_revert_all(self) -> None:
+        if self._settings is not None and self._base is not None:
+            self._take(self._base)
+
+    def _take(self, settings: ParameterGroup) -> None:
+        if self._base is not None:
+            self.set_settings(settings, self._base, self._against)
+            self.settings_changed.emit(settings)

@@ -1,0 +1,253 @@
+"""One parameter along a slider: choose it, its range, and look at what each value gives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import QEvent, QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QDoubleValidator
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QCompleter,
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QProgressBar,
+    QPushButton,
+    QScrollArea,
+    QSlider,
+    QSpinBox,
+    QVBoxLayout,
+    QWidget,
+)
+
+from stereotrack_core.parameters import ParameterRow, Value
+from stereotrack_core.tracking.tuning.series import MOST, usual_range
+
+from ..plots.small_multiples import MeansCurve, Multiple, SmallMultiples, keeps_arrows
+from .parameter_editor import value_text
+
+_NOTHING = (
+    "Choose a parameter and a range: the selected frames are tracked with each value, and their "
+    "errors are drawn beside each other."
+)
+
+
+class ValueSlider(QSlider):
+    """A slider whose arrow keys move it, while they go to other frames elsewhere."""
+
+    def event(self, event: QEvent) -> bool:
+        return keeps_arrows(event) or super().event(event)
+
+
+class SeriesPanel(QWidget):
+    """Chooser, small multiples, the curve of their means, and a slider along the values.
+
+    Signals
+    -------
+    begin_requested : ParameterRow, float, float, int, bool
+        Parameter, range, number of values, and whether by even factors; range and number do not
+        count for words and switches.
+    cancel_requested : ()
+    shown : int
+        Place of the value whose model shall be shown; -1 for none.
+    taken : int
+        Place of the value that shall be taken over.
+    row_chosen : ParameterRow
+        Another parameter is chosen; the caller answers with :meth:`set_value`.
+    """
+
+    begin_requested = Signal(object, float, float, int, bool)
+    cancel_requested = Signal()
+    shown = Signal(int)
+    taken = Signal(int)
+    row_chosen = Signal(object)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._rows: dict[str, ParameterRow] = {}
+        self._running = False
+        self._make_chooser()
+        self.words = QLabel(_NOTHING, self)
+        self.words.setWordWrap(True)
+        self.words.setProperty("role", "muted")
+        self.progress = QProgressBar(self)
+        self.progress.setTextVisible(False)
+        self.progress.setMaximumHeight(4)
+        self.progress.setRange(0, 100)
+        self.multiples = SmallMultiples(self)
+        self.multiples.chosen.connect(self.shown)
+        self.multiples.taken.connect(self.taken)
+        scroll = QScrollArea(self)
+        scroll.setWidgetResizable(True)
+        scroll.setFrameShape(QFrame.Shape.NoFrame)
+        scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        scroll.setWidget(self.multiples)
+        self.means = MeansCurve(self)
+        self.slider = ValueSlider(Qt.Orientation.Horizontal, self)
+        self.slider.setAccessibleName("Value whose model is shown")
+        self.slider.setTickPosition(QSlider.TickPosition.TicksBelow)
+        self.slider.setPageStep(1)
+        self.slider.valueChanged.connect(self.shown)
+        self.take = QPushButton("Take over", self)
+        self.take.setToolTip("Give the parameter this value")
+        self.take.clicked.connect(lambda: self.taken.emit(self.slider.value()))
+        self._lay_out(scroll)
+        self.show_series((), None, 0.0, running=False)
+
+    def set_rows(self, rows: Sequence[ParameterRow]) -> None:
+        """Offer these parameters."""
+        if [*self._rows] == [row.name for row in rows]:
+            return
+        self._rows = {row.name: row for row in rows}
+        with QSignalBlocker(self.parameter):
+            self.parameter.clear()
+            for row in rows:
+                self.parameter.addItem(row.name.replace("_", " "), row.name)
+        completer = QCompleter(self.parameter.model(), self)
+        completer.setFilterMode(Qt.MatchFlag.MatchContains)
+        completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
+        self.parameter.setCompleter(completer)
+        self._on_parameter()
+
+    @property
+    def row(self) -> ParameterRow | None:
+        """The parameter that is chosen."""
+        return self._rows.get(str(self.parameter.currentData()))
+
+    def choose(self, name: str) -> None:
+        """Choose a parameter by its name."""
+        self.parameter.setCurrentIndex(self.parameter.findData(name))
+        self._on_parameter()
+
+    def set_value(self, value: Value) -> None:
+        """Propose a range around the value that the parameter has."""
+        row = self.row
+        if row is None:
+            return
+        number = row.type in (int, float)
+        for widget in (self.low, self._to, self.high, self.count, self.by_factors):
+            widget.setVisible(number)
+        words = ", ".join(row.choices) if row.choices else "yes and no"
+        self.unit.setText(row.unit if number else f"each of: {words}")
+        self.parameter.setToolTip(row.help)
+        if number:
+            low, high = usual_range(row, value)
+            self.low.setText(value_text(low))
+            self.high.setText(value_text(high))
+            self.by_factors.setChecked(low > 0 and row.type is float)
+
+    def refuse(self, sentence: str) -> None:
+        """Say why it cannot begin."""
+        self.words.setText(sentence)
+        self.words.setProperty("role", "error")
+        self.words.style().polish(self.words)
+
+    def show_series(
+        self, multiples: Sequence[Multiple], current: int | None, share: float, *, running: bool
+    ) -> None:
+        """Show what was found with each value, and which of them is shown in the views."""
+        self._running = running
+        self.begin.setText("Stop" if running else "Track them")
+        self.begin.setToolTip(
+            "Track no further value" if running else "Track the selected frames with each value"
+        )
+        self.progress.setValue(round(100 * share) if running else 0)
+        self.multiples.show_multiples(multiples, current)
+        self.means.show_means(multiples, current)
+        for widget in (self.means, self.slider, self.take):
+            widget.setVisible(bool(multiples))
+        with QSignalBlocker(self.slider):
+            self.slider.setRange(0, max(len(multiples) - 1, 0))
+            self.slider.setValue(current if current is not None else 0)
+        self.take.setEnabled(current is not None)
+        self._say(multiples, current)
+
+    def _say(self, multiples: Sequence[Multiple], current: int | None) -> None:
+        best = next((m for m in multiples if m.best), None)
+        said = _NOTHING
+        if multiples:
+            said = "A click, or the slider, shows a value's model in the views."
+        if best is not None:
+            said = f"Best: {best.title} ({best.summary})."
+        if current is not None and current < len(multiples):
+            shown = multiples[current]
+            said = f"Shown: {shown.title} ({shown.summary}). {said if best is not None else ''}"
+        self.words.setText(said.strip())
+        self.words.setProperty("role", "muted")
+        self.words.style().polish(self.words)
+
+    def _make_chooser(self) -> None:
+        self.parameter = QComboBox(self)
+        self.parameter.setEditable(True)
+        self.parameter.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
+        self.parameter.setAccessibleName("Parameter to try")
+        self.parameter.setSizeAdjustPolicy(
+            QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
+        )
+        self.parameter.activated.connect(lambda _index: self._on_parameter())
+        self.low, self.high = QLineEdit(self), QLineEdit(self)
+        for field, name in ((self.low, "From"), (self.high, "To")):
+            field.setAccessibleName(name)
+            field.setValidator(QDoubleValidator(field))
+            field.setMaximumWidth(72)
+            field.returnPressed.connect(self._on_begin)
+        self.unit = QLabel(self)
+        self.unit.setProperty("role", "muted")
+        self.count = QSpinBox(self)
+        self.count.setRange(2, MOST)
+        self.count.setValue(6)
+        self.count.setAccessibleName("Number of values")
+        self.count.setSuffix(" values")
+        self.by_factors = QCheckBox("even factors", self)
+        self.by_factors.setToolTip("Each value is the one before times the same factor")
+        self.begin = QPushButton(self)
+        self.begin.clicked.connect(self._on_begin)
+
+    def _lay_out(self, scroll: QScrollArea) -> None:
+        first, second, last = QHBoxLayout(), QHBoxLayout(), QHBoxLayout()
+        first.addWidget(self.parameter, 1)
+        first.addWidget(self.begin)
+        self._to = QLabel("to", self)
+        for widget in (self.low, self._to, self.high, self.unit):
+            second.addWidget(widget)
+        second.addStretch(1)
+        second.addWidget(self.by_factors)
+        second.addWidget(self.count)
+        last.addWidget(self.slider, 1)
+        last.addWidget(self.take)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(6, 6, 6, 4)
+        layout.setSpacing(4)
+        layout.addLayout(first)
+        layout.addLayout(second)
+        layout.addWidget(self.progress)
+        layout.addWidget(self.words)
+        layout.addWidget(scroll, 1)
+        layout.addWidget(self.means)
+        layout.addLayout(last)
+
+    def _on_parameter(self) -> None:
+        row = self.row
+        if row is not None:
+            self.row_chosen.emit(row)
+
+    def _on_begin(self) -> None:
+        if self._running:
+            self.cancel_requested.emit()
+            return
+        row = self.row
+        if row is None:
+            self.refuse("There is no parameter of that name.")
+            return
+        low, high = (_number(field.text()) for field in (self.low, self.high))
+        self.begin_requested.emit(row, low, high, self.count.value(), self.by_factors.isChecked())
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return float("nan")

@@ -1,0 +1,254 @@
+"""The panel that goes through the steps inside a frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import QEvent, QSize, Qt, Signal
+from PySide6.QtGui import QAction, QColor
+from PySide6.QtWidgets import (
+    QButtonGroup,
+    QHBoxLayout,
+    QLabel,
+    QListWidget,
+    QListWidgetItem,
+    QScrollArea,
+    QSplitter,
+    QStackedLayout,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ..style.elided_label import ElidedLabel
+from ..style.theme import current_theme
+from .heat_map import HeatMapView
+from .histogram_view import HistogramView
+from .inside_content import StepContent, StepName
+from .inside_table import InsideTable
+
+_STEP = Qt.ItemDataRole.UserRole
+_NOTHING = (
+    "See what the tracker does inside the frame that is shown: what it predicts, which points it "
+    "pairs, how they correct the model, iteration by iteration. {keys}"
+)
+
+
+class InsidePanel(QWidget):
+    """Steps at the left; what belongs to the chosen one at the right.
+
+    Signals
+    -------
+    step_chosen : int
+        Index of the step that was chosen in the list.
+    """
+
+    step_chosen = Signal(int)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.steps = QListWidget(self)
+        self.steps.setAccessibleName("Steps inside the frame")
+        self.steps.setMinimumWidth(110)
+        self.steps.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.steps.currentItemChanged.connect(self._on_chosen)
+        self.beginning = ElidedLabel(parent=self)
+        self.page = StepPage(self)
+        self._filling = False
+        self._names: tuple[StepName, ...] = ()
+        self._buttons = QHBoxLayout()
+        self._buttons.setSpacing(2)
+        self._nothing = QLabel(_NOTHING.format(keys=""), self)
+        self._nothing.setWordWrap(True)
+        self._nothing.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._nothing.setProperty("role", "muted")
+        self._nothing.setContentsMargins(16, 8, 16, 8)
+        self.setAutoFillBackground(True)  # tab bars that lie behind would show through
+        self._stack = QStackedLayout(self)
+        self._stack.addWidget(self._nothing)
+        self._stack.addWidget(self._body())
+
+    def _body(self) -> QWidget:
+        split = QSplitter(Qt.Orientation.Horizontal, self)
+        split.addWidget(self.steps)
+        split.addWidget(self.page)
+        split.setStretchFactor(0, 0)
+        split.setStretchFactor(1, 1)
+        split.setSizes([136, 400])
+        split.setChildrenCollapsible(False)
+        top = QHBoxLayout()
+        top.setContentsMargins(6, 2, 4, 0)
+        top.addWidget(self.beginning, 1)
+        top.addLayout(self._buttons)
+        body = QWidget(self)
+        column = QVBoxLayout(body)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(2)
+        column.addLayout(top)
+        column.addWidget(split, 1)
+        return body
+
+    def set_actions(self, actions: Sequence[QAction], keys: str) -> None:
+        """Offer commands at the top; `keys` look inside."""
+        for action in actions:
+            button = QToolButton(self)
+            button.setDefaultAction(action)
+            button.setAutoRaise(True)
+            button.setIconSize(QSize(16, 16))
+            self._buttons.addWidget(button)
+        self._nothing.setText(_NOTHING.format(keys=f"Press {keys}."))
+
+    def show_nothing(self, words: str = "") -> None:
+        """Show no frame; `words` say what is being waited for."""
+        if words:
+            self._nothing.setText(words)
+        self._stack.setCurrentIndex(0)
+
+    def show_steps(self, names: tuple[StepName, ...], index: int) -> None:
+        """List the steps, one of which is shown."""
+        self._filling = True
+        if names != self._names:
+            self._names = names
+            self._fill(names)
+        for row in range(self.steps.count()):
+            item = self.steps.item(row)
+            if item.data(_STEP) == index:
+                self.steps.setCurrentItem(item)
+                self.steps.scrollToItem(item)
+        self._filling = False
+        self._stack.setCurrentIndex(1)
+
+    def show_content(self, content: StepContent, beginning: str, *, busy: bool) -> None:
+        """Show one step."""
+        self.beginning.set_words("Working it out …" if busy else beginning)
+        self.page.show_content(content)
+
+    def _fill(self, names: tuple[StepName, ...]) -> None:
+        self.steps.clear()
+        for index, name in enumerate(names):
+            if name.heading:
+                heading = QListWidgetItem(name.heading)
+                heading.setFlags(Qt.ItemFlag.NoItemFlags)
+                heading.setForeground(QColor(current_theme().muted))
+                heading.setToolTip(name.heading)
+                self.steps.addItem(heading)
+            item = QListWidgetItem(f"   {name.title}")
+            item.setData(_STEP, index)
+            self.steps.addItem(item)
+
+    def _on_chosen(self, item: QListWidgetItem | None, _before: object = None) -> None:
+        if item is not None and item.data(_STEP) is not None and not self._filling:
+            self.step_chosen.emit(item.data(_STEP))
+
+    def changeEvent(self, event: QEvent) -> None:
+        if event.type() == QEvent.Type.PaletteChange:
+            for row in range(self.steps.count()):
+                item = self.steps.item(row)
+                if item.data(_STEP) is None:
+                    item.setForeground(QColor(current_theme().muted))
+        super().changeEvent(event)
+
+
+class StepPage(QScrollArea):
+    """What belongs to one step, from top to bottom."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWidgetResizable(True)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setFrameShape(QScrollArea.Shape.NoFrame)
+        page = QWidget()
+        self._column = QVBoxLayout(page)
+        self._column.setContentsMargins(6, 4, 4, 8)
+        self._column.setSpacing(4)
+        self.title, self.words, self.source = QLabel(), QLabel(), QLabel()
+        self.title.setProperty("role", "heading")
+        self.source.setProperty("role", "muted")
+        for label in (self.title, self.words, self.source):
+            label.setWordWrap(True)
+            label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+            self._column.addWidget(label)
+        self.histogram = HistogramView()
+        self._column.addWidget(self.histogram)
+        self.tables = [InsideTable()]
+        self._column.addWidget(self.tables[0])
+        self._switch = QHBoxLayout()
+        self._switch.setSpacing(2)
+        self._column.addLayout(self._switch)
+        self._choices = QButtonGroup(self)
+        self._choices.idToggled.connect(self._on_map)
+        self.heat = HeatMapView()
+        self.pointed = QLabel()
+        self.pointed.setWordWrap(True)
+        self.pointed.setProperty("role", "muted")
+        self.pointed.setMinimumHeight(2 * self.fontMetrics().height() + 2)
+        self.pointed.setAlignment(Qt.AlignmentFlag.AlignTop)
+        self._column.addWidget(self.pointed)
+        self._column.addWidget(self.heat)
+        self.heat.pointed.connect(self._on_pointed)
+        self._column.addStretch(1)
+        self.setWidget(page)
+        self._shown: StepContent | None = None
+        self._map = 0
+
+    def show_content(self, content: StepContent) -> None:
+        """Show another step."""
+        before, self._shown = self._shown, content
+        self.title.setText(content.title)
+        self.words.setText(content.words)
+        self.source.setText(content.source)
+        self._show_maps(content)
+        self.histogram.setVisible(content.histogram is not None)
+        self.histogram.show_histogram(content.histogram)
+        self._show_tables(content)
+        if before is None or before.title != content.title:
+            self.verticalScrollBar().setValue(0)
+
+    def choose_map(self, index: int) -> None:
+        """Show the matrix in another way."""
+        button = self._choices.button(index)
+        if button is not None:
+            button.setChecked(True)
+
+    def _show_maps(self, content: StepContent) -> None:
+        titles = [each.title for each in content.maps]
+        known = [button.text() for button in self._choices.buttons()]
+        if titles != known:
+            for old in self._choices.buttons():
+                self._choices.removeButton(old)
+                self._switch.removeWidget(old)
+                old.hide()
+                old.deleteLater()
+            while self._switch.count():
+                self._switch.takeAt(0)
+            for index, title in enumerate(titles):
+                button = QToolButton()
+                button.setText(title)
+                button.setCheckable(True)
+                self._choices.addButton(button, index)
+                self._switch.addWidget(button)
+            self._switch.addStretch(1)
+            self._map = 0
+        self.choose_map(self._map)
+        for each in (self.heat, self.pointed):
+            each.setVisible(bool(titles))
+        self.heat.show_map(content.maps[self._map] if titles else None)
+
+    def _on_map(self, index: int, checked: bool) -> None:
+        if checked and self._shown is not None and index < len(self._shown.maps):
+            self._map = index
+            self.heat.show_map(self._shown.maps[index])
+
+    def _on_pointed(self, words: str) -> None:
+        self.pointed.setText(words or "Point at the matrix to read its numbers.")
+
+    def _show_tables(self, content: StepContent) -> None:
+        while len(self.tables) < len(content.tables):
+            table = InsideTable()
+            self.tables.append(table)
+            self._column.insertWidget(self._column.count() - 1, table)
+        for index, table in enumerate(self.tables):
+            there = index < len(content.tables)
+            table.setVisible(there)
+            if there:
+                table.show_table(content.tables[index])

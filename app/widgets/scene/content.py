@@ -1,0 +1,146 @@
+"""What the 3-D scene shows at one instant."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
+from stereotrack_core.geometry.camera import Camera
+
+from ..camera.inside_overlay import InsideScene
+from ..style.line_styles import LineStyle
+
+LAYERS: tuple[str, ...] = ("cloud", "model", "reference", "cameras", "ellipsoids", "floor")
+"""Parts of the scene that can be switched one by one."""
+
+
+class LimbMesh(Protocol):
+    """A surface that belongs to a limb, such as a cone of the body model."""
+
+    @property
+    def limb(self) -> str:
+        """One of LIMBS, or a part without errors of its own, such as a leg."""
+
+    @property
+    def vertices(self) -> FloatArray:
+        """(V, 3) world, metres."""
+
+    @property
+    def triangles(self) -> IntArray:
+        """(T, 3) indices into `vertices`."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ellipsoid:
+    """Where a limb's end is to be found, by the tracker's own covariance.
+
+    Attributes
+    ----------
+    limb : str
+    centre : (3,) float64, world, metres
+    covariance : (3, 3) float64, world, square metres
+        Drawn at two standard deviations.
+    """
+
+    limb: str
+    centre: FloatArray
+    covariance: FloatArray
+
+
+def _no_points() -> FloatArray:
+    return np.empty((0, 3))
+
+
+def _no_colours() -> ImageArray:
+    return np.empty((0, 3), dtype=np.uint8)
+
+
+@dataclass(frozen=True, eq=False)
+class GhostBody:
+    """The model of a run that is drawn beside the active one, as lines, dots or both.
+
+    Attributes
+    ----------
+    name : str
+    style : LineStyle
+        That of its lines in the plots: ``dash`` becomes lines, ``dot`` dots.
+    meshes : tuple of LimbMesh
+    """
+
+    name: str
+    style: LineStyle
+    meshes: tuple[LimbMesh, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class SceneContent:
+    """Everything that the scene draws; arrays are not changed after they were handed on.
+
+    Attributes
+    ----------
+    cloud_points : (N, 3) float64, world, metres
+    cloud_colours : (N, 3) uint8
+        By view, limb or residual, as the caller chose.
+    meshes : tuple of LimbMesh
+        Parts of the body model.
+    reference : (9, 3) float64, world, metres, or None
+        Landmarks of the reference; NaN where not known.
+    cameras : tuple of Camera
+        Drawn as frusta.
+    camera_images : mapping from camera name to (H, W) or (H, W, 3) uint8
+        Grey or RGB; shown on the frusta. Wider ones than 320 pixels are made smaller.
+    highlighted : str
+        The limb that is selected; empty for none.
+    ellipsoids : tuple of Ellipsoid
+    run : str
+        Name of the run whose model it is.
+    ghosts : tuple of GhostBody
+        Models of other runs.
+    floor_z : float, metres
+        Height of the floor in the world.
+    inside : InsideScene or None
+        What a step inside the frame draws.
+    """
+
+    cloud_points: FloatArray = field(default_factory=_no_points)
+    cloud_colours: ImageArray = field(default_factory=_no_colours)
+    meshes: tuple[LimbMesh, ...] = ()
+    reference: FloatArray | None = None
+    cameras: tuple[Camera, ...] = ()
+    camera_images: Mapping[str, ImageArray] = field(default_factory=dict)
+    highlighted: str = ""
+    ellipsoids: tuple[Ellipsoid, ...] = ()
+    run: str = ""
+    ghosts: tuple[GhostBody, ...] = ()
+    floor_z: float = 0.0
+    inside: InsideScene | None = None
+
+    @property
+    def runs(self) -> tuple[tuple[str, LineStyle], ...]:
+        """All runs that are drawn, the active one first; empty where it is alone."""
+        others = tuple((ghost.name, ghost.style) for ghost in self.ghosts)
+        return ((self.run, "solid"), *others) if others and self.meshes else others
+
+    def parts_known(self) -> int:
+        """How many kinds of things are there that a view of the scene has to hold."""
+        body = bool(self.meshes) or self.reference is not None
+        return bool(self.cameras) + bool(len(self.cloud_points)) + body
+
+    def body_points(self) -> FloatArray:
+        """Points (K, 3) that a view of the scene has to hold; cameras only if nothing else."""
+        parts = [mesh.vertices for mesh in self.meshes]
+        if self.reference is not None:
+            parts.append(self.reference)
+        if len(self.cloud_points):
+            # the farthest points are often no part of the person
+            ends = np.percentile(self.cloud_points, (2.0, 98.0), axis=0)
+            parts.append(np.stack(np.meshgrid(*ends.T), axis=-1).reshape(-1, 3))
+        if not parts:
+            parts = [camera.position_world[None] for camera in self.cameras]
+        points = np.concatenate(parts) if parts else _no_points()
+        finite: FloatArray = points[np.isfinite(points).all(axis=1)]
+        return finite

@@ -1,0 +1,362 @@
+"""The 3-D scene as an ordinary widget: rendered off-screen, painted as a picture."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import cast
+
+import numpy as np
+from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, QTimer, Signal
+from PySide6.QtGui import (
+    QImage,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QResizeEvent,
+    QWheelEvent,
+)
+from PySide6.QtWidgets import QApplication, QWidget
+
+from stereotrack_core.arrays import FloatArray
+
+from ..style.line_styles import paint_runs_legend
+from ..style.theme import current_theme
+from .body import limb_at
+from .content import LAYERS, SceneContent
+from .orbit import Orbit, orbit_around
+from .renderer import SceneRenderer, paint_names
+from .window import SceneUnavailable
+
+_REST_MS = 180
+_TURN_PER_PIXEL = np.radians(0.4)
+_TURN_PER_KEY = np.radians(7.5)
+_VIEW_KEYS = {
+    Qt.Key.Key_F: "front",
+    Qt.Key.Key_S: "side",
+    Qt.Key.Key_T: "top",
+    Qt.Key.Key_R: "home",
+    Qt.Key.Key_Home: "home",
+}
+_ZOOM_KEYS = {Qt.Key.Key_Plus: 1.2, Qt.Key.Key_Equal: 1.2, Qt.Key.Key_Minus: 1 / 1.2}
+_TURN_KEYS = {
+    Qt.Key.Key_Left: (-1, 0),
+    Qt.Key.Key_Right: (1, 0),
+    Qt.Key.Key_Up: (0, 1),
+    Qt.Key.Key_Down: (0, -1),
+}
+_HELP = (
+    "Drag to turn, right drag to move, wheel to zoom, double click to reset, click a limb to "
+    "select it. Keys: F front, S side, T top, R reset, + and - zoom, Alt and arrows turn."
+)
+
+
+class SceneView(QWidget):
+    """Shows the body, the measured points, the reference and the cameras in 3-D.
+
+    Contents are rendered when Qt paints, so of several that come in between only the newest
+    costs anything, and a hidden scene costs nothing. Where no OpenGL is to be had the widget
+    says so and everything else about it keeps working.
+
+    Signals
+    -------
+    limb_clicked : str
+        The limb that was clicked.
+    orbit_changed
+        The eye was moved by mouse or key.
+    """
+
+    limb_clicked = Signal(str)
+    orbit_changed = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
+        self.setMinimumSize(160, 120)
+        self.setAccessibleName("3-D scene")
+        self.setAccessibleDescription(_HELP)
+        self._content = SceneContent()
+        self._layers = dict.fromkeys(LAYERS, True) | {"ellipsoids": False}
+        self._orbit: Orbit | None = None
+        self._standing = "home"
+        self._held: FloatArray | None = None
+        self._holds = 0
+        self._renderer: SceneRenderer | None = None
+        self._why_unavailable = ""
+        self._image: QImage | None = None
+        self._content_changed = True
+        self._image_is_fine = False
+        self._press: QPointF | None = None
+        self._last: QPointF | None = None
+        self._dragged = False
+        self._turning = True
+        self._rest = QTimer(self, interval=_REST_MS, singleShot=True)
+        self._rest.timeout.connect(self.update)
+        self.destroyed.connect(_Closer(self))
+
+    def sizeHint(self) -> QSize:
+        return QSize(640, 480)
+
+    # ---- what is shown
+
+    @property
+    def content(self) -> SceneContent:
+        """What is shown, or will be at the next painting."""
+        return self._content
+
+    @property
+    def unavailable_because(self) -> str:
+        """Why nothing can be rendered; empty while nothing stands against it."""
+        return self._why_unavailable
+
+    @property
+    def orbit(self) -> Orbit:
+        """Where the eye is."""
+        return self._orbit or self._standard("home")
+
+    def show_scene(self, content: SceneContent) -> None:
+        """Show `content` from now on; the eye stays where it is."""
+        self._content = content
+        holds = content.parts_known()
+        if self._standing and holds > self._holds:
+            self._orbit = self._standard(self._standing)
+        self._holds = max(holds, self._holds)
+        self._changed(content=True)
+
+    def begin_anew(self) -> None:
+        """Forget what was shown and where the eye was, as another recording comes."""
+        self._held, self._holds, self._orbit, self._standing = None, 0, None, "home"
+        self.show_scene(SceneContent())
+
+    def hold(self, points: FloatArray | None) -> None:
+        """Let the standard views hold these points (K, 3), world, beside the body."""
+        self._held = points
+        self.set_view("home")
+
+    def set_layer_visible(self, layer: str, visible: bool) -> None:
+        """Draw one of :data:`~app.widgets.scene.content.LAYERS` or leave it out."""
+        if layer not in self._layers:
+            raise KeyError(layer)
+        self._layers[layer] = visible
+        self._changed(content=True)
+
+    def layer_visible(self, layer: str) -> bool:
+        """Whether a layer is drawn."""
+        return self._layers[layer]
+
+    def set_highlighted(self, limb: str) -> None:
+        """Mark a limb as selected; an empty name marks none."""
+        if limb != self._content.highlighted:
+            self.show_scene(replace(self._content, highlighted=limb))
+
+    def set_view(self, view: str) -> None:
+        """Look from one of :data:`~app.widgets.scene.orbit.STANDARD_VIEWS`."""
+        self._turn_to(self._standard(view))
+        self._standing = view
+
+    def set_orbit(self, orbit: Orbit) -> None:
+        """Place the eye; it stays there until a standard view is asked for."""
+        self._orbit, self._standing = orbit, ""
+        self._changed()
+
+    def snapshot(self) -> QImage:
+        """Render the scene at its best, in the pixels of the screen; null where it cannot be."""
+        if not self._render(fine=True) or self._image is None:
+            return QImage()
+        picture = self._image.copy()
+        painter = QPainter(picture)
+        self._paint_names(painter)
+        painter.end()
+        return picture
+
+    def _standard(self, view: str) -> Orbit:
+        aspect = self.width() / max(self.height(), 1)
+        points = self._content.body_points()
+        if self._held is not None:
+            points = np.vstack([self._held, points])
+        return orbit_around(points, view, aspect)
+
+    def _turn_to(self, orbit: Orbit) -> None:
+        self.set_orbit(orbit)
+        self.orbit_changed.emit()
+
+    def _changed(self, *, content: bool = False) -> None:
+        self._content_changed |= content
+        self._image = None
+        self.update()
+
+    def at_rest(self) -> bool:
+        """Whether the picture is as good as it gets, or none can be made or seen."""
+        return self._image_is_fine or bool(self._why_unavailable) or not self.is_seen()
+
+    def is_seen(self) -> bool:
+        """Whether any of it is on the screen, not behind another panel."""
+        return self.isVisible() and not self.visibleRegion().isEmpty()
+
+    # ---- painting
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        fine = self._image is not None and not self._image_is_fine and not self._rest.isActive()
+        painter = QPainter(self)
+        if (self._image is None or fine) and not self._render(fine=fine):
+            self._paint_apology(painter)
+        elif self._image is not None:
+            painter.drawImage(QRectF(self.rect()), self._image)
+            self._paint_names(painter)
+        if self.hasFocus():
+            painter.setPen(QPen(self.palette().highlight(), 2.0))
+            painter.drawRect(self.rect().adjusted(1, 1, -1, -1))
+        painter.end()
+
+    def _render(self, *, fine: bool) -> bool:
+        renderer = self._renderer_or_none()
+        if renderer is None:
+            return False
+        scale = self.devicePixelRatioF()
+        if self._content_changed:
+            renderer.set_content(self._content, self._layers, current_theme(), scale)
+            self._content_changed = False
+        width = max(1, round(self.width() * scale))
+        height = max(1, round(self.height() * scale))
+        self._image = renderer.picture(width, height, self.orbit, fine=fine)
+        self._image.setDevicePixelRatio(scale)
+        self._image_is_fine = fine
+        if not fine:
+            self._rest.start()
+        return True
+
+    def _renderer_or_none(self) -> SceneRenderer | None:
+        if self._renderer is None and not self._why_unavailable:
+            try:
+                self._renderer = SceneRenderer()
+            except SceneUnavailable as problem:
+                self._why_unavailable = str(problem)
+        return self._renderer
+
+    def _paint_names(self, painter: QPainter) -> None:
+        area = QRectF(self.rect())
+        paint_names(painter, self._content, self._layers, self.orbit, area, current_theme())
+        if self._layers["model"]:
+            paint_runs_legend(painter, self._content.runs, area)
+
+    def _paint_apology(self, painter: QPainter) -> None:
+        painter.fillRect(self.rect(), self.palette().base())
+        painter.setPen(self.palette().placeholderText().color())
+        text = f"The 3-D scene cannot be shown.\n{self._why_unavailable}\nThe rest works."
+        box = self.rect().adjusted(16, 16, -16, -16)
+        flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
+        painter.drawText(box, flags, text)
+
+    def resizeEvent(self, _event: QResizeEvent) -> None:
+        if self._orbit is not None and self._standing:
+            self._orbit = self._standard(self._standing)
+        self._changed()
+
+    def changeEvent(self, event: QEvent) -> None:
+        if event.type() in (QEvent.Type.PaletteChange, QEvent.Type.DevicePixelRatioChange):
+            self._changed(content=True)
+        super().changeEvent(event)
+
+    def release(self) -> None:
+        """Give the OpenGL context back; a later painting makes a new one."""
+        self._rest.stop()
+        if self._renderer is not None:
+            self._renderer.close()
+            self._renderer = None
+        self._changed(content=True)
+
+    # ---- mouse and keys
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        self._press = self._last = event.position()
+        shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
+        self._turning = event.button() == Qt.MouseButton.LeftButton and not shift
+        self._dragged = False
+        event.accept()
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        if self._press is None or self._last is None:
+            return
+        if not self._dragged:
+            far = (event.position() - self._press).manhattanLength()
+            if far < QApplication.startDragDistance():
+                return
+            self._dragged = True
+        step = event.position() - self._last
+        self._last = event.position()
+        if self._turning:
+            orbit = self.orbit.turned(-step.x() * _TURN_PER_PIXEL, step.y() * _TURN_PER_PIXEL)
+        else:
+            orbit = self.orbit.moved(-step.x() / self.height(), step.y() / self.height())
+        self._turn_to(orbit)
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        clicked = self._press is not None and not self._dragged
+        self._press = self._last = None
+        if clicked and event.button() == Qt.MouseButton.LeftButton:
+            limb = self.limb_at(event.position())
+            if limb:
+                self.limb_clicked.emit(limb)
+
+    def mouseDoubleClickEvent(self, _event: QMouseEvent) -> None:
+        self._press = None
+        self.set_view("home")
+
+    def limb_at(self, position: QPointF) -> str:
+        """Name the limb of the model under a position of the widget; empty for none."""
+        if not self._layers["model"]:
+            return ""
+        orbit = self.orbit
+        ray = orbit.ray(position.x(), position.y(), self.width(), self.height())
+        return limb_at(self._content.meshes, orbit.eye, ray)
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        self._turn_to(self.orbit.zoomed(1.0015 ** event.angleDelta().y()))
+        event.accept()
+
+    def event(self, event: QEvent) -> bool:
+        # single letters are shortcuts of the window; here they turn the scene while it has focus
+        asks = isinstance(event, QKeyEvent) and event.type() == QEvent.Type.ShortcutOverride
+        if asks and self._orbit_for(cast(QKeyEvent, event)) is not None:
+            event.accept()
+            return True
+        return super().event(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        orbit = self._orbit_for(event)
+        key, plain = Qt.Key(event.key()), not event.modifiers()
+        if orbit is None:
+            super().keyPressEvent(event)
+        elif plain and key in _VIEW_KEYS:
+            self.set_view(_VIEW_KEYS[key])
+        else:
+            self._turn_to(orbit)
+
+    def _orbit_for(self, event: QKeyEvent) -> Orbit | None:
+        key = Qt.Key(event.key())
+        modifiers = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
+        if modifiers == Qt.KeyboardModifier.AltModifier and key in _TURN_KEYS:
+            right, up = _TURN_KEYS[key]
+            return self.orbit.turned(right * _TURN_PER_KEY, up * _TURN_PER_KEY)
+        if modifiers not in (Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.ShiftModifier):
+            return None
+        if key in _ZOOM_KEYS:
+            return self.orbit.zoomed(_ZOOM_KEYS[key])
+        if modifiers == Qt.KeyboardModifier.NoModifier and key in _VIEW_KEYS:
+            return self._standard(_VIEW_KEYS[key])
+        return None
+
+
+class _Closer:
+    """Gives the OpenGL context back when Qt has destroyed the widget."""
+
+    def __init__(self, view: SceneView) -> None:
+        self._state = view.__dict__
+
+    def __call__(self) -> None:
+        renderer = self._state.get("_renderer")
+        if renderer is not None:
+            renderer.close()
+            self._state["_renderer"] = None

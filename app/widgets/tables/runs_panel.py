@@ -1,0 +1,233 @@
+"""The runs of the recording: named, shown or hidden, chosen, removed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal, Slot
+from PySide6.QtGui import QIcon, QResizeEvent
+from PySide6.QtWidgets import (
+    QHBoxLayout,
+    QHeaderView,
+    QLabel,
+    QLineEdit,
+    QToolButton,
+    QTreeWidget,
+    QTreeWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ..style.line_styles import LineStyle, line_pixmap
+
+_HEADINGS = ("Run", "Frames", "Arm error", "Time", "Seed", "Tracked")
+_NARROWEST_NAME = 170
+
+
+@dataclass(frozen=True)
+class RunRow:
+    """What the list says about one run.
+
+    Attributes
+    ----------
+    name : str
+    style : LineStyle
+        Of its curves and outlines.
+    visible : bool
+    active : bool
+    frames : str
+        Frames it has, in words.
+    score : str
+        Its median error, or how it stands.
+    hint : str
+    time : str
+        How long tracking took.
+    seed : str
+    when : str
+        When it was tracked, short.
+    made : str
+        Preset and changed parameters in words.
+    note : str
+        What a person has written about it.
+    noted : bool
+        Whether a note can be written: the project keeps the run.
+    """
+
+    name: str
+    style: LineStyle
+    visible: bool
+    active: bool
+    frames: str
+    score: str
+    hint: str
+    time: str = ""
+    seed: str = ""
+    when: str = ""
+    made: str = ""
+    note: str = ""
+    noted: bool = False
+
+
+class RunsPanel(QWidget):
+    """A row per run; the tick shows it, a click draws its model, the name can be changed.
+
+    Signals
+    -------
+    activated : int
+    shown : int, bool
+    renamed : int, str
+    noted : int, str
+    details_wanted : ()
+    """
+
+    activated = Signal(int)
+    shown = Signal(int, bool)
+    renamed = Signal(int, str)
+    noted = Signal(int, str)
+    details_wanted = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.tree = QTreeWidget()
+        self.tree.setHeaderLabels(list(_HEADINGS))
+        self.tree.setRootIsDecorated(False)
+        self.tree.setIconSize(QSize(30, 14))
+        self.tree.setEditTriggers(QTreeWidget.EditTrigger.EditKeyPressed)
+        self.tree.setAccessibleName("Runs")
+        header = self.tree.header()
+        header.setStretchLastSection(False)
+        for column in range(1, len(_HEADINGS)):
+            header.setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Fixed)
+        self.tree.setTextElideMode(Qt.TextElideMode.ElideMiddle)
+        self._rows: tuple[RunRow, ...] = ()
+        self._noted_row = -1
+        self._none = QLabel("No run yet. Run the tracker, or open a run file.")
+        self._none.setProperty("role", "muted")
+        self._none.setWordWrap(True)
+        self._none.setContentsMargins(10, 10, 10, 10)
+        self._none.setAlignment(Qt.AlignmentFlag.AlignTop)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(self._none)
+        layout.addWidget(self.tree, 1)
+        layout.addWidget(self._make_foot())
+        self.tree.itemChanged.connect(self._on_changed)
+        self.tree.itemClicked.connect(self._on_clicked)
+        self.tree.itemActivated.connect(self._on_activated)
+        self.show_rows(())
+
+    def _make_foot(self) -> QWidget:
+        """What the active run was made with, and room for a note."""
+        self.foot = QWidget(self)
+        self.made = QLabel(self.foot)
+        self.made.setWordWrap(True)
+        self.made.setProperty("role", "muted")
+        self.made.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.note = QLineEdit(self.foot)
+        self.note.setPlaceholderText("Note on this run")
+        self.note.setAccessibleName("Note on the active run")
+        self.note.editingFinished.connect(self._on_noted)
+        self.details = QToolButton(self.foot)
+        self.details.setText("Details …")
+        self.details.setToolTip("All that two runs were made with differently")
+        self.details.clicked.connect(self.details_wanted)
+        lower = QHBoxLayout()
+        lower.addWidget(self.note, 1)
+        lower.addWidget(self.details)
+        column = QVBoxLayout(self.foot)
+        column.setContentsMargins(8, 2, 8, 6)
+        column.setSpacing(4)
+        column.addWidget(self.made)
+        column.addLayout(lower)
+        return self.foot
+
+    def show_rows(self, rows: Sequence[RunRow]) -> None:
+        """Show these runs."""
+        self._rows = tuple(rows)
+        self._none.setVisible(not rows)
+        self.foot.setVisible(bool(rows))
+        self._show_foot()
+        self.tree.setVisible(bool(rows))
+        with QSignalBlocker(self.tree):
+            while self.tree.topLevelItemCount() > len(rows):
+                self.tree.takeTopLevelItem(self.tree.topLevelItemCount() - 1)
+            while self.tree.topLevelItemCount() < len(rows):
+                self.tree.addTopLevelItem(QTreeWidgetItem())
+            for place, row in enumerate(rows):
+                self._fill(self.tree.topLevelItem(place), row)
+        for column, heading in enumerate(("time", "seed", "when"), start=3):
+            self.tree.setColumnHidden(column, not any(getattr(row, heading) for row in rows))
+        self._fit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        """Give names the room that numbers leave."""
+        tree, header = self.tree, self.tree.header()
+        others = sum(
+            max(tree.sizeHintForColumn(column), header.sectionSizeHint(column))
+            for column in range(1, len(_HEADINGS))
+            if not tree.isColumnHidden(column)
+        )
+        bar = tree.verticalScrollBar()
+        room = self.width() - 2 * tree.frameWidth() - (bar.width() if bar.isVisible() else 0)
+        header.resizeSection(0, max(_NARROWEST_NAME, room - others))
+
+    def _fill(self, item: QTreeWidgetItem | None, row: RunRow) -> None:
+        if item is None:
+            return
+        item.setFlags(
+            Qt.ItemFlag.ItemIsEnabled
+            | Qt.ItemFlag.ItemIsSelectable
+            | Qt.ItemFlag.ItemIsUserCheckable
+            | Qt.ItemFlag.ItemIsEditable
+        )
+        cells = (row.name, row.frames, row.score, row.time, row.seed, row.when)
+        for column, text in enumerate(cells):
+            item.setText(column, text)
+            item.setToolTip(column, row.hint)
+            font = item.font(column)
+            font.setBold(row.active)
+            item.setFont(column, font)
+        item.setCheckState(0, Qt.CheckState.Checked if row.visible else Qt.CheckState.Unchecked)
+        ratio = self.devicePixelRatioF()
+        item.setIcon(0, QIcon(line_pixmap(row.style, self.palette().text().color(), ratio)))
+        if row.active:
+            self.tree.setCurrentItem(item)
+
+    def _show_foot(self) -> None:
+        place = next((k for k, row in enumerate(self._rows) if row.active), -1)
+        row = self._rows[place] if place >= 0 else None
+        self.made.setText(row.made if row is not None else "No run is active.")
+        self.note.setEnabled(row is not None and row.noted)
+        typing = self.note.hasFocus() and place == self._noted_row and self.note.isModified()
+        if not typing:
+            self.note.setText(row.note if row is not None else "")
+        self._noted_row = place
+
+    @Slot()
+    def _on_noted(self) -> None:
+        if self._noted_row >= 0 and self.note.isModified():
+            self.note.setModified(False)
+            self.noted.emit(self._noted_row, self.note.text())
+
+    @Slot(QTreeWidgetItem, int)
+    def _on_changed(self, item: QTreeWidgetItem, column: int) -> None:
+        place = self.tree.indexOfTopLevelItem(item)
+        if column == 0 and place >= 0:
+            self.shown.emit(place, item.checkState(0) == Qt.CheckState.Checked)
+            self.renamed.emit(place, item.text(0))
+
+    @Slot(QTreeWidgetItem, int)
+    def _on_activated(self, item: QTreeWidgetItem, _column: int) -> None:
+        """A run that is not shown is shown, and read from the project where it has to be."""
+        self.activated.emit(self.tree.indexOfTopLevelItem(item))
+
+    @Slot(QTreeWidgetItem, int)
+    def _on_clicked(self, item: QTreeWidgetItem, _column: int) -> None:
+        if item.checkState(0) == Qt.CheckState.Checked:
+            self.activated.emit(self.tree.indexOfTopLevelItem(item))

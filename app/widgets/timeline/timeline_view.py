@@ -1,0 +1,445 @@
+"""The timeline: a lane per landmark and limb over the recording's frames, and the scrubber."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from enum import Enum, auto
+
+from PySide6.QtCore import QEvent, QPointF, QRect, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import (
+    QFont,
+    QFontInfo,
+    QHelpEvent,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPixmap,
+    QResizeEvent,
+    QWheelEvent,
+)
+from PySide6.QtWidgets import QAbstractScrollArea, QToolTip, QWidget
+
+from ..style.theme import current_theme
+from .keys import HELP, ZOOMS, next_lane, selection_to_here, steps
+from .lanes import Lane
+from .painting import (
+    LEAST_LANE,
+    MOST_LANE,
+    RULER_HEIGHT,
+    paint_hint,
+    paint_lanes,
+    paint_names,
+    paint_playhead,
+    paint_ruler,
+    paint_selection,
+    time_text,
+)
+from .scale import TimelineScale
+
+_NAMES_NARROWEST, _NAMES_WIDEST = 120, 190
+_SCROLL_STEPS = 1000
+
+
+class _Drag(Enum):
+    SCRUB = auto()
+    SELECT = auto()
+    PAN = auto()
+
+
+class TimelineView(QAbstractScrollArea):
+    """Lanes over frames with a playhead.
+
+    The lanes are kept as a picture that depends on the lanes, the visible frames and the size;
+    moving the playhead paints that picture again and reads no data.
+
+    Signals
+    -------
+    frame_requested : int
+        The person went to this frame; the caller answers with :meth:`set_frame`.
+    selection_changed : range or None
+        The person selected these frames, or none.
+    lane_clicked : str
+        The name of a lane was clicked; what the program calls the lane.
+    lanes_selected : frozenset of str
+        The person selected lanes by Ctrl and a click on their names.
+    visible_range_changed : float, float
+        The person zoomed or moved, or a page was turned; borders of the visible frames, where
+        frame k covers the stretch from k to k + 1.
+    margins_changed : float, float
+        Pixels beside the frames at the left and right: names, and a scroll bar.
+    """
+
+    frame_requested = Signal(int)
+    selection_changed = Signal(object)
+    lane_clicked = Signal(str)
+    lanes_selected = Signal(object)
+    visible_range_changed = Signal(float, float)
+    margins_changed = Signal(float, float)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setFrameShape(QAbstractScrollArea.Shape.NoFrame)
+        self.setMinimumHeight(RULER_HEIGHT + 3 * LEAST_LANE)
+        self.setAccessibleName("Timeline")
+        self.setAccessibleDescription(HELP)
+        self.viewport().setMouseTracking(True)
+        self._lanes: tuple[Lane, ...] = ()
+        self._groups: dict[str, tuple[Lane, ...]] = {}
+        self._selected_lanes: frozenset[str] = frozenset()
+        self._lane_height = MOST_LANE
+        self._hint = ""
+        self._scale = TimelineScale()
+        self._fps = 1.0
+        self._frame = 0
+        self._selection: range | None = None
+        self._drag: _Drag | None = None
+        self._drag_start = 0
+        self._drag_from = QPointF()
+        self._picture: QPixmap | None = None
+        self.horizontalScrollBar().valueChanged.connect(self._on_scrolled)
+        self.verticalScrollBar().valueChanged.connect(self._forget_picture)
+
+    def sizeHint(self) -> QSize:
+        return QSize(900, RULER_HEIGHT + MOST_LANE * max(len(self._lanes), 8))
+
+    # ---- what is shown
+
+    @property
+    def frame(self) -> int:
+        """Frame under the playhead."""
+        return self._frame
+
+    @property
+    def selection(self) -> range | None:
+        """Frames that are selected."""
+        return self._selection
+
+    @property
+    def scale(self) -> TimelineScale:
+        """Which frames are visible, and where."""
+        return self._scale
+
+    def set_range(self, frame_count: int, fps: float) -> None:
+        """Show a recording of `frame_count` frames at `fps` frames per second."""
+        self._scale = replace(self._scale, frame_count=frame_count).whole()
+        self._fps = fps
+        self._frame = min(self._frame, max(frame_count - 1, 0))
+        self._selection = None
+        self._scale_changed()
+
+    @property
+    def margins(self) -> tuple[float, float]:
+        """Pixels beside the frames at the left and right."""
+        return self._scale.left, self.width() - self._scale.left - self._scale.width
+
+    @property
+    def lane_height(self) -> int:
+        """Height of a lane: what there is room for, within limits."""
+        return self._lane_height
+
+    def set_hint(self, words: str) -> None:
+        """Say these words where there is no lane."""
+        if words != self._hint:
+            self._hint = words
+            self._forget_picture()
+
+    @property
+    def lanes(self) -> tuple[Lane, ...]:
+        """All lanes from top to bottom."""
+        return self._lanes
+
+    @property
+    def selected_lanes(self) -> frozenset[str]:
+        """What the program calls the lanes that are selected."""
+        return self._selected_lanes
+
+    def set_lanes(self, lanes: Sequence[Lane], group: str = "runs") -> None:
+        """Show these lanes; those handed on before keep what was computed for them.
+
+        Parameters
+        ----------
+        lanes : sequence of Lane
+        group : str
+            Lanes of other groups stay; groups stand in the order of their names.
+        """
+        self._groups[group] = tuple(lanes)
+        shown = tuple(lane for name in sorted(self._groups) for lane in self._groups[name])
+        same_names = [lane.name for lane in shown] == [lane.name for lane in self._lanes]
+        self._lanes = shown
+        if same_names:
+            self._forget_picture()
+            return
+        self._select_lanes(self._selected_lanes & {lane.id for lane in shown})
+        self._place_lanes()
+        # a scroll bar that comes or goes makes this widget place the lanes again
+        self._set_scroll_bars()
+        self._forget_picture()
+
+    def set_frame(self, frame: int) -> None:
+        """Move the playhead, and turn the page where it would not be seen."""
+        frame = max(0, min(frame, self._scale.frame_count - 1))
+        if frame == self._frame:
+            return
+        old = self._playhead_area()
+        self._frame = frame
+        shown = self._scale if self._drag else self._scale.showing(frame)
+        if shown != self._scale:
+            self._set_scale(shown)
+        self.viewport().update(old)
+        self.viewport().update(self._playhead_area())
+
+    def set_selection(self, selection: range | None) -> None:
+        """Select frames without emitting a signal."""
+        self._selection = selection if selection else None
+        self.viewport().update()
+
+    def set_visible_range(self, first: float, last: float) -> None:
+        """Zoom to the frames from `first` up to `last` without emitting a signal."""
+        count = self._scale.frame_count
+        factor = self._scale.visible / max(last - first, 1.0)
+        scale = self._scale.zoomed(factor, self._scale.left)
+        self._scale = scale.moved(min(max(first, 0.0), count) - scale.first)
+        self._scale_changed()
+
+    def lane_at(self, y: float) -> Lane | None:
+        """Return the lane at a height of the viewport."""
+        if y < RULER_HEIGHT:
+            return None
+        index = int((y - RULER_HEIGHT + self.verticalScrollBar().value()) // self._lane_height)
+        return self._lanes[index] if 0 <= index < len(self._lanes) else None
+
+    # ---- scale and scroll bars
+
+    def _set_scale(self, scale: TimelineScale) -> None:
+        if scale != self._scale:
+            self._scale = scale
+            self._scale_changed()
+            self.visible_range_changed.emit(scale.first, scale.last)
+
+    def _scale_changed(self) -> None:
+        self._set_scroll_bars()
+        self._forget_picture()
+
+    def _set_scroll_bars(self) -> None:
+        rows = len(self._lanes) * self._lane_height
+        space = max(self.viewport().height() - RULER_HEIGHT, 1)
+        self.verticalScrollBar().setRange(0, max(0, rows - space))
+        self.verticalScrollBar().setPageStep(space)
+        self.verticalScrollBar().setSingleStep(self._lane_height)
+        scale, bar = self._scale, self.horizontalScrollBar()
+        hidden = scale.frame_count - scale.visible
+        blocked = bar.blockSignals(True)
+        if hidden <= 1e-6:
+            bar.setRange(0, 0)
+        else:
+            page = round(_SCROLL_STEPS * scale.visible / hidden)
+            bar.setPageStep(max(page, 1))
+            bar.setRange(0, _SCROLL_STEPS)
+            bar.setValue(round(_SCROLL_STEPS * scale.first / hidden))
+        bar.blockSignals(blocked)
+
+    def _on_scrolled(self, value: int) -> None:
+        hidden = self._scale.frame_count - self._scale.visible
+        moved = self._scale.moved(value / _SCROLL_STEPS * hidden - self._scale.first)
+        if moved != self._scale:
+            self._scale = moved
+            self._forget_picture()
+            self.visible_range_changed.emit(moved.first, moved.last)
+
+    def _forget_picture(self) -> None:
+        self._picture = None
+        self.viewport().update()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._place_lanes()
+        self._scale_changed()
+
+    def _place_lanes(self) -> None:
+        metrics = self.fontMetrics()
+        longest = max((metrics.horizontalAdvance(lane.name) for lane in self._lanes), default=0)
+        left = min(max(longest + 28, _NAMES_NARROWEST), _NAMES_WIDEST)
+        width = max(self.viewport().width() - left, 1)
+        space = (self.viewport().height() - RULER_HEIGHT) // max(len(self._lanes), 1)
+        self._lane_height = min(max(space, LEAST_LANE), MOST_LANE)
+        self._scale = replace(self._scale, left=float(left), width=float(width))
+        self.margins_changed.emit(*self.margins)
+
+    def changeEvent(self, event: QEvent) -> None:
+        if event.type() in (QEvent.Type.PaletteChange, QEvent.Type.DevicePixelRatioChange):
+            self._forget_picture()
+        super().changeEvent(event)
+
+    # ---- painting
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        painter = QPainter(self.viewport())
+        if self._picture is None:
+            self._picture = self._painted()
+        painter.drawPixmap(0, 0, self._picture)
+        if self._scale.frame_count:
+            height = self.viewport().height()
+            paint_selection(painter, self._scale, self._selection, height, current_theme())
+            paint_playhead(painter, self._scale, self._frame, height, current_theme())
+        painter.end()
+
+    def _painted(self) -> QPixmap:
+        ratio = self.devicePixelRatioF()
+        size = self.viewport().size()
+        picture = QPixmap(round(size.width() * ratio), round(size.height() * ratio))
+        picture.setDevicePixelRatio(ratio)
+        theme = current_theme()
+        picture.fill(theme.window)
+        painter = QPainter(picture)
+        painter.setFont(self._lane_font())
+        first_row = self.verticalScrollBar().value()
+        lanes, tall, left = self._lanes, self._lane_height, int(self._scale.left)
+        paint_lanes(painter, self._scale, lanes, tall, first_row, size.height(), ratio, theme)
+        names = self._selected_lanes
+        paint_names(painter, lanes, tall, first_row, left, size.height(), theme, names)
+        painter.setFont(self.font())
+        paint_ruler(painter, self._scale, self._fps, size.width(), theme)
+        if self._hint and not self._lanes:
+            paint_hint(painter, self._hint, self._scale.left, size, theme)
+        painter.end()
+        return picture
+
+    def _lane_font(self) -> QFont:
+        """Font whose letters fit a lane."""
+        font = QFont(self.font())
+        font.setPixelSize(min(QFontInfo(font).pixelSize(), self._lane_height - 2))
+        return font
+
+    def _playhead_area(self) -> QRect:
+        left = self._scale.x_of(self._frame)
+        right = self._scale.x_of(self._frame + 1)
+        box = QRectF(left - 40.0, 0.0, right - left + 80.0, float(self.viewport().height()))
+        return box.toAlignedRect()
+
+    # ---- mouse
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        position = event.position()
+        if not self._scale.frame_count:
+            return
+        if position.x() < self._scale.left:
+            lane = self.lane_at(position.y())
+            if lane is not None and event.modifiers() & Qt.KeyboardModifier.ControlModifier:
+                self._select_lanes(self._selected_lanes ^ {lane.id})
+            elif lane is not None and event.button() == Qt.MouseButton.LeftButton:
+                self.lane_clicked.emit(lane.id)
+            return
+        self._drag_from = position
+        self._drag_start = self._scale.frame_at(position.x())
+        shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
+        if event.button() == Qt.MouseButton.MiddleButton:
+            self._drag = _Drag.PAN
+        elif event.button() == Qt.MouseButton.LeftButton:
+            in_ruler = position.y() < RULER_HEIGHT
+            self._drag = _Drag.SELECT if shift or in_ruler else _Drag.SCRUB
+            if not shift:
+                self._request(self._drag_start)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        x = event.position().x()
+        frame = self._scale.frame_at(x)
+        if self._drag is _Drag.SCRUB:
+            self._request(frame)
+        elif self._drag is _Drag.SELECT:
+            low, high = sorted((self._drag_start, frame))
+            if self._selection is not None or low != high:
+                self._select(range(low, high + 1))
+        elif self._drag is _Drag.PAN:
+            step = (self._drag_from.x() - x) / self._scale.width * self._scale.visible
+            self._drag_from = event.position()
+            self._set_scale(self._scale.moved(step))
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        moved = (event.position() - self._drag_from).manhattanLength() > 3
+        if self._drag is _Drag.SELECT and not moved:
+            self._select(None)
+        self._drag = None
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        turn = event.angleDelta()
+        modifiers = event.modifiers()
+        if modifiers & Qt.KeyboardModifier.ControlModifier:
+            bar = self.verticalScrollBar()
+            bar.setValue(bar.value() - turn.y() // 4)
+        elif modifiers & Qt.KeyboardModifier.ShiftModifier or abs(turn.x()) > abs(turn.y()):
+            turned = turn.x() or turn.y()
+            self._set_scale(self._scale.moved(-turned / 1200 * self._scale.visible))
+        elif self._scale.frame_count:
+            self._set_scale(self._scale.zoomed(1.0015 ** turn.y(), event.position().x()))
+        event.accept()
+
+    def viewportEvent(self, event: QEvent) -> bool:
+        if event.type() == QEvent.Type.ToolTip and isinstance(event, QHelpEvent):
+            text = self.tooltip_at(QPointF(event.pos()))
+            QToolTip.showText(event.globalPos(), text, self.viewport())
+            return True
+        return super().viewportEvent(event)
+
+    def tooltip_at(self, position: QPointF) -> str:
+        """Frame, time and value at a position of the viewport; the help over the names."""
+        if not self._scale.frame_count or position.x() < self._scale.left:
+            return HELP
+        frame = self._scale.frame_at(position.x())
+        text = f"frame {frame}   {time_text(frame, self._fps)}"
+        lane = self.lane_at(position.y())
+        value = lane.value_text(frame) if lane is not None else ""
+        return f"{text}\n{lane.name}: {value}" if lane is not None and value else text
+
+    # ---- keys
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+        go = steps(self._fps, self._scale.frame_count, shift=shift)
+        key = Qt.Key(event.key())
+        if not self._scale.frame_count:
+            super().keyPressEvent(event)
+        elif key in go:
+            self._request(self._frame + go[key])
+        elif key in ZOOMS:
+            self._set_scale(self._scale.zoomed(ZOOMS[key], self._scale.x_of(self._frame + 0.5)))
+        elif key == Qt.Key.Key_0:
+            self._set_scale(self._scale.whole())
+        elif key == Qt.Key.Key_Escape and (self._selection or self._selected_lanes):
+            self._select(None)
+            self._select_lanes(frozenset())
+        elif key in (Qt.Key.Key_BracketLeft, Qt.Key.Key_BracketRight):
+            to_end, count = key == Qt.Key.Key_BracketRight, self._scale.frame_count
+            self._select(selection_to_here(self._selection, self._frame, count, to_end=to_end))
+        elif key in (Qt.Key.Key_Up, Qt.Key.Key_Down) and self._lanes:
+            self._select_next_lane(down=key == Qt.Key.Key_Down, adds=shift)
+        else:
+            super().keyPressEvent(event)
+
+    def _select_next_lane(self, *, down: bool, adds: bool) -> None:
+        names = [lane.id for lane in self._lanes]
+        place = next_lane(names, self._selected_lanes, down=down)
+        before = self._selected_lanes if adds else frozenset()
+        self._select_lanes(before | {names[place]})
+        bar, top = self.verticalScrollBar(), place * self._lane_height
+        space = self.viewport().height() - RULER_HEIGHT - self._lane_height
+        bar.setValue(min(max(bar.value(), top - space), top))
+
+    def _request(self, frame: int) -> None:
+        frame = max(0, min(frame, self._scale.frame_count - 1))
+        if frame != self._frame:
+            self.set_frame(frame)
+            self.frame_requested.emit(frame)
+
+    def _select_lanes(self, names: frozenset[str]) -> None:
+        if names != self._selected_lanes:
+            self._selected_lanes = names
+            self._forget_picture()
+            self.lanes_selected.emit(names)
+
+    def _select(self, selection: range | None) -> None:
+        if selection != self._selection:
+            self.set_selection(selection)
+            self.selection_changed.emit(selection)

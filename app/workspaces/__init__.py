@@ -1,1 +1,0 @@
-"""Named dock layouts that a person can change and reset."""
