@@ -68,7 +68,7 @@ class RecordFile:
     """
 
     def __init__(self, path: Path, magic: bytes) -> None:
-        self.path = path
+        self.path, self._synced = path, time.monotonic()
         path.touch()
         self._file: IO[bytes] = path.open("r+b", buffering=0)
         try:
@@ -81,7 +81,6 @@ class RecordFile:
         except BaseException:
             self._file.close()
             raise
-        self._synced = time.monotonic()
 
     def append(self, record: Record) -> None:
         """Write a record; what another program reads from now on holds it.
@@ -95,9 +94,6 @@ class RecordFile:
         kind = record.kind.encode("ascii")
         checksum = zlib.crc32(payload, zlib.crc32(kind))
         self._write(_FRAME.pack(kind, len(payload), checksum) + payload)
-        if time.monotonic() - self._synced > _SECONDS_AT_RISK:
-            os.fsync(self._file.fileno())
-            self._synced = time.monotonic()
 
     def close(self) -> None:
         """Let go of the file; a second time does nothing."""
@@ -108,6 +104,9 @@ class RecordFile:
             rest = memoryview(data)
             while rest:
                 rest = rest[self._file.write(rest) :]
+            if time.monotonic() - self._synced > _SECONDS_AT_RISK:
+                os.fsync(self._file.fileno())
+                self._synced = time.monotonic()
         except OSError as error:
             with contextlib.suppress(OSError):
                 self._file.truncate(self._end)
@@ -128,8 +127,11 @@ def read_records(path: Path, magic: bytes) -> Iterator[Record]:
     """
     with open_file(path, _MOST_BYTES) as file:
         for kind, payload in _payloads(file, magic):
-            with contextlib.suppress(*_NO_RECORD):
-                yield _unpacked(kind, payload)
+            try:
+                record = _unpacked(kind, payload)
+            except _NO_RECORD:
+                continue
+            yield record
 
 
 def _payloads(file: IO[bytes], magic: bytes) -> Iterator[tuple[bytes, bytes]]:

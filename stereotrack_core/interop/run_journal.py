@@ -39,8 +39,6 @@ _REMEDY = f"Give a file {PART_SUFFIX} that `stereotrack track` left, or move it 
 _LARGEST = 1e9
 """Beyond it a number is no person's, and cannot be computed with."""
 
-_SIGNS = ("unexplained_fraction", "residual", "innovation", "aside")
-
 _FRAMES_PER_CHECKPOINT = 20
 """How many frames are tracked again at most where a run goes on. What the tracker remembers takes
 three times as much room as a frame."""
@@ -204,6 +202,12 @@ def _head(origin: Origin, wish: Wish) -> Record:
 
 def _record_of(frame: TrackedFrame, seconds: float) -> Record:
     estimate, prior = frame.estimate, frame.estimate.prior
+    signs = (
+        estimate.unexplained_fraction,
+        estimate.residual,
+        estimate.innovation,
+        frame.contradicted,
+    )
     facts = {
         "frame": frame.frame,
         "tracked": estimate.tracked,
@@ -219,7 +223,7 @@ def _record_of(frame: TrackedFrame, seconds: float) -> Record:
         "rotations": estimate.pose.rotations,
         "x": estimate.x,
         "P": estimate.P,
-        "signs": np.array([getattr(estimate, name) for name in _SIGNS]),
+        "signs": np.array(signs),
         "limb_sigma_deg": estimate.limb_sigma_deg,
         "limb_lost": estimate.limb_lost,
     }
@@ -230,9 +234,7 @@ def _record_of(frame: TrackedFrame, seconds: float) -> Record:
 
 def _frame_of(record: Record) -> TrackedFrame:
     facts, arrays = record.facts, record.arrays
-    unexplained_fraction, residual, innovation, aside = _shaped(
-        arrays["signs"], len(_SIGNS)
-    ).tolist()
+    unexplained, residual, innovation, contradicted = _shaped(arrays["signs"], 4).tolist()
     prior = None
     if "movement" in arrays:
         n = len(arrays["x"])
@@ -244,13 +246,12 @@ def _frame_of(record: Record) -> TrackedFrame:
         pose=Pose(_shaped(arrays["position"], 3), _shaped(arrays["rotations"], len(PARTS), 3, 3)),
         x=arrays["x"],
         P=arrays["P"],
-        unexplained_fraction=unexplained_fraction,
+        unexplained_fraction=unexplained,
         residual=residual,
         innovation=innovation,
         limb_sigma_deg=_shaped(arrays["limb_sigma_deg"], len(LIMBS)),
         limb_lost=_shaped(arrays["limb_lost"], len(LIMBS)),
         prior=prior,
-        aside=aside,
     )
     number = int(facts["frame"])
     if not 0 <= number <= LAST_FRAME:
@@ -259,7 +260,8 @@ def _frame_of(record: Record) -> TrackedFrame:
     stages = {str(stage): float(spent) for stage, spent in facts["stages"].items()}
     counts = {str(view): _counts(told) for view, told in facts.get("counts", {}).items()}
     landmarks = _shaped(arrays["landmarks"], len(LANDMARKS), 3)
-    return TrackedFrame(number, estimate, landmarks, cloudless(number, problems, counts), stages)
+    nothing = cloudless(number, problems, counts)
+    return TrackedFrame(number, estimate, landmarks, nothing, stages, contradicted)
 
 
 def _counts(told: list[Any]) -> PointCounts:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -141,12 +141,11 @@ class SeekingTracker(ManifoldTracker):
 
     def step(self, cloud: Cloud) -> Estimate:
         """Follow to the next cloud; look for the body first where it was lost."""
-        before, aside = self.state, 0.0
+        before = self.state
         if len(cloud.points) >= self.parameters.least_points:
             if not self._present:
                 self._begin(cloud)
-            own = own_points(cloud.points, self.body, self.pose)
-            cloud, aside = cloud.part(own), 1.0 - float(own.mean())
+            cloud = cloud.part(own_points(cloud.points, self.body, self.pose))
         estimate = super().step(cloud)
         if estimate.tracked and self._unchanged < _SETTLED:
             estimate = self._on_trial(cloud, estimate)
@@ -158,7 +157,7 @@ class SeekingTracker(ManifoldTracker):
                 estimate = self.lost(before, cloud, reason)
         if not estimate.tracked:
             self.seek()
-        return replace(estimate, aside=aside)
+        return estimate
 
     def memory(self) -> Memory:
         """All that the next step depends on, the rivals on trial too."""

@@ -98,8 +98,6 @@ class Estimate:
         None where the frame was not predicted from the one before.
     limb_lost : (6,) float64
         Probability that the limb is lost, more than 45 deg off; NaN where that is not known.
-    aside : float
-        Share of the cloud's points that were left aside as somebody else's, or as nobody's.
     limb_signs : (6, S) float64 or None
         What that was said by, in the order of ``SIGNS``; see :mod:`tracking.lost.signs`.
     """
@@ -118,7 +116,6 @@ class Estimate:
     prior: Prior | None = None
     limb_lost: FloatArray = field(default_factory=lambda: np.full(len(LIMBS), np.nan))
     limb_signs: FloatArray | None = None
-    aside: float = 0.0
 
 
 class Tracker(Protocol):

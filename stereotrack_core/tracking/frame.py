@@ -42,6 +42,8 @@ class TrackedFrame:
         NaN where not tracked.
     cloud : Cloud
     seconds : mapping from stage name to seconds
+    contradicted : float
+        See :func:`contradicted_share`; NaN also in most frames, which were not asked.
     """
 
     frame: int
@@ -49,6 +51,7 @@ class TrackedFrame:
     landmarks: FloatArray
     cloud: Cloud
     seconds: Mapping[str, float]
+    contradicted: float = float("nan")
 
     def without_cloud(self) -> TrackedFrame:
         """The same frame without its cloud and correspondences, to be kept in numbers."""

@@ -19,9 +19,10 @@ MOST_UNEXPLAINED = 0.26
 sound recordings have 0.05 to 0.24, those with wrong calibrations mostly 0.27 to 0.6
 (docs/runs.md)."""
 
-MOST_ASIDE = 0.3
-"""Share of the points that are left aside as nobody's, median over the tracked frames: sound
-recordings have none, views that show the person in different places 0.4 to 0.8 (docs/runs.md)."""
+MOST_CONTRADICTED = 0.03
+"""Share of the points that other views see through, median over the frames that were asked, above
+which views do not fit each other: sound recordings have up to 0.015, those with wrong calibrations
+mostly 0.04 to 0.7 (docs/runs.md)."""
 
 CHECK = (
     "Check the calibration with `stereotrack info --deep`: whether views or cameras are exchanged, "
@@ -37,27 +38,23 @@ def misfits(frames: Iterable[TrackedFrame], settings: Settings) -> tuple[str, ..
     frames : iterable of TrackedFrame
         With or without their clouds.
     settings : Settings
-        The bounds hold for trackers whose data look for a body with legs; of others nothing is
-        said.
+        What is unexplained says nothing about trackers whose body has no legs, and about those
+        whose model looks for the data.
     """
-    signs = [
-        (frame.unexplained_fraction, frame.estimate.aside) for frame in frames if frame.tracked
-    ]
-    p = settings
-    if not signs or p.tracking.matching != "data_to_model" or not p.body.legs:
-        return ()
-    unexplained, aside = np.nanmedian(signs, axis=0).tolist()
-    found = []
-    if unexplained > MOST_UNEXPLAINED:
+    every, found = list(frames), []
+    views = [frame.contradicted for frame in every if np.isfinite(frame.contradicted)]
+    if views and (through := float(np.median(views))) > MOST_CONTRADICTED:
+        found.append(
+            f"{100 * through:.0f} % of the points of one view lie where another one sees the "
+            "background behind them, in sound recordings hardly any; the views do not fit each "
+            "other"
+        )
+    with_legs = settings.tracking.matching == "data_to_model" and settings.body.legs
+    shares = [frame.unexplained_fraction for frame in every if frame.tracked]
+    if with_legs and shares and (unexplained := float(np.nanmedian(shares))) > MOST_UNEXPLAINED:
         found.append(
             f"{100 * unexplained:.0f} % of the cloud is explained by no part of the body, in sound "
             "recordings 24 % at most; the poses are probably wrong"
-        )
-    if aside > MOST_ASIDE:
-        found.append(
-            f"{100 * aside:.0f} % of the points are not the person's who is tracked: somebody or "
-            "something else is in the working volume, or the views show the person in different "
-            "places"
         )
     return tuple(found)
 

@@ -15,6 +15,7 @@ from stereotrack_core.blas_threads import one_blas_thread
 from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import proportions_of
+from stereotrack_core.depth.agreement import FRAMES_APART, contradicted_share
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.recording.chroma import has_colours
@@ -348,7 +349,9 @@ class Pipeline:
         if estimate.tracked:
             found = landmarks(self.body, estimate.pose)
         seconds = {"read": read, **cloud.seconds, **estimate.seconds}
-        return TrackedFrame(cloud.frame, estimate, found, cloud, seconds)
+        place = cloud.frame - (self._asked or range(0)).start
+        contradicted = np.nan if place % FRAMES_APART else contradicted_share(cloud)
+        return TrackedFrame(cloud.frame, estimate, found, cloud, seconds, contradicted)
 
     def _estimate(self, cloud: Cloud) -> Estimate:
         if not self._started and len(cloud.points) >= self.settings.tracking.least_points:

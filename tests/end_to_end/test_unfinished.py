@@ -160,7 +160,7 @@ def test_a_terminal_that_is_gone_cannot_be_told_and_nothing_is_lost(sound, tmp_p
     os.close(seen)
     process.send_signal(signal.SIGHUP)
     process.communicate(b"\n")
-    assert process.returncode == 1
+    assert process.returncode > 0
     assert read_run(place).frame.tolist() == list(range(HELD))
     assert read_run(part_of(place)).frame.tolist() == list(range(HELD))
 
