@@ -16,7 +16,9 @@ WRONG = (MOST_UNEXPLAINED + 0.01, MOST_CONTRADICTED + 0.01)
 
 def frame(unexplained, contradicted=np.nan, *, tracked=True):
     x, P = np.zeros(3), np.eye(3)
-    estimate = Estimate(tracked, "" if tracked else "gone", POSE, x, P, unexplained_fraction=unexplained)
+    estimate = Estimate(
+        tracked, "" if tracked else "gone", POSE, x, P, unexplained_fraction=unexplained
+    )
     return TrackedFrame(0, estimate, np.zeros((9, 3)), cloudless(0), {}, contradicted)
 
 
