@@ -1,4 +1,4 @@
-"""The thesis's Euler chain, active and right-handed (section 2.5, method.md 2).
+"""The thesis's Euler chain, active and right-handed (section 2.5, docs/method.md 2.2).
 
 As printed, R(alpha, beta, gamma) mixes active and passive factors: it equals
 Rz(-gamma) Ry(beta) Rx(-alpha). Everything here uses R = Rz(gamma) Ry(beta) Rx(alpha).

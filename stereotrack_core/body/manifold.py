@@ -1,4 +1,4 @@
-"""The error state on the manifold of poses (method.md 4E).
+"""The error state on the manifold of poses (docs/method.md 4.5).
 
 The torso is displaced by a translation and a left rotation vector, both in the world; a limb by
 two tangents, rotations about the x and y axes of its own frame. There is no place where a degree

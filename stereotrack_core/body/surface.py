@@ -1,4 +1,4 @@
-"""The nearest place on the body's surface for a datum (method.md 4A).
+"""The nearest place on the body's surface for a datum (docs/method.md 4.1).
 
 The loops over data and cones are compiled: a frame asks for some thousand data against 15 cones
 several times, and the search over arm poses for many more.

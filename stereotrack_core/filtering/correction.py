@@ -1,4 +1,4 @@
-"""The correction of an unscented filter in O(m n^2), equal to the dense one (method.md 4C)."""
+"""The unscented correction in O(m n^2), equal to the dense one (docs/method.md 4.3)."""
 
 from __future__ import annotations
 

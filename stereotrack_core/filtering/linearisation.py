@@ -1,4 +1,4 @@
-"""Iterated posterior linearisation (method.md 4D; DOI 10.1109/TSP.2015.2454485).
+"""Iterated posterior linearisation (docs/method.md 4.4; DOI 10.1109/TSP.2015.2454485).
 
 The measurement function is linearised statistically by sigma points of the current posterior,
 while the correction is always applied to the frame's prior. Iterating with sigma points of the

@@ -1,4 +1,4 @@
-"""Signs by which a pose can be judged without truth (method.md 4F)."""
+"""Signs by which a pose can be judged without truth (docs/method.md 4.6)."""
 
 from __future__ import annotations
 

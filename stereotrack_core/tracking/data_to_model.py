@@ -1,4 +1,4 @@
-"""Measured points look for the model (method.md 4A and B)."""
+"""Measured points look for the model (docs/method.md 4.1 and 4.2)."""
 
 from __future__ import annotations
 

@@ -82,7 +82,7 @@ class Estimate:
         State as named by the tracker's ``state_names``.
     P : (n, n) float64
     unexplained_fraction : float
-        Mean of d^2 / (d^2 + 50 mm^2) over the data: 0 is best (method.md 4F).
+        Mean of d^2 / (d^2 + 50 mm^2) over the data: 0 is best (docs/method.md 4.6).
     residual : float, metres
         Weighted root mean square distance after the last correction.
     innovation : float

@@ -1,4 +1,4 @@
-"""Lengths of the body, estimated from frames of the sequence itself (method.md 4J).
+"""Lengths of the body, estimated from frames of the sequence itself (docs/method.md 4.12).
 
 Somebody who holds both arms straight shows how long they are altogether, but not where the elbows
 are; so frames with bent elbows are sought, all over the sequence.

@@ -1,4 +1,4 @@
-"""Limits of joints and collisions as soft rows of the correction (method.md 4H)."""
+"""Limits of joints and collisions as soft rows of the correction (docs/method.md 4.8)."""
 
 from __future__ import annotations
 

@@ -153,7 +153,7 @@ class ManifoldTracker:
         self.origin = state
 
     def step(self, cloud: Cloud) -> Estimate:
-        """Follow to the next cloud (method.md 4D)."""
+        """Follow to the next cloud (docs/method.md 4.4)."""
         begun = perf_counter()
         self.origin = before = self.state
         self._gone = elapsed(before.time, cloud.frame)

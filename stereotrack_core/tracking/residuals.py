@@ -97,7 +97,7 @@ def gathered_by_sigma_points(
     weights: SigmaWeights,
     joints: tuple[int, ...],
 ) -> Information:
-    """Linearise all residuals by the same sigma points of the posterior (method.md 4D).
+    """Linearise all residuals by the same sigma points of the posterior (docs/method.md 4.4).
 
     The linearisation's own error is added to the noise; without it P is too confident.
     """

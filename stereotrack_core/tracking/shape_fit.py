@@ -1,4 +1,4 @@
-"""Fit the body's shape to a few well seen frames (method.md 4J).
+"""Fit the body's shape to a few well seen frames (docs/method.md 4.12).
 
 Poses of all frames and the common numbers of the body are adjusted together by Gauss and
 Newton's method; each frame's pose is eliminated before the body is solved for. The radii of the

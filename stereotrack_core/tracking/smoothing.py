@@ -1,4 +1,4 @@
-"""The backward pass over tracked frames (method.md 4I): Rauch-Tung-Striebel, on the manifold too.
+"""Rauch-Tung-Striebel smoothing of tracked frames, on the manifold too (docs/method.md 4.13).
 
 Every frame keeps its pose, its covariance and its prior, nothing else: memory stays flat.
 """

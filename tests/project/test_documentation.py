@@ -102,3 +102,17 @@ def test_the_citation_is_of_this_version():
     assert citation["license"] == project["license"]
     assert citation["authors"] == project["authors"]
     assert citation["keywords"] == project["keywords"]
+
+
+def test_the_code_cites_sections_of_the_method_that_exist():
+    sections = set(
+        re.findall(r"^#+ (\d[\d.]*\d|\d)\.? ", (ROOT / "docs/method.md").read_text(), re.MULTILINE)
+    )
+    cited = {
+        (path.relative_to(ROOT).as_posix(), section)
+        for path in (ROOT / "stereotrack_core").rglob("*.py")
+        for place in re.findall(r"method\.md ([\d.]+(?: and [\d.]+)?)", path.read_text())
+        for section in re.findall(r"\d(?:\.\d+)?", place)
+    }
+    assert len(cited) >= 15
+    assert {place for place in cited if place[1] not in sections} == set()

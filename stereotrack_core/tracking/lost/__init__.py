@@ -1,1 +1,1 @@
-"""Whether a limb is lost, said without truth (method.md 4F)."""
+"""Whether a limb is lost, said without truth (docs/method.md 4.14)."""

@@ -1,1 +1,1 @@
-"""Outlines of the body that must lie on the edges of the silhouettes (method.md 4L)."""
+"""Outlines of the body that must lie on the edges of the silhouettes (docs/method.md 4.11)."""

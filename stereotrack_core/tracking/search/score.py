@@ -1,4 +1,4 @@
-"""What speaks for and against an arm (method.md 4, "How the hypotheses were scored")."""
+"""What speaks for and against an arm (docs/method.md 4.9)."""
 
 from __future__ import annotations
 
