@@ -20,6 +20,9 @@ _LARGEST_TOTAL = 256 * MB
 _LARGEST_RATIO = 32
 """Bytes of arrays for each byte of a file; more only where they are few altogether."""
 
+_WIDEST = 8
+"""Bytes of a number that all of NumPy computes with."""
+
 _PIECE = 4 * MB
 _HEADERS = {
     (1, 0): np.lib.format.read_array_header_1_0,
@@ -138,7 +141,8 @@ def _header(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> _Header:
 
 def _mismatch(name: str, header: _Header, own: ArrayLayout, lengths: dict[str, int]) -> str:
     """What is wrong about an array, empty where nothing is; `lengths` learns its lengths."""
-    if header.dtype.kind != own.kind:
+    wide = own.kind in "fi" and header.dtype.itemsize > _WIDEST
+    if header.dtype.kind != own.kind or wide:
         return f"the values of {name} are of the wrong kind ({header.dtype})"
     if len(header.shape) != len(own.shape):
         return f"{name} has {len(header.shape)} dimensions instead of {len(own.shape)}"
