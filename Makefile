@@ -1,6 +1,6 @@
 # make demo and make test do everything that is needed, on a fresh machine too.
 .POSIX:
-.PHONY: help demo test test-slow test-newest test-oldest lint ready docs pictures lock clean
+.PHONY: help demo test test-slow test-newest test-oldest lint ready docs pictures texts lock clean
 
 # Number of processes that run tests.
 WORKERS = 2
@@ -16,6 +16,7 @@ help:
 	@echo 'make lint       lint, types and import contract alone'
 	@echo 'make docs       docs/parameters.md from the declared parameters'
 	@echo 'make pictures   the pictures of README and docs, made by the program'
+	@echo 'make texts      every text that a person may read, with its place in the code'
 	@echo 'make lock       requirements.lock from pyproject.toml (make lock UPGRADE=--upgrade: newest)'
 	@echo 'make clean      remove the environment, caches and the demo recording'
 
@@ -55,6 +56,9 @@ docs: ready
 pictures: ready
 	$(PY) tools/write_pictures.py demo docs
 	$(PY) tools/shrink_pictures.py docs/workbench.png docs/comparison.png docs/review.png docs/report.png
+
+texts: ready
+	@$(PY) tools/texts.py
 
 lock: ready
 	$(PY) -m venv --clear build/uv
