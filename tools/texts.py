@@ -57,7 +57,7 @@ def _text(node: ast.expr) -> str:
     if not isinstance(node, ast.JoinedStr):
         return ""
     return "".join(
-        part.value if isinstance(part, ast.Constant) else f"{{{ast.unparse(part.value)}}}"
+        str(part.value) if isinstance(part, ast.Constant) else f"{{{ast.unparse(part.value)}}}"
         for part in node.values
         if isinstance(part, ast.Constant | ast.FormattedValue)
     )
