@@ -26,13 +26,7 @@ from stereotrack_core.evaluation.episodes.chance import ARM_HALVES, UNSAID
 from stereotrack_core.evaluation.episodes.episode import Episode
 from stereotrack_core.evaluation.episodes.find import Subject, stretches_by_truth
 from stereotrack_core.evaluation.episodes.matching import agreement, pooled
-from stereotrack_core.evaluation.episodes.signs import (
-    EPISODE_SIGNS,
-    FIT_SIGNS,
-    LOST_SIGNS,
-    TURN_SIGNS,
-    episode_signs,
-)
+from stereotrack_core.evaluation.episodes.signs import SAID_SIGNS, UNSAID_SIGNS, episode_signs
 from stereotrack_core.interop.run_npz import read_npz, write_npz
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.simulation.make import simulate
@@ -42,12 +36,6 @@ from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import Run
 
 WRITTEN = Path(__file__).parents[1] / "stereotrack_core/evaluation/episodes/coefficients.py"
-SAID_SIGNS = (*LOST_SIGNS, *TURN_SIGNS)
-"""Signs used where the run says how likely limbs are lost: that knows the others already."""
-
-UNSAID_SIGNS = (*TURN_SIGNS, *FIT_SIGNS)
-"""Signs used where it does not."""
-
 SHRINKAGE = 30.0
 """Examples that speak for slopes of 0 in units of the signs' own spread."""
 
@@ -107,7 +95,8 @@ class Example:
     run : Run
     fps : float
     truth : tuple of Episode
-    signs : (F, 6, S) float64
+    said, unsaid : (F, 6, S) float64
+        Its signs, of runs that say how likely limbs are lost and of those that do not.
     failing : (F, 6) bool
         Whether limbs are in episodes by error.
     """
@@ -116,7 +105,8 @@ class Example:
     run: Run
     fps: float
     truth: tuple[Episode, ...]
-    signs: FloatArray
+    said: FloatArray
+    unsaid: FloatArray
     failing: BoolArray
 
 
@@ -161,22 +151,21 @@ def example(run: Run, place: Path) -> Example:
     for episode in truth:
         inside = (run.frame >= episode.first) & (run.frame <= episode.last)
         failing |= inside[:, None] & np.isin(LIMBS, episode.limbs)
-    signs = episode_signs(run, recording.fps)
-    return Example(place.name, run, recording.fps, truth, signs, failing)
+    said, unsaid = (episode_signs(run, recording.fps, said=each) for each in (True, False))
+    return Example(place.name, run, recording.fps, truth, said, unsaid, failing)
 
 
 def fitted_by_limb(examples: Sequence[Example]) -> dict[str, FloatArray]:
     """Coefficients (1 + S,) by their name."""
-    signs = np.concatenate([each.signs for each in examples])
     failing = np.concatenate([each.failing for each in examples])
     result = {}
     for half, limbs in ARM_HALVES.items():
-        rows = signs[:, list(limbs)].reshape(-1, signs.shape[-1])
-        known = np.isfinite(rows).all(axis=1)
-        fails = failing[:, list(limbs)].ravel()[known]
-        for used, ending in ((SAID_SIGNS, ""), (UNSAID_SIGNS, UNSAID)):
-            taken = np.where([sign in used for sign in EPISODE_SIGNS], rows[known], 0.0)
-            result[f"{half}{ending}"] = fitted(taken, fails, SHRINKAGE, rising=True)
+        for said, ending in ((True, ""), (False, UNSAID)):
+            signs = np.concatenate([each.said if said else each.unsaid for each in examples])
+            rows = signs[:, list(limbs)].reshape(-1, signs.shape[-1])
+            known = np.isfinite(rows).all(axis=1)
+            fails = failing[:, list(limbs)].ravel()[known]
+            result[f"{half}{ending}"] = fitted(rows[known], fails, SHRINKAGE, rising=True)
     return result
 
 
@@ -198,8 +187,8 @@ def left_out(examples: Sequence[Example]) -> str:
 def written(coefficients: Mapping[str, FloatArray]) -> str:
     """Text of the module that holds them."""
     lines = ['"""Written by ``tools/fit_episodes.py``: a constant, a slope per sign."""']
-    names = ("constant", *EPISODE_SIGNS)
     for name, values in coefficients.items():
+        names = ("constant", *(UNSAID_SIGNS if name.endswith(UNSAID) else SAID_SIGNS))
         rows = [
             f"    {value + 0.0:.4f},  # {sign}" for value, sign in zip(values, names, strict=True)
         ]

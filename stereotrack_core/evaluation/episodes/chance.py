@@ -49,9 +49,9 @@ def lost_chances(run: Run, fps: float, fitted: Coefficients = _FITTED) -> FloatA
     fps : float
     fitted : mapping of str to sequence of float
     """
-    signs = episode_signs(run, fps)
-    result: FloatArray = np.full((len(run.frame), len(LIMBS)), np.nan)
     said = bool(np.isfinite(run.limb_lost[run.tracked]).any())
+    signs = episode_signs(run, fps, said=said)
+    result: FloatArray = np.full((len(run.frame), len(LIMBS)), np.nan)
     for half, limbs in ARM_HALVES.items():
         constant, *slopes = fitted[half if said else f"{half}{UNSAID}"]
         result[:, list(limbs)] = expit(constant + signs[:, list(limbs)] @ np.array(slopes))

@@ -13,24 +13,17 @@ from stereotrack_core.evaluation.episodes.closeness import turns
 from stereotrack_core.tracking.lost.signs import NEIGHBOUR
 from stereotrack_core.tracking.run import Run
 
-LOST_SIGNS: tuple[str, ...] = ("lost around", "lost most around", "lost of the neighbour")
-"""Signs of a run that says how likely limbs are lost."""
+_TURNS = ("turned before", "turns after")
 
-TURN_SIGNS: tuple[str, ...] = ("turned before", "turns after")
-"""Signs of how abruptly a limb turns."""
+SAID_SIGNS: tuple[str, ...] = (
+    *_TURNS, "lost around", "lost most around", "lost of the neighbour",
+)  # fmt: skip
+"""What is known of a limb where the run says how likely it is lost, which sums up all else."""
 
-FIT_SIGNS: tuple[str, ...] = (
-    "sigma",
-    "sigma around",
-    "unexplained",
-    "unexplained more than usual",
-    "innovation more than usual",
-    "residual more than usual",
-)
-"""Signs of how well the model fits, which every run has."""
-
-EPISODE_SIGNS: tuple[str, ...] = (*LOST_SIGNS, *TURN_SIGNS, *FIT_SIGNS)
-"""What is known of a limb, in the order of the coefficients; see :func:`episode_signs`."""
+UNSAID_SIGNS: tuple[str, ...] = (
+    *_TURNS, "sigma", "sigma around", "unexplained", "residual more than usual",
+)  # fmt: skip
+"""What is known of it where the run does not; both in the order of the coefficients."""
 
 _AROUND, _USUAL = 0.35, 4.0
 """Seconds before and after a frame that count as around it, and as usual."""
@@ -39,38 +32,31 @@ _ENDS = 1.0
 """Seconds before and after a frame within which a limb that goes astray turns abruptly."""
 
 
-def episode_signs(run: Run, fps: float) -> FloatArray:
-    """Signs (F, 6, len(EPISODE_SIGNS)) of the limbs in each frame of a run.
+def episode_signs(run: Run, fps: float, *, said: bool) -> FloatArray:
+    """Signs (F, 6, S) of the limbs in each frame of a run, of those that say it or do not.
 
-    All say the more for a failing limb the larger they are. Of the logit of the probability that
-    the limb is lost: mean and largest value around the frame, and the mean of the neighbouring
-    limb. Logarithms of the largest angle that the limb turned from one frame to the next within a
-    second before and after: a limb that goes astray, or comes back, turns abruptly. The logarithm
-    of its standard deviation, in the frame and around it; the share of the cloud that the model
-    leaves unexplained, alone and over the usual; logarithms of innovation and residual over the
-    usual ones. NaN where the run does not say: in frames that are not tracked, and for torso and
-    head.
+    All say the more for a failing limb the larger they are. Logarithms of the largest angle that
+    the limb turned from one frame to the next within a second before and after: a limb that goes
+    astray, or comes back, turns abruptly. Of the logit of the probability that the limb is lost:
+    mean and largest value around the frame, and the mean of the neighbouring limb. Or else the
+    logarithm of its standard deviation, in the frame and around it; the share of the cloud that
+    the model leaves unexplained; the logarithm of the residual over the usual one. NaN in frames
+    that are not tracked, and for torso and head.
     """
     around, usual = (2 * max(1, round(s * fps)) + 1 for s in (_AROUND, _USUAL))
     ends = max(1, round(_ENDS * fps))
-    lost = _logit(run.limb_lost)
-    mean = uniform_filter1d(lost, around, axis=0, mode="nearest")
     turn = np.log1p(np.nan_to_num(turns(run.frame.astype(np.float64), run.landmarks)))
-    sigma = np.log(np.clip(np.nan_to_num(run.limb_sigma_deg, nan=20.0), 0.3, 90.0))
-    cover = np.minimum(np.nan_to_num(run.unexplained_fraction, nan=1.0), 1.0)
-    columns = (
-        mean,
-        maximum_filter1d(lost, around, axis=0, mode="nearest"),
-        mean[:, list(NEIGHBOUR)],
-        _largest_before(turn, ends),
-        _largest_before(turn[::-1], ends)[::-1],
-        sigma,
-        uniform_filter1d(sigma, around, axis=0, mode="nearest"),
-        _each(cover),
-        _each(cover - median_filter(cover, usual, mode="nearest")),
-        _each(_over_usual(run.innovation, usual)),
-        _each(_over_usual(run.residual, usual)),
-    )
+    columns = [_largest_before(turn, ends), _largest_before(turn[::-1], ends)[::-1]]
+    if said:
+        lost = _logit(run.limb_lost)
+        mean = uniform_filter1d(lost, around, axis=0, mode="nearest")
+        largest = maximum_filter1d(lost, around, axis=0, mode="nearest")
+        columns += [mean, largest, mean[:, list(NEIGHBOUR)]]
+    else:
+        sigma = np.log(np.clip(np.nan_to_num(run.limb_sigma_deg, nan=20.0), 0.3, 90.0))
+        cover = np.minimum(np.nan_to_num(run.unexplained_fraction, nan=1.0), 1.0)
+        columns += [sigma, uniform_filter1d(sigma, around, axis=0, mode="nearest")]
+        columns += [_each(cover), _each(_over_usual(run.residual, usual))]
     signs = np.stack(columns, axis=-1)
     signs[~run.tracked] = np.nan
     signs[:, [i for i in range(len(LIMBS)) if i not in (*UPPER_ARMS, *FOREARMS)]] = np.nan

@@ -9,16 +9,16 @@ from hypothesis import strategies as st
 
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.episodes.chance import lost_chances
-from stereotrack_core.evaluation.episodes.signs import EPISODE_SIGNS, episode_signs
+from stereotrack_core.evaluation.episodes.signs import SAID_SIGNS, episode_signs
 from tests.evaluation.episodes.runs import FPS, made, untracked
 
 FOREARM = LIMBS.index("left_forearm")
-BEFORE, AFTER = (EPISODE_SIGNS.index(name) for name in ("turned before", "turns after"))
+BEFORE, AFTER = (SAID_SIGNS.index(name) for name in ("turned before", "turns after"))
 
 
 def test_an_abrupt_turn_is_known_for_a_second_before_and_after():
     run, _ = made(wrong=[("left_forearm", 30, 59, 1.0)])
-    signs = episode_signs(run, FPS)
+    signs = episode_signs(run, FPS, said=True)
     after, before = signs[:, FOREARM, AFTER] > 1.0, signs[:, FOREARM, BEFORE] > 1.0
     assert list(np.flatnonzero(after)) == list(range(20, 31))
     assert list(np.flatnonzero(before)) == list(range(30, 41))
@@ -28,11 +28,12 @@ def test_an_abrupt_turn_is_known_for_a_second_before_and_after():
 
 def test_nothing_is_said_of_frames_without_a_pose_nor_of_torso_and_head():
     run, _ = made()
-    signs = episode_signs(untracked(run, 10, 14), FPS)
-    assert np.isnan(signs[10:15]).all()
-    assert np.isnan(signs[:, :2]).all()
-    rest = np.delete(signs[:, 2:], np.s_[10:15], axis=0)
-    assert np.isfinite(rest).all()
+    for said in (True, False):
+        signs = episode_signs(untracked(run, 10, 14), FPS, said=said)
+        assert np.isnan(signs[10:15]).all()
+        assert np.isnan(signs[:, :2]).all()
+        rest = np.delete(signs[:, 2:], np.s_[10:15], axis=0)
+        assert np.isfinite(rest).all()
 
 
 @settings(max_examples=25, deadline=None)
