@@ -1,4 +1,7 @@
-"""One step of the Rauch-Tung-Striebel smoother for random walks (DOI 10.2514/3.3166)."""
+"""The smoother of Rauch, Tung and Striebel (DOI 10.2514/3.3166): one step back, and all frames.
+
+Numbers are error states at known points of linearisation, so that everything here is linear.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ import numpy as np
 import scipy.linalg
 
 from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.filtering.linearisation import Information, posterior
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +62,13 @@ def backward_step(
     factor = scipy.linalg.cho_factor(prior)
     C = scipy.linalg.cho_solve(factor, P[carried]).T
     gain[:, carried] = C
-    smoothed = P - C @ (prior - after[block]) @ C.T
-    return BackwardStep(gain, 0.5 * (smoothed + smoothed.T))
+    return BackwardStep(gain, _smoothed(P, C, prior, after[block]))
+
+
+def _smoothed(P: FloatArray, C: FloatArray, predicted: FloatArray, after: FloatArray) -> FloatArray:
+    """P + C (after - predicted) C'."""
+    back: FloatArray = P + C @ (after - predicted) @ C.T
+    return 0.5 * (back + back.T)
 
 
 def _reachable(P: FloatArray, predicted: FloatArray) -> FloatArray:
@@ -67,3 +76,87 @@ def _reachable(P: FloatArray, predicted: FloatArray) -> FloatArray:
     values, vectors = np.linalg.eigh(0.5 * (predicted + predicted.T) - P)
     result: FloatArray = P + (vectors * np.maximum(values, 0.0)) @ vectors.T
     return result
+
+
+@dataclass(frozen=True, eq=False)
+class Walk:
+    """How a state goes on: x_k+1 = F x_k + c_k + w_k, w_k of covariance Q_k.
+
+    Attributes
+    ----------
+    F : (N, N) float64
+    c : (K - 1, N) float64
+    Q : (K - 1, N) float64
+        Diagonals.
+    mean : (N,) float64
+        Of the first frame, before its measurements.
+    P : (N, N) float64
+        Its covariance.
+    """
+
+    F: FloatArray
+    c: FloatArray
+    Q: FloatArray
+    mean: FloatArray
+    P: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Smooth:
+    """What all measurements say about all frames.
+
+    Attributes
+    ----------
+    mean : (K, N) float64
+    P : (K, N, N) float64
+    noise : (K - 1, N) float64
+        Expected squares of w.
+    """
+
+    mean: FloatArray
+    P: FloatArray
+    noise: FloatArray
+
+
+def smooth(walk: Walk, measured: list[Information]) -> Smooth:
+    """A Kalman filter over all frames and back again; measurements are information A_k, b_k.
+
+    They may know fewer numbers than the state has: its first ones.
+    """
+    count, N = len(measured), len(walk.mean)
+    mean, P = np.empty((count, N)), np.empty((count, N, N))
+    gain, before = np.empty((max(count - 1, 0), N, N)), np.empty((count, N))
+    expected, spread = walk.mean, walk.P
+    for k, seen in enumerate(measured):
+        inverse = _inverse(spread)
+        if k:
+            gain[k - 1] = P[k - 1] @ walk.F.T @ inverse
+        before[k] = expected
+        correction, P[k] = posterior(inverse, expected, _padded(seen, N))
+        mean[k] = correction
+        if k + 1 < count:
+            expected = walk.F @ mean[k] + walk.c[k]
+            spread = walk.F @ P[k] @ walk.F.T + np.diag(walk.Q[k])
+    noise = np.empty((max(count - 1, 0), N))
+    for k in reversed(range(count - 1)):
+        C, predicted = gain[k], walk.F @ P[k] @ walk.F.T + np.diag(walk.Q[k])
+        mean[k] += C @ (mean[k + 1] - before[k + 1])
+        P[k] = _smoothed(P[k], C, predicted, P[k + 1])
+        across = walk.F @ C @ P[k + 1]
+        w = mean[k + 1] - walk.F @ mean[k] - walk.c[k]
+        left = P[k + 1] + walk.F @ P[k] @ walk.F.T - across - across.T
+        noise[k] = w * w + np.maximum(np.diagonal(left), 0.0)
+    return Smooth(mean, P, noise)
+
+
+def _inverse(P: FloatArray) -> FloatArray:
+    factor = scipy.linalg.cho_factor(P)
+    result: FloatArray = scipy.linalg.cho_solve(factor, np.eye(len(P)))
+    return 0.5 * (result + result.T)
+
+
+def _padded(seen: Information, size: int) -> Information:
+    known = len(seen.b)
+    A, b = np.zeros((size, size)), np.zeros(size)
+    A[:known, :known], b[:known] = seen.A, seen.b
+    return Information(A, b)

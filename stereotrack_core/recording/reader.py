@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from stereotrack_core.arrays import Float32Array, ImageArray
 from stereotrack_core.errors import InputError
+from stereotrack_core.memory import Memory
 from stereotrack_core.recording.background import background_picture
-from stereotrack_core.recording.cache import PictureCache
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.frames import FrameSet, ViewImages
 from stereotrack_core.recording.pictures import PictureKind
@@ -73,7 +73,7 @@ class FrameReader:
         self.recording = recording
         self.views = tuple(_chosen(recording, views))
         self._image_kind: PictureKind = "colour" if colour else "grey"
-        self._cache = PictureCache(cache_bytes)
+        self._cache = Memory(cache_bytes)
         self._read_ahead = read_ahead
         self._latest = -1
         self._closed = False
@@ -155,7 +155,7 @@ class FrameReader:
     @property
     def cached_bytes(self) -> int:
         """Bytes of pictures that the cache holds now."""
-        return self._cache.bytes_used
+        return self._cache.bytes
 
     def frame_set(self, k: int) -> FrameSet:
         """All images of frame k.
@@ -210,7 +210,7 @@ class FrameReader:
 
     def _picture(self, opened: OpenStream, k: int) -> NDArray[Any]:
         """Picture of the recording's frame k, from the cache or decoded."""
-        cached = self._cache.get((opened.name, k))
+        cached: NDArray[Any] | None = self._cache.get((opened.name, k))
         if cached is not None:
             return cached
         own = k + opened.shift
@@ -219,12 +219,12 @@ class FrameReader:
 
         def keep(number: int, picture: NDArray[Any]) -> None:
             if picture.shape[:2] == opened.shape:
-                self._cache.put((opened.name, number - opened.shift), picture)
+                self._cache.put((opened.name, number - opened.shift), picture, picture.nbytes)
 
         with opened.lock:
-            cached = self._cache.get((opened.name, k))
-            if cached is not None:
-                return cached
+            meanwhile: NDArray[Any] | None = self._cache.get((opened.name, k))
+            if meanwhile is not None:
+                return meanwhile
             try:
                 picture = opened.source.read(own, keep)
             except DamagedFrame as problem:
@@ -234,7 +234,7 @@ class FrameReader:
                     f"{opened.stream.frames}: the picture has {picture.shape[1]} x"
                     f" {picture.shape[0]} pixels instead of {opened.shape[1]} x {opened.shape[0]}"
                 )
-            self._cache.put((opened.name, k), picture)
+            self._cache.put((opened.name, k), picture, picture.nbytes)
         return picture
 
     def _start_reading_ahead(self, k: int, step: int) -> None:

@@ -26,10 +26,15 @@ from stereotrack_core.annotation.fit.report import (
     words,
 )
 from stereotrack_core.annotation.fit.results import FrameFit
-from stereotrack_core.annotation.fit.start import TRUNK, pose_at, standing, watched_place
+from stereotrack_core.annotation.fit.start import (
+    TRUNK,
+    pose_at,
+    standing,
+    triangulated,
+    watched_place,
+)
 from stereotrack_core.annotation.fit.state import FitState, Freedom
 from stereotrack_core.annotation.fit.stretch import Fitted, FrameData, depth_cost
-from stereotrack_core.annotation.fit.triangulate import triangulated
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud
@@ -100,7 +105,7 @@ def fitted_frame(
 def _ways(context: FitContext, data: FrameData, start: Pose | None) -> list[_Way]:
     """Descents at their beginnings."""
     f = context.by_clicks.freedom
-    points = triangulated([data.clicks], context.cameras, len(context.whole.landmarks))[0]
+    points = triangulated(data.clicks, len(context.whole.landmarks))
     found = []
     for usual in _usual_poses(context, points, data, start):
         sigma = pose_sigmas(f, *(_USUAL if start is None else _NEARBY))

@@ -8,12 +8,12 @@ from itertools import pairwise
 import numpy as np
 
 from stereotrack_core.annotation.fit.settings import FitSettings
-from stereotrack_core.annotation.fit.smoother import Walk
 from stereotrack_core.annotation.fit.state import FitState, Freedom
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import HEAD
+from stereotrack_core.filtering.smoothing import Walk
 
 _UNEVEN = 0.3
 """Part of the usual speed by which a step differs from what the speed says."""

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from stereotrack_core.annotation.fit.residuals import Clicks
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.model import BodyModel
@@ -14,6 +15,7 @@ from stereotrack_core.body.pose import Pose, hanging_pose, rotation_towards
 from stereotrack_core.body.skeleton import FOREARMS, HEAD, PARENTS, PARTS, TORSO, UPPER_ARMS
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import rotation_from_vector
+from stereotrack_core.geometry.sightings import Sightings, point_of_sightings
 from stereotrack_core.geometry.triangulation import nearest_to_rays
 
 TRUNK = ("left_shoulder", "right_shoulder", "head", "left_hip", "right_hip")
@@ -27,6 +29,9 @@ _CHAINS = {
     HEAD: "head",
 }
 """The landmark at the far end of a part."""
+
+_LEAST_SIGMA = 3.0
+"""Pixels; calibrations are no better than that."""
 
 _DISTANCE = 3.0
 """Metres in front of a lone camera at which somebody is looked for."""
@@ -52,6 +57,25 @@ def standing(body: BodyModel, middle: FloatArray, yaw: float = 0.0) -> Pose:
     torso = rotation_from_vector(np.array([0.0, 0.0, yaw]))
     half = 0.5 * body.skeleton.proportions.torso_length
     return hanging_pose(middle - np.array([0.0, 0.0, half]), torso)
+
+
+def triangulated(clicks: Clicks, landmarks: int) -> FloatArray:
+    """Points (L, 3), world, that most clicks of a frame agree with; NaN where there are none."""
+    points = np.full((landmarks, 3), np.nan)
+    for landmark in range(landmarks):
+        own = clicks.landmark == landmark
+        found = point_of_sightings(
+            Sightings(
+                clicks.rotations[own],
+                clicks.translations[own],
+                clicks.normalised[own],
+                clicks.raw_from_normalised[own],
+                np.maximum(clicks.sigma[own], _LEAST_SIGMA),
+            )
+        )
+        if found is not None:
+            points[landmark] = found.world
+    return points
 
 
 def filled_over_time(points: FloatArray) -> FloatArray:

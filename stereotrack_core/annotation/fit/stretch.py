@@ -17,7 +17,6 @@ from stereotrack_core.annotation.fit.residuals import (
     SlippingSurface,
 )
 from stereotrack_core.annotation.fit.settings import FitSettings
-from stereotrack_core.annotation.fit.smoother import smooth
 from stereotrack_core.annotation.fit.start import without_twists
 from stereotrack_core.annotation.fit.state import FitState, Freedom, slipped
 from stereotrack_core.arrays import FloatArray
@@ -26,6 +25,7 @@ from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.filtering.linearisation import Information, posterior
+from stereotrack_core.filtering.smoothing import smooth
 from stereotrack_core.tracking.confidence import surface_distances
 from stereotrack_core.tracking.data_to_model import SurfaceResidual, Trust, surface_residual
 from stereotrack_core.tracking.limits import limit_residuals

@@ -16,9 +16,8 @@ from stereotrack_core.annotation.fit.mistakes import MEDIAN_SURPRISE
 from stereotrack_core.annotation.fit.movement import pose_sigmas
 from stereotrack_core.annotation.fit.report import exact_residuals, reported
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, TrajectoryFit
-from stereotrack_core.annotation.fit.start import filled_over_time, pose_at
+from stereotrack_core.annotation.fit.start import filled_over_time, pose_at, triangulated
 from stereotrack_core.annotation.fit.stretch import Fitted, FrameData, Stretch
-from stereotrack_core.annotation.fit.triangulate import triangulated
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import Pose
@@ -108,8 +107,8 @@ def _fit(
     cancelled: Callable[[], bool] | None,
 ) -> _Filled:
     """Fit the clicks alone, and with what that gives to begin from, clicks and depth."""
-    seen = triangulated([one.clicks for one in data], context.cameras, len(context.whole.names))
-    points = filled_over_time(seen)
+    seen = [triangulated(one.clicks, len(context.whole.names)) for one in data]
+    points = filled_over_time(np.array(seen))
     start = [pose_at(point, context.body, context.whole, context.usual) for point in points]
     stretch = context.by_clicks
     known = told_by_clicks(stretch, data, len(context.asked.landmarks))

@@ -16,10 +16,10 @@ from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.rectify import Rectification
 from stereotrack_core.depth.sources import DepthSource, StereoSource
 from stereotrack_core.errors import Cancelled
+from stereotrack_core.memory import Memory, bytes_of
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.shared_clouds import SharedClouds
-from stereotrack_core.tracking.tuning.memory import Memory, bytes_of
 from stereotrack_core.tracking.tuning.sources import (
     NumberedReader,
     RememberingStereo,

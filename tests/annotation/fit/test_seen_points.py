@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from stereotrack_core.annotation.fit.residuals import undistorted_clicks
-from stereotrack_core.annotation.fit.triangulate import triangulated
+from stereotrack_core.annotation.fit.start import triangulated
 from stereotrack_core.annotation.landmark_set import NINE
 from tests.annotation.fit.scenes import CAMERAS, clicked, moved_click, places
 
 
 def points_of(clicks):
-    return triangulated([undistorted_clicks(clicks, CAMERAS, NINE.names)], CAMERAS, 9)[0]
+    return triangulated(undistorted_clicks(clicks, CAMERAS, NINE.names), 9)
 
 
 def test_exact_clicks_give_exact_points():

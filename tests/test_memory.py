@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stereotrack_core.depth.cloud import ViewDepth
-from stereotrack_core.tracking.tuning.memory import Memory, bytes_of, usual_limit
+from stereotrack_core.memory import Memory, bytes_of, usual_limit
 
 
 def test_what_was_not_used_for_longest_goes_first():

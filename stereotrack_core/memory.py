@@ -73,10 +73,11 @@ class Memory:
     def _make_room(self, size: int) -> bool:
         if size > self.limit:
             return False  # nothing that could be given up would be enough
-        for key in [key for key in self._kept if not self._held(key)]:
+        for key in list(self._kept):
             if self.bytes + size <= self.limit:
                 break
-            self.bytes -= self._kept.pop(key)[1]
+            if not self._held(key):
+                self.bytes -= self._kept.pop(key)[1]
         return self.bytes + size <= self.limit
 
 

@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stereotrack_core.annotation.fit.smoother import Walk, smooth
 from stereotrack_core.filtering.linearisation import Information
+from stereotrack_core.filtering.smoothing import Walk, smooth
 
 
 def problem(seed: int, count: int = 6, N: int = 4, known: int = 3):
