@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from stereotrack_core.project.database import check_header, check_version, has_log, version_of
+from stereotrack_core.project.database import check_header, check_version, version_of
 from stereotrack_core.project.failures import speaking
 from stereotrack_core.project.validity import check_schema
 
@@ -89,7 +89,7 @@ def connect(path: Path) -> Connection:
     that neither the end of the program nor a power failure takes back what was acknowledged, and a
     copy of the file alone has all of it. The rollback journal stays beside it while it is open,
     overwritten with zeros between edits: to make and delete it for every edit takes several times
-    as long. A write-ahead log, which older programs kept, is taken into the file first.
+    as long.
 
     Raises
     ------
@@ -100,12 +100,7 @@ def connect(path: Path) -> Connection:
     """
     database = _connection(path, "rw")
     try:
-        log = has_log(path)
-        if log:
-            database.execute("PRAGMA locking_mode = EXCLUSIVE")  # a log without shared memory
         _check(database, path)
-        if log:
-            _take_in_log(database)
         database.execute("PRAGMA journal_mode = PERSIST")
         database.execute("PRAGMA synchronous = FULL")
         database.execute("PRAGMA foreign_keys = ON")
@@ -115,21 +110,14 @@ def connect(path: Path) -> Connection:
     return database
 
 
-def _take_in_log(database: sqlite3.Connection) -> None:
-    database.execute("PRAGMA journal_mode = DELETE")
-    database.execute("PRAGMA locking_mode = NORMAL")
-    database.execute("BEGIN IMMEDIATE")  # all this takes effect, or fails, with the first lock
-    database.execute("ROLLBACK")
-
-
 def connect_for_reading(path: Path) -> Connection:
     """Connection that cannot write. Sees what another program writes to the project meanwhile.
 
     Raises
     ------
     sqlite3.OperationalError
-        Where an unfinished edit would have to be taken back first, or a log needs memory that
-        cannot be shared there; a copy can be read then (:func:`copy_files`).
+        Where an unfinished edit would have to be taken back first; a copy can be read then
+        (:func:`copy_files`).
     InputError
         Where the file is no project, or not one as this program makes them.
     ProjectDamaged
@@ -145,8 +133,14 @@ def connect_for_reading(path: Path) -> Connection:
 
 
 def connect_to_rescue(path: Path) -> Connection:
-    """Connection to a copy of a file about which nothing is known; only its tables may be read."""
-    return _connected(path, "rw")
+    """Connection to a copy of a file about which nothing is known; only its tables may be read.
+
+    With a schema that may be written to SQLite reads on although the list of tables makes no sense
+    or the file ends too early.
+    """
+    database = _connected(path, "rw")
+    database.execute("PRAGMA writable_schema = ON")
+    return database
 
 
 def _connection(path: Path, mode: str) -> Connection:
@@ -157,9 +151,8 @@ def _connection(path: Path, mode: str) -> Connection:
 def _check(database: sqlite3.Connection, path: Path) -> None:
     database.execute("SELECT 1 FROM sqlite_schema LIMIT 1").fetchone()
     with speaking(path):
-        version = version_of(database)
-        check_version(path, version)
-        check_schema(database, path, version)
+        check_version(path, version_of(database))
+        check_schema(database, path)
 
 
 def _connected(path: Path, mode: str) -> Connection:

@@ -12,15 +12,19 @@ from pathlib import Path
 
 from stereotrack_core.atomic import replacing
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.failures import ProjectDamaged, speaking
+from stereotrack_core.project.failures import RESCUE, ProjectDamaged, speaking
 from stereotrack_core.project.rows import Row
-from stereotrack_core.project.schema import APPLICATION, FORMAT, STATEMENTS, STATEMENTS_OF
+from stereotrack_core.project.schema import APPLICATION, FORMAT, STATEMENTS
 from stereotrack_core.reading import check_file, open_file
 
 _MAGIC = b"SQLite format 3\0"
 _HEADER = 100
 _JOURNAL_AT, _VERSION_AT, _APPLICATION_AT = 18, 60, 68
-_WRITE_AHEAD = 2
+_PAGE_SIZE = 8192
+"""Bytes; the list of tables is on the first page then, and no other page's damage hides tables."""
+
+_LOG = "-wal"
+_WITH_LOG = 2
 
 
 def make_database(path: Path, recording: Row | None = None) -> None:
@@ -56,6 +60,7 @@ def make_database(path: Path, recording: Row | None = None) -> None:
     with replacing(path) as temporary, speaking(path):
         database = sqlite3.connect(temporary, isolation_level=None)
         try:
+            database.execute(f"PRAGMA page_size = {_PAGE_SIZE}")
             with transaction(database):
                 for statement in STATEMENTS:
                     database.execute(statement)
@@ -68,11 +73,11 @@ def make_database(path: Path, recording: Row | None = None) -> None:
 
 
 def beside(path: Path) -> tuple[Path, ...]:
-    """What lies beside a project of an edit that was not finished, or of an older program.
+    """What lies beside a project of an edit that was not finished: a journal, or another's log.
 
     A journal that begins with a zero is that of an edit that was finished.
     """
-    sidecars = (path.with_name(path.name + suffix) for suffix in ("-journal", "-wal"))
+    sidecars = (path.with_name(path.name + suffix) for suffix in ("-journal", _LOG))
     return tuple(one for one in sidecars if one.exists() and _first_byte(one) not in (b"", b"\0"))
 
 
@@ -105,7 +110,7 @@ def check_header(path: Path) -> None:
     Raises
     ------
     InputError
-        Where there is no file, it is not a project, or a newer program wrote it.
+        Where there is no file, it is not a project, or another program or version wrote it.
     ProjectDamaged
         Where it was cut off.
     """
@@ -121,17 +126,13 @@ def check_header(path: Path) -> None:
     if application != APPLICATION:
         raise no_project(path)
     check_version(path, version)
-
-
-def has_log(path: Path) -> bool:
-    """Whether edits may stand in a write-ahead log beside the file, as older programs kept them."""
-    header = _header(path)
-    return len(header) > _JOURNAL_AT and header[_JOURNAL_AT] == _WRITE_AHEAD
-
-
-def lacks_log(path: Path) -> bool:
-    """Whether the file was separated from the write-ahead log that has its last edits."""
-    return has_log(path) and not beside(path)
+    log = path.with_name(path.name + _LOG)
+    if _WITH_LOG in header[_JOURNAL_AT : _JOURNAL_AT + 2] or log in beside(path):
+        raise InputError(
+            f"another program keeps edits of it in a log ({log.name})",
+            where=str(path),
+            remedy=f"Close it there. {RESCUE}",
+        )
 
 
 def resolved(path: Path) -> Path:
@@ -162,7 +163,7 @@ def check_files(path: Path) -> None:
             "opened in it: `stereotrack open RECORDING`.",
         )
     check_file(path)
-    for end in ("-journal", "-wal", "-shm"):
+    for end in ("-journal", _LOG, "-shm"):
         check_beside(path.with_name(path.name + end))
 
 
@@ -192,18 +193,12 @@ def _header(path: Path) -> bytes:
 
 
 def check_version(path: Path, version: int) -> None:
-    """Refuse what a newer program wrote, or none at all."""
-    if version not in STATEMENTS_OF and version <= FORMAT:
+    """Refuse what another version of the program wrote in another format."""
+    if version != FORMAT:
         raise InputError(
-            f"its format {version} is not known",
+            f"it has format {version}, and this program reads format {FORMAT}",
             where=str(path),
-            remedy="Take a copy that the program itself made.",
-        )
-    if version > FORMAT:
-        raise InputError(
-            f"a newer program wrote it (format {version}, this one knows up to {FORMAT})",
-            where=str(path),
-            remedy="Open it with that program; nothing was changed.",
+            remedy="Open it with the version of the program that made it; nothing was changed.",
         )
 
 
@@ -223,11 +218,37 @@ def version_of(database: sqlite3.Connection) -> int:
 
 
 def copy_files(path: Path, folder: Path) -> Path:
-    """Copy a project with what lies beside it of unfinished or older edits; the copy's path."""
+    """Copy a project with what lies beside it of an unfinished edit; the copy's path."""
     shutil.copyfile(path, folder / path.name)
     for one in beside(path):
         shutil.copyfile(one, folder / one.name)
     return folder / path.name
+
+
+def copy_whole(database: sqlite3.Connection, path: Path) -> None:
+    """Copy a project to another file and read the copy back; all of it is there, or nothing.
+
+    Raises
+    ------
+    InputError
+        Where the copy cannot be written or is not whole.
+    """
+    check_nothing_beside(path)
+    with replacing(path) as temporary:
+        target = sqlite3.connect(temporary, isolation_level=None)
+        try:
+            database.backup(target)
+            target.execute("PRAGMA journal_mode = DELETE")
+            target.execute("DELETE FROM owner")
+            whole = target.execute("PRAGMA quick_check(1)").fetchone()[0] == "ok"
+        finally:
+            target.close()
+        if not whole:
+            raise InputError(
+                "the copy of the project is not whole",
+                where=str(path),
+                remedy="Copy it to another drive; the project itself was not changed.",
+            )
 
 
 def is_in_place(path: Path, identity: tuple[int, int] | None) -> bool:

@@ -12,14 +12,13 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.project.access import Access
 from stereotrack_core.project.clicks import Clicks
 from stereotrack_core.project.corrections import Corrections, load_corrections
-from stereotrack_core.project.database import make_database, resolved
+from stereotrack_core.project.database import copy_whole, make_database, resolved
 from stereotrack_core.project.edit import Edit, Stamp
 from stereotrack_core.project.entries import Entries
 from stereotrack_core.project.failures import ProjectDamaged
 from stereotrack_core.project.filesystem import Mount
 from stereotrack_core.project.history import Changed, History, HistoryReader
 from stereotrack_core.project.marks import Marks
-from stereotrack_core.project.migrations import back_up, copy_whole
 from stereotrack_core.project.opening import Opened, open_for_reading, open_for_writing
 from stereotrack_core.project.owner import now, user
 from stereotrack_core.project.predictions import Predictions
@@ -281,11 +280,6 @@ class Project:
                 remedy="Choose another folder, or say that this one shall be used all the same.",
             )
         self._remember(place)
-
-    def back_up(self) -> Path:
-        """Copy the project beside itself; the path of the copy."""
-        with self._access.alone() as database:
-            return back_up(database, self.path, "copy")
 
     def save_copy(self, path: Path) -> None:
         """Write the project as it is to another file; works even where its own file has vanished.

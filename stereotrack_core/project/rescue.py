@@ -5,7 +5,7 @@ from __future__ import annotations
 import sqlite3
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,10 +20,9 @@ from stereotrack_core.project.database import (
     transaction,
 )
 from stereotrack_core.project.failures import NONSENSE
-from stereotrack_core.project.lent_schema import count_pages, lend_schema, own_tables
 from stereotrack_core.project.rows import change_of, facts_of
 from stereotrack_core.project.schema import EDITED_TABLES, FORMAT, TABLES_OF_ENTRIES
-from stereotrack_core.project.validity import makes_sense, sense
+from stereotrack_core.project.validity import made, makes_sense, sense
 from stereotrack_core.project.wholeness import contradiction, last_words
 
 _OTHER_TABLES = ("content", "prediction", "annotator", "view_setting", "recording")
@@ -73,19 +72,15 @@ def rescue(damaged: Path, target: Path) -> Rescued:
                 where=str(damaged),
                 remedy="Correct the path.",
             ) from error
-        count_pages(copy)
-        own_tables(copy)
+        _use_own_tables(copy)
         make_database(target)
         saved = _fill(copy, target)
-        if not any(saved.rows.values()):  # nobody knows where the tables are: as in a new one?
-            lend_schema(target, copy)
-            saved = _fill(copy, target)
     if not any(saved.rows.values()):
         target.unlink()
         raise InputError(
             f"nothing in it can be read as a project of format {FORMAT}",
             where=str(damaged),
-            remedy="Take a copy of it, or what a backup of the drive has.",
+            remedy="Take a copy that was made of it (File, Project), or a backup of the drive.",
         )
     return saved
 
@@ -106,6 +101,27 @@ def _fill(copy: Path, target: Path) -> Rescued:
             for table in reversed(_HISTORY):
                 database.execute(f"DELETE FROM {table}")  # noqa: S608 - constants
     return Rescued(target, counts, restored, whole)
+
+
+def _use_own_tables(copy: Path) -> None:
+    """Let the list of tables say what that of a new project says, wherever the tables are.
+
+    So nothing is left of what somebody else has put there, and a letter that has changed in a
+    statement does not matter. Where the list cannot be read, nothing happens.
+    """
+    with suppress(sqlite3.Error), closing(connect_to_rescue(copy)) as database:
+        database.text_factory = lambda text: text.decode(errors="replace")
+        found = database.execute("SELECT name, rootpage FROM sqlite_schema").fetchall()
+        with transaction(database):
+            database.execute("DELETE FROM sqlite_schema")
+            database.executemany(
+                "INSERT INTO sqlite_schema VALUES (?, ?, ?, ?, ?)",
+                (
+                    (one.kind, one.name, one.table, page, one.statement)
+                    for name, page in found
+                    if (one := made().get(name))
+                ),
+            )
 
 
 def _copy(source: sqlite3.Connection, target: sqlite3.Connection, table: str) -> int:

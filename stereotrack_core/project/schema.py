@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from stereotrack_core.project.rows import Table
 
-FORMAT = 2
+FORMAT = 1
 """Version of the layout; kept in the file's ``user_version``."""
 
 APPLICATION = 0x53745470
@@ -70,32 +70,21 @@ def _entries(name: str) -> str:
     return f"CREATE TABLE {name} ({_ENTRY_COLUMNS}) WITHOUT ROWID"
 
 
-CLICKS = (
-    f"CREATE TABLE click ({_CLICK_COLUMNS}, PRIMARY KEY (frame, camera, landmark)) WITHOUT ROWID"
-)
-REPEATS = (
+STATEMENTS: tuple[str, ...] = (
+    f"CREATE TABLE click ({_CLICK_COLUMNS}, PRIMARY KEY (frame, camera, landmark)) WITHOUT ROWID",
+    "CREATE INDEX click_of_landmark ON click (landmark, camera, frame)",
+    "CREATE INDEX flagged_click ON click (flag, frame) WHERE flag <> ''",
     f"CREATE TABLE repeat_click (round INTEGER NOT NULL, {_CLICK_COLUMNS},"
-    " PRIMARY KEY (round, frame, camera, landmark)) WITHOUT ROWID"
-)
-CLICKS_OF_A_LANDMARK = "CREATE INDEX click_of_landmark ON click (landmark, camera, frame)"
-FLAGGED_CLICKS = "CREATE INDEX flagged_click ON click (flag, frame) WHERE flag <> ''"
-PREDICTIONS = """CREATE TABLE prediction (
+    " PRIMARY KEY (round, frame, camera, landmark)) WITHOUT ROWID",
+    """CREATE TABLE prediction (
     frame INTEGER NOT NULL,
     camera TEXT NOT NULL,
     landmark TEXT NOT NULL,
     source TEXT NOT NULL,
     x REAL NOT NULL, y REAL NOT NULL,
     sigma REAL,
-    PRIMARY KEY (frame, camera, landmark, source)) WITHOUT ROWID"""
-PREDICTIONS_OF_A_SOURCE = "CREATE INDEX prediction_of_source ON prediction (source, frame)"
-
-STATEMENTS: tuple[str, ...] = (
-    CLICKS,
-    CLICKS_OF_A_LANDMARK,
-    FLAGGED_CLICKS,
-    REPEATS,
-    PREDICTIONS,
-    PREDICTIONS_OF_A_SOURCE,
+    PRIMARY KEY (frame, camera, landmark, source)) WITHOUT ROWID""",
+    "CREATE INDEX prediction_of_source ON prediction (source, frame)",
     """CREATE TABLE frame_flag (
     frame INTEGER NOT NULL,
     landmark TEXT NOT NULL,
@@ -146,19 +135,3 @@ STATEMENTS: tuple[str, ...] = (
     at TEXT NOT NULL)""",
 )
 """What makes an empty project."""
-
-_CLICKS_OF_FORMAT_1 = """CREATE TABLE click (
-    frame INTEGER NOT NULL, camera TEXT NOT NULL, landmark TEXT NOT NULL,
-    x REAL, y REAL,
-    visibility INTEGER NOT NULL, flag TEXT NOT NULL, who TEXT NOT NULL, at TEXT NOT NULL,
-    PRIMARY KEY (frame, camera, landmark)) WITHOUT ROWID"""
-
-_NOT_IN_FORMAT_1 = frozenset(
-    {CLICKS, CLICKS_OF_A_LANDMARK, FLAGGED_CLICKS, REPEATS, PREDICTIONS, PREDICTIONS_OF_A_SOURCE}
-)
-
-STATEMENTS_OF: dict[int, tuple[str, ...]] = {
-    1: (_CLICKS_OF_FORMAT_1, *(one for one in STATEMENTS if one not in _NOT_IN_FORMAT_1)),
-    2: STATEMENTS,
-}
-"""The same for every format that there was."""

@@ -22,9 +22,8 @@ from stereotrack_core.project.rows import Row, Table, facts_of
 from stereotrack_core.project.schema import (
     CLICK,
     EDITED_TABLES,
-    FORMAT,
     REPEAT_CLICK,
-    STATEMENTS_OF,
+    STATEMENTS,
     TABLES_OF_ENTRIES,
 )
 
@@ -80,15 +79,15 @@ def _tokens(statement: str | None) -> list[str]:
 
 
 @cache
-def made(version: int) -> Mapping[str, Made]:
-    """What a new project of that format has, by name."""
-    with closing(_new(version)) as database:
+def made() -> Mapping[str, Made]:
+    """What a new project has, by name."""
+    with closing(_new()) as database:
         return {one.name: one for one in _found(database)}
 
 
-def _new(version: int) -> sqlite3.Connection:
+def _new() -> sqlite3.Connection:
     database = sqlite3.connect(":memory:")
-    for statement in STATEMENTS_OF[version]:
+    for statement in STATEMENTS:
         database.execute(statement)
     return database
 
@@ -98,8 +97,8 @@ def _found(database: sqlite3.Connection) -> Iterable[Made]:
     return [Made(*row) for row in rows]
 
 
-def check_schema(database: sqlite3.Connection, path: Path, version: int) -> None:
-    """See that there is nothing but the tables and indexes of that format.
+def check_schema(database: sqlite3.Connection, path: Path) -> None:
+    """See that there is nothing but the tables and indexes of a project.
 
     Raises
     ------
@@ -108,7 +107,7 @@ def check_schema(database: sqlite3.Connection, path: Path, version: int) -> None
     ProjectDamaged
         Where a table is missing.
     """
-    wanted, seen = made(version), set()
+    wanted, seen = made(), set()
     for found in _found(database):
         seen.add(found.name)
         if found.name not in wanted or not found.same(wanted[found.name]):
@@ -126,10 +125,10 @@ def check_schema(database: sqlite3.Connection, path: Path, version: int) -> None
 @cache
 def sense() -> Mapping[str, str]:
     """Condition that every row of a table satisfies, by the table's name."""
-    with closing(_new(FORMAT)) as database:
+    with closing(_new()) as database:
         return {
             one.name: _condition(one.name, database.execute(f"PRAGMA table_info({one.name})"))
-            for one in made(FORMAT).values()
+            for one in made().values()
             if one.kind == "table" and not one.name.startswith("sqlite_")
         }
 

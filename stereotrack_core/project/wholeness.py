@@ -6,10 +6,9 @@ import sqlite3
 from collections.abc import Iterator
 from pathlib import Path
 
-from stereotrack_core.project.database import version_of
 from stereotrack_core.project.failures import ProjectDamaged
 from stereotrack_core.project.rows import Row, Table, change_of
-from stereotrack_core.project.schema import EDITED_TABLES, FORMAT
+from stereotrack_core.project.schema import EDITED_TABLES
 
 
 def check_whole(database: sqlite3.Connection, path: Path) -> None:
@@ -27,8 +26,7 @@ def check_whole(database: sqlite3.Connection, path: Path) -> None:
     try:
         verdict = str(database.execute("PRAGMA integrity_check(1)").fetchone()[0]).splitlines()[-1]
         wrong = "" if verdict == "ok" else verdict
-        if not wrong and version_of(database) == FORMAT:
-            wrong = contradiction(database)
+        wrong = wrong or contradiction(database)
     finally:
         database.execute("ROLLBACK")
     if wrong:

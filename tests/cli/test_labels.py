@@ -2,8 +2,6 @@
 
 import json
 import shutil
-import sqlite3
-from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -164,20 +162,6 @@ def test_a_project_of_another_recording_is_refused(run, recording, project, tmp_
     ended = run("import", "labels", tmp_path / "o.stereotrack", "--into", project)
     assert ended.status == 2
     assert "another recording" in ended.err
-
-
-def test_whoever_reads_a_project_that_lost_its_log_is_told(run, project, empty, tmp_path):
-    """A file that was copied without the log that an older program kept beside it."""
-    with closing(sqlite3.connect(project)) as database:
-        database.execute("PRAGMA journal_mode = WAL")
-    clicks = tmp_path / "clicks.csv"
-    for command in (
-        ("export", project, "--format", "csv", "-o", clicks),
-        ("import", "labels", project, "--into", empty),
-    ):
-        ended = run(*command)
-        assert ended.status == 0
-        assert "the last edits may be missing" in ended.err
 
 
 def test_references_keep_their_uncertainty(run, project, tmp_path):

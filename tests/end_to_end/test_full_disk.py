@@ -129,7 +129,6 @@ def test_every_module_that_writes_files_is_tried():
     """Whoever adds a writer adds it to the list, or says here who tries it."""
     elsewhere = {
         "stereotrack_core.project.database": "tests/project",
-        "stereotrack_core.project.migrations": "tests/project",
         "stereotrack_core.cli.sweep_files": "a text of its own, tests/cli/test_sweep.py",
         "stereotrack_core.cli.reproduction.strips": "bytes of its own",
         "stereotrack_core.cli.reproduction.writing": "texts of its own",

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from contextlib import closing, suppress
 from pathlib import Path
 
-PAGE = 4096
+PAGE = 8192
 DEEP = "[" * 3000 + "]" * 3000
 ENDLESS = "9" * 400
 

@@ -133,7 +133,6 @@ WRITES_BY_ITSELF = {
     "stereotrack_core/project/lock.py": {"open"},
     "stereotrack_core/project/database.py": {"copyfile"},
     "stereotrack_core/project/corrections.py": {"write_text"},  # a file that is read at once
-    "stereotrack_core/project/lent_schema.py": {"open", "write_bytes"},  # damaged on purpose
     "stereotrack_core/interop/sleap.py": {"save_slp"},  # to a temporary file, and read back
     "stereotrack_core/interop/run_npz.py": {"savez", "savez_compressed"},  # into memory, as below
     "stereotrack_core/interop/reference_npz.py": {"savez_compressed"},

@@ -28,7 +28,7 @@ from stereotrack_core.project.whereabouts import project_path_for
 PROGRAM = Path(__file__).with_name("clicking_process.py")
 click = runpy.run_path(str(PROGRAM))["click"]
 CLICKS, SOME = 300, 80
-PAGE = 4096
+PAGE = 8192
 
 
 class Clicker:
@@ -291,45 +291,19 @@ def test_no_mixture_of_pages_is_taken_for_whole(stages, tmp_path, apart):
     assert said
 
 
-@pytest.fixture
-def older(path, tmp_path) -> Path:
-    """A copy, without its log, of a project that an older program has open with a log."""
+@pytest.mark.parametrize("beside", [False, True])
+def test_a_project_whose_edits_another_program_keeps_in_a_log_is_refused(path, tmp_path, beside):
     with closing(sqlite3.connect(path, isolation_level=None)) as database:
         database.execute("PRAGMA journal_mode = WAL")
-        database.execute("PRAGMA wal_autocheckpoint = 0")
-        database.execute("INSERT INTO owner VALUES (1, 'pc', 5, 'A', '2026-01-05T10:00:00')")
-        yield alone(path, tmp_path / "copy")
-
-
-@pytest.mark.parametrize("emptied", [False, True])
-def test_a_file_without_its_log_says_that_edits_may_be_missing_once(older, emptied):
-    log = older.with_name(older.name + "-wal")
-    if emptied:  # as other tools leave it that looked into the file
-        log.touch()
-    for read_only in (True, True, False):
-        with Project.open(older, read_only=read_only) as project:
-            (note,) = project.notes
-            assert note.severity == "warning"
-            assert "the last edits may be missing" in note.what
-            assert log.name in note.remedy
-    with Project.open(older) as project:
-        assert project.notes == ()
-    assert [one.name for one in older.parent.iterdir()] == [older.name]
-
-
-def test_a_log_of_an_older_program_is_taken_into_the_file(older, path, tmp_path):
-    """Its edits stand in the log alone."""
-    folder = tmp_path / "both"
-    folder.mkdir()
-    for suffix in ("", "-wal"):
-        shutil.copyfile(f"{path}{suffix}", folder / f"{path.name}{suffix}")
-    both = folder / path.name
-    with Project.open(both) as project:
-        assert "process 5 on pc" in project.notes[0].what
-        project.apply(place(click(0)))
-        check = alone(both, tmp_path / "of-both")
-        assert not both.with_name(f"{both.name}-wal").exists()
-    check_has(check, 1)
+        database.execute("INSERT INTO view_setting VALUES ('frame', '3')")
+        copy = alone(path, tmp_path / "copy")
+        if beside:
+            shutil.copyfile(f"{path}-wal", f"{copy}-wal")
+    before = {one.name: one.read_bytes() for one in copy.parent.iterdir()}
+    for read_only in (True, False):
+        with pytest.raises(InputError, match=r"keeps edits of it in a log.*rescue"):
+            Project.open(copy, read_only=read_only)
+    assert {one.name: one.read_bytes() for one in copy.parent.iterdir()} == before
 
 
 def test_what_is_read_meanwhile_does_not_stop_the_writer_for_good(path, monkeypatch):

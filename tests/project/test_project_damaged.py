@@ -19,7 +19,7 @@ from stereotrack_core.project.lock import lock_path
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.rescue import rescue
 
-PAGE = 4096
+PAGE = 8192
 ELBOW = Click(1, "N_right", "left_elbow", (10.25, 20.5))
 
 
@@ -96,16 +96,31 @@ def test_wherever_it_is_damaged_there_is_a_sentence_or_it_is_whole(
         damaged.redo()
 
 
-def test_a_project_without_a_beginning_is_rescued_whole(project, project_path, tmp_path, clicks):
+def test_a_project_without_a_beginning_is_not_rescued_but_its_copy_is_named(
+    project, project_path, tmp_path, clicks
+):
     project.close()
     damage(project_path, 0)
     with pytest.raises(InputError, match="not a project"):
         Project.open(project_path)
+    with pytest.raises(InputError, match=r"nothing in it can be read.*a copy that was made of it"):
+        rescue(project_path, tmp_path / "rescued.stereotrack")
+    assert not (tmp_path / "rescued.stereotrack").exists()
+
+
+@pytest.mark.parametrize("share", [0.6, 0.8, 0.95])
+def test_a_project_that_ends_too_early_is_rescued_as_far_as_it_goes(
+    project, project_path, tmp_path, clicks, share
+):
+    project.close()
+    content = project_path.read_bytes()
+    project_path.write_bytes(content[: int(share * len(content))])
     target = tmp_path / "rescued.stereotrack"
-    assert rescue(project_path, target).history_whole
+    rescue(project_path, target)
     with Project.open(target) as rescued:
-        assert {click.key: click for click in rescued.clicks.all()} == clicks
-        assert rescued.undo() is not None
+        found = {click.key: click for click in rescued.clicks.all()}
+    assert found
+    assert set(found.items()) <= set(clicks.items())
 
 
 def test_after_a_crash_damage_is_noticed_on_opening(project, project_path, clicks):

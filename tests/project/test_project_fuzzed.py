@@ -120,7 +120,7 @@ def use_everything(project: Project) -> None:
         lambda: project.apply(DeleteClicks((ClickKey(5, "S_cam", "head"),))),
         lambda: project.predictions.replace("x", []),
         lambda: project.view_settings.set("frame", 5),
-        project.back_up,
+        lambda: project.save_copy(project.path.with_stem("copy")),
     ]
     for use in uses:
         with suppress(InputError):

@@ -9,7 +9,7 @@ import sqlite3
 import subprocess
 import sys
 import tempfile
-from contextlib import ExitStack, closing
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -18,11 +18,11 @@ from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
 from stereotrack_core.project import owner
 from stereotrack_core.project.click_edits import place
+from stereotrack_core.project.database import make_database
 from stereotrack_core.project.lock import lock_path
 from stereotrack_core.project.project import Project
 
 ROOT = Path(__file__).parents[2]
-OLD = Path(__file__).with_name("data") / "format-1.stereotrack"
 ELBOW = Click(1, "N_right", "left_elbow", (10.25, 20.5))
 NETWORK = (("/", "nfs4"),)
 
@@ -108,7 +108,7 @@ def test_edits_never_go_into_a_file_that_is_gone(project, project_path, tmp_path
     else:
         project_path.unlink()
     if how == "replaced":
-        shutil.copyfile(OLD, project_path)
+        make_database(project_path)
     with pytest.raises(InputError, match=r"while it was open.*save a copy"):
         project.undo()
     project.save_copy(copy)
@@ -120,18 +120,13 @@ def test_edits_never_go_into_a_file_that_is_gone(project, project_path, tmp_path
 
 def test_a_copy_is_whole_and_the_project_goes_on(project, project_path, tmp_path):
     project.apply(place(ELBOW))
-    copies = [project.back_up(), project.back_up(), tmp_path / "mine.stereotrack"]
-    project.save_copy(copies[2])
+    copy = tmp_path / "mine.stereotrack"
+    project.save_copy(copy)
     project.undo()
     with pytest.raises(InputError, match="the project itself"):
         project.save_copy(project_path)
-    assert [path.name for path in copies[:2]] == [
-        "walk.copy.stereotrack",
-        "walk.copy-2.stereotrack",
-    ]
-    for path in copies:
-        with Project.open(path) as copy:
-            assert copy.clicks.count() == 1
+    with Project.open(copy) as saved:
+        assert saved.clicks.count() == 1
 
 
 def test_reading_leaves_nothing_behind(project, project_path):
@@ -190,97 +185,14 @@ def test_another_machine_on_a_network_drive_is_asked_for(project, project_path, 
         assert any("process 5 on other-machine" in note.what for note in taken.notes)
 
 
-def test_an_old_project_is_brought_up_to_date_after_a_copy_was_made(tmp_path):
-    path = tmp_path / "old.stereotrack"
-    shutil.copyfile(OLD, path)
-    with Project.open(path) as project:
-        assert "older format" in project.notes[0].what
-        check_content_of_old(project)
-        assert project.redo().words == "move left elbow in N_right, frame 0"
-        assert project.clicks.at(0, "N_right")[0].position == (11.5, 20.25)
-        for _ in range(3):
-            assert project.undo() is not None
-        assert project.clicks.all(with_deleted=True) == ()
-    copy = tmp_path / "old.format-1.stereotrack"
-    assert content_of(copy) == content_of(OLD)
-    with Project.open(path) as project:
-        assert project.notes == ()
-        assert project.check() == ()
-
-
-def check_content_of_old(project: Project) -> None:
-    assert project.clicks.all() == (
-        Click(0, "N_right", "left_elbow", (10.5, 20.25), who="A", at=AT),
-        Click(0, "N_right", "right_elbow", (30.0, 21.0), 1, "uncertain", who="A", at=AT),
-        Click(0, "S_cam", "left_elbow", None, 0, who="B", at=AT),
-    )
-    assert [(keyframe.frame, keyframe.done) for keyframe in project.marks.keyframes()] == [
-        (0, True)
-    ]
-    assert project.view_settings.get("frame") == 17
-    assert project.recording_place().name == "walk"
-
-
-AT = "2026-01-05T10:00:00.000+00:00"
-
-
-def content_of(path: Path) -> list[str]:
-    with closing(sqlite3.connect(path)) as database:
-        return list(database.iterdump())
-
-
-def test_an_old_project_can_be_read_without_changing_it(tmp_path):
-    path = tmp_path / "old.stereotrack"
-    shutil.copyfile(OLD, path)
-    with Project.open(path, read_only=True) as project:
-        check_content_of_old(project)
-    assert path.read_bytes() == OLD.read_bytes()
-    assert [each.name for each in tmp_path.iterdir()] == [path.name]
-
-
-def test_migration_leads_to_the_tables_of_a_new_project(tmp_path, project, project_path):
-    path = tmp_path / "old.stereotrack"
-    shutil.copyfile(OLD, path)
-    Project.open(path).close()
-    project.close()
-    assert tables_of(path) == tables_of(project_path)
-
-
-def tables_of(path: Path) -> dict[str, object]:
-    with closing(sqlite3.connect(path)) as database:
-        names = database.execute(
-            "SELECT name FROM sqlite_schema WHERE name NOT LIKE 'sqlite_%' ORDER BY name"
-        ).fetchall()
-        return {
-            name: [
-                database.execute(f"PRAGMA {about}('{name}')").fetchall()
-                for about in ("table_info", "index_info")
-            ]
-            for (name,) in names
-        }
-
-
-def test_a_migration_that_fails_changes_nothing(tmp_path, monkeypatch):
-    path = tmp_path / "old.stereotrack"
-    shutil.copyfile(OLD, path)
-    broken = sqlite3.connect(path)
-    broken.execute("UPDATE edit_change SET before = 'no JSON' WHERE edit = 3")
-    broken.commit()
-    before = list(broken.iterdump())
-    broken.close()
-    with pytest.raises(InputError, match="could not be brought up to date"):
-        Project.open(path)
-    assert content_of(path) == before
-    assert not lock_path(path).exists()
-
-
-def test_a_newer_project_is_refused_and_left_alone(project, project_path):
+@pytest.mark.parametrize("version", [0, 2])
+def test_a_project_of_another_format_is_refused_and_left_alone(project, project_path, version):
     project.close()
     with closing(sqlite3.connect(project_path)) as database:
-        database.execute("PRAGMA user_version = 3")
+        database.execute(f"PRAGMA user_version = {version}")
     before = project_path.read_bytes()
     for read_only in (False, True):
-        with pytest.raises(InputError, match=r"newer program wrote it \(format 3.*nothing was"):
+        with pytest.raises(InputError, match=rf"has format {version}, and .* reads format 1.*made"):
             Project.open(project_path, read_only=read_only)
     assert project_path.read_bytes() == before
     assert not lock_path(project_path).exists()
@@ -292,7 +204,7 @@ def test_a_newer_project_is_refused_and_left_alone(project, project_path):
         (None, "there is no such file"),
         (b"", "the file is empty"),
         (b"frame,view,landmark,x,y,visibility\n", "not a project"),
-        (OLD.read_bytes()[:60], "ends after 60 bytes"),
+        (b"SQLite format 3\0".ljust(60, b"\0"), "ends after 60 bytes"),
     ],
 )
 def test_other_files_are_refused(tmp_path, content, said):
@@ -330,26 +242,14 @@ def folder():
 
 
 @pytest.mark.skipif(not hasattr(os, "setuid"), reason="needs a user without rights")
-@pytest.mark.parametrize("how", ["closed", "open", "log"])
+@pytest.mark.parametrize("how", ["closed", "open"])
 def test_a_project_in_a_read_only_folder_is_read_as_it_is(project, project_path, folder, how):
-    """Also one that an older program has open, with a log beside it."""
     project.apply(place(ELBOW))
-    with ExitStack() as stack:
-        if how == "closed":
-            project.close()
-        elif how == "log":
-            project.close()
-            older = stack.enter_context(closing(sqlite3.connect(project_path)))
-            older.execute("PRAGMA journal_mode = WAL")
-            older.execute("UPDATE click SET x = 11.5")
-            older.commit()
-        for suffix in ("", "-wal"):
-            source = project_path.with_name(project_path.name + suffix)
-            if source.exists():
-                shutil.copyfile(source, folder / source.name)
+    if how == "closed":
+        project.close()
+    shutil.copyfile(project_path, folder / project_path.name)
     content, note, refused = asked_without_rights(folder / project_path.name)
-    assert content == ("[(11.5, 20.5)]" if how == "log" else "[(10.25, 20.5)]")
-    assert ("its folder is read-only" in note) == (how == "log")
+    assert content == "[(10.25, 20.5)]"
     assert ("copied or moved while" in note) == (how == "open")
     assert "nothing can be written beside" in refused
 

@@ -98,7 +98,7 @@ def test_a_recording_is_never_written_to(recording, tmp_path):
         project.apply(save_reference("r", Reference(np.arange(3), np.zeros((3, 9, 3)))))
         project.find_recording()
         project.undo()
-        project.back_up()
+        project.save_copy(tmp_path / "copy.stereotrack")
     assert state() == before
 
 
