@@ -70,10 +70,10 @@ def _picture(
 def _report_page(recording: Path, run: Path, picture: Path) -> bool:
     """Write the page of the report on a run that has its curves."""
     from app.pdf import page_picture
-    from stereotrack_core.evaluation.report.reported import Source, gathered
-    from stereotrack_core.evaluation.report.run_page import run_page
     from stereotrack_core.interop.run_file import read_run
     from stereotrack_core.recording.folder import open_recording
+    from stereotrack_core.report.reported import Source, gathered
+    from stereotrack_core.report.run_page import run_page
 
     opened = open_recording(recording)
     reported = gathered(

@@ -18,8 +18,8 @@ from stereotrack_core.cli.progress import progress
 from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
-    from stereotrack_core.evaluation.benchmarks.chain_speed import ChainSpeed
-    from stereotrack_core.evaluation.benchmarks.correction_speed import CorrectionSpeed
+    from stereotrack_core.experiments.benchmark.chain_speed import ChainSpeed
+    from stereotrack_core.experiments.benchmark.correction_speed import CorrectionSpeed
 
 PARTS = ("chain", "correction", "window")
 _WINDOW_SECONDS = 600.0
@@ -77,7 +77,7 @@ def run(args: Namespace) -> int:
         facts["chain"] = [{"ratio": speed.ratio, **vars(speed)} for speed in speeds]
         tables.append(_chain_table(speeds))
     if "correction" in parts:
-        from stereotrack_core.evaluation.benchmarks.correction_speed import growth
+        from stereotrack_core.experiments.benchmark.correction_speed import growth
 
         corrections = _correction()
         facts["correction"] = {"growth_exponent": growth(corrections), "sizes": corrections}
@@ -117,7 +117,7 @@ def _recording(given: Path | None) -> Path:
 
 
 def _chain(folder: Path, frames: int, rounds: int) -> tuple[ChainSpeed, ...]:
-    from stereotrack_core.evaluation.benchmarks.chain_speed import chain_speed
+    from stereotrack_core.experiments.benchmark.chain_speed import chain_speed
     from stereotrack_core.recording.folder import open_recording
     from stereotrack_core.tracking.presets import preset
 
@@ -150,7 +150,7 @@ def _chain_table(speeds: tuple[ChainSpeed, ...]) -> Table:
 
 
 def _correction() -> tuple[CorrectionSpeed, ...]:
-    from stereotrack_core.evaluation.benchmarks.correction_speed import (
+    from stereotrack_core.experiments.benchmark.correction_speed import (
         MEASUREMENTS,
         correction_speed,
     )

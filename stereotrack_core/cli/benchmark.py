@@ -32,8 +32,8 @@ from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
-    from stereotrack_core.evaluation.benchmarks.accuracy import Contestant, Row, Score
-    from stereotrack_core.evaluation.benchmarks.speed import Speed
+    from stereotrack_core.experiments.benchmark.accuracy import Contestant, Row, Score
+    from stereotrack_core.experiments.benchmark.speed import Speed
     from stereotrack_core.recording.description import Recording
 
 _BASE = "accurate"
@@ -114,7 +114,7 @@ def _add_choice(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Track, measure, print."""
-    from stereotrack_core.evaluation.benchmarks.accuracy import pooled
+    from stereotrack_core.experiments.benchmark.accuracy import pooled
     from stereotrack_core.interop.table_file import table_suffix
 
     if args.growth:
@@ -168,8 +168,8 @@ def _refuse_others(args: Namespace, kind: str, names: Sequence[str]) -> None:
 
 
 def _contestants(presets: str | None, ablation: bool, changes: list[str]) -> list[Contestant]:
-    from stereotrack_core.evaluation.benchmarks.ablations import ABLATIONS
-    from stereotrack_core.evaluation.benchmarks.accuracy import Contestant
+    from stereotrack_core.experiments.benchmark.ablations import ABLATIONS
+    from stereotrack_core.experiments.benchmark.accuracy import Contestant
     from stereotrack_core.parameters import parsed_settings
     from stereotrack_core.tracking.presets import PRESETS, preset
 
@@ -203,7 +203,7 @@ def _recordings(folders: Sequence[Path]) -> list[Recording]:
 def _scores(
     recording: Recording, contestants: list[Contestant], seeds: list[int], args: Namespace
 ) -> Sequence[Score]:
-    from stereotrack_core.evaluation.benchmarks.accuracy import accuracy
+    from stereotrack_core.experiments.benchmark.accuracy import accuracy
     from stereotrack_core.recording.depth_views import usable_views
     from stereotrack_core.recording.reader import FrameReader
 
@@ -231,7 +231,7 @@ def _scores(
 def _speeds(
     recording: Recording, contestants: list[Contestant], args: Namespace
 ) -> dict[str, Speed]:
-    from stereotrack_core.evaluation.benchmarks.speed import speeds
+    from stereotrack_core.experiments.benchmark.speed import speeds
 
     if not args.speed_frames:
         return {}
@@ -244,7 +244,7 @@ def _speeds(
 
 
 def _growth(recordings: list[Recording], contestants: list[Contestant], args: Namespace) -> int:
-    from stereotrack_core.evaluation.benchmarks.growth import (
+    from stereotrack_core.experiments.benchmark.growth import (
         cost_of_points,
         cost_of_views,
         exponent,

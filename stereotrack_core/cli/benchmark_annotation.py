@@ -14,7 +14,7 @@ from stereotrack_core.cli.progress import progress
 from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
-    from stereotrack_core.evaluation.benchmarks.annotation import AnnotationScore
+    from stereotrack_core.experiments.benchmark.annotation import AnnotationScore
     from stereotrack_core.recording.description import Recording
 
 _HEADINGS = (
@@ -41,8 +41,8 @@ def _scores(
 ) -> list[AnnotationScore]:
     from stereotrack_core.annotation.fit.recorded_depth import recorded_depth
     from stereotrack_core.annotation.fit.settings import FitSettings
-    from stereotrack_core.evaluation.benchmarks.annotation import CASES, annotated
     from stereotrack_core.evaluation.errors import truth_of
+    from stereotrack_core.experiments.benchmark.annotation import CASES, annotated
 
     settings, found = FitSettings(), []
     recording = _cut(recording, frames)

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 from stereotrack_core.cli.output import Table, number
 
 if TYPE_CHECKING:
-    from stereotrack_core.evaluation.benchmarks.accuracy import Row
-    from stereotrack_core.evaluation.benchmarks.growth import Cost
-    from stereotrack_core.evaluation.benchmarks.speed import Speed
+    from stereotrack_core.experiments.benchmark.accuracy import Row
+    from stereotrack_core.experiments.benchmark.growth import Cost
+    from stereotrack_core.experiments.benchmark.speed import Speed
 
 Speeds = Mapping[tuple[str, str], "Speed"]
 """By recording and contestant; empty where nothing was timed."""

@@ -20,8 +20,8 @@ from stereotrack_core.cli.unfinished import say_if_unfinished
 from stereotrack_core.errors import Cancelled, InputError
 
 if TYPE_CHECKING:
-    from stereotrack_core.evaluation.report.reported import Reported, Source
     from stereotrack_core.recording.description import Recording
+    from stereotrack_core.report.reported import Reported, Source
     from stereotrack_core.tracking.run import Run
 
 _PDF_SECONDS = 300.0
@@ -58,7 +58,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Gather, write the page, and the PDF where it is asked for."""
-    from stereotrack_core.evaluation.report.reported import gathered
+    from stereotrack_core.report.reported import gathered
 
     _check(args)
     source = _source(args)
@@ -81,7 +81,7 @@ def run(args: Namespace) -> int:
 
 def write_page(path: Path, reported: Reported) -> None:
     """Write a report as HTML."""
-    from stereotrack_core.evaluation.report.run_page import run_page
+    from stereotrack_core.report.run_page import run_page
 
     write_file(path, run_page(reported))
 
@@ -94,7 +94,7 @@ def write_pdf(path: Path, reported: Reported, app_package: str | None) -> None:
     InputError
         Where that package is missing or fails.
     """
-    from stereotrack_core.evaluation.report.run_page import run_page
+    from stereotrack_core.report.run_page import run_page
 
     if app_package is None:
         raise InputError(
@@ -209,7 +209,7 @@ def _with_truth(
 ) -> Source:
     """What is reported, with the reference that was named or the recording's own."""
     from stereotrack_core.cli.truth import truth_of
-    from stereotrack_core.evaluation.report.reported import Source
+    from stereotrack_core.report.reported import Source
 
     reference, states, said = None, None, ""
     if args.reference is not None:

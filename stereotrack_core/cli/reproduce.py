@@ -51,7 +51,7 @@ def run(args: Namespace) -> int:
     from stereotrack_core.cli.reproduction.recordings import make_recordings
     from stereotrack_core.cli.reproduction.work import track_all
     from stereotrack_core.cli.reproduction.writing import print_results, write_results
-    from stereotrack_core.evaluation.reproduction.plan import groups
+    from stereotrack_core.experiments.reproduction.plan import groups
     from stereotrack_core.worker_processes import Lost
 
     presets = _presets(args.presets)

@@ -24,11 +24,11 @@ from stereotrack_core.cli.sweep_words import in_words
 if TYPE_CHECKING:
     from stereotrack_core.cli.sweep_files import SweepStore
     from stereotrack_core.cli.sweep_run import SweepOutcome
-    from stereotrack_core.evaluation.sweeps.cluster import ClusterWorkers
-    from stereotrack_core.evaluation.sweeps.jobs import Job, Planner
-    from stereotrack_core.evaluation.sweeps.pool import LocalWorkers
-    from stereotrack_core.evaluation.sweeps.results import JobResult
-    from stereotrack_core.evaluation.sweeps.search import Range
+    from stereotrack_core.experiments.sweep.cluster import ClusterWorkers
+    from stereotrack_core.experiments.sweep.jobs import Job, Planner
+    from stereotrack_core.experiments.sweep.pool import LocalWorkers
+    from stereotrack_core.experiments.sweep.results import JobResult
+    from stereotrack_core.experiments.sweep.search import Range
 
 _TRIALS = 30
 _LONGEST_PROBE = 10
@@ -184,10 +184,10 @@ def _done(
 
 def _executor(args: Namespace) -> ClusterWorkers | LocalWorkers:
     if args.scheduler:
-        from stereotrack_core.evaluation.sweeps.cluster import ClusterWorkers
+        from stereotrack_core.experiments.sweep.cluster import ClusterWorkers
 
         return ClusterWorkers(args.scheduler, retries=args.retries)
-    from stereotrack_core.evaluation.sweeps.pool import LocalWorkers
+    from stereotrack_core.experiments.sweep.pool import LocalWorkers
     from stereotrack_core.worker_processes import usable_cores
 
     count = args.workers or usable_cores()
@@ -197,7 +197,7 @@ def _executor(args: Namespace) -> ClusterWorkers | LocalWorkers:
 def _tell_plan(jobs: Sequence[Job], known: Mapping[str, JobResult], args: Namespace) -> int:
     """Say what would be computed, and how long it would take."""
     from stereotrack_core.cli.sweep_plan import count_of
-    from stereotrack_core.evaluation.sweeps.estimate import expected_seconds
+    from stereotrack_core.experiments.sweep.estimate import expected_seconds
     from stereotrack_core.worker_processes import usable_cores
 
     if args.scheduler:
@@ -237,7 +237,7 @@ def _tell_plan(jobs: Sequence[Job], known: Mapping[str, JobResult], args: Namesp
 
 def _probe(job: Job) -> tuple[tuple[Job, ...], dict[str, JobResult]]:
     """Track a few frames of a job to learn how long it takes."""
-    from stereotrack_core.evaluation.sweeps.work import do_batch
+    from stereotrack_core.experiments.sweep.work import do_batch
 
     say(f"Tracking up to {_LONGEST_PROBE} frames to learn how long a job takes.")
     short = dataclasses.replace(job, end=min(job.end, job.first + _LONGEST_PROBE))
@@ -246,7 +246,7 @@ def _probe(job: Job) -> tuple[tuple[Job, ...], dict[str, JobResult]]:
 
 def _report(store: SweepStore, outcome: SweepOutcome, by: str, args: Namespace) -> int:
     from stereotrack_core.cli.sweep_tables import failures, point_facts, point_table
-    from stereotrack_core.evaluation.sweeps.summary import summarised
+    from stereotrack_core.experiments.sweep.summary import summarised
 
     jobs, results = outcome.jobs, store.results
     summaries = summarised(jobs, results, by)

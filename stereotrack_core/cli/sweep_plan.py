@@ -11,12 +11,12 @@ from dataclasses import dataclass
 from stereotrack_core.cli.arguments import frames_within, seeds_of, settings_of, views_of
 from stereotrack_core.cli.tracking_job import first_pose
 from stereotrack_core.errors import InputError, did_you_mean
-from stereotrack_core.evaluation.sweeps.estimate import expected_seconds
-from stereotrack_core.evaluation.sweeps.jobs import Base, Job, Planner, Reading
-from stereotrack_core.evaluation.sweeps.measures import MEASURES, measure_named
-from stereotrack_core.evaluation.sweeps.points import Point, grid_points, listed_points, parsed_axis
-from stereotrack_core.evaluation.sweeps.results import JobResult
-from stereotrack_core.evaluation.sweeps.search import Range, Search, parsed_range
+from stereotrack_core.experiments.sweep.estimate import expected_seconds
+from stereotrack_core.experiments.sweep.jobs import Base, Job, Planner, Reading
+from stereotrack_core.experiments.sweep.measures import MEASURES, measure_named
+from stereotrack_core.experiments.sweep.points import Point, grid_points, listed_points, parsed_axis
+from stereotrack_core.experiments.sweep.results import JobResult
+from stereotrack_core.experiments.sweep.search import Range, Search, parsed_range
 from stereotrack_core.interop.table_file import read_csv_table
 from stereotrack_core.parameters import parsed_settings
 from stereotrack_core.recording.description import Recording

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.cli.sweep_files import Ending, SweepState, SweepStore
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.evaluation.sweeps.jobs import Job, Planner
-from stereotrack_core.evaluation.sweeps.points import Point
-from stereotrack_core.evaluation.sweeps.results import JobResult
-from stereotrack_core.evaluation.sweeps.summary import cost, summarised
-from stereotrack_core.evaluation.sweeps.watching import Executor
+from stereotrack_core.experiments.sweep.jobs import Job, Planner
+from stereotrack_core.experiments.sweep.points import Point
+from stereotrack_core.experiments.sweep.results import JobResult
+from stereotrack_core.experiments.sweep.summary import cost, summarised
+from stereotrack_core.experiments.sweep.watching import Executor
 
 if TYPE_CHECKING:
-    from stereotrack_core.evaluation.sweeps.search import Range
+    from stereotrack_core.experiments.sweep.search import Range
 
 _STATE_SECONDS = 0.5
 _TABLE_SECONDS = 5.0
@@ -95,8 +95,8 @@ class SweepRun:
         batch : int
             Points that are asked for at once.
         """
-        from stereotrack_core.evaluation.sweeps.measures import measure_named
-        from stereotrack_core.evaluation.sweeps.search import Search
+        from stereotrack_core.experiments.sweep.measures import measure_named
+        from stereotrack_core.experiments.sweep.search import Search
 
         measure = measure_named(by)
         more = measure is not None and measure.more_is_better

@@ -6,7 +6,7 @@ import subprocess
 import pytest
 
 from stereotrack_core.cli import bench, main
-from stereotrack_core.evaluation.benchmarks import correction_speed
+from stereotrack_core.experiments.benchmark import correction_speed
 
 pytestmark = pytest.mark.xdist_group("cli")
 

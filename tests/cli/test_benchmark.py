@@ -9,8 +9,8 @@ import pytest
 from stereotrack_core.cli.arguments import recordings_of
 from stereotrack_core.cli.benchmark_tables import in_full, readable
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.benchmarks import ablations
-from stereotrack_core.evaluation.benchmarks.accuracy import MEASURES, Row
+from stereotrack_core.experiments.benchmark import ablations
+from stereotrack_core.experiments.benchmark.accuracy import MEASURES, Row
 
 pytestmark = pytest.mark.xdist_group("cli")
 SMALL = ("--set", "search_proposals=30", "--set", "data_points=400")

@@ -11,7 +11,7 @@ import pytest
 from stereotrack_core.cli.reproduction import work
 from stereotrack_core.cli.reproduction.places import Places, kept_run
 from stereotrack_core.errors import Cancelled
-from stereotrack_core.evaluation.reproduction.plan import Entry, Group, Way
+from stereotrack_core.experiments.reproduction.plan import Entry, Group, Way
 from stereotrack_core.interop.run_npz import read_npz
 from stereotrack_core.recording.fingerprint import fingerprint
 from stereotrack_core.recording.folder import open_recording

@@ -22,7 +22,7 @@ from stereotrack_core.cli.sweep_files import (
 )
 from stereotrack_core.cli.sweep_words import in_words
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.sweeps.work import do_batch
+from stereotrack_core.experiments.sweep.work import do_batch
 from stereotrack_core.project.lock import ProjectLock
 
 pytestmark = pytest.mark.xdist_group("cli")

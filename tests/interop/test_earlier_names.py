@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from stereotrack_core.evaluation.sweeps.table import table_of_cells
+from stereotrack_core.experiments.sweep.table import table_of_cells
 from stereotrack_core.interop.run_npz import read_npz, write_npz
 from stereotrack_core.tracking.presets import read_preset
 from stereotrack_core.tracking.repeating import changed_parameters

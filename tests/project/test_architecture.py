@@ -137,8 +137,8 @@ WRITES_BY_ITSELF = {
     "stereotrack_core/interop/run_npz.py": {"savez", "savez_compressed"},  # into memory, as below
     "stereotrack_core/interop/reference_npz.py": {"savez_compressed"},
     "stereotrack_core/interop/trace_file.py": {"savez_compressed"},
-    "stereotrack_core/evaluation/report/drawing.py": {"savefig"},
-    "stereotrack_core/evaluation/sweeps/picture.py": {"savefig"},
+    "stereotrack_core/report/drawing.py": {"savefig"},
+    "stereotrack_core/experiments/sweep/picture.py": {"savefig"},
     "stereotrack_core/recording/video_file.py": {"open"},  # to a temporary file, and read back
     "stereotrack_core/cli/arguments.py": {"TemporaryFile"},  # whether one can be made there
     "app/pdf.py": {"QPdfWriter"},

@@ -20,8 +20,8 @@ from stereotrack_core.cli.sweep_files import SweepPlaces, SweepState, read_state
 from stereotrack_core.cli.tracking_job import first_pose
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.joint_angles.series import angles_of_reference, angles_of_run
-from stereotrack_core.evaluation.sweeps.points import listed_points
-from stereotrack_core.evaluation.sweeps.table import curves_of, table_of_cells
+from stereotrack_core.experiments.sweep.points import listed_points
+from stereotrack_core.experiments.sweep.table import curves_of, table_of_cells
 from stereotrack_core.interop.c3d import write_c3d
 from stereotrack_core.interop.clicks_csv import write_clicks
 from stereotrack_core.interop.coco import write_coco

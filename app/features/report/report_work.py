@@ -11,7 +11,7 @@ from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QFileDialog
 
 from stereotrack_core.cli.report import repeat_command, write_page, write_pdf
-from stereotrack_core.evaluation.report.reported import Source, gathered
+from stereotrack_core.report.reported import Source, gathered
 
 from ...services.failures import Message
 from ...services.tasks.task import Task

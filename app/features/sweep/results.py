@@ -21,9 +21,9 @@ from PySide6.QtWidgets import (
 )
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.sweeps.measures import measure_named
-from stereotrack_core.evaluation.sweeps.picture import draw_curves, draw_heat, words_of
-from stereotrack_core.evaluation.sweeps.table import (
+from stereotrack_core.experiments.sweep.measures import measure_named
+from stereotrack_core.experiments.sweep.picture import draw_curves, draw_heat, words_of
+from stereotrack_core.experiments.sweep.table import (
     SweepTable,
     axis_of,
     curves_of,
@@ -326,6 +326,6 @@ def _averaged(
 
 def parameters_of(values: Mapping[str, str]) -> dict[str, str]:
     """Values of declared parameters among those of a point."""
-    from stereotrack_core.evaluation.sweeps.points import SPECIAL
+    from stereotrack_core.experiments.sweep.points import SPECIAL
 
     return {name: value for name, value in values.items() if name not in SPECIAL and value}

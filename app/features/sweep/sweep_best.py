@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from stereotrack_core.evaluation.sweeps.measures import measure_named
-from stereotrack_core.evaluation.sweeps.table import SweepTable
+from stereotrack_core.experiments.sweep.measures import measure_named
+from stereotrack_core.experiments.sweep.table import SweepTable
 
 AVERAGED = ("recording", "seed")
 """Columns that a point is averaged over, unless somebody asks for them."""

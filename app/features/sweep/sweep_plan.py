@@ -25,8 +25,8 @@ from stereotrack_core.cli.sweep_plan import (
 )
 from stereotrack_core.cli.sweep_words import in_words
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.sweeps.measures import MEASURES
-from stereotrack_core.evaluation.sweeps.points import SPECIAL, parameter_rows
+from stereotrack_core.experiments.sweep.measures import MEASURES
+from stereotrack_core.experiments.sweep.points import SPECIAL, parameter_rows
 
 from ...session.counting import counted
 

@@ -12,8 +12,8 @@ from PySide6.QtCore import QEvent, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFont
 from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
 
-from stereotrack_core.evaluation.sweeps.picture import words_of
-from stereotrack_core.evaluation.sweeps.table import Axis, Curve, Heat, best_cell
+from stereotrack_core.experiments.sweep.picture import words_of
+from stereotrack_core.experiments.sweep.table import Axis, Curve, Heat, best_cell
 
 from ..style.elided_label import shortened
 from ..style.theme import current_theme

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
-    from stereotrack_core.evaluation.reproduction.plan import Entry, Group
+    from stereotrack_core.experiments.reproduction.plan import Entry, Group
     from stereotrack_core.recording.description import Recording
     from stereotrack_core.tracking.run import Run
 

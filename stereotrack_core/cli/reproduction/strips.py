@@ -9,9 +9,9 @@ from stereotrack_core.atomic import write_file
 from stereotrack_core.cli.reproduction.places import Places
 
 if TYPE_CHECKING:
-    from stereotrack_core.evaluation.reproduction.outcomes import Outcome
-    from stereotrack_core.evaluation.reproduction.page import MotionPictures
-    from stereotrack_core.evaluation.reproduction.thesis import ThesisMotion
+    from stereotrack_core.experiments.reproduction.outcomes import Outcome
+    from stereotrack_core.experiments.reproduction.page import MotionPictures
+    from stereotrack_core.experiments.reproduction.thesis import ThesisMotion
     from stereotrack_core.recording.description import Recording, Segment
 
 _QUALITY = 82
@@ -21,9 +21,9 @@ def motion_pictures(
     places: Places, recordings: Sequence[Recording], outcomes: Sequence[Outcome]
 ) -> tuple[MotionPictures, ...]:
     """Curves and strips of every motion whose runs are there; files of both beside the page."""
-    from stereotrack_core.evaluation.reproduction.curves import motion_curves
-    from stereotrack_core.evaluation.reproduction.page import MotionPictures
-    from stereotrack_core.evaluation.reproduction.thesis import MOTIONS
+    from stereotrack_core.experiments.reproduction.curves import motion_curves
+    from stereotrack_core.experiments.reproduction.page import MotionPictures
+    from stereotrack_core.experiments.reproduction.thesis import MOTIONS
 
     by_name = {recording.name: recording for recording in recordings}
     made = []
@@ -62,8 +62,8 @@ def _strips(
 
     from stereotrack_core.evaluation.episodes.best_view import best_view
     from stereotrack_core.evaluation.episodes.strip import picture_strip
-    from stereotrack_core.evaluation.reproduction.plan import Way
-    from stereotrack_core.evaluation.reproduction.tables import source_name
+    from stereotrack_core.experiments.reproduction.plan import Way
+    from stereotrack_core.experiments.reproduction.tables import source_name
     from stereotrack_core.interop.run_npz import read_npz
 
     plain = [o for o in outcomes if o.entry.way == Way(o.entry.way.preset) and o.entry.seed == 0]

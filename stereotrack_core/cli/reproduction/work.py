@@ -15,7 +15,7 @@ from stereotrack_core.worker_processes import Asker, Lost, WorkerProcess, end, w
 
 if TYPE_CHECKING:
     from stereotrack_core.body.pose import Pose
-    from stereotrack_core.evaluation.reproduction.plan import Group
+    from stereotrack_core.experiments.reproduction.plan import Group
     from stereotrack_core.recording.description import Recording, Subject
 
     _Task: TypeAlias = tuple[Places, Sequence[Path], Group]
@@ -66,7 +66,7 @@ def missing_runs(
     places: Places, recordings: Sequence[Recording], groups: Sequence[Group]
 ) -> tuple[Group, ...]:
     """The groups without the runs that are there already."""
-    from stereotrack_core.evaluation.reproduction.plan import Group
+    from stereotrack_core.experiments.reproduction.plan import Group
 
     left = []
     for group, kept in kept_runs(places, recordings, groups):
@@ -85,8 +85,8 @@ def _track_group(
 ) -> None:
     """Track a group and write its runs."""
     from stereotrack_core.atomic import forget_unfinished
-    from stereotrack_core.evaluation.reproduction.plan import averaged_subject
-    from stereotrack_core.evaluation.reproduction.tracking import track_group
+    from stereotrack_core.experiments.reproduction.plan import averaged_subject
+    from stereotrack_core.experiments.reproduction.tracking import track_group
     from stereotrack_core.interop.run_npz import write_npz
     from stereotrack_core.recording.folder import open_recording
 

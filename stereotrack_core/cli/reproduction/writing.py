@@ -20,14 +20,14 @@ from stereotrack_core.plain_data import check_kind
 from stereotrack_core.reading import decoding, read_json
 
 if TYPE_CHECKING:
-    from stereotrack_core.evaluation.reproduction.outcomes import Outcome
-    from stereotrack_core.evaluation.reproduction.page import (
+    from stereotrack_core.experiments.reproduction.outcomes import Outcome
+    from stereotrack_core.experiments.reproduction.page import (
         Circumstances,
         RecordingFacts,
         Results,
     )
-    from stereotrack_core.evaluation.reproduction.plan import Group
-    from stereotrack_core.evaluation.reproduction.timing import Timing
+    from stereotrack_core.experiments.reproduction.plan import Group
+    from stereotrack_core.experiments.reproduction.timing import Timing
     from stereotrack_core.recording.description import Recording
 
 
@@ -41,9 +41,9 @@ def write_results(
     last: bool = False,
 ) -> Results:
     """Write page, tables and numbers of what is finished; times and strips only at the end."""
-    from stereotrack_core.evaluation.reproduction.curves import timing_curve
-    from stereotrack_core.evaluation.reproduction.page import Results, page
-    from stereotrack_core.evaluation.reproduction.tables import compared_tables
+    from stereotrack_core.experiments.reproduction.curves import timing_curve
+    from stereotrack_core.experiments.reproduction.page import Results, page
+    from stereotrack_core.experiments.reproduction.tables import compared_tables
 
     outcomes = read_outcomes(places, recordings, groups)
     tables = compared_tables(outcomes, [r.name for r in recordings], presets)
@@ -63,7 +63,7 @@ def write_results(
 
 def print_results(results: Results, places: Places, *, as_json: bool) -> None:
     """The tables to standard output."""
-    from stereotrack_core.evaluation.reproduction.words import columns_of, facts, rows_of
+    from stereotrack_core.experiments.reproduction.words import columns_of, facts, rows_of
 
     if as_json:
         made = results.circumstances
@@ -79,7 +79,7 @@ def read_outcomes(
     places: Places, recordings: Sequence[Recording], groups: Sequence[Group]
 ) -> list[Outcome]:
     """Measure every run that is there."""
-    from stereotrack_core.evaluation.reproduction.outcomes import outcome_of
+    from stereotrack_core.experiments.reproduction.outcomes import outcome_of
 
     outcomes = []
     for _, kept in kept_runs(places, recordings, groups):
@@ -90,7 +90,7 @@ def read_outcomes(
 
 
 def _facts(*, short: bool) -> tuple[RecordingFacts, ...]:
-    from stereotrack_core.evaluation.reproduction.page import RecordingFacts
+    from stereotrack_core.experiments.reproduction.page import RecordingFacts
     from stereotrack_core.simulation.people import person_named
     from stereotrack_core.simulation.thesis_recordings import FAST, thesis_recordings
 
@@ -111,7 +111,7 @@ def _facts(*, short: bool) -> tuple[RecordingFacts, ...]:
 
 def _timings(places: Places, recording: Recording, presets: Sequence[str]) -> tuple[Timing, ...]:
     """Times of the presets, measured once and kept."""
-    from stereotrack_core.evaluation.reproduction.timing import timing
+    from stereotrack_core.experiments.reproduction.timing import timing
 
     path = places.folder / "timing.json"
     kept = kept_timings(path)
@@ -125,7 +125,7 @@ def _timings(places: Places, recording: Recording, presets: Sequence[str]) -> tu
 
 def kept_timings(path: Path) -> dict[str, Timing]:
     """Times by preset that were measured before; none where the file is damaged."""
-    from stereotrack_core.evaluation.reproduction.timing import StepCost, Timing
+    from stereotrack_core.experiments.reproduction.timing import StepCost, Timing
 
     cost = dict.fromkeys(("points", "milliseconds"), float)
     stages = dict.fromkeys(("filter_ms", "stereo_ms_per_view", "segmentation_ms"), float)
@@ -150,7 +150,7 @@ def _circumstances(
     *,
     short: bool,
 ) -> Circumstances:
-    from stereotrack_core.evaluation.reproduction.page import Circumstances
+    from stereotrack_core.experiments.reproduction.page import Circumstances
     from stereotrack_core.versions import versions
 
     seeds = 1 + max(entry.seed for group in groups for entry in group.entries)
@@ -181,7 +181,7 @@ def _processor() -> str:
 
 
 def _write_tables(places: Places, results: Results) -> None:
-    from stereotrack_core.evaluation.reproduction.words import columns_of, in_full, rows_of
+    from stereotrack_core.experiments.reproduction.words import columns_of, in_full, rows_of
     from stereotrack_core.interop.table_file import markdown_text
     from stereotrack_core.recording.csv_table import csv_text
 

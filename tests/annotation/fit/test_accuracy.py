@@ -8,7 +8,7 @@ import pytest
 
 from stereotrack_core.annotation.fit.recorded_depth import recorded_depth
 from stereotrack_core.annotation.fit.settings import FitSettings
-from stereotrack_core.evaluation.benchmarks.annotation import CASES, annotated
+from stereotrack_core.experiments.benchmark.annotation import CASES, annotated
 from stereotrack_core.recording.folder import open_recording
 
 pytestmark = pytest.mark.slow

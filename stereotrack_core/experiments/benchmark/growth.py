@@ -1,0 +1,153 @@
+"""How the cost of a frame grows with the measured points and with the views."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.blas_threads import one_blas_thread
+from stereotrack_core.body.model import body_model
+from stereotrack_core.body.proportions import proportions_of
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.experiments.benchmark.clock import median
+from stereotrack_core.recording.depth_views import usable_views
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.tracking.estimators import tracker_for
+from stereotrack_core.tracking.initialise import t_pose_in_cloud
+from stereotrack_core.tracking.pipeline import Pipeline
+from stereotrack_core.tracking.settings import Settings
+from stereotrack_core.tracking.shared_clouds import read_cloud
+
+DATA_POINTS = (500, 1000, 2000, 4000, 8000)
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Cost of a frame at one size.
+
+    Attributes
+    ----------
+    size : int
+        Measured points, or views.
+    milliseconds : float
+        Median processor time over frames: of the tracker's step for points, from encoded images
+        to the pose for views.
+    """
+
+    size: int
+    milliseconds: float
+
+
+def exponent(costs: Sequence[Cost]) -> float:
+    """Exponent e of cost ~ size^e by least squares; at most 1 is linear. NaN for a single size."""
+    if len(costs) < 2:
+        return float("nan")
+    sizes = np.log([cost.size for cost in costs])
+    slope: float = np.polyfit(sizes, np.log([cost.milliseconds for cost in costs]), 1)[0]
+    return float(slope)
+
+
+def cost_of_points(
+    recording: Recording,
+    settings: Settings,
+    sizes: Sequence[int] = DATA_POINTS,
+    *,
+    views: Sequence[str] | None = None,
+    frames: int = 10,
+    on_progress: Callable[[int], None] = lambda _: None,
+) -> tuple[Cost, ...]:
+    """Time the tracker's step with more and more data of the same clouds.
+
+    Sizes beyond the smallest cloud are left out. The data are every pixel's, whatever
+    ``pixel_step`` is otherwise.
+
+    Parameters
+    ----------
+    recording : Recording
+    settings : Settings
+    sizes : sequence of int
+        Numbers of data points.
+    views : sequence of str, optional
+        Views to use; all that give depth when not given.
+    frames : int
+        First frames of the recording that are used.
+    on_progress : callable, optional
+        Told how many sizes are done.
+    """
+    dense = settings.replaced(pixel_step=1, fit_shape=False)
+    clouds = _clouds(recording, dense, views, frames)
+    most = min((len(cloud.points) for cloud in clouds), default=0)
+    used = usable_views(recording, views)
+    cameras = [recording.reference_camera(recording.view(name)) for name in used]
+    positions = np.array([camera.position_world for camera in cameras])
+    body = body_model(proportions_of(recording.subject), dense.body)
+    costs = []
+    for k, size in enumerate(size for size in sizes if size <= most):
+        own = dense.replaced(data_points=size)
+        tracker = tracker_for(body, own, positions, recording.fps, 0)
+        tracker.start(t_pose_in_cloud(body, clouds[0].points))
+        with one_blas_thread():
+            tracker.step(clouds[0])
+            seconds = [_processor_seconds(tracker.step, cloud) for cloud in clouds]
+        costs.append(Cost(size, 1000.0 * median(seconds)))
+        on_progress(k + 1)
+    return tuple(costs)
+
+
+def cost_of_views(
+    recording: Recording,
+    settings: Settings,
+    *,
+    views: Sequence[str] | None = None,
+    frames: int = 10,
+    on_progress: Callable[[int], None] = lambda _: None,
+) -> tuple[Cost, ...]:
+    """Processor time of the whole chain with one view, two views, and so on.
+
+    Parameters are those of :func:`cost_of_points`.
+    """
+    used = usable_views(recording, views)
+    plain = settings.replaced(fit_shape=False)
+    costs = []
+    for count in range(1, len(used) + 1):
+        milliseconds = _processor_ms(recording, plain, used[:count], frames)
+        costs.append(Cost(count, milliseconds))
+        on_progress(count)
+    return tuple(costs)
+
+
+def _processor_ms(
+    recording: Recording, settings: Settings, views: Sequence[str], frames: int
+) -> float:
+    spent = []
+    with Pipeline(recording, settings, views=views) as pipeline:
+        reader = pipeline.reader
+        count = min(frames + 1, reader.frame_count)
+        pipeline.prepare(range(count))
+        for frame in range(count):
+            begun = time.process_time()
+            cloud, _ = read_cloud(pipeline.chain, reader, frame)
+            if frame == 0 and len(cloud.points):
+                pipeline.tracker.start(pipeline.first_pose(cloud))
+            pipeline.tracker.step(cloud)
+            spent.append(time.process_time() - begun)
+    return 1000.0 * median(spent[1:] or spent)
+
+
+def _clouds(
+    recording: Recording, settings: Settings, views: Sequence[str] | None, frames: int
+) -> list[Cloud]:
+    with Pipeline(recording, settings, views=views) as pipeline:
+        wanted = range(min(frames, pipeline.reader.frame_count))
+        found = [frame.cloud for frame in pipeline.frames(wanted)]
+    least = settings.tracking.least_points
+    return [cloud for cloud in found if len(cloud.points) >= least]
+
+
+def _processor_seconds(step: Callable[[Cloud], object], cloud: Cloud) -> float:
+    begun = time.process_time()
+    step(cloud)
+    return time.process_time() - begun

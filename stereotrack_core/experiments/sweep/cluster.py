@@ -1,0 +1,209 @@
+"""Jobs done by a Dask cluster, each under its identity as key."""
+
+from __future__ import annotations
+
+import importlib
+import queue
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import cv2
+
+from stereotrack_core import __version__
+from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.experiments.sweep.jobs import Job
+from stereotrack_core.experiments.sweep.pool import RETRIES
+from stereotrack_core.experiments.sweep.results import JobResult, failure
+from stereotrack_core.experiments.sweep.watching import Watcher
+from stereotrack_core.experiments.sweep.work import do_batch, recording_of
+
+_PATIENCE_SECONDS = 10.0
+_LOOK_SECONDS = 0.2
+_OUR_FAULT = "Give --workers to compute on this machine."
+
+
+class ChanceError(Exception):
+    """A job failed in a way that may not come again."""
+
+
+def dask_distributed() -> ModuleType:
+    """The library, which is an extra.
+
+    Raises
+    ------
+    InputError
+        Where it is not installed.
+    """
+    try:
+        return importlib.import_module("distributed")
+    except ImportError:
+        raise InputError(
+            "Dask is not installed, which speaks with clusters",
+            where="--scheduler",
+            remedy="Install it with `pip install 'stereotrack[cluster]'`, or give --workers.",
+        ) from None
+
+
+class ClusterWorkers:
+    """Workers of a Dask scheduler, who see the recordings by the same paths.
+
+    A worker that dies gives its jobs to others; results that were told are never asked again.
+
+    Parameters
+    ----------
+    address : str
+        ``tcp://host:port``, or the path of a scheduler file (.json).
+    retries : int
+        How often a job is tried again whose failure may have been chance.
+    patience : float
+        Seconds to wait for the scheduler's answer.
+
+    Raises
+    ------
+    InputError
+        Where Dask is missing, nobody answers, or there is no worker.
+    """
+
+    def __init__(
+        self, address: str, *, retries: int = RETRIES, patience: float = _PATIENCE_SECONDS
+    ) -> None:
+        distributed = dask_distributed()
+        self._retries = retries
+        where: dict[str, str] = (
+            {"scheduler_file": address} if address.endswith(".json") else {"address": address}
+        )
+        if "scheduler_file" in where and not Path(address).is_file():
+            raise InputError(
+                "there is no such scheduler file", where=f"--scheduler {address}", remedy=_OUR_FAULT
+            )
+        try:
+            self._client: Any = distributed.Client(**where, timeout=patience, set_as_default=False)
+        except (OSError, TimeoutError, ValueError) as error:
+            raise InputError(
+                f"no scheduler answers there ({error})",
+                where=f"--scheduler {address}",
+                remedy=f"Start it with `dask scheduler` and name its address. {_OUR_FAULT}",
+            ) from None
+        self._address = address
+
+    def __enter__(self) -> ClusterWorkers:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    @property
+    def count(self) -> int:
+        """Jobs that can be done at once."""
+        return sum(self._client.nthreads().values())
+
+    def check(self, jobs: Iterable[Job]) -> None:
+        """Ask every worker whether it has this program and sees the recordings.
+
+        Raises
+        ------
+        InputError
+            That names the worker and what it lacks.
+        """
+        if not self._client.nthreads():
+            raise InputError(
+                "the scheduler has no worker",
+                where=f"--scheduler {self._address}",
+                remedy="Start some with `dask worker ADDRESS --nthreads 1`.",
+            )
+        wanted = {job.folder: job for job in jobs}
+        told: Mapping[str, Any] = self._client.run(
+            lacking, tuple(wanted.values()), __version__, on_error="return"
+        )
+        for worker, answer in told.items():
+            if isinstance(answer, OSError):
+                continue  # it has left the cluster while it was asked
+            if isinstance(answer, BaseException):
+                answer = f"it cannot run this program ({type(answer).__name__}: {answer})"
+            if answer:
+                raise InputError(
+                    str(answer),
+                    where=f"worker {worker}",
+                    remedy="Recordings are reached by the same path on every machine: keep them "
+                    "on a drive that all share, and install the same version everywhere.",
+                )
+
+    def do(self, jobs: Sequence[Job], watcher: Watcher) -> None:
+        """Do all jobs; returns when each has a result.
+
+        Raises
+        ------
+        Cancelled
+        """
+        self.check(jobs)
+        ended: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        futures = {}
+        for job in jobs:
+            future = self._client.submit(
+                do_job, job, key=job.identity, pure=False, retries=self._retries
+            )
+            futures[job.identity] = job, future
+            future.add_done_callback(ended.put)
+        try:
+            while futures:
+                if watcher.stopped():
+                    raise Cancelled
+                try:
+                    future = ended.get(timeout=_LOOK_SECONDS)
+                except queue.Empty:
+                    continue
+                job, _ = futures.pop(future.key)
+                result = self._result(job, future)
+                future.release()
+                watcher.on_frames(len(job.frames))
+                watcher.on_result(job, result)
+        finally:
+            self._client.cancel([future for _, future in futures.values()])
+
+    def close(self) -> None:
+        """Leave the cluster; it goes on for others."""
+        self._client.close()
+
+    def _result(self, job: Job, future: Any) -> JobResult:
+        error = future.exception()  # waits where a worker has died with what it had found
+        if future.status == "cancelled":
+            raise InputError(
+                "the scheduler has forgotten jobs, or is gone",
+                where=f"--scheduler {self._address}",
+                remedy="Start it again and give the same command: what is done is kept.",
+            )
+        if error is None:
+            result: JobResult = future.result()
+            return result
+        if isinstance(error, ChanceError):
+            return JobResult(job.identity, "failed", error=str(error), attempts=self._retries + 1)
+        return failure(job.identity, error, final=False)
+
+
+def do_job(job: Job) -> JobResult:
+    """Do one job on a worker.
+
+    Raises
+    ------
+    ChanceError
+        Where it failed in a way that may not come again, so that Dask tries it again.
+    """
+    cv2.setNumThreads(1)  # the machine's other cores have workers of their own
+    (result,) = do_batch((job,))
+    if not result.done and not result.final:
+        raise ChanceError(result.error)
+    return result
+
+
+def lacking(jobs: Sequence[Job], version: str) -> str:
+    """What this machine lacks to do the jobs, in words; empty where nothing."""
+    if version != __version__:
+        return f"it has version {__version__} of this program, not {version}"
+    for job in jobs:
+        try:
+            recording_of(job)
+        except (InputError, OSError) as error:
+            return f"it cannot use the recording {job.recording}: {error}"
+    return ""

@@ -1,0 +1,239 @@
+"""Jobs of a sweep: one run each, with an identity by which its result is known again."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stereotrack_core import __version__
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.experiments.sweep.points import Point
+from stereotrack_core.reading import TABLE_BYTES, read_bytes
+from stereotrack_core.recording.depth_views import usable_views
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.detection_csv import OWN_FILE
+from stereotrack_core.recording.fingerprint import calibration_fingerprint, fingerprint
+from stereotrack_core.tracking.pipeline import FirstPose
+from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.settings import Settings
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """One run of a sweep, with everything that its outcome depends on.
+
+    Attributes
+    ----------
+    identity : str
+        Hash of all that the result depends on; equal identities, equal results.
+    clouds : str
+        Hash of all that its clouds depend on; jobs that agree in it may share them.
+    recording : str
+        Name of the recording.
+    folder : str
+        Where it is, the same on every machine that takes part.
+    fingerprint : str
+        What it has to be there.
+    point : Point
+    settings : Settings
+    preset : str
+    views : tuple of str
+    first, end : int
+        Frames, half-open.
+    seed : int
+    init : str or Pose
+    smooth : bool
+    """
+
+    identity: str
+    clouds: str
+    recording: str
+    folder: str
+    fingerprint: str
+    point: Point
+    settings: Settings
+    preset: str
+    views: tuple[str, ...]
+    first: int
+    end: int
+    seed: int
+    init: FirstPose
+    smooth: bool
+
+    @property
+    def frames(self) -> range:
+        """Frames that are tracked."""
+        return range(self.first, self.end)
+
+
+@dataclass(frozen=True)
+class Base:
+    """What holds where a point says nothing else.
+
+    Attributes
+    ----------
+    preset : str
+    changes : mapping from parameter to value
+    seeds : tuple of int
+    views, frames : str or None
+        As on the command line; None for all.
+    init : str
+    smooth : bool
+    """
+
+    preset: str
+    changes: Mapping[str, Any]
+    seeds: tuple[int, ...]
+    views: str | None = None
+    frames: str | None = None
+    init: str = "auto"
+    smooth: bool = False
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How words mean something for a recording.
+
+    Attributes
+    ----------
+    views : callable
+        Names of the views that a text asks for.
+    frames : callable
+        Frames that a text asks for, of so many.
+    first_pose : callable
+        First pose that a text asks for, at a frame.
+    frame_count : callable
+        Frames of a recording.
+    """
+
+    views: Callable[[Recording, str | None], tuple[str, ...] | None]
+    frames: Callable[[str | None, int], range]
+    first_pose: Callable[[str, int], FirstPose]
+    frame_count: Callable[[Recording], int]
+
+
+class Planner:
+    """Makes jobs of points: recordings times points times seeds, in this order.
+
+    Parameters
+    ----------
+    recordings : sequence of Recording
+    base : Base
+    reading : Reading
+    """
+
+    def __init__(self, recordings: Sequence[Recording], base: Base, reading: Reading) -> None:
+        self._base = base
+        self._sources = tuple(_Source(recording, reading) for recording in recordings)
+
+    def jobs(self, points: Sequence[Point]) -> tuple[Job, ...]:
+        """All jobs of some points.
+
+        Raises
+        ------
+        InputError
+            For views, frames or first poses that a recording does not have.
+        """
+        jobs: list[Job] = []
+        for source in self._sources:
+            for point in points:
+                own = point.special("seed")
+                seeds = self._base.seeds if own is None else (int(own),)
+                jobs += [source.job(point, self._base, seed) for seed in seeds]
+        return tuple(jobs)
+
+
+class _Source:
+    """A recording from which jobs are made."""
+
+    def __init__(self, recording: Recording, reading: Reading) -> None:
+        self._recording = recording
+        self._reading = reading
+        self._count = reading.frame_count(recording)
+        self._fingerprint = fingerprint(recording)
+        self._facts = _facts_of(recording, self._fingerprint)
+        self._truth = _digest(_reference_facts(recording))
+
+    def job(self, point: Point, base: Base, seed: int) -> Job:
+        name = point.special("preset") or base.preset
+        settings = preset(name).replaced(**{**base.changes, **point.parameters})
+        asked = self._reading.views(self._recording, point.special("views") or base.views)
+        views = usable_views(self._recording, asked)
+        views = tuple(view.name for view in self._recording.views if view.name in views)
+        frames = self._reading.frames(point.special("frames") or base.frames, self._count)
+        init = self._reading.first_pose(point.special("init") or base.init, frames.start)
+        smooth = point.by_name.get("smooth", base.smooth) is True
+        clouds = {
+            "recording": self._facts,
+            "depth": settings.depth.values(),
+            "colour": settings.tracking.wants_colour,
+            "views": views,
+            "frames": [frames.start, frames.stop],
+        }
+        whole = {
+            "clouds": clouds,
+            "version": __version__,
+            "settings": settings.values(),
+            "seed": seed,
+            "init": _pose_facts(init),
+            "smooth": smooth,
+            "reference": self._truth,
+        }
+        return Job(
+            identity=_digest(whole),
+            clouds=_digest(clouds),
+            recording=self._recording.name,
+            folder=str(self._recording.folder.resolve()),
+            fingerprint=self._fingerprint,
+            point=point,
+            settings=settings,
+            preset=name,
+            views=views,
+            first=frames.start,
+            end=frames.stop,
+            seed=seed,
+            init=init,
+            smooth=smooth,
+        )
+
+
+def _facts_of(recording: Recording, own_fingerprint: str) -> dict[str, Any]:
+    """What the tracker is told of a recording, without its folder."""
+    detections = recording.folder / OWN_FILE
+    subject = recording.subject
+    return {
+        "fingerprint": own_fingerprint,
+        "calibration": calibration_fingerprint(recording),
+        "fps": recording.fps,
+        "subject": None if subject is None else vars(subject),
+        "detections": _file_digest(detections) if detections.is_file() else None,
+    }
+
+
+def _file_digest(path: Path) -> str:
+    return hashlib.blake2b(read_bytes(path, TABLE_BYTES), digest_size=16).hexdigest()
+
+
+def _reference_facts(recording: Recording) -> Any:
+    """The truth that is measured against: where it is mended, old errors are no longer right."""
+    reference = recording.reference
+    if reference is None:
+        return None
+    return [reference.frame.tolist(), np.nan_to_num(reference.points, nan=1e9).tolist()]
+
+
+def _pose_facts(init: FirstPose) -> Any:
+    if not isinstance(init, Pose):
+        return init
+    return {name: np.asarray(value).tolist() for name, value in sorted(vars(init).items())}
+
+
+def _digest(facts: Any) -> str:
+    text = json.dumps(facts, sort_keys=True, separators=(",", ":"))
+    return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()

@@ -1,0 +1,264 @@
+"""A sweep's table as it is looked at: curves over one parameter, heat over two."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.errors import InputError
+from stereotrack_core.experiments.sweep.measures import MEASURES, measure_named
+
+_FIXED = ("status", "frames", "attempts", "error", "job")
+_RENAMED = {"coverage": "unexplained_fraction"}
+"""Columns of earlier tables, and what they are called now."""
+
+_LOG_FROM = 20.0
+"""Values whose largest is so many times the smallest are spread over a logarithmic axis."""
+
+
+@dataclass(frozen=True)
+class SweepTable:
+    """Rows of jobs that were done; every cell is text.
+
+    Attributes
+    ----------
+    columns : tuple of str
+    rows : tuple of tuples of str
+    failed : int
+        Jobs that were left out because they failed.
+    """
+
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    failed: int = 0
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """What was varied: columns that are no measures and have more than one value."""
+        known = {measure.name for measure in MEASURES} | set(_FIXED)
+        return tuple(
+            name for name in self.columns if name not in known and len(self.values(name)) > 1
+        )
+
+    @property
+    def settled(self) -> dict[str, str]:
+        """Columns that are no measures and have the same value throughout."""
+        known = {measure.name for measure in MEASURES} | set(_FIXED)
+        names = [name for name in self.columns if name not in known]
+        return {name: self.values(name)[0] for name in names if len(self.values(name)) == 1}
+
+    @property
+    def measures(self) -> tuple[str, ...]:
+        """Measures of which something is known."""
+        return tuple(
+            measure.name
+            for measure in MEASURES
+            if measure.name in self.columns and np.isfinite(self.numbers(measure.name)).any()
+        )
+
+    def values(self, name: str) -> tuple[str, ...]:
+        """Different values of a column: numbers by size, words as they come."""
+        place = self.columns.index(name)
+        found = tuple(dict.fromkeys(row[place] for row in self.rows))
+        if all(_is_number(value) for value in found):
+            return tuple(sorted(found, key=float))
+        return found
+
+    def numbers(self, name: str) -> FloatArray:
+        """A column (R,) as numbers; NaN where there is none."""
+        place = self.columns.index(name)
+        return np.array(
+            [float(row[place]) if _is_number(row[place]) else np.nan for row in self.rows]
+        )
+
+    def chosen(self, rows: Iterable[int]) -> dict[str, str]:
+        """What some rows have in common of what was varied."""
+        own = [self.rows[i] for i in rows]
+        common = {}
+        for name in self.parameters:
+            found = {row[self.columns.index(name)] for row in own}
+            if len(found) == 1:
+                common[name] = found.pop()
+        return common
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """Where values stand.
+
+    Attributes
+    ----------
+    name : str
+    places : mapping from value to float
+        As a dictionary: numbers stand where they are, words side by side.
+    log : bool
+        Whether the axis is better logarithmic.
+    words : bool
+        Whether values are names, to be written at their places.
+    """
+
+    name: str
+    places: dict[str, float]
+    log: bool
+    words: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """Runs that agree in one parameter, over another one.
+
+    Attributes
+    ----------
+    label : str
+        ``views NS``; empty where there is one curve only.
+    x, y : (N,) float64
+        A point per run.
+    row : (N,) int64
+        Row of the table of each.
+    at, mean, spread : (M,) float64
+        Where the mean line goes, and the standard deviation there (NaN for a single run).
+    """
+
+    label: str
+    x: FloatArray
+    y: FloatArray
+    row: IntArray
+    at: FloatArray
+    mean: FloatArray
+    spread: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Heat:
+    """Means over two parameters.
+
+    Attributes
+    ----------
+    x, y : tuple of str
+        Values of both, in their order.
+    mean : (len(y), len(x)) float64
+        NaN where nothing was tried.
+    rows : tuple of tuples of tuples of int
+        Rows of the table behind each cell.
+    """
+
+    x: tuple[str, ...]
+    y: tuple[str, ...]
+    mean: FloatArray
+    rows: tuple[tuple[tuple[int, ...], ...], ...]
+
+
+def table_of_cells(columns: Sequence[str], rows: Sequence[Sequence[str]], where: str) -> SweepTable:
+    """Take the cells of a CSV file for a sweep's table.
+
+    Raises
+    ------
+    InputError
+        Where they are not, or no job was done.
+    """
+    if "job" not in columns or "status" not in columns:
+        raise InputError(
+            "this is not the table of a sweep",
+            where=where,
+            remedy="Choose a table that `stereotrack sweep` has written.",
+        )
+    place = columns.index("status")
+    done = tuple(tuple(row) for row in rows if row[place] == "done")
+    if not done:
+        raise InputError(
+            "no job of this sweep has been done yet", where=where, remedy="Let it go on first."
+        )
+    names = tuple(_RENAMED.get(name, name) for name in columns)
+    return SweepTable(names, done, failed=len(rows) - len(done))
+
+
+def axis_of(table: SweepTable, name: str) -> Axis:
+    """Where the values of a column stand."""
+    values = table.values(name)
+    if all(_is_number(value) for value in values):
+        numbers = [float(value) for value in values]
+        log = min(numbers) > 0 and max(numbers) >= _LOG_FROM * min(numbers)
+        return Axis(name, dict(zip(values, numbers, strict=True)), log, words=False)
+    return Axis(name, {value: float(i) for i, value in enumerate(values)}, False, words=True)
+
+
+def curves_of(table: SweepTable, x: str, y: str, colour: str = "") -> tuple[Curve, ...]:
+    """A measure over a parameter, one curve for each value of another one.
+
+    Parameters
+    ----------
+    table : SweepTable
+    x : str
+        Column of the horizontal axis.
+    y : str
+        Measure.
+    colour : str
+        Column that tells curves apart; empty for a single one.
+    """
+    places = axis_of(table, x).places
+    at = np.array([places[row[table.columns.index(x)]] for row in table.rows])
+    height = table.numbers(y)
+    labels = _column(table, colour) if colour else [""] * len(table.rows)
+    curves = []
+    for label in table.values(colour) if colour else ("",):
+        own = np.array([one == label for one in labels]) & np.isfinite(height)
+        if own.any():
+            words = f"{colour.replace('_', ' ')} {label or '(unchanged)'}" if colour else ""
+            curves.append(_curve(words, at[own], height[own], np.flatnonzero(own)))
+    return tuple(curves)
+
+
+def heat_of(table: SweepTable, x: str, y: str, measure: str) -> Heat:
+    """Means of a measure over two parameters."""
+    columns, lines = table.values(x), table.values(y)
+    across, down = _column(table, x), _column(table, y)
+    value = table.numbers(measure)
+    cells = [
+        [
+            tuple(
+                i
+                for i in range(len(table.rows))
+                if across[i] == column and down[i] == line and math.isfinite(value[i])
+            )
+            for column in columns
+        ]
+        for line in lines
+    ]
+    mean = np.array(
+        [[value[list(cell)].mean() if cell else np.nan for cell in line] for line in cells]
+    )
+    return Heat(columns, lines, mean, tuple(tuple(line) for line in cells))
+
+
+def best_cell(heat: Heat, measure: str) -> tuple[int, int] | None:
+    """Line and column of the best mean; None where nothing is known."""
+    known = measure_named(measure)
+    if not np.isfinite(heat.mean).any():
+        return None
+    sign = -1.0 if known is not None and known.more_is_better else 1.0
+    line, column = np.unravel_index(int(np.nanargmin(sign * heat.mean)), heat.mean.shape)
+    return int(line), int(column)
+
+
+def _curve(label: str, x: FloatArray, y: FloatArray, row: IntArray) -> Curve:
+    at = np.unique(x)
+    groups = [y[x == place] for place in at]
+    mean = np.array([group.mean() for group in groups])
+    spread = np.array([group.std(ddof=1) if len(group) > 1 else np.nan for group in groups])
+    return Curve(label, x, y, row, at, mean, spread)
+
+
+def _column(table: SweepTable, name: str) -> list[str]:
+    place = table.columns.index(name)
+    return [row[place] for row in table.rows]
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return math.isfinite(float(text))
+    except ValueError:
+        return False

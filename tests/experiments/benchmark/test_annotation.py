@@ -1,0 +1,106 @@
+"""Simulated clicks are where the truth is seen, and fits of them are measured against it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.errors import InputError
+from stereotrack_core.experiments.benchmark.annotation import (
+    CASES,
+    MISTAKE_PX,
+    AnnotationCase,
+    annotated,
+    seen_landmarks,
+    simulated_clicks,
+)
+from stereotrack_core.recording.description import Recording, Stream, View
+from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+from tests.annotation.fit.scenes import CAMERAS, places
+
+TRUTH = np.array([places(k) for k in range(8)])
+RECORDING = Recording(
+    folder=Path("nowhere"),
+    name="simulated",
+    fps=10.0,
+    views=tuple(View(name, "mono", Stream(name, f"{name}.mp4")) for name in CAMERAS),
+    cameras=CAMERAS,
+    reference=LandmarkTrajectory(np.arange(8), TRUTH),
+)
+
+
+def away(clicks):
+    return {
+        one.key(frame): one.pixel
+        - CAMERAS[one.camera].project(TRUTH[frame, LANDMARKS.index(one.landmark)])
+        for frame, own in clicks.by_frame.items()
+        for one in own
+    }
+
+
+def test_clicks_scatter_as_the_case_says():
+    clicks = simulated_clicks(RECORDING, AnnotationCase("a", 2.0, 1, depth=False), 0)
+    off = np.array(list(away(clicks).values()))
+    assert 1.8 < off.std() < 2.2
+    assert not clicks.mistakes
+
+
+def test_mistakes_and_missing_clicks_are_as_many_as_the_case_says():
+    all_of = simulated_clicks(RECORDING, AnnotationCase("a", 0.01, 1, depth=False), 0)
+    case = AnnotationCase("b", 0.01, 1, depth=False, missing=0.3, mistakes=0.2)
+    some = simulated_clicks(RECORDING, case, 0)
+    off = away(some)
+    share = len(off) / len(away(all_of))
+    assert 0.6 < share < 0.8
+    assert 0.1 < len(some.mistakes) / len(off) < 0.3
+    for key, miss in off.items():
+        distance = float(np.linalg.norm(miss))
+        if key in some.mistakes:
+            assert MISTAKE_PX[0] - 1 < distance < MISTAKE_PX[1] + 1
+        else:
+            assert distance < 1
+
+
+def test_seeds_repeat_and_differ():
+    one, same, other = (
+        np.array(list(away(simulated_clicks(RECORDING, CASES[0], seed)).values()))
+        for seed in (3, 3, 4)
+    )
+    np.testing.assert_array_equal(one, same)
+    assert one.shape == other.shape
+    assert not np.allclose(one, other)
+
+
+def test_what_is_behind_the_trunk_is_not_clicked():
+    seen = seen_landmarks(RECORDING, list(CAMERAS.values()))
+    views, names = list(CAMERAS), LANDMARKS
+    assert seen[0, views.index("W"), names.index("left_shoulder")]
+    assert not seen[0, views.index("W"), names.index("right_hip")]
+    assert not seen[0, views.index("O"), names.index("left_hip")]
+    assert seen[:, :, names.index("head")].all()
+
+
+def test_what_is_outside_the_image_is_not_clicked():
+    narrow = replace(CAMERAS["N"], width=200)
+    seen = seen_landmarks(RECORDING, [narrow])
+    assert not seen[0, 0].all()
+
+
+def test_a_fit_is_scored_against_the_truth():
+    case = AnnotationCase("a", 2.0, 1, depth=False, mistakes=0.03)
+    score = annotated(RECORDING, case, 0, FitSettings(), None)
+    assert score.summary.frames == 8
+    assert score.summary.measure("upper_arms").statistics.mean < 5
+    assert 0.8 < score.inside <= 1
+    assert score.found >= 0.9
+    assert score.accused <= 0.02
+
+
+def test_a_recording_without_reference_is_refused():
+    bare = replace(RECORDING, reference=None)
+    with pytest.raises(InputError, match="no reference"):
+        simulated_clicks(bare, CASES[0], 0)

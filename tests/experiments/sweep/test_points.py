@@ -1,0 +1,75 @@
+"""Points of grids and lists."""
+
+import pytest
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.experiments.sweep.points import (
+    Axis,
+    Point,
+    grid_points,
+    listed_points,
+    parsed_axis,
+    varied_names,
+)
+
+
+def test_values_are_read_by_their_rows():
+    assert parsed_axis("model_points=24, 40") == Axis("model_points", (24, 40))
+    assert parsed_axis("fit_shape=no,yes").values == (False, True)
+    assert parsed_axis("views=NS,cam_0+cam_2").values == ("NS", "cam_0+cam_2")
+    assert parsed_axis("smooth=yes,no").values == (True, False)
+    assert parsed_axis("frames=0:20,20:").values == ("0:20", "20:")
+    assert parsed_axis("seed=0,3").values == (0, 3)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("model_points", "cannot be read"),
+        ("model_points=", "cannot be read"),
+        ("model_points=1", "from 4"),
+        ("model_points=24,24.0,x", "whole number"),
+        ("model_points=24,24", "twice"),
+        ("points=3", "model_points"),
+        ("model_pionts=3", "Did you mean model_points[?] docs"),
+        ("preset=best", "accurate, thesis, fast"),
+        ("seed=-1", "from 0"),
+        ("views=,N", "missing"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(text, words):
+    with pytest.raises(InputError, match=words):
+        parsed_axis(text)
+
+
+def test_a_grid_is_every_combination():
+    points = grid_points([parsed_axis("model_points=24,40"), parsed_axis("views=N,S,NS")])
+    assert len(points) == len(set(points)) == 6
+    assert points[1] == Point((("model_points", 24), ("views", "S")))
+    assert points[1].parameters == {"model_points": 24}
+    assert points[1].special("views") == "S"
+    assert points[1].special("preset") is None
+    assert grid_points([]) == (Point(),)
+
+
+def test_slips_in_grids_are_refused():
+    with pytest.raises(InputError, match="given twice"):
+        grid_points([Axis("iterations", (1,)), Axis("iterations", (2,))])
+    many = tuple(range(400))
+    with pytest.raises(InputError, match="160000 points"):
+        grid_points([Axis("iterations", many), Axis("seed", many)])
+
+
+def test_a_list_has_a_point_in_each_row():
+    points = listed_points(("iterations", "preset"), [("3", "fast"), ("", "thesis")], "a.csv")
+    assert [point.by_name for point in points] == [
+        {"iterations": 3, "preset": "fast"},
+        {"preset": "thesis"},
+    ]
+    assert varied_names([*points, Point((("seed", 4),))]) == ("iterations", "preset")
+    with pytest.raises(InputError, match=r"a\.csv, line 3.*iterations"):
+        listed_points(("iterations",), [("3",), ("many",)], "a.csv")
+    with pytest.raises(InputError, match="no point"):
+        listed_points(("iterations",), [], "a.csv")
+    with pytest.raises(InputError, match="no parameter 'note'"):
+        listed_points(("note",), [("3",)], "a.csv")

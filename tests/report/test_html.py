@@ -1,0 +1,116 @@
+"""The writer of pages: well-formed, escaped, standing alone."""
+
+from html.parser import HTMLParser
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stereotrack_core.evaluation.episodes.lettering import text_width
+from stereotrack_core.report.drawing import drawn_axes, image_of
+from stereotrack_core.report.html import (
+    bullets,
+    document,
+    element,
+    fold,
+    heading,
+    paragraph,
+    picture,
+)
+from stereotrack_core.report.tables import Row, number, table
+
+VOID = {"br", "hr", "img", "meta", "col"}
+
+
+class Reader(HTMLParser):
+    """Collects texts, and refuses what is not closed in its order."""
+
+    def __init__(self):
+        super().__init__(convert_charrefs=True)
+        self.open, self.texts, self.attributes, self.seen = [], [], [], []
+
+    def handle_starttag(self, tag, attrs):
+        self.seen.append(tag)
+        self.attributes += attrs
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.texts.append(data)
+
+
+def read(html):
+    reader = Reader()
+    reader.feed(html)
+    reader.close()
+    assert reader.open == []
+    return reader
+
+
+@given(st.text())
+def test_any_text_comes_out_as_it_went_in(text):
+    reader = Reader()
+    reader.feed(paragraph(text))
+    reader.close()
+    assert (
+        "".join(reader.texts).rstrip("\n") == text.replace("\r\n", "\n").rstrip("\n")
+        or "\r" in text
+        or "\x00" in text
+    )
+    assert "p" in reader.seen
+    assert len(reader.seen) == 1
+
+
+@given(st.text(alphabet=st.characters(codec="utf-8", exclude_categories=["Cc"])))
+def test_attributes_are_escaped(text):
+    reader = Reader()
+    reader.feed(element("a", "x", title=text, id=None, class_="k"))
+    assert reader.attributes == [("title", text), ("class", "k")]
+
+
+def test_a_page_is_well_formed_and_needs_nothing_else():
+    page = document(
+        "A < B",
+        heading(1, "Title & more", "top"),
+        bullets(["one", paragraph("two <script>")]),
+        fold("More", table(("", ">n"), [Row(("a", "1"), "first"), ("b", "2")])),
+        picture(b"abc", "png", 'a "quoted" picture', "caption"),
+    )
+    reader = read(page)
+    assert page.startswith("<!DOCTYPE html>")
+    assert "script" not in reader.seen
+    assert "link" not in reader.seen
+    assert not [v for k, v in reader.attributes if k in ("src", "href") and "//" in (v or "")]
+    assert "A < B" in reader.texts
+    assert ("alt", 'a "quoted" picture') in reader.attributes
+
+
+def test_numbers_and_tables():
+    assert number(1.25) == "1.2"
+    assert number(float("nan")) == "–"
+    with pytest.raises(ValueError, match="argument"):
+        table(("a", "b"), [("only one",)])
+
+
+@pytest.mark.parametrize(("kind", "begin"), [("svg", b"<?xml"), ("png", b"\x89PNG")])
+def test_the_same_curve_is_the_same_file(kind, begin):
+    def draw():
+        figure, axes = drawn_axes(1, 1, 2.0, 1.5)
+        axes[0].plot([0, 1], [1, 0])
+        return image_of(figure, kind)
+
+    assert draw() == draw()
+    assert draw().startswith(begin)
+
+
+@pytest.mark.parametrize("name", [r"$\foo$", "a $x_{$ b", "$$", "3 $ and 4 $"])
+def test_dollar_signs_in_names_begin_no_formula(name):
+    figure, axes = drawn_axes(1, 1, 3.0, 2.0)
+    axes[0].set_title(name)
+    axes[0].annotate(name, (0.5, 0.5))
+    axes[0].set_xticks([0.0, 1.0], [name, name])
+    assert image_of(figure, "svg")
+    assert text_width(name, 12.0) > 0.0
