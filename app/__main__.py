@@ -1,4 +1,4 @@
-"""Start-up: the window, or a command of the command line."""
+"""Start-up: the program, with the window handed to it."""
 
 from __future__ import annotations
 
@@ -6,41 +6,27 @@ import os
 import sys
 from collections.abc import Sequence
 
-_WINDOW_COMMANDS = {"open", "demo"}
-_HELP = {"-h", "--help"}
-
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the program; return its exit status.
 
-    Without a command the welcome page is shown; ``open`` and ``demo`` show the window;
-    everything else, and a demo without a window, is done by the command line, which knows
-    nothing of Qt.
+    Everything is done by the core's commands, which know nothing of Qt. Those that show the window
+    are given it here.
     """
     # Window and command line shall get the same to the last bit. Linear algebra that has begun with
     # several threads inverts matrices otherwise where a thread other than the first limits it to
     # one. This is read when it is loaded, so it comes before anything else.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
-        return _run(list(sys.argv[1:] if argv is None else argv))
+        from stereotrack_core import program
+        from stereotrack_core.window import Window
+
+        from .start import show
+
+        return program.main(argv, window=Window(__package__ or "app", show))
     except KeyboardInterrupt:  # while what is needed is still being loaded
         sys.stderr.write("Stopped.\n")
         return 1
-
-
-def _run(arguments: list[str]) -> int:
-    command = arguments[0] if arguments else ""
-    in_window = not arguments or command in _WINDOW_COMMANDS
-    headless = "--headless" in arguments and not any(
-        word.startswith("--screenshot") for word in arguments
-    )
-    if not in_window or headless or _HELP & set(arguments):
-        from stereotrack_core.cli import main as command_line
-
-        return command_line(arguments, app_package=__package__)
-    from .start import start
-
-    return start(arguments)
 
 
 if __name__ == "__main__":

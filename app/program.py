@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import signal
-from argparse import Namespace
+from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import QEventLoop, QSettings, QTimer
 from PySide6.QtWidgets import QApplication
 
-from stereotrack_core.cli.arguments import settings_of
-from stereotrack_core.cli.error_tables import error_table, segment_table
-from stereotrack_core.cli.output import put_table, say
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.errors import errors_against
-from stereotrack_core.evaluation.summary import summarise, summarise_segments
+from stereotrack_core.window import DemoTracking
 
 from .services.failures import FailureRelay, leave_out_noise, open_log
 from .services.tasks.garbage import GarbageTimer
@@ -35,8 +31,6 @@ _LAST_THREADS_S = 15.0
 class WindowProgram:
     """One window and what keeps it alive."""
 
-    DEMO_FRAME = 60
-
     def __init__(self) -> None:
         existing = QApplication.instance()
         self.app = existing if isinstance(existing, QApplication) else QApplication(["stereotrack"])
@@ -52,11 +46,11 @@ class WindowProgram:
         self._relay.install()
         self._relay.message.connect(self.window.messages.show_message)
         self.app.setWindowIcon(icon("model"))
-        self._demo_frame: int | None = None
+        self._demo: tuple[DemoTracking, int] | None = None
         self._in_picture = False
 
-    def run(self) -> int:
-        """Show the window until it is closed."""
+    def run(self) -> bool:
+        """Show the window until it is closed; whether that went well."""
         # Python sees Ctrl-C only when it runs, so let it run now and then
         signal.signal(signal.SIGINT, lambda *_: self.window.close())
         awake = QTimer(self.app, interval=200)
@@ -64,32 +58,33 @@ class WindowProgram:
         awake.start()
         self.window.show()
         try:
-            return self.app.exec()
+            return self.app.exec() == 0
         finally:
             wait_for_threads(_LAST_THREADS_S)
             self._relay.remove()
 
-    def track_demo(self, args: Namespace) -> None:
-        """Make the demo recording, track it in the window, print its errors when done."""
+    def track_demo(self, demo: DemoTracking, shown_frame: int) -> None:
+        """Make the demo recording, track it in the window, tell its errors when done."""
         track = self.window.track
-        track.preset, track.settings = args.preset, settings_of(args.preset, args.changes)
+        track.preset, track.settings = demo.preset, demo.settings
         self.window.follower.show_settings()
         track.finished.connect(self._on_demo_tracked)
-        self._demo_frame = self.DEMO_FRAME
-        self.window.follower.change_display(keep_person=True)
-        self.window.files.begin_demo(args.folder)
+        self._demo = demo, shown_frame
+        self.window.files.begin_demo(demo.folder)
 
-    def picture(self, path: Path, size: tuple[int, int] = (1600, 960)) -> bool:
+    def picture(
+        self, path: Path, say: Callable[[str], None], size: tuple[int, int] = (1600, 960)
+    ) -> bool:
         """Save the window as a picture when everything that was asked for is painted."""
         window = self.window
         window.resize(*size)
         window.show()
         settled = self._wait_until_settled()
-        if self._demo_frame is not None:
-            window.document.go_to(self._demo_frame)
+        if self._demo is not None:
+            window.document.go_to(self._demo[1])
             settled = self._wait_until_settled() and settled
         window.statusBar().clearMessage()
-        saved = self._write_picture(path)
+        saved = self._write_picture(path, say)
         if not settled:
             say("Not everything was ready in time; the picture shows what was.")
         message = window.messages.message
@@ -101,7 +96,7 @@ class WindowProgram:
         self._relay.remove()
         return saved and settled and not failed
 
-    def _write_picture(self, path: Path) -> bool:
+    def _write_picture(self, path: Path, say: Callable[[str], None]) -> bool:
         try:
             write_picture(path, self.window.grab())
         except InputError as error:
@@ -122,20 +117,17 @@ class WindowProgram:
         return calm >= _CALM_LOOKS
 
     def _on_demo_tracked(self, entry: RunEntry) -> None:
-        """Print what ``demo --headless`` prints, and keep the run beside the recording."""
+        """Keep the run beside the recording, and tell what came out."""
         self.window.track.finished.disconnect(self._on_demo_tracked)
         recording, place = self.window.document.recording, self.window.files.demo_run
-        if recording is None or recording.reference is None or not entry.frames:
+        if self._demo is None or recording is None or not entry.frames:
             return
-        last = max(entry.frames) + 1
-        errors = errors_against(entry.trajectory(), recording.reference).between(0, last)
-        title = f"Demo recording, preset {entry.preset}, {len(entry.frames)} frames"
-        put_table(error_table(summarise(errors), title, entry.frames_per_second()))
-        put_table(segment_table(summarise_segments(errors, recording.segments)))
         complete = len(entry.frames) == len(entry.wanted)
-        if place is not None and (complete or not place.exists()):
-            self.window.files.save_run(entry, place)
-            say(f"The run is in {place}.")
+        saved = place if complete or (place is not None and not place.exists()) else None
+        if saved is not None:
+            self.window.files.save_run(entry, saved)
+        demo, _ = self._demo
+        demo.on_tracked(recording, entry.trajectory(), entry.frames_per_second(), saved)
 
 
 def stored_theme(settings: QSettings) -> ThemeName:

@@ -1,45 +1,39 @@
-"""The window program: ``open``, ``demo`` and the welcome page."""
+"""Shows the window as the program asks."""
 
 from __future__ import annotations
 
 import os
 import signal
-from argparse import Namespace
-from collections.abc import Sequence
-from pathlib import Path
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
-from stereotrack_core.cli.command import FAILED, OK, WRONG_INPUT
-from stereotrack_core.cli.demo import demo_places
-from stereotrack_core.cli.output import say
-from stereotrack_core.cli.program import main as command_line
-from stereotrack_core.cli.program import parser
 from stereotrack_core.errors import InputError
+from stereotrack_core.window import Opening
 
 from .screen import load_qt, prepare
 
+if TYPE_CHECKING:
+    from .program import WindowProgram
 
-def start(arguments: Sequence[str]) -> int:
-    """Show the window as the arguments ask; return the exit status."""
-    try:
-        args = parser().parse_args(list(arguments)) if arguments else Namespace(command="")
-    except SystemExit as end:
-        return end.code if isinstance(end.code, int) else OK
-    except InputError as error:
-        return _refuse(error)
-    picture = getattr(args, "screenshot", None)
-    if getattr(args, "headless", False):
-        done = command_line(_without_screenshot(arguments), app_package=__package__)
-        if done != OK:
-            return done
-    try:
-        _check(args, picture)
-        prepare(needs_screen=picture is None)
-        load_qt()
-    except InputError as error:
-        return _refuse(error)
+
+def show(opening: Opening, say: Callable[[str], None]) -> bool:
+    """Show the window until it is closed; whether all went well.
+
+    Raises
+    ------
+    InputError
+        For what cannot be shown.
+    """
+    _check(opening)
+    prepare(needs_screen=opening.picture is None)
+    load_qt()
     before = signal.signal(signal.SIGINT, _leave_at_once)
     try:
-        return _show(args, picture)
+        from .program import WindowProgram
+
+        program = WindowProgram()
+        _begin(program, opening)
+        return program.run() if opening.picture is None else program.picture(opening.picture, say)
     finally:
         signal.signal(signal.SIGINT, before)
 
@@ -51,40 +45,23 @@ def _leave_at_once(*_: object) -> None:
     What a project says is on the drive already. A window that is shown closes instead.
     """
     os.write(2, b"Stopped.\n")
-    os._exit(FAILED)
+    os._exit(1)
 
 
-def _refuse(error: InputError) -> int:
-    say(f"stereotrack: {error}")
-    return WRONG_INPUT
-
-
-def _without_screenshot(arguments: Sequence[str]) -> list[str]:
-    """Return the arguments without ``--screenshot PNG``."""
-    kept, skip = [], False
-    for word in arguments:
-        if skip:
-            skip = False
-        elif word == "--screenshot":
-            skip = True
-        elif not word.startswith("--screenshot="):
-            kept.append(word)
-    return kept
-
-
-def _check(args: Namespace, picture: Path | None) -> None:
+def _check(opening: Opening) -> None:
     """Refuse at once what can be known to be wrong before a window is there."""
-    if args.command == "open":
+    path, picture = opening.path, opening.picture
+    if path is not None:
         from stereotrack_core.project.database import check_header
         from stereotrack_core.recording.folder import open_recording
 
         from .shell.workspaces.names import check_workspace_name
 
-        check_workspace_name(args.workspace)
-        if args.path.is_file() and args.path.name != "recording.toml":
-            check_header(args.path)
+        check_workspace_name(opening.workspace)
+        if path.is_file() and path.name != "recording.toml":
+            check_header(path)
         else:
-            open_recording(args.path.parent if args.path.is_file() else args.path)
+            open_recording(path.parent if path.is_file() else path)
     if picture is not None:
         folder = picture.absolute().parent
         if not folder.is_dir() or not os.access(folder, os.W_OK):
@@ -95,21 +72,12 @@ def _check(args: Namespace, picture: Path | None) -> None:
             )
 
 
-def _show(args: Namespace, picture: Path | None) -> int:
-    from .program import WindowProgram
-
-    program = WindowProgram()
-    program.window.project.makes = picture is None  # a picture leaves nothing behind
-    if args.command == "open":
-        program.window.files.open(args.path, frame=args.frame, workspace=args.workspace)
-    elif args.command == "demo" and args.headless:
+def _begin(program: WindowProgram, opening: Opening) -> None:
+    files = program.window.files
+    program.window.project.makes = opening.picture is None  # a picture leaves nothing behind
+    if opening.run is not None or opening.demo is not None:
         program.window.follower.change_display(keep_person=True)
-        places = demo_places(args.folder)
-        program.window.files.open(
-            places.recording, frame=program.DEMO_FRAME, workspace="track", run=places.run
-        )
-    elif args.command == "demo":
-        program.track_demo(args)
-    if picture is None:
-        return program.run()
-    return OK if program.picture(picture) else FAILED
+    if opening.demo is not None:
+        program.track_demo(opening.demo, opening.frame)
+    elif opening.path is not None:
+        files.open(opening.path, frame=opening.frame, workspace=opening.workspace, run=opening.run)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, TypeVar, get_type_hints
@@ -233,7 +233,7 @@ def _hints(group: type) -> dict[str, Any]:
     return get_type_hints(group)
 
 
-def parsed_settings(texts: list[str]) -> dict[str, Value]:
+def parsed_settings(texts: Sequence[str]) -> dict[str, Value]:
     """Read ``NAME=VALUE`` as given to ``--set``."""
     result: dict[str, Value] = {}
     for text in texts:

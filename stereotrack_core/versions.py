@@ -8,7 +8,7 @@ from importlib.metadata import PackageNotFoundError, version
 import cv2
 import numpy as np
 
-from stereotrack_core import __version__
+from stereotrack_core.version import __version__
 
 
 def versions() -> dict[str, str]:

@@ -24,10 +24,9 @@ REPORT_PAGE = 1
 def main(demo: Path, docs: Path) -> int:
     """Make the demo and its runs where they are not there yet, then the pictures."""
     from app.screen import load_qt, prepare
-    from stereotrack_core.cli.demo import demo_places, make_demo_recording
+    from stereotrack_core.cli.demo import made_demo
 
-    places = demo_places(demo)
-    make_demo_recording(places)
+    places = made_demo(demo)
     runs = [_run_of(places.recording, demo / f"{preset}.npz", preset) for preset in PRESETS]
     os.environ["QT_QPA_PLATFORM"] = "offscreen"
     prepare(needs_screen=False)
@@ -43,7 +42,7 @@ def main(demo: Path, docs: Path) -> int:
 
 
 def _run_of(recording: Path, path: Path, preset: str) -> Path:
-    from stereotrack_core.cli.program import main as command_line
+    from stereotrack_core.program import main as command_line
 
     if not path.is_file():
         command_line(["track", str(recording), "--preset", preset, "-o", str(path)])
@@ -55,6 +54,7 @@ def _picture(
 ) -> bool:
     from app.program import WindowProgram
     from app.widgets.style.theme import apply_theme
+    from stereotrack_core.cli.output import say
 
     program = WindowProgram()
     apply_theme(program.app, "dark")
@@ -64,7 +64,7 @@ def _picture(
     window.document.opened.connect(lambda: _open_runs(program, runs))
     window.document.opened.connect(window.docks[panel].raise_)
     window.files.open(recording, frame=FRAME, workspace=workspace)
-    return program.picture(picture, SIZE)
+    return program.picture(picture, say, SIZE)
 
 
 def _report_page(recording: Path, run: Path, picture: Path) -> bool:

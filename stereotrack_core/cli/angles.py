@@ -7,16 +7,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stereotrack_core.cli.arguments import (
-    add_frames,
-    add_json,
-    add_segments,
-    check_output,
-    frame_bounds,
-)
+from stereotrack_core.cli.arguments import add_frames, add_json, add_segments, check_output
 from stereotrack_core.cli.command import OK, Command
 from stereotrack_core.cli.output import put_json, put_table, say
 from stereotrack_core.errors import InputError
+from stereotrack_core.recording.selection import frame_bounds
 
 if TYPE_CHECKING:
     from stereotrack_core.cli.angle_sources import AngleSource

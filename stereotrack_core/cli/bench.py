@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from stereotrack_core.cli.arguments import add_json
 from stereotrack_core.cli.command import OK, Command
-from stereotrack_core.cli.demo import demo_places, make_demo_recording
+from stereotrack_core.cli.demo import made_demo
 from stereotrack_core.cli.output import Table, number, put_json, put_table, say
 from stereotrack_core.cli.progress import progress
 from stereotrack_core.errors import InputError
@@ -20,6 +20,7 @@ from stereotrack_core.errors import InputError
 if TYPE_CHECKING:
     from stereotrack_core.experiments.benchmark.chain_speed import ChainSpeed
     from stereotrack_core.experiments.benchmark.correction_speed import CorrectionSpeed
+    from stereotrack_core.window import Window
 
 PARTS = ("chain", "correction", "window")
 _WINDOW_SECONDS = 600.0
@@ -83,7 +84,7 @@ def run(args: Namespace) -> int:
         facts["correction"] = {"growth_exponent": growth(corrections), "sizes": corrections}
         tables.append(_correction_table(corrections, growth(corrections)))
     if folder is not None and "window" in parts:
-        facts["window"] = _window(folder, args.app_package)
+        facts["window"] = _window(folder, args.window)
         if facts["window"] is not None:
             tables.append(_window_table(facts["window"]))
     if args.json:
@@ -109,11 +110,7 @@ def _check_recording(folder: Path) -> None:
 
 
 def _recording(given: Path | None) -> Path:
-    if given is not None:
-        return given
-    places = demo_places(None)
-    make_demo_recording(places)
-    return places.recording
+    return made_demo().recording if given is None else given
 
 
 def _chain(folder: Path, frames: int, rounds: int) -> tuple[ChainSpeed, ...]:
@@ -185,9 +182,9 @@ def _correction_table(speeds: tuple[CorrectionSpeed, ...], exponent: float) -> T
     )
 
 
-def _window(folder: Path, app_package: str | None) -> dict[str, Any] | None:
+def _window(folder: Path, window: Window | None) -> dict[str, Any] | None:
     """Figures of the window, which measures itself in its own process."""
-    if app_package is None:
+    if window is None:
         say("The window is not measured: the workbench is not installed.")
         return None
     say("Timing frame steps in the window.")
@@ -196,7 +193,7 @@ def _window(folder: Path, app_package: str | None) -> dict[str, Any] | None:
         environment.setdefault("QT_QPA_PLATFORM", "offscreen")
     try:
         done = subprocess.run(  # noqa: S603 - our own program
-            [sys.executable, "-m", f"{app_package}.bench", str(folder)],
+            [sys.executable, "-m", f"{window.package}.bench", str(folder)],
             capture_output=True,
             text=True,
             env=environment,

@@ -13,10 +13,6 @@ from stereotrack_core.cli.arguments import (
     add_json,
     add_views,
     check_output,
-    frames_within,
-    recordings_of,
-    seeds_of,
-    views_of,
 )
 from stereotrack_core.cli.benchmark_tables import (
     Speeds,
@@ -26,10 +22,11 @@ from stereotrack_core.cli.benchmark_tables import (
     readable,
 )
 from stereotrack_core.cli.command import OK, Command
-from stereotrack_core.cli.demo import demo_places, make_demo_recording
+from stereotrack_core.cli.demo import made_demo
 from stereotrack_core.cli.output import Table, counted, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.errors import InputError
+from stereotrack_core.recording.selection import frames_within, seeds_of, views_of
 
 if TYPE_CHECKING:
     from stereotrack_core.experiments.benchmark.accuracy import Contestant, Row, Score
@@ -189,12 +186,9 @@ def _contestants(presets: str | None, ablation: bool, changes: list[str]) -> lis
 def _recordings(folders: Sequence[Path]) -> list[Recording]:
     """Recordings with a reference; checked before anything long begins."""
     from stereotrack_core.evaluation.errors import truth_of
+    from stereotrack_core.recording.folder import open_recordings
 
-    if not folders:
-        places = demo_places(None)
-        make_demo_recording(places)
-        folders = [places.recording]
-    recordings = recordings_of(folders)
+    recordings = open_recordings(folders or [made_demo().recording])
     for recording in recordings:
         truth_of(recording)  # refuses one without
     return recordings

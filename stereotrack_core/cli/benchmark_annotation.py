@@ -7,11 +7,11 @@ from argparse import Namespace
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from stereotrack_core.cli.arguments import frames_within
 from stereotrack_core.cli.command import OK
 from stereotrack_core.cli.output import Table, number, put_json, put_table, say
 from stereotrack_core.cli.progress import progress
 from stereotrack_core.errors import InputError
+from stereotrack_core.recording.selection import frames_within
 
 if TYPE_CHECKING:
     from stereotrack_core.experiments.benchmark.annotation import AnnotationScore

@@ -13,12 +13,11 @@ from stereotrack_core.cli.arguments import (
     add_settings,
     add_views,
     check_output,
-    settings_of,
-    views_of,
 )
 from stereotrack_core.cli.command import OK, Command
 from stereotrack_core.cli.output import Table, put_json, put_table, say
 from stereotrack_core.errors import InputError
+from stereotrack_core.recording.selection import views_of
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -40,12 +39,13 @@ def run(args: Namespace) -> int:
     from stereotrack_core.recording.depth_views import usable_views
     from stereotrack_core.recording.folder import open_recording
     from stereotrack_core.recording.reader import FrameReader
+    from stereotrack_core.tracking.presets import preset
 
     if args.output.suffix.lower() != ".ply":
         raise InputError("only .ply can be written", where="-o", remedy="Name a .ply file.")
     recording = open_recording(args.recording)
     check_output(args.output, recording)
-    settings = settings_of(args.preset, args.changes)
+    settings = preset(args.preset, args.changes)
     views = usable_views(recording, views_of(recording, args.views))
     with FrameReader(recording, views=views, colour=False) as reader:
         frame_set = reader.frame_set(args.frame)

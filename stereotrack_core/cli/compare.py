@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stereotrack_core.cli.arguments import add_frames, add_json, add_segments, frame_bounds
+from stereotrack_core.cli.arguments import add_frames, add_json, add_segments
 from stereotrack_core.cli.command import OK, Command
 from stereotrack_core.cli.comparison_tables import (
     apart_table,
@@ -24,6 +24,7 @@ from stereotrack_core.cli.truth import (
     warn_about_size,
 )
 from stereotrack_core.errors import InputError
+from stereotrack_core.recording.selection import frame_bounds
 
 if TYPE_CHECKING:
     from stereotrack_core.evaluation.comparison.compare import Candidate

@@ -3,23 +3,28 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from dataclasses import dataclass
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from stereotrack_core.cli.arguments import add_json, add_settings, settings_of
+from stereotrack_core.cli.arguments import add_json, add_settings
 from stereotrack_core.cli.command import FAILED, OK, Command
 from stereotrack_core.cli.error_tables import error_facts, error_table, segment_table
 from stereotrack_core.cli.output import put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
-from stereotrack_core.errors import InputError
+from stereotrack_core.cli.workbench import show_window
+from stereotrack_core.window import DemoTracking, Opening
 
+if TYPE_CHECKING:
+    from stereotrack_core.evaluation.summary import Summary
+    from stereotrack_core.recording.description import Recording
+    from stereotrack_core.recording.landmarks import LandmarkTrajectory
+    from stereotrack_core.simulation.demo import DemoPlaces
+    from stereotrack_core.tracking.settings import Settings
 
-@dataclass(frozen=True)
-class DemoPlaces:
-    """Where the demo keeps its recording and its run."""
-
-    recording: Path
-    run: Path
+_SHOWN_FRAME = 60
+"""Of the demo, when it has been tracked."""
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -44,55 +49,45 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_json(parser)
 
 
-def demo_places(folder: Path | None) -> DemoPlaces:
-    """Recording and run in `folder`, or in the program's own data folder."""
-    if folder is None:
-        from platformdirs import user_data_path
-
-        folder = user_data_path("stereotrack", appauthor=False) / "demo"
-    if folder.exists() and not folder.is_dir():
-        raise InputError("this is not a folder", where=str(folder), remedy="Name a folder.")
-    return DemoPlaces(folder / "recording", folder / "run.npz")
-
-
-def make_demo_recording(places: DemoPlaces) -> None:
-    """Render the demo recording unless it is there already.
+def made_demo(folder: Path | None = None) -> DemoPlaces:
+    """The demo recording, rendered unless it is there already.
 
     Raises
     ------
     Cancelled
         When stopped with Ctrl-C; nothing is left behind.
     """
-    if (places.recording / "recording.toml").is_file():
-        return
-    from stereotrack_core.simulation.make import DEMO_FRAMES, demo_recording
+    from stereotrack_core.simulation.demo import DEMO_FRAMES, demo_places, make_demo
 
-    say(f"Making the demo recording in {places.recording}, once.")
-    try:
-        places.recording.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(
-            f"the folder cannot be made ({error.strerror})",
-            where=str(places.recording.parent),
-            remedy="Name a folder that you may write to: stereotrack demo DIR.",
-        ) from error
-    with progress("Rendering", DEMO_FRAMES) as show, stoppable() as stopped:
-        demo_recording(places.recording, on_progress=lambda done, _: show(done), cancelled=stopped)
+    places = demo_places(folder)
+    if not places.made:
+        say(f"Making the demo recording in {places.recording}, once.")
+        with progress("Rendering", DEMO_FRAMES) as show, stoppable() as stopped:
+            make_demo(places, on_progress=lambda done, _: show(done), cancelled=stopped)
+    return places
 
 
 def run(args: Namespace) -> int:
-    """Make the recording, track it, write the run and print the tables."""
+    """Track the demo, here or in the window."""
+    from stereotrack_core.tracking.presets import preset
+
+    settings = preset(args.preset, args.changes)
+    if args.headless:
+        return _without_window(args, settings)
+    tracking = DemoTracking(args.folder, args.preset, settings, partial(_put_errors, args.preset))
+    opening = Opening(frame=_SHOWN_FRAME, demo=tracking, picture=args.screenshot)
+    return show_window(args.window, opening)
+
+
+def _without_window(args: Namespace, settings: Settings) -> int:
+    """Make the recording, track it, write the run, print the tables; a picture where asked for."""
     from stereotrack_core.cli.track_signs import say_signs
     from stereotrack_core.cli.tracking_job import track_recording
     from stereotrack_core.cli.unfinished import UnfinishedOutput
-    from stereotrack_core.evaluation.errors import errors_against
-    from stereotrack_core.evaluation.summary import summarise, summarise_segments
     from stereotrack_core.recording.folder import open_recording
     from stereotrack_core.recording.reader import FrameReader
 
-    settings = settings_of(args.preset, args.changes)
-    places = demo_places(args.folder)
-    make_demo_recording(places)
+    places = made_demo(args.folder)
     recording = open_recording(places.recording)
     with FrameReader(recording, read_ahead=0) as reader:
         frames = range(reader.frame_count)
@@ -101,27 +96,51 @@ def run(args: Namespace) -> int:
     output.part.unlink(missing_ok=True)  # all of the demo is made again
     with output.telling():
         job = track_recording(recording, settings, frames, preset=args.preset, part=output.part)
-        if not len(job.run.frame) or recording.reference is None:
+        if not len(job.run.frame):
             say("Stopped before the first frame.")
             return FAILED
         output.write(job)
-    errors = errors_against(job.run.trajectory(), recording.reference)
-    if job.stopped:
-        errors = errors.between(0, int(job.run.frame[-1]) + 1)
-    summary = summarise(errors)
-    parts = summarise_segments(errors, recording.segments)
     facts = job.facts()
     if args.json:
-        places_facts = {"run": places.run, "recording_folder": places.recording}
-        errors_of_parts = {"segments": [error_facts(part) for part in parts]}
-        put_json({**facts, **places_facts, **error_facts(summary), **errors_of_parts})
+        summary, parts = _errors(recording, job.run.trajectory())
+        told = {"run": places.run, "recording_folder": places.recording, **error_facts(summary)}
+        put_json({**facts, **told, "segments": [error_facts(part) for part in parts]})
     else:
-        title = f"Demo recording, preset {args.preset}, {len(job.run.frame)} frames"
-        put_table(error_table(summary, title, facts["frames_per_second"]))
-        put_table(segment_table(parts))
+        _put_errors(args.preset, recording, job.run.trajectory(), facts["frames_per_second"])
     say(f"The recording is in {places.recording}, the run in {places.run}.")
     say_signs(job)
-    return FAILED if job.stopped or job.nothing else OK
+    if job.stopped or job.nothing:
+        return FAILED
+    if args.screenshot is None:
+        return OK
+    opening = Opening(
+        places.recording, _SHOWN_FRAME, workspace="track", run=places.run, picture=args.screenshot
+    )
+    return show_window(args.window, opening)
+
+
+def _errors(recording: Recording, found: LandmarkTrajectory) -> tuple[Summary, Sequence[Summary]]:
+    """Errors of a run as far as it goes, whole and by segment."""
+    from stereotrack_core.evaluation.errors import errors_against, truth_of
+    from stereotrack_core.evaluation.summary import summarise, summarise_segments
+
+    errors = errors_against(found, truth_of(recording)).between(0, int(found.frame[-1]) + 1)
+    return summarise(errors), summarise_segments(errors, recording.segments)
+
+
+def _put_errors(
+    preset_name: str,
+    recording: Recording,
+    found: LandmarkTrajectory,
+    frames_per_second: float | None,
+    saved: Path | None = None,
+) -> None:
+    summary, parts = _errors(recording, found)
+    title = f"Demo recording, preset {preset_name}, {len(found.frame)} frames"
+    put_table(error_table(summary, title, frames_per_second))
+    put_table(segment_table(parts))
+    if saved is not None:
+        say(f"The run is in {saved}.")
 
 
 COMMAND = Command(

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stereotrack_core.cli.arguments import add_frames, add_json, add_segments, frame_bounds
+from stereotrack_core.cli.arguments import add_frames, add_json, add_segments
 from stereotrack_core.cli.command import OK, Command
 from stereotrack_core.cli.error_tables import (
     doubt_facts,
@@ -18,6 +18,7 @@ from stereotrack_core.cli.error_tables import (
 from stereotrack_core.cli.output import put, put_json, put_table, say
 from stereotrack_core.cli.truth import read_measured, segments_of, truth_of, warn_about_size
 from stereotrack_core.errors import InputError
+from stereotrack_core.recording.selection import frame_bounds
 
 if TYPE_CHECKING:
     from stereotrack_core.evaluation.doubts import Doubts

@@ -15,14 +15,12 @@ from stereotrack_core.cli.arguments import (
     add_views,
     check_output,
     check_seed,
-    frames_within,
-    settings_of,
-    views_of,
 )
 from stereotrack_core.cli.command import FAILED, OK, Command
 from stereotrack_core.cli.output import Table, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.recording.selection import frames_within, views_of
 
 if TYPE_CHECKING:
     from stereotrack_core.recording.description import Recording
@@ -83,12 +81,13 @@ def run(args: Namespace) -> int:
 
 
 def _estimated(args: Namespace, recording: Recording) -> EstimatedLengths:
-    from stereotrack_core.cli.tracking_job import first_pose
+    from stereotrack_core.interop.first_pose import first_pose
     from stereotrack_core.recording.reader import FrameReader
     from stereotrack_core.tracking.frame import TrackedFrame
     from stereotrack_core.tracking.pipeline import LENGTH_FRAMES, Pipeline
+    from stereotrack_core.tracking.presets import preset
 
-    settings = settings_of(args.preset, args.changes)
+    settings = preset(args.preset, args.changes)
     views = views_of(recording, args.views)
     with FrameReader(recording, views=views, colour=False) as reader:
         frames = frames_within(args.frames, reader.frame_count)

@@ -2,29 +2,23 @@
 
 from __future__ import annotations
 
-import os
 import shlex
-import subprocess
-import sys
-import tempfile
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stereotrack_core.atomic import write_file
-from stereotrack_core.cli.arguments import add_frames, add_json, check_output, frame_bounds
+from stereotrack_core.cli.arguments import add_frames, add_json, check_output
 from stereotrack_core.cli.command import FAILED, OK, Command
 from stereotrack_core.cli.output import Table, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.cli.unfinished import say_if_unfinished
 from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.recording.selection import frame_bounds
 
 if TYPE_CHECKING:
     from stereotrack_core.recording.description import Recording
     from stereotrack_core.report.reported import Reported, Source
     from stereotrack_core.tracking.run import Run
-
-_PDF_SECONDS = 300.0
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -58,6 +52,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Gather, write the page, and the PDF where it is asked for."""
+    from stereotrack_core.report.files import write_page, write_pdf
     from stereotrack_core.report.reported import gathered
 
     _check(args)
@@ -74,62 +69,9 @@ def run(args: Namespace) -> int:
             return FAILED
     write_page(args.output, reported)
     if args.pdf is not None:
-        write_pdf(args.pdf, reported, args.app_package)
+        write_pdf(args.pdf, reported, None if args.window is None else args.window.package)
     _tell(args, reported)
     return OK
-
-
-def write_page(path: Path, reported: Reported) -> None:
-    """Write a report as HTML."""
-    from stereotrack_core.report.run_page import run_page
-
-    write_file(path, run_page(reported))
-
-
-def write_pdf(path: Path, reported: Reported, app_package: str | None) -> None:
-    """Write a report as PDF; the window's package does it, in a process of its own.
-
-    Raises
-    ------
-    InputError
-        Where that package is missing or fails.
-    """
-    from stereotrack_core.report.run_page import run_page
-
-    if app_package is None:
-        raise InputError(
-            "a PDF is made by the workbench, which is not installed",
-            where="--pdf",
-            remedy="Print the page from a browser instead.",
-        )
-    environment = {**os.environ}
-    environment.setdefault("QT_QPA_PLATFORM", "offscreen")
-    with tempfile.TemporaryDirectory() as folder:
-        page = Path(folder) / "page.html"
-        made = Path(folder) / "page.pdf"
-        write_file(page, run_page(reported, "png", for_print=True))
-        command = [sys.executable, "-m", f"{app_package}.pdf", str(page), str(made)]
-        try:
-            done = subprocess.run(  # noqa: S603 - our own program
-                command, capture_output=True, text=True, env=environment, timeout=_PDF_SECONDS,
-                check=False,
-            )  # fmt: skip
-            problem = done.stderr.strip() or "no reason was given" if done.returncode else ""
-        except subprocess.TimeoutExpired:
-            problem = f"it was not done after {_PDF_SECONDS:.0f} s"
-        if problem:
-            raise InputError(
-                f"the PDF could not be made ({problem.splitlines()[-1]})",
-                where=str(path),
-                remedy="Print the page from a browser instead.",
-            )
-        write_file(path, made.read_bytes())
-
-
-def repeat_command(recording: str, run_name: str) -> str:
-    """Command that tracks again exactly as a run was tracked."""
-    words = ["stereotrack", "track", recording, "--like", run_name, "-o", "again.npz"]
-    return shlex.join(words)
 
 
 def _check(args: Namespace) -> None:
@@ -209,6 +151,7 @@ def _with_truth(
 ) -> Source:
     """What is reported, with the reference that was named or the recording's own."""
     from stereotrack_core.cli.truth import truth_of
+    from stereotrack_core.report.files import repeat_command
     from stereotrack_core.report.reported import Source
 
     reference, states, said = None, None, ""

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 from argparse import ArgumentParser, Namespace
-from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from stereotrack_core.cli.arguments import (
     add_frames,
@@ -14,21 +13,20 @@ from stereotrack_core.cli.arguments import (
     add_settings,
     add_views,
     check_output,
-    recordings_of,
-    seeds_of,
 )
 from stereotrack_core.cli.command import FAILED, OK, Command
 from stereotrack_core.cli.output import Table, put, put_json, put_table, say
-from stereotrack_core.cli.sweep_words import in_words
+from stereotrack_core.cli.progress import progress, stoppable
 
 if TYPE_CHECKING:
-    from stereotrack_core.cli.sweep_files import SweepStore
-    from stereotrack_core.cli.sweep_run import SweepOutcome
     from stereotrack_core.experiments.sweep.cluster import ClusterWorkers
-    from stereotrack_core.experiments.sweep.jobs import Job, Planner
+    from stereotrack_core.experiments.sweep.jobs import Job
+    from stereotrack_core.experiments.sweep.plan import SweepPlan
     from stereotrack_core.experiments.sweep.pool import LocalWorkers
+    from stereotrack_core.experiments.sweep.request import SweepRequest
     from stereotrack_core.experiments.sweep.results import JobResult
-    from stereotrack_core.experiments.sweep.search import Range
+    from stereotrack_core.experiments.sweep.run import SweepOutcome
+    from stereotrack_core.experiments.sweep.store import SweepStore
 
 _TRIALS = 30
 _LONGEST_PROBE = 10
@@ -45,6 +43,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--output",
         type=Path,
         required=True,
+        dest="table",
         metavar="TABLE.csv",
         help="table to write; results are kept beside it at once, so that the same command goes "
         "on where it was stopped",
@@ -80,7 +79,11 @@ def _add_points(parser: ArgumentParser) -> None:
         "several times, every combination is tried",
     )
     parser.add_argument(
-        "--list", type=Path, metavar="FILE.csv", help="points to try: a column per name, a row each"
+        "--list",
+        type=Path,
+        dest="points",
+        metavar="FILE.csv",
+        help="points to try: a column per name, a row each",
     )
     parser.add_argument(
         "--search",
@@ -138,74 +141,66 @@ def _add_workers(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Plan, compute what is missing, print."""
-    from stereotrack_core.cli import sweep_plan as plan
-    from stereotrack_core.cli.sweep_files import SweepPlaces, SweepStore, stored_results
+    from stereotrack_core.experiments.sweep.plan import SweepPlan
+    from stereotrack_core.experiments.sweep.run import SweepRun
+    from stereotrack_core.experiments.sweep.store import SweepPlaces, SweepStore
+    from stereotrack_core.recording.folder import open_recordings
 
-    plan.check_numbers(args)
-    recordings = recordings_of(args.recordings)
+    request = _request(args)
+    request.check()
+    recordings = open_recordings(request.recordings)
     for recording in recordings:
-        check_output(args.output, recording)
-    by = plan.judged_by(args.minimise, recordings)
-    planner = plan.sweep_planner(recordings, args)
-    ranges = plan.sweep_ranges(args)
-    jobs = () if ranges else planner.jobs(plan.sweep_points(args))
-    places = SweepPlaces(args.output)
+        check_output(request.table, recording)
+    plan = SweepPlan(request, recordings)
     if args.dry_run:
-        known = {} if args.again else stored_results(places)
-        return _tell_plan(jobs or planner.jobs(plan.first_points(ranges, args)), known, args)
-    store = SweepStore(places)
+        return _tell_plan(plan, as_json=args.json)
+    store = SweepStore(SweepPlaces(request.table))
     try:
-        outcome = _done(store, planner, jobs, ranges, by, args)
-        return _report(store, outcome, by, args)
+        with (
+            _executor(request) as executor,
+            progress("Sweeping", 100) as show,
+            stoppable() as stopped,
+        ):
+            work = SweepRun(plan, store, executor, on_percent=show, cancelled=stopped)
+            outcome = work.do()
+        return _report(store, outcome, plan.by, as_json=args.json)
     finally:
         store.close()
 
 
-def _done(
-    store: SweepStore,
-    planner: Planner,
-    jobs: Sequence[Job],
-    ranges: Sequence[Range],
-    by: str,
-    args: Namespace,
-) -> SweepOutcome:
-    from stereotrack_core.cli.sweep_plan import search_batch, search_signature
-    from stereotrack_core.cli.sweep_run import SweepRun
+def _request(args: Namespace) -> SweepRequest:
+    from stereotrack_core.experiments.sweep.request import SweepRequest
 
-    with _executor(args) as executor:
-        work = SweepRun(store, executor, again=args.again)
-        if not ranges:
-            return work.grid(jobs)
-        each = len(args.recordings) * len(seeds_of(args.seeds))
-        signature = search_signature(ranges, by, args.search_seed)
-        batch = store.search_batch(signature, search_batch(each, executor.count))
-        return work.search(planner, ranges, by, args.trials, args.search_seed, batch)
+    given: dict[str, Any] = {}
+    for field in dataclasses.fields(SweepRequest):
+        value = getattr(args, field.name)
+        given[field.name] = tuple(value) if isinstance(value, list) else value
+    return SweepRequest(**given)
 
 
-def _executor(args: Namespace) -> ClusterWorkers | LocalWorkers:
-    if args.scheduler:
+def _executor(request: SweepRequest) -> ClusterWorkers | LocalWorkers:
+    if request.scheduler:
         from stereotrack_core.experiments.sweep.cluster import ClusterWorkers
 
-        return ClusterWorkers(args.scheduler, retries=args.retries)
+        return ClusterWorkers(request.scheduler, retries=request.retries)
     from stereotrack_core.experiments.sweep.pool import LocalWorkers
     from stereotrack_core.worker_processes import usable_cores
 
-    count = args.workers or usable_cores()
-    return LocalWorkers(count, together=args.together, retries=args.retries)
+    count = request.workers or usable_cores()
+    return LocalWorkers(count, together=request.together, retries=request.retries)
 
 
-def _tell_plan(jobs: Sequence[Job], known: Mapping[str, JobResult], args: Namespace) -> int:
+def _tell_plan(plan: SweepPlan, *, as_json: bool) -> int:
     """Say what would be computed, and how long it would take."""
-    from stereotrack_core.cli.sweep_plan import count_of
-    from stereotrack_core.experiments.sweep.estimate import expected_seconds
-    from stereotrack_core.worker_processes import usable_cores
+    from stereotrack_core.experiments.sweep.estimate import expected_seconds, in_words
+    from stereotrack_core.experiments.sweep.plan import count_of
+    from stereotrack_core.experiments.sweep.store import SweepPlaces, stored_results
 
-    if args.scheduler:
-        with _executor(args) as executor:
-            workers = executor.count
-    else:
-        workers = args.workers or usable_cores()
-    count, waiting = count_of(jobs, known, workers)
+    request = plan.request
+    known = {} if request.again else stored_results(SweepPlaces(request.table))
+    with _executor(request) as executor:
+        workers = executor.count
+    count, waiting = count_of(plan.jobs_to_count(), known, workers)
     seconds, source = count.seconds, "from what was computed before"
     if seconds is None:
         seconds = expected_seconds(waiting, *_probe(waiting[0]), workers)
@@ -220,7 +215,7 @@ def _tell_plan(jobs: Sequence[Job], known: Mapping[str, JobResult], args: Namesp
         "seconds": seconds,
         "estimated": source,
     }
-    if args.json:
+    if as_json:
         put_json(facts)
         return OK
     rows = [
@@ -231,7 +226,7 @@ def _tell_plan(jobs: Sequence[Job], known: Mapping[str, JobResult], args: Namesp
         ("at once", str(workers)),
         ("expected time", "not known" if seconds is None else f"{in_words(seconds)} ({source})"),
     ]
-    put_table(Table(f"What a sweep to {args.output} would do", ("what", ">value"), rows))
+    put_table(Table(f"What a sweep to {request.table} would do", ("what", ">value"), rows))
     return OK
 
 
@@ -244,7 +239,7 @@ def _probe(job: Job) -> tuple[tuple[Job, ...], dict[str, JobResult]]:
     return (short,), {result.identity: result for result in do_batch((short,))}
 
 
-def _report(store: SweepStore, outcome: SweepOutcome, by: str, args: Namespace) -> int:
+def _report(store: SweepStore, outcome: SweepOutcome, by: str, *, as_json: bool) -> int:
     from stereotrack_core.cli.sweep_tables import failures, point_facts, point_table
     from stereotrack_core.experiments.sweep.summary import summarised
 
@@ -252,10 +247,10 @@ def _report(store: SweepStore, outcome: SweepOutcome, by: str, args: Namespace) 
     summaries = summarised(jobs, results, by)
     different = {job.identity for job in jobs}
     failed = sum(one in results and not results[one].done for one in different)
-    if args.json:
+    if as_json:
         put_json(
             {
-                "table": args.output,
+                "table": store.places.table,
                 "jobs": len(different),
                 "computed": outcome.computed,
                 "reused": outcome.reused,
@@ -267,7 +262,7 @@ def _report(store: SweepStore, outcome: SweepOutcome, by: str, args: Namespace) 
         )
     elif summaries:
         put_table(point_table(summaries, by))
-        put(f"{args.output}: {outcome.computed} computed, {outcome.reused} reused.")
+        put(f"{store.places.table}: {outcome.computed} computed, {outcome.reused} reused.")
     for line in failures(jobs, results):
         say(line)
     if outcome.stopped:

@@ -14,7 +14,6 @@ from stereotrack_core.cli.arguments import (
     add_views,
     check_output,
     check_seed,
-    settings_of,
 )
 from stereotrack_core.cli.command import FAILED, OK, Command
 from stereotrack_core.cli.output import counted, put_json, put_table, say
@@ -87,7 +86,9 @@ def run(args: Namespace) -> int:
 
     run_suffix(args.output)
     if args.like is None and not args.resume:
-        settings_of(args.preset or PRESET, args.changes)  # a wrong word is told before long work
+        from stereotrack_core.tracking.presets import preset
+
+        preset(args.preset or PRESET, args.changes)  # a wrong word is told before long work
 
     from stereotrack_core.cli.unfinished import UnfinishedOutput
     from stereotrack_core.recording.folder import open_recording

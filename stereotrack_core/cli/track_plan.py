@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stereotrack_core.cli.arguments import frames_within, settings_of, views_of
 from stereotrack_core.cli.output import say
 from stereotrack_core.errors import InputError
+from stereotrack_core.recording.selection import frames_within, views_of
 
 if TYPE_CHECKING:
     from stereotrack_core.cli.unfinished import UnfinishedOutput
@@ -71,17 +71,18 @@ def plan_of(args: Namespace, recording: Recording, output: UnfinishedOutput) -> 
 
 
 def _plan(args: Namespace, recording: Recording) -> Plan:
-    from stereotrack_core.cli.tracking_job import first_pose
+    from stereotrack_core.interop.first_pose import first_pose
     from stereotrack_core.recording.depth_views import usable_views
+    from stereotrack_core.tracking.presets import preset
 
-    preset = args.preset or PRESET
-    settings = settings_of(preset, args.changes)
+    preset_name = args.preset or PRESET
+    settings = preset(preset_name, args.changes)
     views = usable_views(recording, views_of(recording, args.views))
     frames = frames_within(args.frames, _count(recording, views))
     return Plan(
         recording=recording,
         settings=settings,
-        preset=preset,
+        preset=preset_name,
         frames=frames,
         count=len(frames),
         views=views,
@@ -94,7 +95,7 @@ def _plan(args: Namespace, recording: Recording) -> Plan:
 
 def _plan_like(args: Namespace, recording: Recording) -> Plan:
     """As the run says, with whatever the command line says otherwise."""
-    from stereotrack_core.cli.tracking_job import first_pose
+    from stereotrack_core.interop.first_pose import first_pose
     from stereotrack_core.interop.run_file import read_run
     from stereotrack_core.recording.depth_views import usable_views
     from stereotrack_core.tracking.repeating import recipe_of, what_differs
@@ -115,11 +116,11 @@ def _plan_like(args: Namespace, recording: Recording) -> Plan:
             where=str(args.like),
             remedy="Say where the first pose comes from with --init.",
         )
-    preset, settings = _settings(args, recipe)
+    preset_name, settings = _settings(args, recipe)
     return Plan(
         recording=dataclasses.replace(recording, subject=recipe.subject),
         settings=settings,
-        preset=preset,
+        preset=preset_name,
         frames=frames,
         count=recipe.count if args.frames is None else len(frames),
         views=views,
@@ -227,9 +228,10 @@ def _said(args: Namespace) -> list[str]:
 def _settings(args: Namespace, recipe: Recipe) -> tuple[str, Settings]:
     """A preset replaces all of the run's parameters, ``--set`` single ones."""
     from stereotrack_core.parameters import parsed_settings
+    from stereotrack_core.tracking.presets import preset
 
     if args.preset is not None:
-        return args.preset, settings_of(args.preset, args.changes)
+        return args.preset, preset(args.preset, args.changes)
     return recipe.preset, recipe.settings.replaced(**parsed_settings(args.changes))
 
 

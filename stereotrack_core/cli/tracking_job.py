@@ -15,7 +15,7 @@ import numpy as np
 from stereotrack_core.cli.output import Table, number
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.cli.tracking_gaps import Blindness, Gap, ViewProblems, gaps_of
-from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.errors import Cancelled
 from stereotrack_core.interop.run_journal import RunJournal, Wish
 from stereotrack_core.tracking.unfinished import INCOMPLETE
 from stereotrack_core.tracking.untracked import Untracked
@@ -285,49 +285,3 @@ def _first_pass(settings: Settings, frames: range) -> int:
     from stereotrack_core.tracking.pipeline import LENGTH_FRAMES
 
     return min(LENGTH_FRAMES, len(frames)) if settings.body.proportions == "sequence" else 0
-
-
-def first_pose(text: str, frame: int) -> FirstPose:
-    """Where ``--init`` says that tracking begins.
-
-    Raises
-    ------
-    InputError
-        For a file that does not know `frame`.
-    """
-    if text in {"auto", "tpose"}:
-        return text
-    path = Path(text)
-    if not path.suffix and not path.exists():
-        raise InputError(
-            f"{text!r} is not a way to begin",
-            where="--init",
-            remedy="Give auto, tpose, or the name of a run or landmarks file.",
-        )
-    return _pose_in_file(path, frame)
-
-
-def _pose_in_file(path: Path, frame: int) -> FirstPose:
-    from stereotrack_core.interop.landmark_pose import pose_of_landmarks
-    from stereotrack_core.interop.run_file import holds_run, read_run, read_trajectory
-    from stereotrack_core.tracking.stored import pose_of_run
-
-    pose = None
-    if holds_run(path):
-        run = read_run(path)
-        for i in np.flatnonzero(run.frame == frame):
-            pose = pose_of_run(run, int(i))
-    else:
-        trajectory = read_trajectory(path)
-        for points in trajectory.points[trajectory.frame == frame]:
-            try:
-                pose = pose_of_landmarks(points)
-            except ValueError:
-                continue
-    if pose is None:
-        raise InputError(
-            f"frame {frame} is not known there",
-            where=f"--init {path}",
-            remedy="Begin at a frame that the file knows: --frames A:B.",
-        )
-    return pose

@@ -1,12 +1,14 @@
-"""``stereotrack open``: declared here for the help; the window's own package does it."""
+"""``stereotrack open``: the window on a recording folder or a project file."""
 
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from stereotrack_core.cli.command import Command
+from stereotrack_core.cli.command import FAILED, OK, Command
+from stereotrack_core.cli.output import say
 from stereotrack_core.errors import InputError
+from stereotrack_core.window import Opening, Window
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -33,11 +35,25 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace) -> int:
-    """Say that the window is elsewhere."""
-    raise InputError(
-        f"{args.path} opens in the workbench, which is not started from here",
-        remedy="Start it with the program `stereotrack`.",
-    )
+    """Show the window."""
+    opening = Opening(args.path, args.frame, args.workspace, picture=args.screenshot)
+    return show_window(args.window, opening)
+
+
+def show_window(window: Window | None, opening: Opening) -> int:
+    """Show the window; return the exit status.
+
+    Raises
+    ------
+    InputError
+        Where the program was started without one.
+    """
+    if window is None:
+        raise InputError(
+            "the workbench is not started from here",
+            remedy="Start it with the program `stereotrack`.",
+        )
+    return OK if window.show(opening, say) else FAILED
 
 
 COMMAND = Command(

@@ -83,6 +83,16 @@ class DepthChain:
     ------
     InputError
         For unknown views, views without depth, and stereo cameras that cannot be rectified.
+
+    Examples
+    --------
+    >>> recording = open_recording(Path("recording"))
+    >>> chain = DepthChain(recording, preset("accurate").depth)
+    >>> with FrameReader(recording) as reader:
+    ...     chain.learn_background(reader, range(reader.frame_count))
+    ...     cloud = chain.process(reader.frame_set(0))
+    >>> cloud.points.shape
+    (5210, 3)
     """
 
     def __init__(

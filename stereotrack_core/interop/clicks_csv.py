@@ -69,6 +69,11 @@ def read_clicks(
     ------
     InputError
         Where the file cannot be read at all.
+
+    Examples
+    --------
+    >>> recording = open_recording(Path("recording"))
+    >>> clicks = read_clicks(Path("clicks.csv"), recording).checked()
     """
     problems: list[InputError] = []
     lines: dict[ClickKey, int] = {}

@@ -44,6 +44,11 @@ def write_run(path: Path, run: Run) -> None:
     InputError
         For an unknown suffix, a place that cannot be written to, or where the format needs
         a frame rate that the run's ``meta["fps"]`` does not state.
+
+    Examples
+    --------
+    >>> write_run(Path("run.npz"), run)
+    >>> write_run(Path("landmarks.trc"), run)
     """
     path = Path(path)
     if run_suffix(path) == ".npz":
@@ -115,6 +120,12 @@ def read_run(path: Path) -> Run:
     ------
     InputError
         For a file that is not a complete run.
+
+    Examples
+    --------
+    >>> run = read_run(Path("run.npz"))
+    >>> run.landmarks.shape  # frames, nine landmarks, x y z in metres
+    (100, 9, 3)
     """
     path = Path(path)
     check_file(path)

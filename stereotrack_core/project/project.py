@@ -66,6 +66,11 @@ class Project:
     references, runs, subjects, landmark_sets, parameter_sets, descriptions : Entries
         Named things; see ``references.py``, ``runs.py``, ``setups.py`` and ``corrections.py`` for
         typed ones.
+
+    Examples
+    --------
+    >>> with Project.create(Path("mine.stereotrack"), Path("recording")) as project:
+    ...     project.apply(keep_run("first", read_run(Path("run.npz"))))
     """
 
     def __init__(self, opened: Opened, who: str = "") -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -31,6 +32,12 @@ def open_recording(folder: Path) -> Recording:
     ------
     InputError
         At the first thing that is wrong; :func:`findings.examine` tells all of them.
+
+    Examples
+    --------
+    >>> recording = open_recording(Path("recording"))
+    >>> [view.name for view in recording.views]
+    ['N', 'O', 'S', 'W']
     """
     complaints: list[InputError] = []
     recording = describe(folder, complaints)
@@ -38,6 +45,28 @@ def open_recording(folder: Path) -> Recording:
         raise complaints[0]
     assert recording is not None  # noqa: S101 - without a complaint it was read
     return recording
+
+
+def open_recordings(folders: Sequence[Path]) -> list[Recording]:
+    """Recordings of several folders, with names that tell them apart.
+
+    Raises
+    ------
+    InputError
+        For a folder that is no recording, or is given twice.
+    """
+    recordings = [open_recording(folder) for folder in folders]
+    if len({recording.folder.resolve() for recording in recordings}) < len(recordings):
+        raise InputError(
+            "a recording is given twice", where="RECORDING", remedy="Give each one once."
+        )
+    names = [recording.name for recording in recordings]
+    return [
+        recording
+        if names.count(recording.name) == 1
+        else dataclasses.replace(recording, name=str(recording.folder))
+        for recording in recordings
+    ]
 
 
 def describe(folder: Path, complaints: list[InputError]) -> Recording | None:

@@ -22,11 +22,6 @@ from stereotrack_core.simulation.store import RecordingStore
 Progress = Callable[[int, int], None]
 _WORKERS = 2
 
-DEMO_MOTION = "t-pose+cross-arms+point"
-DEMO_FRAMES = 100
-DEMO_PERSON = "P2"
-DEMO_SEED = 7
-
 
 def simulate(
     folder: Path,
@@ -70,6 +65,10 @@ def simulate(
         For an unknown name, no frames, or a folder that holds something.
     Cancelled
         When stopped; nothing is left behind.
+
+    Examples
+    --------
+    >>> simulate(Path("recording"), person="P2", motion="cross-arms", frames=40, views="NS")
     """
     chosen = options or SceneOptions()
     folder = Path(folder)
@@ -89,24 +88,6 @@ def simulate(
                 if on_progress is not None:
                     on_progress(frame + 1, frames)
         store.finish(folder.name, who.subject(), np.array(truth), scene.chain.segments)
-
-
-def demo_recording(
-    folder: Path,
-    *,
-    on_progress: Progress | None = None,
-    cancelled: Callable[[], bool] | None = None,
-) -> None:
-    """Make the recording of ``stereotrack demo``: four views, T pose, crossed arms, pointing."""
-    simulate(
-        folder,
-        person=DEMO_PERSON,
-        motion=DEMO_MOTION,
-        frames=DEMO_FRAMES,
-        seed=DEMO_SEED,
-        on_progress=on_progress,
-        cancelled=cancelled,
-    )
 
 
 def _make_frame(scene: Scene, frame: int, store: RecordingStore, workers: Executor) -> FloatArray:

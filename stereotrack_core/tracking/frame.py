@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from stereotrack_core import __version__
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.body.pose import Pose
@@ -27,6 +26,7 @@ from stereotrack_core.tracking.chain_covariance import (
 from stereotrack_core.tracking.estimate import Correspondences, Estimate
 from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.settings import Settings
+from stereotrack_core.version import __version__
 from stereotrack_core.versions import versions
 
 

@@ -415,6 +415,12 @@ def track(
     ------
     Cancelled
         Where `on_first_pass` or `on_replay` raises it.
+
+    Examples
+    --------
+    >>> run = track(open_recording(Path("recording")), preset("accurate"), frames=range(40))
+    >>> run.trajectory().points.shape  # frames, nine landmarks, x y z in metres
+    (40, 9, 3)
     """
     found: list[TrackedFrame] = [] if begun is None else list(begun.done)
     with Pipeline(

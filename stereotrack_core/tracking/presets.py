@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.parameters import Value
+from stereotrack_core.parameters import Value, parsed_settings
 from stereotrack_core.recording.toml_table import load_toml
 from stereotrack_core.tracking.settings import Settings
 
@@ -95,16 +95,28 @@ def named(name: str, settings: Settings, base: str = "accurate") -> UserPreset:
     return UserPreset(name, base, changed)
 
 
-def preset(name: str) -> Settings:
+def preset(name: str, changes: Sequence[str] = ()) -> Settings:
     """Settings of a preset, or of a file that holds one.
+
+    Parameters
+    ----------
+    name : str
+    changes : sequence of str
+        ``NAME=VALUE`` for each parameter that shall be otherwise.
 
     Raises
     ------
     InputError
-        Where there is no preset of that name, or the file does not hold one.
+        Where there is no preset of that name, the file does not hold one, or a change is none.
+
+    Examples
+    --------
+    >>> preset("accurate", ["iterations=3"]).tracking.iterations
+    3
     """
+    changed = parsed_settings(changes)
     if name.lower().endswith(SUFFIX):
-        return read_preset(Path(name)).settings
+        return read_preset(Path(name)).settings.replaced(**changed)
     if name not in _CHANGES:
         raise InputError(
             f"there is no preset {name!r}",
@@ -112,7 +124,7 @@ def preset(name: str) -> Settings:
             remedy=f"Known are: {', '.join(PRESETS)}. A preset of your own is given as a"
             f" file {SUFFIX}.",
         )
-    return Settings().replaced(**_CHANGES[name])
+    return Settings().replaced(**_CHANGES[name]).replaced(**changed)
 
 
 def read_preset(path: Path) -> UserPreset:

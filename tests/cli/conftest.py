@@ -5,7 +5,11 @@ from dataclasses import dataclass
 
 import pytest
 
-from stereotrack_core.cli import main
+from app.start import show
+from stereotrack_core.program import main
+from stereotrack_core.window import Window
+
+WINDOW = Window("app", show)
 
 
 @dataclass(frozen=True)
@@ -26,8 +30,8 @@ class Ended:
 def run(capsys):
     """Function that runs a command line in this process."""
 
-    def command(*arguments):
-        status = main([str(argument) for argument in arguments], app_package="app")
+    def command(*arguments, window=None):
+        status = main([str(argument) for argument in arguments], window=window)
         captured = capsys.readouterr()
         return Ended(status, captured.out, captured.err)
 

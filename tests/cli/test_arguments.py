@@ -4,9 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from stereotrack_core.cli.arguments import check_output, frame_bounds, frames_within, views_of
+from stereotrack_core.cli.arguments import check_output
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording, Stream, View
+from stereotrack_core.recording.selection import frame_bounds, frames_within, views_of
 
 
 def recording_with(*names, folder=Path("nowhere")):

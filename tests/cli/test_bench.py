@@ -5,8 +5,10 @@ import subprocess
 
 import pytest
 
-from stereotrack_core.cli import bench, main
+from stereotrack_core.cli import bench
 from stereotrack_core.experiments.benchmark import correction_speed
+from stereotrack_core.program import main
+from tests.cli.conftest import WINDOW
 
 pytestmark = pytest.mark.xdist_group("cli")
 
@@ -54,9 +56,9 @@ def window(monkeypatch, stdout="", *, fails=False):
 
 def test_window_figures_are_read(run, recording, monkeypatch):
     window(monkeypatch, json.dumps({"frame_step_ms": 31.25}))
-    ended = run("bench", recording, "--only", "window", "--json")
+    ended = run("bench", recording, "--only", "window", "--json", window=WINDOW)
     assert ended.json["window"] == {"frame_step_ms": 31.25}
-    assert "frame step ms" in run("bench", recording, "--only", "window").out
+    assert "frame step ms" in run("bench", recording, "--only", "window", window=WINDOW).out
 
 
 @pytest.mark.parametrize(
@@ -68,7 +70,7 @@ def test_window_figures_are_read(run, recording, monkeypatch):
 )
 def test_window_that_cannot_be_measured(run, recording, monkeypatch, options, words):
     window(monkeypatch, **options)
-    ended = run("bench", recording, "--only", "window", "--json")
+    ended = run("bench", recording, "--only", "window", "--json", window=WINDOW)
     assert ended.status == 0
     assert ended.json["window"] is None
     assert words in ended.err

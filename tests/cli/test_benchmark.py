@@ -6,11 +6,11 @@ import shutil
 
 import pytest
 
-from stereotrack_core.cli.arguments import recordings_of
 from stereotrack_core.cli.benchmark_tables import in_full, readable
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.benchmark import ablations
 from stereotrack_core.experiments.benchmark.accuracy import MEASURES, Row
+from stereotrack_core.recording.folder import open_recordings
 
 pytestmark = pytest.mark.xdist_group("cli")
 SMALL = ("--set", "search_proposals=30", "--set", "data_points=400")
@@ -108,10 +108,10 @@ def test_recordings_without_a_reference_are_refused_before_any_work(run, recordi
 
 def test_recordings_of_the_same_name_are_told_apart(recording, tmp_path):
     copy = shutil.copytree(recording, tmp_path / "copy")
-    assert [one.name for one in recordings_of([recording, copy])] == [str(recording), str(copy)]
-    assert recordings_of([recording])[0].name != str(recording)
+    assert [one.name for one in open_recordings([recording, copy])] == [str(recording), str(copy)]
+    assert open_recordings([recording])[0].name != str(recording)
     with pytest.raises(InputError, match="given twice"):
-        recordings_of([recording, copy, recording])
+        open_recordings([recording, copy, recording])
 
 
 def test_frames_without_truth_are_no_annotation(run, recording, tmp_path):

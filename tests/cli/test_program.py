@@ -10,8 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from stereotrack_core import __version__
-from stereotrack_core.cli import program
+from stereotrack_core import __version__, program
 from stereotrack_core.cli.command import Command
 from stereotrack_core.cli.progress import stoppable
 from stereotrack_core.errors import Cancelled, InputError
@@ -109,7 +108,7 @@ def test_debug_shows_the_traceback(run, monkeypatch):
 def test_start_is_light():
     heavy = "{'cv2', 'scipy', 'numba', 'rich.table', 'av', 'PySide6', 'ezc3d'}"
     code = (
-        "import sys; from stereotrack_core.cli import main; main(['help']); "
+        "import sys; from stereotrack_core.program import main; main(['help']); "
         f"print({heavy} & set(sys.modules))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -118,7 +117,7 @@ def test_start_is_light():
 
 
 def test_reader_that_leaves(tmp_path):
-    code = "import sys; from stereotrack_core.cli import main; sys.exit(main(['help']))"
+    code = "import sys; from stereotrack_core.program import main; sys.exit(main(['help']))"
     reading, writing = os.pipe()
     os.close(reading)
     with os.fdopen(writing, "w") as stdout:
@@ -136,7 +135,7 @@ some_disk_is_full = pytest.mark.skipif(not FULL.exists(), reason="no disk is ful
 @some_disk_is_full
 @pytest.mark.parametrize("word", ["help", "--help"])
 def test_a_result_on_a_full_disk_is_missed_in_words(word):
-    code = "import sys; from stereotrack_core.cli import main; sys.exit(main(sys.argv[1:]))"
+    code = "import sys; from stereotrack_core.program import main; sys.exit(main(sys.argv[1:]))"
     with FULL.open("w") as stdout:
         done = subprocess.run(
             [sys.executable, "-c", code, word], stdout=stdout, stderr=subprocess.PIPE, text=True
@@ -196,7 +195,7 @@ def test_an_interrupt_while_the_program_is_being_loaded_leaves_no_traceback(monk
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("stereotrack_core.cli.main", interrupted)
+    monkeypatch.setattr("stereotrack_core.program.main", interrupted)
     assert main(["info", "anything"]) == 1
     assert capsys.readouterr().err == "Stopped.\n"
 

@@ -13,6 +13,7 @@ from stereotrack_core.interop.run_npz import read_npz, write_npz
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.runs import keep_run
 from stereotrack_core.recording.folder import open_recording
+from tests.cli.conftest import WINDOW
 
 SECTIONS = (
     *("recording", "subject", "calibration", "errors", "curves", "episodes", "honesty", "motion"),
@@ -23,12 +24,12 @@ SECTIONS = (
 @pytest.fixture(scope="session")
 def pages(recording, tracked, tmp_path_factory):
     """The page and the PDF of the tiny run."""
-    from stereotrack_core.cli import main
+    from stereotrack_core.program import main
 
     folder = tmp_path_factory.mktemp("report")
     page, pdf = folder / "report.html", folder / "report.pdf"
     command = ["report", str(tracked), "-o", str(page), "--pdf", str(pdf), "--json"]
-    assert main(command, app_package="app") == 0
+    assert main(command, window=WINDOW) == 0
     return page.read_text("utf-8"), pdf
 
 

@@ -12,17 +12,19 @@ from pathlib import Path
 import pytest
 
 from stereotrack_core.atomic import replacing
-from stereotrack_core.cli import main, sweep, sweep_files
-from stereotrack_core.cli.sweep_files import (
+from stereotrack_core.cli import sweep
+from stereotrack_core.errors import InputError
+from stereotrack_core.experiments.sweep import store
+from stereotrack_core.experiments.sweep.estimate import in_words
+from stereotrack_core.experiments.sweep.store import (
     SweepPlaces,
     SweepStore,
     is_running,
     read_state,
     stored_results,
 )
-from stereotrack_core.cli.sweep_words import in_words
-from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.sweep.work import do_batch
+from stereotrack_core.program import main
 from stereotrack_core.project.lock import ProjectLock
 
 pytestmark = pytest.mark.xdist_group("cli")
@@ -152,7 +154,7 @@ def test_a_search_goes_on_where_it_was(run, recording, tmp_path, here):
 
 def started(recording, table, *more):
     words = ["sweep", recording, *QUICK, *GRID, "-o", table, "--workers", 1, *more]
-    code = "import sys; from stereotrack_core.cli import main; sys.exit(main(sys.argv[1:]))"
+    code = "import sys; from stereotrack_core.program import main; sys.exit(main(sys.argv[1:]))"
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parents[2])}
     return subprocess.Popen(
         [sys.executable, "-c", code, *map(str, words)], env=environment,
@@ -234,7 +236,7 @@ def test_asking_whether_a_sweep_is_running_does_not_keep_one_from_beginning(tmp_
         waited.append(seconds)
         asking.release()
 
-    monkeypatch.setattr(sweep_files.time, "sleep", answered_meanwhile)
+    monkeypatch.setattr(store.time, "sleep", answered_meanwhile)
     SweepStore(places).close()
     assert len(waited) == 1
 

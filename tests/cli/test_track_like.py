@@ -19,7 +19,7 @@ EQUAL = "equal to the last bit"
 @pytest.fixture(scope="module")
 def first(recording, tmp_path_factory):
     """Frames 2 to 5, begun with a given pose, by another seed, gone over backwards."""
-    from stereotrack_core.cli import main
+    from stereotrack_core.program import main
 
     path = tmp_path_factory.mktemp("like") / "first.npz"
     chosen = ("--frames", "2:6", "--seed", "7", "--views", "NS", "--smooth")

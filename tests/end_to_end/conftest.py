@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from stereotrack_core.cli import main
+from stereotrack_core.program import main
 
 FRAMES = 12
 

@@ -11,8 +11,8 @@ import resource
 import signal
 import sys
 
-from stereotrack_core.cli import main
 from stereotrack_core.interop.run_journal import RunJournal
+from stereotrack_core.program import main
 
 
 def hold(frames: int, *, full: bool) -> None:

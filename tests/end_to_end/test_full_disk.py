@@ -129,12 +129,12 @@ def test_every_module_that_writes_files_is_tried():
     """Whoever adds a writer adds it to the list, or says here who tries it."""
     elsewhere = {
         "stereotrack_core.project.database": "tests/project",
-        "stereotrack_core.cli.sweep_files": "a text of its own, tests/cli/test_sweep.py",
+        "stereotrack_core.experiments.sweep.store": "a text of its own, tests/cli/test_sweep.py",
         "stereotrack_core.cli.reproduction.strips": "bytes of its own",
         "stereotrack_core.cli.reproduction.writing": "texts of its own",
         "app.features.review.review_work": "a text of its own, tests/gui/test_review.py",
     }
-    by_commands = {"stereotrack_core.cli.benchmark", "stereotrack_core.cli.report"}
+    by_commands = {"stereotrack_core.cli.benchmark", "stereotrack_core.report.files"}
     text = Path(writers.__file__).read_text(encoding="utf-8")
     tried = {*re.findall(r"^from (\S+) import", text, re.MULTILINE), *by_commands, *elsewhere}
     assert modules_that_write() - tried == set()

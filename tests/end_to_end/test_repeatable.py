@@ -100,7 +100,7 @@ threads = int(sys.argv[1])
 os.cpu_count = lambda: threads
 import cv2
 cv2.setNumThreads(threads)
-from stereotrack_core.cli import main
+from stereotrack_core.program import main
 sys.exit(main(sys.argv[2:]))
 """
 

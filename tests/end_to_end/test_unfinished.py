@@ -60,7 +60,7 @@ def stopped_by(how: signal.Signals | str, *words: object, frames: int = HELD) ->
 @pytest.fixture(scope="module")
 def whole(sound, tmp_path_factory):
     """The run that nobody stops."""
-    from stereotrack_core.cli import main
+    from stereotrack_core.program import main
 
     place = tmp_path_factory.mktemp("unfinished") / "whole.npz"
     assert main(["track", str(sound), "-o", str(place), *FAST]) == 0

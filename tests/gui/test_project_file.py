@@ -12,9 +12,9 @@ from PySide6.QtGui import QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox
 
+from app.__main__ import main
 from app.session import project_file
 from app.shell.main_window import MainWindow
-from app.start import start
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.project.click_edits import place
 from stereotrack_core.project.project import Project
@@ -126,7 +126,7 @@ def test_the_menu_opens_a_project(window, qtbot, folder, tmp_path, monkeypatch):
 def test_a_file_that_is_no_project_is_refused_before_a_window_comes(tmp_path, capsys):
     path = tmp_path / "mine.stereotrack"
     path.write_text("this is something else entirely" * 10)
-    assert start(["open", str(path)]) == 2
+    assert main(["open", str(path)]) == 2
     assert "not a project" in capsys.readouterr().err
 
 

@@ -24,8 +24,8 @@ from app.features.sweep.sweep_plan import (
 from app.features.sweep.sweeps import SweepNow, SweepPresenter
 from app.services.tasks.task import TaskList
 from app.widgets.forms.sweep_values import SweepValues
-from stereotrack_core.cli.sweep_files import SweepPlaces, SweepState, SweepStore
 from stereotrack_core.errors import InputError
+from stereotrack_core.experiments.sweep.store import SweepPlaces, SweepState, SweepStore
 
 pytestmark = pytest.mark.window
 
@@ -88,14 +88,14 @@ def test_a_wish_is_a_command(tmp_path, small_recording):
     assert words.startswith("4 runs (2 points). To track: 12 frames")
     assert "not known yet" in words
     with pytest.raises(InputError, match="no recording"):
-        SweepWish((), PointsWish(), "0", "", "a.csv", "", "fast", (), 1).arguments()
+        SweepWish((), PointsWish(), "0", "", "a.csv", "", "fast", (), 1).request()
 
 
 def test_lists_and_searches_are_asked_for_like_grids(shown, tmp_path, small_recording):
     points = shown(SweepPoints())
     points.way.setCurrentIndex(points.way.findData("list"))
     with pytest.raises(InputError, match="no list"):
-        points.wish().arguments()
+        points.wish().fields()
     listed = tmp_path / "points.csv"
     listed.write_text("iterations,views\n2,NS\n3,\n4,\n")
     points.file.setText(str(listed))
@@ -103,17 +103,16 @@ def test_lists_and_searches_are_asked_for_like_grids(shown, tmp_path, small_reco
     assert (count_of_wish(wish).points, count_of_wish(wish).jobs) == (3, 6)
     points.way.setCurrentIndex(points.way.findData("search"))
     with pytest.raises(InputError, match="nothing is searched"):
-        points.wish().arguments()
+        points.wish().fields()
     points.ranges.add("reach", "0.1:0.5")
     points.trials.setValue(4)
     points.judge.setCurrentIndex(points.judge.findData("lost"))
-    assert points.wish().arguments() == [
-        "--search", "reach=0.1:0.5", "--trials", "4", "--minimise", "lost"
-    ]  # fmt: skip
+    asked = {"search": ("reach=0.1:0.5",), "trials": 4, "minimise": "lost"}
+    assert points.wish().fields() == asked
     wish = replace(wish, points=points.wish())
     assert (count_of_wish(wish).points, count_of_wish(wish).jobs) == (4, 8)
     points.way.setCurrentIndex(0)
-    assert points.wish().arguments() == []
+    assert points.wish().fields() == {"grid": ()}
 
 
 def test_points_and_fields_tell_their_runs(shown, qtbot, table, tmp_path):

@@ -224,7 +224,9 @@ def test_every_folder_of_code_says_what_it_is_for(package: str):
 
 def test_every_room_of_the_core_has_tests():
     rooms = {path.parent.name for path in (ROOT / "stereotrack_core").glob("*/__init__.py")}
-    tested = {path.parent.name for path in (ROOT / "tests").glob("*/test_*.py")}
+    tested = {
+        path.relative_to(ROOT / "tests").parts[0] for path in (ROOT / "tests").rglob("test_*.py")
+    }
     assert rooms - tested == set()
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import yaml
 
 from stereotrack_core import __version__
-from stereotrack_core.cli.program import COMMANDS
+from stereotrack_core.program import COMMANDS
 from stereotrack_core.recording.calibration import read_calibration
 from stereotrack_core.recording.subject_file import read_subject
 from stereotrack_core.recording.toml_table import Table

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from stereotrack_core.annotation.click import Click
-from stereotrack_core.cli.program import main
 from stereotrack_core.errors import InputError
+from stereotrack_core.program import main
 from stereotrack_core.project.click_edits import PlaceClicks, place
 from stereotrack_core.project.failures import ProjectDamaged
 from stereotrack_core.project.history import History

@@ -16,16 +16,21 @@ import cv2
 import numpy as np
 
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.cli.sweep_files import SweepPlaces, SweepState, read_state, stored_results
-from stereotrack_core.cli.tracking_job import first_pose
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.joint_angles.series import angles_of_reference, angles_of_run
 from stereotrack_core.experiments.sweep.points import listed_points
+from stereotrack_core.experiments.sweep.store import (
+    SweepPlaces,
+    SweepState,
+    read_state,
+    stored_results,
+)
 from stereotrack_core.experiments.sweep.table import curves_of, table_of_cells
 from stereotrack_core.interop.c3d import write_c3d
 from stereotrack_core.interop.clicks_csv import write_clicks
 from stereotrack_core.interop.coco import write_coco
 from stereotrack_core.interop.deeplabcut import write_deeplabcut
+from stereotrack_core.interop.first_pose import first_pose
 from stereotrack_core.interop.labels import is_trajectory, read_labels
 from stereotrack_core.interop.landmark_set_file import read_landmark_set, write_landmark_set
 from stereotrack_core.interop.preset_file import read_preset, write_preset

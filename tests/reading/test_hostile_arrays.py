@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stereotrack_core.cli import main
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.reference_npz import is_reference, read_reference, write_reference
 from stereotrack_core.interop.run_file import read_run, write_trajectory
 from stereotrack_core.interop.run_npz import run_bytes, run_of_bytes, write_npz
+from stereotrack_core.program import main
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from tests.reading.mutations import member, with_meta
 

@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QMimeData, QObject, QSettings, Signal, Slot
 from PySide6.QtWidgets import QFileDialog
 
-from stereotrack_core.cli.demo import DemoPlaces, demo_places
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_file import read_run, write_run
 from stereotrack_core.project.whereabouts import SUFFIX
-from stereotrack_core.simulation.make import demo_recording
+from stereotrack_core.simulation.demo import DemoPlaces, demo_places, make_demo
 from stereotrack_core.tracking.unfinished import INCOMPLETE
 
 from ...services.failures import Message
@@ -118,14 +117,13 @@ class FileWork(QObject):
             self._window.show_error(error)
             return
         self._demo_places = places
-        if (places.recording / "recording.toml").is_file():
+        if places.made:
             self._open_demo(places)
             return
 
         def work(task: Task) -> DemoPlaces:
-            places.recording.parent.mkdir(parents=True, exist_ok=True)
-            demo_recording(
-                places.recording,
+            make_demo(
+                places,
                 on_progress=lambda done, of: task.report(done / of, f"frame {done} of {of}"),
                 cancelled=task.token.cancelled,
             )

@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, QUrl
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QFileDialog
 
-from stereotrack_core.cli.report import repeat_command, write_page, write_pdf
+from stereotrack_core.report.files import repeat_command, write_page, write_pdf
 from stereotrack_core.report.reported import Source, gathered
 
 from ...services.failures import Message

@@ -17,9 +17,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from stereotrack_core.cli.sweep_plan import SweepCount
-from stereotrack_core.cli.sweep_words import in_words
 from stereotrack_core.errors import InputError
+from stereotrack_core.experiments.sweep.estimate import in_words
+from stereotrack_core.experiments.sweep.plan import SweepCount
 
 from ...services.tasks.task import Task, TaskList
 from .form import SweepForm
@@ -194,7 +194,7 @@ class SweepDialog(QDialog):
     def _begin(self) -> None:
         wish = self.form.wish()
         try:
-            arguments = wish.arguments()
+            arguments = wish.request().arguments()
         except InputError as error:
             self._on_counted(error)
             return

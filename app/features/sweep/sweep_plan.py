@@ -1,40 +1,28 @@
-"""What a person asks a sweep for, as a command, and what that comes to."""
+"""What a person asks a sweep for, and what that comes to."""
 
 from __future__ import annotations
 
 import json
 import os
 import subprocess
-import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
-from stereotrack_core.cli.arguments import recordings_of
-from stereotrack_core.cli.program import parser
-from stereotrack_core.cli.sweep_files import SweepPlaces, stored_results
-from stereotrack_core.cli.sweep_plan import (
-    SweepCount,
-    check_numbers,
-    count_of,
-    first_points,
-    judged_by,
-    sweep_planner,
-    sweep_points,
-    sweep_ranges,
-)
-from stereotrack_core.cli.sweep_words import in_words
 from stereotrack_core.errors import InputError
+from stereotrack_core.experiments.sweep.estimate import in_words
 from stereotrack_core.experiments.sweep.measures import MEASURES
+from stereotrack_core.experiments.sweep.plan import SweepCount, SweepPlan, count_of
 from stereotrack_core.experiments.sweep.points import SPECIAL, parameter_rows
+from stereotrack_core.experiments.sweep.request import TRIALS, SweepRequest, program_command
+from stereotrack_core.experiments.sweep.store import SweepPlaces, stored_results
+from stereotrack_core.recording.folder import open_recordings
 
 from ...session.counting import counted
 
 _LOOK_SECONDS = 0.1
-_CODE = (
-    "import sys; sys.path[:] = {path!r}; from stereotrack_core.cli import main; "
-    "sys.exit(main(sys.argv[1:]))"
-)
 
 
 @dataclass(frozen=True)
@@ -58,29 +46,27 @@ class PointsWish:
     way: str = "grid"
     varied: tuple[tuple[str, str], ...] = ()
     file: str = ""
-    trials: int = 30
+    trials: int = TRIALS
     minimise: str = ""
 
-    def arguments(self) -> list[str]:
-        """What says so on the command line.
+    def fields(self) -> dict[str, Any]:
+        """What a request for a sweep says about points.
 
         Raises
         ------
         InputError
             Where something is missing.
         """
-        named = [f"{name}={values}" for name, values in self.varied]
+        named = tuple(f"{name}={values}" for name, values in self.varied)
         if self.way == "grid":
-            return [word for one in named for word in ("--grid", one)]
+            return {"grid": named}
         if self.way == "list":
             if not self.file:
                 raise InputError("no list of points is chosen", remedy="Choose a file.")
-            return ["--list", self.file]
+            return {"points": Path(self.file)}
         if not named:
             raise InputError("nothing is searched for", remedy="Add a parameter and its range.")
-        words = [word for one in named for word in ("--search", one)]
-        words += ["--trials", str(self.trials)]
-        return [*words, "--minimise", self.minimise] if self.minimise else words
+        return {"search": named, "trials": self.trials, "minimise": self.minimise or None}
 
 
 @dataclass(frozen=True)
@@ -110,8 +96,8 @@ class SweepWish:
     changes: tuple[str, ...]
     workers: int
 
-    def arguments(self) -> list[str]:
-        """The command of the command line that does it.
+    def request(self) -> SweepRequest:
+        """The sweep that is asked for.
 
         Raises
         ------
@@ -122,15 +108,17 @@ class SweepWish:
             raise InputError("no recording is chosen", remedy="Add one.")
         if not self.table.strip():
             raise InputError("the table has no name", remedy="Choose a file.")
-        words = ["sweep", *self.recordings, "-o", self.table.strip(), "--preset", self.preset]
-        words += ["--seeds", self.seeds.strip() or "0", *self.points.arguments()]
-        for change in self.changes:
-            words += ["--set", change]
-        if self.frames.strip():
-            words += ["--frames", self.frames.strip()]
-        if self.scheduler:
-            return [*words, "--scheduler", self.scheduler]
-        return [*words, "--workers", str(self.workers)]
+        return SweepRequest(
+            recordings=tuple(map(Path, self.recordings)),
+            table=Path(self.table.strip()),
+            preset=self.preset,
+            changes=self.changes,
+            seeds=self.seeds.strip() or "0",
+            frames=self.frames.strip() or None,
+            workers=None if self.scheduler else self.workers,
+            scheduler=self.scheduler or None,
+            **self.points.fields(),
+        )
 
 
 def count_of_wish(wish: SweepWish) -> SweepCount:
@@ -141,20 +129,11 @@ def count_of_wish(wish: SweepWish) -> SweepCount:
     InputError
         Where something cannot be meant.
     """
-    args = parser().parse_args(wish.arguments())
-    check_numbers(args)
-    recordings = recordings_of(args.recordings)
-    judged_by(args.minimise, recordings)
-    ranges = sweep_ranges(args)
-    points = first_points(ranges, args) if ranges else sweep_points(args)
-    jobs = sweep_planner(recordings, args).jobs(points)
-    count, _ = count_of(jobs, stored_results(SweepPlaces(args.output)), max(1, wish.workers))
-    return count
-
-
-def process_of(arguments: Sequence[str]) -> list[str]:
-    """What to start so that the command line does this in a process of its own."""
-    return [sys.executable, "-c", _CODE.format(path=sys.path), *arguments]
+    request = wish.request()
+    request.check()
+    jobs = SweepPlan(request, open_recordings(request.recordings)).jobs_to_count()
+    known = stored_results(SweepPlaces(request.table))
+    return count_of(jobs, known, max(1, wish.workers))[0]
 
 
 def measured_seconds(wish: SweepWish, cancelled: Callable[[], bool]) -> float | None:
@@ -167,7 +146,7 @@ def measured_seconds(wish: SweepWish, cancelled: Callable[[], bool]) -> float | 
     InputError
         Where it cannot be told.
     """
-    words = process_of([*wish.arguments(), "--dry-run", "--json"])
+    words = program_command([*wish.request().arguments(), "--dry-run", "--json"])
     with subprocess.Popen(  # noqa: S603 - our own code in our own interpreter
         words,
         stdin=subprocess.DEVNULL,

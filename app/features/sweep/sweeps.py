@@ -12,12 +12,12 @@ from typing import IO, Literal, TypeAlias
 
 from PySide6.QtCore import QElapsedTimer, QObject, QSettings, QTimer, Signal, Slot
 
-from stereotrack_core.cli.sweep_files import SweepPlaces, SweepState, is_running, read_state
-from stereotrack_core.cli.sweep_words import in_words
+from stereotrack_core.experiments.sweep.estimate import in_words
+from stereotrack_core.experiments.sweep.request import program_command
+from stereotrack_core.experiments.sweep.store import SweepPlaces, SweepState, is_running, read_state
 
 from ...services.stored import stored_text
 from ...session.counting import counted
-from .sweep_plan import process_of
 
 SweepPhase: TypeAlias = Literal["idle", "running", "stopping", "done", "stopped", "failed"]
 
@@ -95,7 +95,7 @@ class SweepPresenter(QObject):
         self._places.state.unlink(missing_ok=True)
         self._said = tempfile.TemporaryFile()  # noqa: SIM115 - it lives as long as the process
         self._process = subprocess.Popen(  # noqa: S603 - our own code in our own interpreter
-            process_of(arguments),
+            program_command(arguments),
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=self._said,

@@ -16,8 +16,8 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.evaluation.errors import errors_against, knows_something, truth_of
-from stereotrack_core.evaluation.summary import Summary, summarise
+from stereotrack_core.evaluation.errors import knows_something, truth_of
+from stereotrack_core.evaluation.summary import Summary, evaluate
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.frame import TrackedFrame
@@ -184,7 +184,7 @@ def accuracy(
                     raise Cancelled
         for (contestant, seed), points in zip(entries, landmarks, strict=True):
             found = LandmarkTrajectory(np.array(frames), np.array(points))
-            summary = summarise(errors_against(found, reference))
+            summary = evaluate(found, reference)
             values = {measure.name: measure.of(summary) for measure in MEASURES}
             score = Score(recording.name, contestant.name, seed, summary.frames, values)
             scores[contestant.name, seed] = score

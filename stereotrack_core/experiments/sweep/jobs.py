@@ -4,24 +4,27 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from stereotrack_core import __version__
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.experiments.sweep.points import Point
+from stereotrack_core.interop.first_pose import first_pose
 from stereotrack_core.reading import TABLE_BYTES, read_bytes
 from stereotrack_core.recording.depth_views import usable_views
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detection_csv import OWN_FILE
 from stereotrack_core.recording.fingerprint import calibration_fingerprint, fingerprint
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.selection import frames_within, views_of
 from stereotrack_core.tracking.pipeline import FirstPose
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.settings import Settings
+from stereotrack_core.version import __version__
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,28 +99,6 @@ class Base:
     smooth: bool = False
 
 
-@dataclass(frozen=True)
-class Reading:
-    """How words mean something for a recording.
-
-    Attributes
-    ----------
-    views : callable
-        Names of the views that a text asks for.
-    frames : callable
-        Frames that a text asks for, of so many.
-    first_pose : callable
-        First pose that a text asks for, at a frame.
-    frame_count : callable
-        Frames of a recording.
-    """
-
-    views: Callable[[Recording, str | None], tuple[str, ...] | None]
-    frames: Callable[[str | None, int], range]
-    first_pose: Callable[[str, int], FirstPose]
-    frame_count: Callable[[Recording], int]
-
-
 class Planner:
     """Makes jobs of points: recordings times points times seeds, in this order.
 
@@ -125,12 +106,11 @@ class Planner:
     ----------
     recordings : sequence of Recording
     base : Base
-    reading : Reading
     """
 
-    def __init__(self, recordings: Sequence[Recording], base: Base, reading: Reading) -> None:
+    def __init__(self, recordings: Sequence[Recording], base: Base) -> None:
         self._base = base
-        self._sources = tuple(_Source(recording, reading) for recording in recordings)
+        self._sources = tuple(_Source(recording) for recording in recordings)
 
     def jobs(self, points: Sequence[Point]) -> tuple[Job, ...]:
         """All jobs of some points.
@@ -152,10 +132,10 @@ class Planner:
 class _Source:
     """A recording from which jobs are made."""
 
-    def __init__(self, recording: Recording, reading: Reading) -> None:
+    def __init__(self, recording: Recording) -> None:
         self._recording = recording
-        self._reading = reading
-        self._count = reading.frame_count(recording)
+        with FrameReader(recording, read_ahead=0) as reader:
+            self._count = reader.frame_count
         self._fingerprint = fingerprint(recording)
         self._facts = _facts_of(recording, self._fingerprint)
         self._truth = _digest(_reference_facts(recording))
@@ -163,11 +143,11 @@ class _Source:
     def job(self, point: Point, base: Base, seed: int) -> Job:
         name = point.special("preset") or base.preset
         settings = preset(name).replaced(**{**base.changes, **point.parameters})
-        asked = self._reading.views(self._recording, point.special("views") or base.views)
+        asked = views_of(self._recording, point.special("views") or base.views)
         views = usable_views(self._recording, asked)
         views = tuple(view.name for view in self._recording.views if view.name in views)
-        frames = self._reading.frames(point.special("frames") or base.frames, self._count)
-        init = self._reading.first_pose(point.special("init") or base.init, frames.start)
+        frames = frames_within(point.special("frames") or base.frames, self._count)
+        init = first_pose(point.special("init") or base.init, frames.start)
         smooth = point.by_name.get("smooth", base.smooth) is True
         clouds = {
             "recording": self._facts,

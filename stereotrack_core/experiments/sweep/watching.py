@@ -25,6 +25,10 @@ class Watcher(Protocol):
 class Executor(Protocol):
     """Does jobs."""
 
+    @property
+    def count(self) -> int:
+        """Jobs that are done at once."""
+
     def do(self, jobs: Sequence[Job], watcher: Watcher) -> None:
         """Do all jobs, whose identities differ; returns when each has a result.
 

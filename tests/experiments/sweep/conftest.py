@@ -7,8 +7,7 @@ import pytest
 
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
-from stereotrack_core.cli.arguments import frames_within, views_of
-from stereotrack_core.experiments.sweep.jobs import Base, Planner, Reading
+from stereotrack_core.experiments.sweep.jobs import Base, Planner
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.tracking.presets import preset
 from tests.tracking.recordings import write_depth_recording
@@ -22,7 +21,6 @@ SMALL = {
     "data_points": 200,
     "fit_shape": False,
 }
-READING = Reading(views_of, frames_within, lambda text, frame: text, lambda recording: FRAMES)
 
 
 def pose(k):
@@ -43,7 +41,7 @@ def plan(cones):
 
     def jobs(*points, recording=cones, **changes):
         base = Base("fast", SMALL, (0,), frames="0:4", init="tpose")
-        return Planner((recording,), dataclasses.replace(base, **changes), READING).jobs(points)
+        return Planner((recording,), dataclasses.replace(base, **changes)).jobs(points)
 
     return jobs
 

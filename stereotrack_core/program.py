@@ -10,7 +10,6 @@ from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Sequence
 from typing import NoReturn
 
-from stereotrack_core import __version__
 from stereotrack_core.cli import (
     angles,
     bench,
@@ -34,7 +33,10 @@ from stereotrack_core.cli import (
 )
 from stereotrack_core.cli.command import FAILED, OK, WRONG_INPUT, Command
 from stereotrack_core.cli.output import put, say
+from stereotrack_core.cli.workbench import show_window
 from stereotrack_core.errors import Cancelled, InputError, did_you_mean
+from stereotrack_core.version import __version__
+from stereotrack_core.window import Opening, Window
 
 PROGRAM = "stereotrack"
 
@@ -120,24 +122,26 @@ def parser() -> ArgumentParser:
     return root
 
 
-def main(argv: Sequence[str] | None = None, *, app_package: str | None = None) -> int:
+def main(argv: Sequence[str] | None = None, *, window: Window | None = None) -> int:
     """Run one command; return the exit status: 0 done, 2 wrong input, 1 everything else.
 
     Parameters
     ----------
     argv : sequence of str, optional
         The arguments; by default those of the process.
-    app_package : str, optional
-        Name under which the workbench's package can be imported, for the few commands that run a
-        module of it in a process of its own. The core itself does not know it.
+    window : Window, optional
+        The workbench, which the core itself does not know; without it, commands that need it
+        say so.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     try:
+        if not arguments and window is not None:
+            return show_window(window, Opening())
         if not arguments or arguments[0] in ("-h", "--help"):
             put(command_list())
             return OK
         _check_command(arguments[0])
-        args = parser().parse_args(arguments, Namespace(app_package=app_package))
+        args = parser().parse_args(arguments, Namespace(window=window))
         status: int = args.run(args)
         return status
     except SystemExit as end:  # argparse, after --help or --version

@@ -7,19 +7,17 @@ import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from stereotrack_core.cli.progress import progress, stoppable
-from stereotrack_core.cli.sweep_files import Ending, SweepState, SweepStore
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.experiments.sweep.jobs import Job, Planner
+from stereotrack_core.experiments.sweep.jobs import Job
+from stereotrack_core.experiments.sweep.measures import measure_named
+from stereotrack_core.experiments.sweep.plan import SweepPlan
 from stereotrack_core.experiments.sweep.points import Point
 from stereotrack_core.experiments.sweep.results import JobResult
+from stereotrack_core.experiments.sweep.search import Search
+from stereotrack_core.experiments.sweep.store import Ending, SweepState, SweepStore
 from stereotrack_core.experiments.sweep.summary import cost, summarised
 from stereotrack_core.experiments.sweep.watching import Executor
-
-if TYPE_CHECKING:
-    from stereotrack_core.experiments.sweep.search import Range
 
 _STATE_SECONDS = 0.5
 _TABLE_SECONDS = 5.0
@@ -51,74 +49,74 @@ class SweepRun:
 
     Parameters
     ----------
+    plan : SweepPlan
     store : SweepStore
     executor : Executor
-    again : bool
-        Compute what is known as well.
+    on_percent : callable, optional
+        Told how many percent of the work are done.
+    cancelled : callable, optional
+        Asked whether to stop; whoever else wants that says so by the store.
     """
 
-    def __init__(self, store: SweepStore, executor: Executor, *, again: bool = False) -> None:
+    def __init__(
+        self,
+        plan: SweepPlan,
+        store: SweepStore,
+        executor: Executor,
+        *,
+        on_percent: Callable[[int], None] = lambda _: None,
+        cancelled: Callable[[], bool] = lambda: False,
+    ) -> None:
+        self._plan = plan
         self._store = store
         self._executor = executor
-        self._again = again
+        self._on_percent = on_percent
+        self._cancelled = cancelled
         self._jobs: list[Job] = []
         self._fresh: set[str] = set()
         self._reused: set[str] = set()
         self._failed = 0
         self._frames = _Frames()
-        self._show: Callable[[int], None] = lambda _: None
-        self._stop_asked: Callable[[], bool] = lambda: False
         self._stopped = False
         self._table_told = self._state_told = 0.0
 
-    def grid(self, jobs: Sequence[Job]) -> SweepOutcome:
-        """Do these jobs."""
-        self._frames.expect(sum(len(job.frames) for job in self._waiting(jobs)))
+    def do(self) -> SweepOutcome:
+        """Compute what is missing; leaves table and state behind, however it ends."""
         with self._working():
-            self._do(jobs)
-        return self._outcome()
+            if self._plan.ranges:
+                self._search()
+            else:
+                waiting = self._waiting(self._plan.jobs)
+                self._frames.expect(sum(len(job.frames) for job in waiting))
+                self._do(self._plan.jobs)
+        reused, computed = len(self._reused), len(self._fresh)
+        return SweepOutcome(tuple(self._jobs), reused, computed, self._stopped)
 
-    def search(
-        self, planner: Planner, ranges: Sequence[Range], by: str, trials: int, seed: int, batch: int
-    ) -> SweepOutcome:
-        """Look for the point that is best by a measure.
-
-        Parameters
-        ----------
-        planner : Planner
-        ranges : sequence of Range
-        by : str
-        trials : int
-            Points to try.
-        seed : int
-            Of the search.
-        batch : int
-            Points that are asked for at once.
-        """
-        from stereotrack_core.experiments.sweep.measures import measure_named
-        from stereotrack_core.experiments.sweep.search import Search
-
-        measure = measure_named(by)
+    def _search(self) -> None:
+        """Look for the point that is best by a measure."""
+        plan, request = self._plan, self._plan.request
+        at_once = plan.search_batch(self._executor.count)
+        batch = self._store.search_batch(plan.search_signature(), at_once)
+        measure = measure_named(plan.by)
         more = measure is not None and measure.more_is_better
-        search = Search(ranges, seed, more_is_better=more)
-        with self._working():
-            tried = 0
-            while tried < trials:
-                points = search.ask(min(batch, trials - tried))
-                jobs = planner.jobs(points)
-                frames = sum(len(job.frames) for job in jobs)
-                self._frames.expect_about(frames * math.ceil((trials - tried) / len(points)))
-                self._do(jobs)
-                search.tell([self._value(jobs, point, by) for point in points])
-                tried += len(points)
-        return self._outcome()
+        search = Search(plan.ranges, request.search_seed, more_is_better=more)
+        tried = 0
+        while tried < request.trials:
+            points = search.ask(min(batch, request.trials - tried))
+            jobs = plan.planner.jobs(points)
+            frames = sum(len(job.frames) for job in jobs)
+            rounds = math.ceil((request.trials - tried) / len(points))
+            self._frames.expect_about(frames * rounds)
+            self._do(jobs)
+            search.tell([self._value(jobs, point) for point in points])
+            tried += len(points)
 
     # ---- what the executor tells and asks
 
     def on_frames(self, count: int) -> None:
         """So many frames more were tracked."""
         self._frames.add(count)
-        self._show(self._frames.percent)
+        self._on_percent(int(100 * self._frames.share))
         self._note()
 
     def on_result(self, job: Job, result: JobResult) -> None:
@@ -129,8 +127,8 @@ class SweepRun:
         self._note()
 
     def stopped(self) -> bool:
-        """Whether Ctrl-C was pressed, or somebody else wants it to stop."""
-        return self._stop_asked() or self._store.stop_asked()
+        """Whether to stop."""
+        return self._cancelled() or self._store.stop_asked()
 
     # ---- inside
 
@@ -149,12 +147,13 @@ class SweepRun:
         for job in jobs:
             result = self._store.results.get(job.identity)
             known = result is not None and (result.done or job.identity in self._fresh)
-            if not known or (self._again and job.identity not in self._fresh):
+            if not known or (self._plan.request.again and job.identity not in self._fresh):
                 wanted.setdefault(job.identity, job)
         return list(wanted.values())
 
-    def _value(self, jobs: Sequence[Job], point: Point, by: str) -> float:
+    def _value(self, jobs: Sequence[Job], point: Point) -> float:
         """How good a point is; NaN where any of its runs failed."""
+        by = self._plan.by
         own = [job for job in jobs if job.point == point]
         found = summarised(own, self._store.results, by)
         if len(found) != 1 or found[0].failed:
@@ -164,12 +163,11 @@ class SweepRun:
 
     @contextlib.contextmanager
     def _working(self) -> Iterator[None]:
-        """Show progress, let Ctrl-C stop the work, and leave table and state behind."""
+        """Leave table and state behind, also where the work is stopped or fails."""
         ended: Ending = "failed"
         error = ""
         try:
-            with progress("Sweeping", 100) as self._show, stoppable() as self._stop_asked:
-                yield
+            yield
             ended = "done"
         except Cancelled:
             self._stopped = True
@@ -204,10 +202,6 @@ class SweepRun:
             error=error,
         )
 
-    def _outcome(self) -> SweepOutcome:
-        reused, computed = len(self._reused), len(self._fresh)
-        return SweepOutcome(tuple(self._jobs), reused, computed, self._stopped)
-
 
 class _Frames:
     """Frames tracked, wanted, and the time that is left."""
@@ -235,11 +229,6 @@ class _Frames:
     def share(self) -> float:
         """Of the work, 0 to 1."""
         return self._done / self._wanted if self._wanted else 0.0
-
-    @property
-    def percent(self) -> int:
-        """The same in whole percent."""
-        return int(100 * self.share)
 
     def seconds_left(self) -> float | None:
         """At the pace since the first frames were done; None before there is a pace."""

@@ -1,0 +1,55 @@
+"""The first pose of a run, as a person names it: a way to begin, or a file that knows it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.landmark_pose import pose_of_landmarks
+from stereotrack_core.interop.run_file import holds_run, read_run, read_trajectory
+from stereotrack_core.tracking.pipeline import FirstPose
+from stereotrack_core.tracking.stored import pose_of_run
+
+
+def first_pose(text: str, frame: int) -> FirstPose:
+    """Where ``--init`` says that tracking begins.
+
+    Raises
+    ------
+    InputError
+        For a file that does not know `frame`.
+    """
+    if text in {"auto", "tpose"}:
+        return text
+    path = Path(text)
+    if not path.suffix and not path.exists():
+        raise InputError(
+            f"{text!r} is not a way to begin",
+            where="--init",
+            remedy="Give auto, tpose, or the name of a run or landmarks file.",
+        )
+    return _pose_in_file(path, frame)
+
+
+def _pose_in_file(path: Path, frame: int) -> FirstPose:
+    pose = None
+    if holds_run(path):
+        run = read_run(path)
+        for i in np.flatnonzero(run.frame == frame):
+            pose = pose_of_run(run, int(i))
+    else:
+        trajectory = read_trajectory(path)
+        for points in trajectory.points[trajectory.frame == frame]:
+            try:
+                pose = pose_of_landmarks(points)
+            except ValueError:
+                continue
+    if pose is None:
+        raise InputError(
+            f"frame {frame} is not known there",
+            where=f"--init {path}",
+            remedy="Begin at a frame that the file knows: --frames A:B.",
+        )
+    return pose

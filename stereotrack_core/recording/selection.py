@@ -1,0 +1,106 @@
+"""Frames, views and seeds as a person writes them, and what they mean for a recording."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from stereotrack_core.errors import InputError
+
+if TYPE_CHECKING:  # no more than that is needed, and the command line starts quickly
+    from stereotrack_core.recording.description import Recording
+
+
+def frame_bounds(text: str, option: str = "--frames") -> tuple[int | None, int | None]:
+    """First frame and end of ``A:B`` as given to an option; None where left out.
+
+    Raises
+    ------
+    InputError
+        Where the text cannot be read, or the end does not come after the first frame.
+    """
+    first, sign, end = text.partition(":")
+    try:
+        if not sign:
+            raise ValueError
+        bounds = (int(first) if first.strip() else None, int(end) if end.strip() else None)
+    except ValueError:
+        raise InputError(
+            f"{text!r} cannot be read", where=option, remedy="Write A:B, for example 10:60."
+        ) from None
+    start = bounds[0] or 0
+    if start < 0 or (bounds[1] is not None and bounds[1] <= start):
+        raise InputError(
+            f"{text!r} holds no frame",
+            where=option,
+            remedy="Count from 0, and let the end come after the first frame.",
+        )
+    return bounds
+
+
+def frames_within(text: str | None, count: int) -> range:
+    """Frames that ``--frames`` names out of a recording's `count`.
+
+    Raises
+    ------
+    InputError
+        For frames that the recording does not have.
+    """
+    if not count:
+        raise InputError("the recording has no frames", remedy="See `stereotrack info`.")
+    if text is None:
+        return range(count)
+    first, end = frame_bounds(text)
+    chosen = range(first or 0, count if end is None else end)
+    if chosen.stop > count or chosen.start >= count:
+        raise InputError(
+            f"{text!r} goes beyond the end",
+            where="--frames",
+            remedy=f"The recording has the frames 0:{count}.",
+        )
+    return chosen
+
+
+def views_of(recording: Recording, text: str | None) -> tuple[str, ...] | None:
+    """View names that ``--views`` asks for; None for all.
+
+    Raises
+    ------
+    InputError
+        For a view that the recording does not have.
+    """
+    if text is None:
+        return None
+    known = [view.name for view in recording.views]
+    if text in known:
+        return (text,)
+    joined = "+" in text or not all(letter in known for letter in text)
+    names = [name.strip() for name in text.split("+")] if joined else list(text)
+    unknown = [name for name in names if name not in known]
+    if unknown or not names:
+        raise InputError(
+            f"there is no view {(unknown or [text])[0]!r}",
+            where="--views",
+            remedy=f"The recording has: {', '.join(known)}.",
+        )
+    return tuple(dict.fromkeys(names))
+
+
+def seeds_of(text: str) -> list[int]:
+    """Seeds that ``--seeds`` names.
+
+    Raises
+    ------
+    InputError
+        For anything but different whole numbers from 0.
+    """
+    try:
+        seeds = [int(part) for part in text.split(",")]
+    except ValueError:
+        seeds = []
+    if not seeds or min(seeds) < 0 or len(set(seeds)) < len(seeds):
+        raise InputError(
+            f"{text!r} is no list of seeds",
+            where="--seeds",
+            remedy="Give different whole numbers from 0, for example 0,1,2.",
+        )
+    return seeds
