@@ -1,15 +1,85 @@
 """Tracking of the articulated upper body on multi-view stereo recordings.
 
-The rooms are laid out as the data flows: ``geometry``, ``recording``, ``depth``, ``body``,
-``filtering``, ``tracking``, ``evaluation``; ``simulation`` makes recordings, ``interop``
-reads and writes foreign formats. Nothing in here imports Qt.
+What a notebook imports stands here; each name is loaded when it is first used. The rooms are laid
+out as the data flows: ``geometry``, ``recording``, ``depth``, ``body``, ``filtering``,
+``tracking``, ``annotation``, ``evaluation``; ``experiments`` makes many runs, ``simulation`` makes
+recordings, ``interop`` reads and writes foreign formats, ``project`` keeps what people made.
+Nothing in here imports Qt.
+
+Examples
+--------
+>>> from pathlib import Path
+>>> import stereotrack_core as stereotrack
+>>> recording = stereotrack.open_recording(Path("recording"))
+>>> run = stereotrack.track(recording, stereotrack.preset("accurate"))
+>>> stereotrack.evaluate(run, recording.reference).measure("forearms").statistics.mean
+9.1
 """
 
+import importlib
 import os
+from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
+from stereotrack_core.version import __version__
+
+if TYPE_CHECKING:
+    from stereotrack_core.annotation.fit.recorded import fit_reference
+    from stereotrack_core.depth.chain import DepthChain
+    from stereotrack_core.evaluation.episodes.find import failures
+    from stereotrack_core.evaluation.summary import evaluate
+    from stereotrack_core.interop.clicks_csv import read_clicks
+    from stereotrack_core.interop.run_file import read_run, write_run
+    from stereotrack_core.project.project import Project
+    from stereotrack_core.recording.folder import open_recording
+    from stereotrack_core.simulation.make import simulate
+    from stereotrack_core.tracking.pipeline import track
+    from stereotrack_core.tracking.presets import preset
 
 # OpenCV reads these once, when it is loaded. A small file may unfold into any number of pixels, and
 # what is wrong with a picture is told in our own words.
 os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", str(1 << 27))
 os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
+
+_HOMES = {
+    "DepthChain": "depth.chain",
+    "Project": "project.project",
+    "evaluate": "evaluation.summary",
+    "failures": "evaluation.episodes.find",
+    "fit_reference": "annotation.fit.recorded",
+    "open_recording": "recording.folder",
+    "preset": "tracking.presets",
+    "read_clicks": "interop.clicks_csv",
+    "read_run": "interop.run_file",
+    "simulate": "simulation.make",
+    "track": "tracking.pipeline",
+    "write_run": "interop.run_file",
+}
+
+__all__ = [
+    "DepthChain",
+    "Project",
+    "__version__",
+    "evaluate",
+    "failures",
+    "fit_reference",
+    "open_recording",
+    "preset",
+    "read_clicks",
+    "read_run",
+    "simulate",
+    "track",
+    "write_run",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Load a name of the public interface when it is first used."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    found = getattr(importlib.import_module(f"{__name__}.{_HOMES[name]}"), name)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -18,18 +17,15 @@ from stereotrack_core.cli.arguments import (
     add_recording,
     add_views,
     check_output,
-    frame_bounds,
-    frames_within,
-    views_of,
 )
 from stereotrack_core.cli.command import OK, Command
 from stereotrack_core.cli.output import Table, counted, number, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.errors import InputError
+from stereotrack_core.recording.selection import frame_bounds, frames_within, views_of
 
 if TYPE_CHECKING:
     from stereotrack_core.annotation.click import Click, ClickKey
-    from stereotrack_core.annotation.fit.measurement import ClickMeasurement
     from stereotrack_core.annotation.fit.results import TrajectoryFit
     from stereotrack_core.annotation.fit.settings import FitSettings
     from stereotrack_core.body.proportions import Proportions
@@ -94,8 +90,7 @@ def _add_choice(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Read the clicks, fit, write."""
-    from stereotrack_core.annotation.camera_doubts import doubtful_camera, own_mistakes
-    from stereotrack_core.annotation.landmark_set import NINE
+    from stereotrack_core.annotation.fit.recorded import clicks_in, fit_reference
     from stereotrack_core.interop.clicks_csv import read_clicks
     from stereotrack_core.recording.folder import open_recording
     from stereotrack_core.recording.reader import FrameReader
@@ -115,21 +110,41 @@ def run(args: Namespace) -> int:
     frames = frames_within(args.frames, count)
     gaps = [_gap(text, count) for text in args.gaps]
     clicks = read_clicks(args.clicks, recording, frames=count).checked()
-    chosen = _of_views(clicks, recording, views)
-    measured = _measurements(chosen, frames, sigma, args.clicks)
     proportions = _proportions(args.subject, recording, clicks)
-    fit = _fitted(recording, settings, proportions, measured, frames, views, gaps)
+    with progress("Reading", len(frames)) as show, stoppable() as stopped:
+        fit = fit_reference(
+            recording,
+            clicks,
+            frames=frames,
+            views=views,
+            settings=settings,
+            proportions=proportions,
+            sigma=sigma,
+            source=str(args.clicks),
+            gaps=gaps,
+            on_frame=lambda frame: show(frame - frames.start + 1),
+            cancelled=stopped,
+        )
     meta = {"clicks": len(clicks), "click_sigma_px": sigma, "settings": settings.values()}
     _write(args.output, fit, recording, meta)
-    doubtful = doubtful_camera(chosen, recording.cameras, NINE)
-    mistakes = own_mistakes(fit.flagged(), doubtful, chosen, recording.cameras)
+    _tell(args, fit, recording, clicks_in(recording, clicks, views))
+    return OK
+
+
+def _tell(
+    args: Namespace, fit: TrajectoryFit, recording: Recording, clicks: Sequence[Click]
+) -> None:
+    from stereotrack_core.annotation.camera_doubts import doubtful_camera, own_mistakes
+    from stereotrack_core.annotation.landmark_set import NINE
+
+    doubtful = doubtful_camera(clicks, recording.cameras, NINE)
+    mistakes = own_mistakes(fit.flagged(), doubtful, clicks, recording.cameras)
     facts = _facts(fit, mistakes, doubtful)
     if args.json:
         put_json({"reference": args.output, **facts})
     else:
         put_table(_table(facts, f"{recording.name} in {args.output}"))
         _say_mistakes(fit, mistakes, doubtful)
-    return OK
 
 
 def _settings(args: Namespace) -> FitSettings:
@@ -157,37 +172,6 @@ def _gap(text: str, count: int) -> range:
     return range(first or 0, count if end is None else end)
 
 
-def _of_views(
-    clicks: Sequence[Click], recording: Recording, views: Sequence[str] | None
-) -> list[Click]:
-    """Clicks in the cameras of the chosen views."""
-    if views is None:
-        return list(clicks)
-    cameras = {
-        stream.camera for name in views for stream in recording.view(name).streams().values()
-    }
-    return [click for click in clicks if click.camera in cameras]
-
-
-def _measurements(
-    clicks: Sequence[Click], frames: range, sigma: float, path: Path
-) -> Mapping[int, Sequence[ClickMeasurement]]:
-    from stereotrack_core.annotation.fit.measurement import measurements
-    from stereotrack_core.annotation.landmark_set import NINE
-
-    by_frame: dict[int, list[Click]] = defaultdict(list)
-    for click in clicks:
-        if click.frame in frames and click.position is not None:
-            by_frame[click.frame].append(click)
-    if not by_frame:
-        raise InputError(
-            f"there is no click in frames {frames.start} to {frames.stop - 1} of these views",
-            where=str(path),
-            remedy="Click a few frames first, or choose other frames or views.",
-        )
-    return {frame: measurements(own, NINE, sigma) for frame, own in by_frame.items()}
-
-
 def _proportions(subject: str | None, recording: Recording, clicks: Sequence[Click]) -> Proportions:
     from stereotrack_core.annotation.click_points import click_pixels
     from stereotrack_core.annotation.measured_lengths import measured_lengths, subject_of
@@ -209,40 +193,11 @@ def _proportions(subject: str | None, recording: Recording, clicks: Sequence[Cli
     return proportions_of(subject_of(recording.name, lengths))
 
 
-def _fitted(
-    recording: Recording,
-    settings: FitSettings,
-    proportions: Proportions,
-    measured: Mapping[int, Sequence[ClickMeasurement]],
-    frames: range,
-    views: Sequence[str] | None,
-    gaps: Sequence[range],
-) -> TrajectoryFit:
-    from stereotrack_core.annotation.fit.fit import ClickFit
-    from stereotrack_core.annotation.fit.recorded_depth import recorded_depth
-    from stereotrack_core.annotation.landmark_set import NINE
-
-    fitting = ClickFit(recording.cameras, NINE, proportions, settings, fps=recording.fps)
-    with (
-        recorded_depth(recording, settings, views) as depth,
-        progress("Reading", len(frames)) as show,
-        stoppable() as stopped,
-    ):
-        return fitting.trajectory(
-            measured,
-            frames,
-            clouds=depth,
-            gaps=gaps,
-            on_frame=lambda frame: show(frame - frames.start + 1),
-            cancelled=stopped,
-        )
-
-
 def _write(path: Path, fit: TrajectoryFit, recording: Recording, meta: Mapping[str, Any]) -> None:
-    from stereotrack_core import __version__
     from stereotrack_core.interop.reference_npz import write_reference
     from stereotrack_core.project.fitted import reference_of_fit
     from stereotrack_core.recording.landmark_csv import write_landmarks
+    from stereotrack_core.version import __version__
 
     if path.suffix.lower() == ".npz":
         origin = {

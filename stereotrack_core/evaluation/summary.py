@@ -8,8 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.evaluation.errors import LimbErrors
+from stereotrack_core.evaluation.errors import LimbErrors, errors_against
 from stereotrack_core.recording.description import Segment
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.tracking.run import Run
 
 LOST_ANGLE = np.deg2rad(45.0)
 """An arm segment farther off than this is lost."""
@@ -88,6 +90,34 @@ class Summary:
     def measure(self, name: str) -> Measure:
         """Return the measure of that name; KeyError where there is none."""
         return {measure.name: measure for measure in self.measures}[name]
+
+
+def evaluate(
+    found: Run | LandmarkTrajectory, reference: LandmarkTrajectory, frames: range | None = None
+) -> Summary:
+    """Errors of a run against a reference, as the thesis measures them.
+
+    Frames of the reference that the run lacks, or in which it has no pose, count 90 degrees and
+    500 mm.
+
+    Parameters
+    ----------
+    found : Run or LandmarkTrajectory
+    reference : LandmarkTrajectory
+        Taken as truth; what it does not know is not scored.
+    frames : range, optional
+        Frames that count; all when not given.
+
+    Examples
+    --------
+    >>> recording = open_recording(Path("recording"))
+    >>> summary = evaluate(read_run(Path("run.npz")), recording.reference)
+    >>> summary.measure("forearms").statistics.mean  # degrees
+    9.1
+    """
+    trajectory = found.trajectory() if isinstance(found, Run) else found
+    errors = errors_against(trajectory, reference)
+    return summarise(errors if frames is None else errors.between(frames.start, frames.stop))
 
 
 def summarise(errors: LimbErrors, name: str = "all") -> Summary:

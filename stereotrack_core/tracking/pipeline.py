@@ -405,11 +405,9 @@ def track(
         Go over the frames backwards as well.
     detections, colour, keeper, begun
         See :class:`Pipeline`.
-    on_first_pass : callable, optional
-        Called after every frame from which lengths are estimated, and may raise
-        :class:`Cancelled`.
-    on_replay : callable, optional
-        Called after every frame that need not be tracked again, and may raise it too.
+    on_first_pass, on_replay : callable, optional
+        Called after every frame from which lengths are estimated, and after every one that need
+        not be tracked again; may raise :class:`Cancelled`.
 
     Raises
     ------
@@ -419,8 +417,6 @@ def track(
     Examples
     --------
     >>> run = track(open_recording(Path("recording")), preset("accurate"), frames=range(40))
-    >>> run.trajectory().points.shape  # frames, nine landmarks, x y z in metres
-    (40, 9, 3)
     """
     found: list[TrackedFrame] = [] if begun is None else list(begun.done)
     with Pipeline(

@@ -86,9 +86,9 @@ def test_the_benchmark_of_the_window_prints_json(program, small_recording):
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are sent otherwise there")
 def test_an_interrupt_while_the_window_is_made_ends_the_program_at_once(small_recording):
     script = (
-        "import os, signal, sys; from app import start\n"
-        "start._show = lambda *_: os.kill(os.getpid(), signal.SIGINT)\n"
-        "sys.exit(start.start(['open', sys.argv[1]]))"
+        "import os, signal, sys; from app import __main__, start\n"
+        "start._begin = lambda *_: os.kill(os.getpid(), signal.SIGINT)\n"
+        "sys.exit(__main__.main(['open', sys.argv[1]]))"
     )
     done = subprocess.run(
         [sys.executable, "-c", script, str(small_recording)],

@@ -24,6 +24,7 @@ from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.stored import fps_of_run
 
 _INSIDE, _USUAL = 6, 10
 """Frames that are looked at in an episode, and outside of any."""
@@ -58,6 +59,35 @@ class Subject:
     recording: Recording | None = None
     rules: EpisodeRules = field(default_factory=EpisodeRules)
     pictures: bool = True
+
+
+def failures(
+    run: Run,
+    *,
+    recording: Recording | None = None,
+    reference: LandmarkTrajectory | None = None,
+    rules: EpisodeRules | None = None,
+) -> tuple[Episode, ...]:
+    """The stretches in which a run fails, with their probable causes.
+
+    Parameters
+    ----------
+    run : Run
+    recording : Recording, optional
+        The run's; its images tell more about causes.
+    reference : LandmarkTrajectory, optional
+        Taken as truth; without it the run is judged by its own signs.
+    rules : EpisodeRules, optional
+        What counts as a failure.
+
+    Examples
+    --------
+    >>> run = read_run(Path("run.npz"))
+    >>> for failure in failures(run, recording=open_recording(Path("recording"))):
+    ...     print(failure.first, failure.last, failure.limbs)
+    """
+    fps = fps_of_run(run) if recording is None else recording.fps
+    return find_episodes(Subject(run, fps, reference, recording, rules or EpisodeRules()))
 
 
 def find_episodes(
