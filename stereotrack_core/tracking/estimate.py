@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,10 @@ from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.depth.cloud import Cloud
+
+if TYPE_CHECKING:
+    from stereotrack_core.tracking.inside.observer import Observer
+    from stereotrack_core.tracking.state import Setup
 
 Memory: TypeAlias = Mapping[str, NDArray[Any]]
 """All that a tracker's next step depends on, by name: with it another tracker of the same body and
@@ -122,16 +126,21 @@ class Tracker(Protocol):
     """Follows a body from cloud to cloud."""
 
     @property
+    def setup(self) -> Setup:
+        """What it is made for."""
+        ...
+
+    @property
     def state_names(self) -> tuple[str, ...]:
         """Names of the numbers of ``Estimate.x``."""
         ...
 
-    def start(self, pose: Pose) -> None:
-        """Begin, or begin anew, from a pose."""
+    def start(self, pose: Pose, *, P: FloatArray | None = None) -> None:
+        """Begin, or begin anew, from a pose; `P` is used where it is of this tracker's state."""
         ...
 
-    def step(self, cloud: Cloud) -> Estimate:
-        """Follow to the next cloud."""
+    def step(self, cloud: Cloud, watch: Observer = ...) -> Estimate:
+        """Follow to the next cloud; `watch` is told what happens."""
         ...
 
     def memory(self) -> Memory:

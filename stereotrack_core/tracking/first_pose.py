@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,11 +14,12 @@ from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.tracking.acquire import SeekingTracker
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.initialise import t_pose_in_cloud
 from stereotrack_core.tracking.seeking.facing import turned_round
+from stereotrack_core.tracking.seeking.finder import PoseFinder
 from stereotrack_core.tracking.shape_fit import SeenPose, fitted_surface
+from stereotrack_core.tracking.tracker import PersonTracker
 
 _BETTER = 6.0
 """Cost by which a pose that is not the usual one must be better to be taken."""
@@ -34,7 +36,7 @@ _FITTED = 8
 
 
 def first_pose_in(
-    seeker: SeekingTracker, clouds: Sequence[Cloud], shape: BodyParameters
+    seeker: PersonTracker, clouds: Sequence[Cloud], shape: BodyParameters
 ) -> Pose | None:
     """Pose in the first of successive clouds in which somebody is tracked; None without anybody.
 
@@ -45,7 +47,7 @@ def first_pose_in(
 
     Parameters
     ----------
-    seeker : SeekingTracker
+    seeker : PersonTracker
         Of which nothing is left as it was.
     clouds : sequence of Cloud
     shape : BodyParameters
@@ -57,7 +59,7 @@ def first_pose_in(
     if not tracked:
         return None
     first, last = tracked[0], tracked[-1]
-    usual = t_pose_in_cloud(seeker.body, clouds[first].points)
+    usual = t_pose_in_cloud(seeker.setup.body, clouds[first].points)
     if _explains_as_well(seeker, usual, clouds[first:], estimates[first:]):
         return usual
     found = _followed_back(seeker, clouds, estimates, first, last)
@@ -65,7 +67,7 @@ def first_pose_in(
 
 
 def first_pose_from_images(
-    seeker: SeekingTracker,
+    seeker: PersonTracker,
     reader: FrameReader,
     views: Sequence[str],
     frames: Sequence[int],
@@ -75,7 +77,7 @@ def first_pose_from_images(
 
     Parameters
     ----------
-    seeker : SeekingTracker
+    seeker : PersonTracker
         Of the default shape; nothing of it is left as it was.
     reader : FrameReader
     views : sequence of str
@@ -99,7 +101,7 @@ def first_pose_from_images(
 
 
 def _followed_back(
-    seeker: SeekingTracker,
+    seeker: PersonTracker,
     clouds: Sequence[Cloud],
     estimates: Sequence[Estimate],
     first: int,
@@ -114,13 +116,13 @@ def _followed_back(
 
 
 def facing_right(
-    seeker: SeekingTracker, found: Pose, clouds: Sequence[Cloud], shape: BodyParameters
+    seeker: PersonTracker, found: Pose, clouds: Sequence[Cloud], shape: BodyParameters
 ) -> Pose:
     """The pose, or the one that looks most alike from the other side if that is more natural.
 
     Parameters
     ----------
-    seeker : SeekingTracker
+    seeker : PersonTracker
     found : Pose
         In the first of the clouds.
     clouds : sequence of Cloud
@@ -141,22 +143,22 @@ def facing_right(
 
 
 def _gain_of_turning(
-    seeker: SeekingTracker, pose: Pose, clouds: Sequence[Cloud], shape: BodyParameters
+    seeker: PersonTracker, pose: Pose, clouds: Sequence[Cloud], shape: BodyParameters
 ) -> float:
     """How much more natural the other way round is, for a body fitted to this way of facing."""
-    twin = seeker.twin(pose)
-    poses = [twin.step(cloud).pose for cloud in clouds]
+    follower = seeker.finder.follower(pose)
+    poses = [follower.step(cloud).pose for cloud in clouds]
     pairs = list(zip(clouds, poses, strict=True))[len(clouds) > 1 :: 2]
-    lengths, joints = seeker.body.skeleton.proportions, seeker.joints
-    seen = [SeenPose(seeker.choose(cloud), pose) for cloud, pose in pairs]
-    surface, fitted = fitted_surface(lengths, shape, seen, seeker.parameters, joints)
-    judge = seeker.with_body(body_model(lengths, surface))
+    lengths, joints = seeker.setup.body.skeleton.proportions, seeker.setup.joints
+    seen = [SeenPose(seeker.leader.correspondences.choose(cloud), pose) for cloud, pose in pairs]
+    surface, fitted = fitted_surface(lengths, shape, seen, seeker.setup.parameters, joints)
+    judge = PoseFinder(replace(seeker.setup, body=body_model(lengths, surface)))
     gains = [judge.gain_of_turning(p, c) for p, (c, _) in zip(fitted, pairs, strict=True)]
     return float(np.mean(gains))
 
 
 def _explains_as_well(
-    seeker: SeekingTracker, usual: Pose, clouds: Sequence[Cloud], found: Sequence[Estimate]
+    seeker: PersonTracker, usual: Pose, clouds: Sequence[Cloud], found: Sequence[Estimate]
 ) -> bool:
     """Whether following from the usual pose costs no more than what was found, or little more."""
     seeker.start(usual)
@@ -166,7 +168,8 @@ def _explains_as_well(
         if not estimate.tracked:
             return False
         if other.tracked:
-            here, there = seeker.cost(estimate.pose, cloud), seeker.cost(other.pose, cloud)
+            cost = seeker.finder.cost
+            here, there = cost(estimate.pose, cloud), cost(other.pose, cloud)
             more.append(here - there)
     forward = [other.pose.torso[:, 1] @ usual.torso[:, 1] for other in found if other.tracked]
     turned_away = min(forward) < 0.0

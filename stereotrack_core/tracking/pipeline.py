@@ -25,7 +25,6 @@ from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.fingerprint import fingerprint
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.tracking.acquire import SeekingTracker
 from stereotrack_core.tracking.estimate import Estimate, Tracker
 from stereotrack_core.tracking.estimators import seeker_for, tracker_for
 from stereotrack_core.tracking.first_pose import first_pose_from_images, first_pose_in
@@ -45,6 +44,7 @@ from stereotrack_core.tracking.shape_fit import SeenPose, fitted_shape
 from stereotrack_core.tracking.shared_clouds import SharedClouds, read_cloud
 from stereotrack_core.tracking.smoothing import error_state_of, smoothed
 from stereotrack_core.tracking.stored import subject_of_meta
+from stereotrack_core.tracking.tracker import PersonTracker
 from stereotrack_core.tracking.unfinished import Checkpoint, RunKeeper, UnfinishedRun, recall
 
 FirstPose: TypeAlias = str | Pose
@@ -253,12 +253,18 @@ class Pipeline:
                 tracker.start(self.first_pose(cloud))
             estimate = tracker.step(cloud)
             if estimate.tracked:
-                seen.append(SeenPose(tracker.choose(cloud), estimate.pose, edge_maps(cloud)))
+                seen.append(
+                    SeenPose(
+                        tracker.leader.correspondences.choose(cloud),
+                        estimate.pose,
+                        edge_maps(cloud),
+                    )
+                )
         settled = seen[len(seen) // 3 :: 2]
         if len(settled) < _LEAST_SETTLED:
             return
         lengths = self.body.skeleton.proportions
-        self.shape = fitted_shape(lengths, self.settings.body, settled, p, tracker.joints)
+        self.shape = fitted_shape(lengths, self.settings.body, settled, p, tracker.setup.joints)
         self.body = body_model(lengths, self.shape)
         self.tracker = self._tracker()
 
@@ -286,7 +292,7 @@ class Pipeline:
         """Whether the tracker is one that can look for poses."""
         return self.settings.tracking.matching == "data_to_model"
 
-    def _seeker(self) -> SeekingTracker:
+    def _seeker(self) -> PersonTracker:
         return seeker_for(self.body, self.settings, self._cameras, self.recording, self.seed)
 
     def _tracker(self) -> Tracker:
@@ -314,8 +320,7 @@ class Pipeline:
 
     def smoothed_run(self, frames: Sequence[TrackedFrame]) -> Run:
         """Go over successive frames backwards and put them together to a run."""
-        state = error_state_of(self.tracker)
-        p = self.settings.tracking
+        state, p = error_state_of(self.tracker.setup.joints), self.settings.tracking
         back = smoothed(frames, self.body, state, p, self.recording.fps)
         origin = dataclasses.replace(self.origin(), smoothed=True, bridged=back.bridged)
         return run_of(back.frames, origin)
@@ -363,11 +368,9 @@ class Pipeline:
         """Where the track begins in the first cloud that shows somebody."""
         if isinstance(self._init, Pose):
             return self._init
-        if self._init == "auto":
-            found = self._found or self._look_for_pose([cloud])
-            if found is not None:
-                return found
-        return t_pose_in_cloud(self.body, cloud.points)
+        looked_for = self._init == "auto"
+        found = self._found or self._look_for_pose([cloud]) if looked_for else None
+        return found or t_pose_in_cloud(self.body, cloud.points)
 
 
 def track(
@@ -393,7 +396,7 @@ def track(
 
     Parameters
     ----------
-    recording, settings, views, seed, init, preset
+    recording, settings, views, seed, init, preset, detections, colour, keeper, begun
         See :class:`Pipeline`.
     frames : range, optional
         Half-open; all frames when not given.
@@ -403,8 +406,6 @@ def track(
         Asked after every frame whether to stop.
     smooth : bool
         Go over the frames backwards as well.
-    detections, colour, keeper, begun
-        See :class:`Pipeline`.
     on_first_pass, on_replay : callable, optional
         Called after every frame from which lengths are estimated, and after every one that need
         not be tracked again; may raise :class:`Cancelled`.

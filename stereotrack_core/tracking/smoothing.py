@@ -19,22 +19,13 @@ from stereotrack_core.body.angles import THESIS_JOINTS, pose_of_state, state_of_
 from stereotrack_core.body.manifold import difference, displaced
 from stereotrack_core.body.model import BodyModel, landmarks
 from stereotrack_core.body.pose import Pose, orthonormal
-from stereotrack_core.errors import InputError
 from stereotrack_core.filtering.linearisation import Information, posterior
 from stereotrack_core.filtering.sigma_points import scaled_weights, sigma_deviations
 from stereotrack_core.filtering.smoothing import backward_step
-from stereotrack_core.tracking.estimate import (
-    OVERCONFIDENCE,
-    Estimate,
-    Prior,
-    Tracker,
-    limb_sigma_deg,
-)
+from stereotrack_core.tracking.estimate import OVERCONFIDENCE, Estimate, Prior, limb_sigma_deg
 from stereotrack_core.tracking.frame import TrackedFrame
-from stereotrack_core.tracking.manifold_tracker import ManifoldTracker
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.process import process_noise
-from stereotrack_core.tracking.thesis import ThesisTracker
 
 _ARMS = (slice(6, 10), slice(10, 14))
 """Numbers of each arm in the states of both trackers."""
@@ -141,23 +132,9 @@ class Smoothed:
     bridged: tuple[int, ...]
 
 
-def error_state_of(tracker: Tracker) -> ErrorState:
-    """Error state of a tracker.
-
-    Raises
-    ------
-    InputError
-        For a tracker whose error state is not known here.
-    """
-    if isinstance(tracker, ManifoldTracker):
-        return ManifoldErrorState(tracker.joints)
-    if isinstance(tracker, ThesisTracker):
-        return AdditiveErrorState()
-    raise InputError(
-        f"the backward pass is not made for the tracker {type(tracker).__name__}",
-        where="--smooth",
-        remedy="Track without it.",
-    )
+def error_state_of(joints: tuple[int, ...]) -> ErrorState:
+    """Error state of a tracker whose state has these joints."""
+    return AdditiveErrorState() if joints == THESIS_JOINTS else ManifoldErrorState(joints)
 
 
 def smoothed(

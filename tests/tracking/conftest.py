@@ -5,9 +5,11 @@ import pytest
 
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
-from stereotrack_core.tracking.manifold_tracker import ManifoldTracker
+from stereotrack_core.tracking.correspondences import DataToModel
+from stereotrack_core.tracking.iekf import IteratedEstimator, PoseFilter
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.thesis import ThesisTracker
+from stereotrack_core.tracking.state import Setup
+from stereotrack_core.tracking.ukf import ThesisTracker
 from tests.tracking.scenes import CAMERAS
 
 
@@ -25,7 +27,9 @@ def make_tracker():
             changes = {"search_arms": False, "data_points": 400, "iterations": 4} | changes
         settings = preset("thesis" if name == "thesis" else "accurate").replaced(**changes)
         body = body_model(AVERAGE, settings.body)
-        kind = ThesisTracker if name == "thesis" else ManifoldTracker
-        return kind(body, settings.tracking, cameras, fps, seed)
+        setup = Setup(body, settings.tracking, cameras, fps, seed)
+        if name == "thesis":
+            return ThesisTracker(setup)
+        return PoseFilter(setup, IteratedEstimator(setup), DataToModel(setup))
 
     return make

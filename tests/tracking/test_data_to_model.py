@@ -11,8 +11,8 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.surface import nearest_on_surface
 from stereotrack_core.filtering.sigma_points import scaled_weights
+from stereotrack_core.tracking.correction import gathered, gathered_by_sigma_points
 from stereotrack_core.tracking.data_to_model import Trust, surface_residual
-from stereotrack_core.tracking.residuals import gathered, gathered_by_sigma_points
 from tests.tracking.scenes import POSES, surface_points
 
 BODY = body_model(AVERAGE)

@@ -6,11 +6,12 @@ import pytest
 from stereotrack_core.body.manifold import difference
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.geometry.rotation import angle_between
-from stereotrack_core.tracking.acquire import SeekingTracker
+from stereotrack_core.tracking import estimators
 from stereotrack_core.tracking.first_pose import facing_right, first_pose_in
 from stereotrack_core.tracking.initialise import t_pose_in_cloud
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.seeking.facing import turned_round
+from stereotrack_core.tracking.state import Setup
 from tests.tracking.scenes import CAMERAS, POSES, axis_off, cloud_of, surface_points, turned
 
 SHAPE = BodyParameters()
@@ -18,31 +19,33 @@ SHAPE = BodyParameters()
 
 @pytest.fixture
 def seeker(make_tracker):
-    body = make_tracker("manifold").body
-    return SeekingTracker(body, preset("fast").tracking, CAMERAS, 10.0, 0)
+    body = make_tracker("manifold").setup.body
+    return estimators.seeker(Setup(body, preset("fast").tracking, CAMERAS, 10.0, 0))
 
 
 def test_the_first_pose_is_that_of_the_first_cloud(seeker, rng):
     poses = [turned(POSES["reaching"], 30.0, (0.0, 0.03 * k, 0.0)) for k in range(4)]
     clouds = [
-        cloud_of(surface_points(seeker.body, pose, 2000, rng, 0.005), k)
+        cloud_of(surface_points(seeker.setup.body, pose, 2000, rng, 0.005), k)
         for k, pose in enumerate(poses)
     ]
     found = first_pose_in(seeker, clouds, SHAPE)
     assert found is not None
-    assert np.abs(difference(found, poses[0], seeker.joints)[:3]).max() < 0.03
+    assert np.abs(difference(found, poses[0], seeker.setup.joints)[:3]).max() < 0.03
     assert first_pose_in(seeker, [cloud_of(np.empty((0, 3)))], SHAPE) is None
 
 
 def _clouds(seeker, pose, rng, count=4):
-    return [cloud_of(surface_points(seeker.body, pose, 2000, rng, 0.005), k) for k in range(count)]
+    return [
+        cloud_of(surface_points(seeker.setup.body, pose, 2000, rng, 0.005), k) for k in range(count)
+    ]
 
 
 def test_the_usual_first_pose_is_taken_where_it_explains_the_clouds(seeker, rng):
     clouds = _clouds(seeker, POSES["t"], rng)
     found, usual = (
         first_pose_in(seeker, clouds, SHAPE),
-        t_pose_in_cloud(seeker.body, clouds[0].points),
+        t_pose_in_cloud(seeker.setup.body, clouds[0].points),
     )
     assert found is not None
     np.testing.assert_array_equal(found.rotations, usual.rotations)
@@ -65,7 +68,7 @@ def test_the_usual_first_pose_is_that_of_the_first_cloud_with_somebody(seeker, r
     clouds = [cloud_of(np.empty((0, 3))), *_clouds(seeker, POSES["t"], rng)]
     found, usual = (
         first_pose_in(seeker, clouds, SHAPE),
-        t_pose_in_cloud(seeker.body, clouds[1].points),
+        t_pose_in_cloud(seeker.setup.body, clouds[1].points),
     )
     assert found is not None
     np.testing.assert_array_equal(found.position, usual.position)

@@ -11,9 +11,9 @@ from stereotrack_core.body.pose import hanging_pose
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.filtering.linearisation import posterior
 from stereotrack_core.filtering.sigma_points import scaled_weights
+from stereotrack_core.tracking.correction import gathered, gathered_by_sigma_points
 from stereotrack_core.tracking.limits import ClearanceResidual, DirectionResidual, limit_residuals
 from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.residuals import gathered, gathered_by_sigma_points
 from tests.tracking.scenes import POSES, pose_with_arms
 
 BODY = body_model(AVERAGE)

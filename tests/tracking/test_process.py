@@ -29,4 +29,6 @@ def test_variances_grow_with_the_time_between_frame_sets(fps):
 
 def test_trackers_use_their_frame_rate(make_tracker):
     for name in ("thesis", "manifold"):
-        np.testing.assert_allclose(make_tracker(name, fps=5).Q, 2 * make_tracker(name, fps=10).Q)
+        np.testing.assert_allclose(
+            make_tracker(name, fps=5).setup.Q, 2 * make_tracker(name, fps=10).setup.Q
+        )

@@ -6,7 +6,7 @@ import pytest
 from stereotrack_core.body.model import placed_cones
 from stereotrack_core.body.skeleton import LEFT_FOREARM, LEFT_UPPER_ARM
 from stereotrack_core.body.surface import nearest_on_surface, parts_of_cones
-from stereotrack_core.tracking.colours.tracker import ColouredTracker
+from stereotrack_core.tracking.estimators import tracker_for
 from stereotrack_core.tracking.presets import preset
 from tests.tracking.detections.cases import BODY
 from tests.tracking.recordings import camera_towards_the_middle, rendered_depth
@@ -30,7 +30,7 @@ def test_a_limb_that_no_data_see_keeps_still_and_becomes_uncertain(name, rng):
     points = _points_of_one_view(pose)
     feet = nearest_on_surface(points, placed_cones(BODY, BODY.frames(pose)), np.inf)
     hidden = np.isin(parts_of_cones(BODY, feet.cone), HIDDEN)
-    tracker = ColouredTracker(BODY, preset("accurate").tracking, CAMERAS[:1], 10.0, 0)
+    tracker = tracker_for(BODY, preset("accurate"), CAMERAS[:1], 10.0, 0)
     tracker.start(pose)
     sigma = []
     for frame in range(7):

@@ -10,7 +10,6 @@ import pytest
 from stereotrack_core.body.manifold import difference, displaced
 from stereotrack_core.body.model import landmarks
 from stereotrack_core.body.pose import Pose
-from stereotrack_core.errors import InputError
 from stereotrack_core.tracking.estimate import Estimate, Prior
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.smoothing import AdditiveErrorState, error_state_of, smoothed
@@ -38,10 +37,10 @@ def _followed(tracker, rng, missing=(), frames=FRAMES, points=350, noise=0.03):
     tracker.start(_pose(0))
     found = []
     for k in range(frames):
-        seen = surface_points(tracker.body, _pose(k), points, rng, noise)
+        seen = surface_points(tracker.setup.body, _pose(k), points, rng, noise)
         cloud = cloud_of(seen[:0] if k in missing else seen, k)
         estimate = tracker.step(cloud)
-        places = landmarks(tracker.body, estimate.pose)
+        places = landmarks(tracker.setup.body, estimate.pose)
         if not estimate.tracked:
             places = np.full_like(places, np.nan)
         frame = TrackedFrame(k, estimate, places, cloud, {"track": 0.01})
@@ -50,14 +49,14 @@ def _followed(tracker, rng, missing=(), frames=FRAMES, points=350, noise=0.03):
 
 
 def _back(tracker, frames, **changes):
-    p = dataclasses.replace(tracker.parameters, **changes)
-    return smoothed(frames, tracker.body, error_state_of(tracker), p, FPS)
+    p = dataclasses.replace(tracker.setup.parameters, **changes)
+    return smoothed(frames, tracker.setup.body, error_state_of(tracker.setup.joints), p, FPS)
 
 
 def _errors(tracker, frames):
     """Mean angle of the limbs in degrees and distance of the torso in metres."""
     poses = [(frame.pose, _pose(frame.frame)) for frame in frames if frame.tracked]
-    angles = [angle_errors(tracker.body, found, true) for found, true in poses]
+    angles = [angle_errors(tracker.setup.body, found, true) for found, true in poses]
     return np.mean(angles), np.mean([np.linalg.norm(a.position - b.position) for a, b in poses])
 
 
@@ -101,7 +100,7 @@ def test_what_comes_back_is_consistent_and_repeats(make_tracker, rng, name):
     for a, b, c in zip(frames, back.frames, again.frames, strict=True):
         np.testing.assert_array_equal(b.x, c.x)
         np.testing.assert_array_equal(b.P, c.P)
-        np.testing.assert_allclose(b.landmarks, landmarks(tracker.body, b.pose), atol=1e-12)
+        np.testing.assert_allclose(b.landmarks, landmarks(tracker.setup.body, b.pose), atol=1e-12)
         np.testing.assert_array_equal(a.unexplained_fraction, b.unexplained_fraction)
         np.testing.assert_array_equal(a.residual, b.residual)
         assert b.seconds["smooth"] > 0
@@ -119,7 +118,7 @@ def test_a_short_gap_is_bridged_between_its_ends(make_tracker, rng, name):
         assert np.isnan([frame.unexplained_fraction, frame.residual, frame.innovation]).all()
         assert np.isfinite(frame.limb_sigma_deg).all()
         assert np.linalg.norm(frame.pose.position - _pose(k).position) < 0.04
-        assert angle_errors(tracker.body, frame.pose, _pose(k)).mean() < 6.0
+        assert angle_errors(tracker.setup.body, frame.pose, _pose(k)).mean() < 6.0
     sigma = [np.trace(frame.P) for frame in back.frames]
     assert sigma[6] > max(sigma[5], sigma[7]) > min(sigma[5], sigma[7]) > max(sigma[4], sigma[8])
     x = [frame.pose.position[0] for frame in back.frames]
@@ -152,12 +151,12 @@ def test_gaps_at_the_ends_stay(make_tracker, rng):
 
 def _two_frames(tracker, jump, carried):
     """A frame, and the next in which the torso has moved and the right arm has turned."""
-    n = len(tracker.Q)
+    n = len(tracker.setup.Q)
     P, nothing = 0.01 * np.eye(n), np.zeros(n)
     turned = np.zeros(n)
     turned[0], turned[ARM] = 0.05, jump
-    later = displaced(POSES["t"], turned, tracker.joints)
-    prior = Prior(nothing, P + tracker.Q, carried)
+    later = displaced(POSES["t"], turned, tracker.setup.joints)
+    prior = Prior(nothing, P + tracker.setup.Q, carried)
     estimates = [
         Estimate(True, "", POSES["t"], nothing, P),
         Estimate(True, "", later, nothing, P, prior=prior),
@@ -175,11 +174,11 @@ def _two_frames(tracker, jump, carried):
 )
 def test_nothing_comes_back_over_a_jump_of_an_arm(make_tracker, jump, searched, arm_follows):
     tracker = make_tracker("manifold")
-    carried = np.ones(len(tracker.Q), dtype=bool)
+    carried = np.ones(len(tracker.setup.Q), dtype=bool)
     carried[6:14] = not searched
     frames = _two_frames(tracker, jump, carried)
     back = _back(tracker, frames).frames
-    step = difference(back[0].pose, POSES["t"], tracker.joints)
+    step = difference(back[0].pose, POSES["t"], tracker.setup.joints)
     assert 0 < step[0] < 0.05
     assert (step[ARM] > 1e-3).all() == arm_follows
     assert (np.diagonal(back[0].P)[ARM] < 0.0099).all() == arm_follows
@@ -189,12 +188,12 @@ def test_nothing_comes_back_over_a_jump_of_an_arm(make_tracker, jump, searched, 
 
 def test_an_arm_that_was_searched_for_and_stayed_learns_from_before(make_tracker):
     tracker = make_tracker("manifold")
-    searched = np.ones(len(tracker.Q), dtype=bool)
+    searched = np.ones(len(tracker.setup.Q), dtype=bool)
     searched[6:14] = False
     frames = _two_frames(tracker, 0.1, searched)
     back = _back(tracker, frames).frames
-    step = difference(back[1].pose, POSES["t"], tracker.joints)
-    expected = 0.1 / (1 + 0.01 / (0.01 + np.diagonal(tracker.Q)[ARM]))
+    step = difference(back[1].pose, POSES["t"], tracker.setup.joints)
+    expected = 0.1 / (1 + 0.01 / (0.01 + np.diagonal(tracker.setup.Q)[ARM]))
     np.testing.assert_allclose(step[ARM], expected, rtol=1e-6)
     assert step[0] == pytest.approx(0.05)
     assert (np.diagonal(back[1].P)[ARM] < 0.0099).all()
@@ -204,8 +203,8 @@ def test_the_search_says_that_an_arm_has_jumped(make_tracker, rng):
     lost = pose_with_arms([0.1, 0.1, -1], [0.1, 0.2, -1], [-0.9, 0.5, 0.4], [-0.3, 0.6, 1])
     tracker = make_tracker("manifold", search_arms=True, sigma_measurement=0.02)
     tracker.start(lost)
-    first = tracker.step(cloud_of(surface_points(tracker.body, lost, 2500, rng, 0.005), 0))
-    points = surface_points(tracker.body, POSES["pointing"], 2500, rng, 0.005)
+    first = tracker.step(cloud_of(surface_points(tracker.setup.body, lost, 2500, rng, 0.005), 0))
+    points = surface_points(tracker.setup.body, POSES["pointing"], 2500, rng, 0.005)
     found = tracker.step(cloud_of(points, 1))
     assert first.prior is None
     assert not found.prior.carried[6:14].any()
@@ -215,18 +214,18 @@ def test_the_search_says_that_an_arm_has_jumped(make_tracker, rng):
         for k, estimate in enumerate((first, found))
     ]
     back = _back(tracker, frames).frames
-    assert angle_errors(tracker.body, back[0].pose, first.pose)[[3, 5]].max() < 1.0
+    assert angle_errors(tracker.setup.body, back[0].pose, first.pose)[[3, 5]].max() < 1.0
 
 
 def test_the_prior_is_the_one_that_was_used(make_tracker, rng):
     tracker = make_tracker("manifold")
     tracker.start(POSES["t"])
-    first = tracker.step(cloud_of(surface_points(tracker.body, POSES["t"], 2500, rng), 0))
-    still = tracker.step(cloud_of(surface_points(tracker.body, POSES["t"], 2500, rng), 1))
-    np.testing.assert_allclose(still.prior.P, first.P + tracker.Q, atol=1e-12)
+    first = tracker.step(cloud_of(surface_points(tracker.setup.body, POSES["t"], 2500, rng), 0))
+    still = tracker.step(cloud_of(surface_points(tracker.setup.body, POSES["t"], 2500, rng), 1))
+    np.testing.assert_allclose(still.prior.P, first.P + tracker.setup.Q, atol=1e-12)
     moved = Pose(POSES["t"].position + np.array([0.0, 0.15, 0.0]), POSES["t"].rotations)
-    hurried = tracker.step(cloud_of(surface_points(tracker.body, moved, 2500, rng), 2))
-    usual = np.diagonal(still.P + tracker.Q)
+    hurried = tracker.step(cloud_of(surface_points(tracker.setup.body, moved, 2500, rng), 2))
+    usual = np.diagonal(still.P + tracker.setup.Q)
     assert (np.diagonal(hurried.prior.P)[:3] > 1.5 * usual[:3]).all()
 
 
@@ -242,8 +241,3 @@ def test_angles_go_the_short_way_and_restated_arms_are_jumps(make_tracker):
 
 def test_no_frames_stay_no_frames(make_tracker):
     assert _back(make_tracker("manifold"), []).frames == ()
-
-
-def test_an_unknown_tracker_is_refused():
-    with pytest.raises(InputError, match="--smooth"):
-        error_state_of(object())

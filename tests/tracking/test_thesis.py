@@ -32,7 +32,7 @@ def prepared(make_tracker, rng):
     tracker = make_tracker("thesis", model_points=40)
     tracker.start(disturbed(POSES["pointing"], THESIS_JOINTS, rng))
     tracker.predict(0)
-    return tracker, surface_points(tracker.body, POSES["pointing"], 700, rng, 0.005)
+    return tracker, surface_points(tracker.setup.body, POSES["pointing"], 700, rng, 0.005)
 
 
 def test_pairs_are_nearest_points_and_their_directions(prepared):
@@ -40,7 +40,7 @@ def test_pairs_are_nearest_points_and_their_directions(prepared):
     sampled = tracker.sample()
     pairs = tracker.closest(sampled, cKDTree(points))
     own = zip(pairs.sampled.part, pairs.sampled.points, strict=True)
-    p_zhat = np.array([_world(tracker.body, tracker.x, part, point) for part, point in own])
+    p_zhat = np.array([_world(tracker.setup.body, tracker.x, part, point) for part, point in own])
     p_z = _brute_force_nearest(p_zhat, points)
     joined = p_z - p_zhat
     np.testing.assert_allclose(pairs.predicted, p_zhat, atol=1e-12)
@@ -57,7 +57,7 @@ def test_a_correction_is_that_of_the_text_with_directions_held_at_x_hat(prepared
     own = list(zip(pairs.sampled.part, pairs.sampled.points, strict=True))
 
     def h(state):
-        return [e[i] @ _world(tracker.body, state, *own[i]) for i in range(len(own))]
+        return [e[i] @ _world(tracker.setup.body, state, *own[i]) for i in range(len(own))]
 
     z_hat, P_zz, P_xz = unscented.transformed(h, x, P, 0.1, 2.0, 0.0)
     P_nunu = P_zz + 0.02**2 * np.eye(len(own))
@@ -72,7 +72,7 @@ def test_a_correction_is_that_of_the_text_with_directions_held_at_x_hat(prepared
 def test_the_predicted_measurement_moves_with_the_pose_on_fixed_lines(prepared):
     tracker, points = prepared
     pairs = tracker.closest(tracker.sample(), cKDTree(points))
-    moved = tracker.body.frames(POSES["reaching"])
+    moved = tracker.setup.body.frames(POSES["reaching"])
     stacked = type(moved)(moved.rotations[None], moved.origins[None])
     places = moved.apply(pairs.sampled.part, pairs.sampled.points)
     np.testing.assert_allclose(pairs.z_hat(stacked)[0], (pairs.e * places).sum(axis=1), atol=1e-12)
@@ -81,7 +81,7 @@ def test_the_predicted_measurement_moves_with_the_pose_on_fixed_lines(prepared):
 def test_a_model_point_that_lies_on_a_measured_one_has_no_direction(prepared):
     tracker, _ = prepared
     sampled = tracker.sample()
-    frames = tracker.body.frames(tracker.lost("").pose)
+    frames = tracker.setup.body.frames(tracker.lost("").pose)
     places = frames.apply(sampled.part, sampled.points)
     pairs = tracker.closest(sampled, cKDTree(np.concatenate([places[:5], places[5:] + 0.01])))
     assert len(pairs.e) == len(sampled) - 5
@@ -94,18 +94,20 @@ def test_every_iteration_draws_new_points(make_tracker, rng):
     drawn = []
     draw = tracker.sample
 
-    def remembered() -> SurfacePoints:
-        drawn.append(draw())
+    def remembered(watch) -> SurfacePoints:
+        drawn.append(draw(watch))
         return drawn[-1]
 
     tracker.sample = remembered
-    tracker.step(cloud_of(surface_points(tracker.body, POSES["t"], 1000, rng)))
+    tracker.step(cloud_of(surface_points(tracker.setup.body, POSES["t"], 1000, rng)))
     assert [len(points) for points in drawn] == 4 * [64]
     assert len({points.points.tobytes() for points in drawn}) == 4
 
 
 def test_a_regular_pattern_needs_no_seed(make_tracker, rng):
-    cloud = cloud_of(surface_points(make_tracker("thesis").body, POSES["t"], 1500, rng, 0.005))
+    cloud = cloud_of(
+        surface_points(make_tracker("thesis").setup.body, POSES["t"], 1500, rng, 0.005)
+    )
     found = []
     for seed in (1, 2):
         tracker = make_tracker("thesis", sampling="regular", seed=seed)
@@ -117,6 +119,6 @@ def test_a_regular_pattern_needs_no_seed(make_tracker, rng):
 def test_without_a_camera_that_sees_the_body_nothing_is_tracked(make_tracker, rng):
     tracker = make_tracker("thesis", cameras=np.empty((0, 3)))
     tracker.start(POSES["t"])
-    found = tracker.step(cloud_of(surface_points(tracker.body, POSES["t"], 1000, rng)))
+    found = tracker.step(cloud_of(surface_points(tracker.setup.body, POSES["t"], 1000, rng)))
     assert not found.tracked
     assert "camera" in found.reason

@@ -9,7 +9,8 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.skeleton import PARTS, limb_of_part
-from stereotrack_core.tracking.inside.trace import Belief, Correction, Points
+from stereotrack_core.tracking.inside.trace import Correction, Points
+from stereotrack_core.tracking.state import Belief
 
 from ...widgets.plots.inside_content import HeatMap, Histogram, Table
 from ...widgets.style.limb_colours import limb_words

@@ -20,12 +20,12 @@ from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.inside.beginning import Beginning, Known, Way, beginning_at
 from stereotrack_core.tracking.inside.look import copy_of, watched_step
 from stereotrack_core.tracking.inside.trace import FrameTrace, movement
-from stereotrack_core.tracking.manifold_tracker import ManifoldTracker
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.repeating import recipe_of
 from stereotrack_core.tracking.settings import Settings
-from stereotrack_core.tracking.thesis import ThesisTracker
+from stereotrack_core.tracking.tracker import PersonTracker
 from stereotrack_core.tracking.tuning.attempt import stoppable
+from stereotrack_core.tracking.ukf import ThesisTracker
 
 from ...session.runs import RunEntry
 from .inside_steps import Step, steps_of
@@ -123,7 +123,7 @@ def live_question(frame: int, cloud: Cloud, pipeline: Pipeline, *, started: bool
         Whether the tracker has a pose already.
     """
     tracker = pipeline.tracker
-    assert isinstance(tracker, ThesisTracker | ManifoldTracker)  # noqa: S101 - no others are made
+    assert isinstance(tracker, ThesisTracker | PersonTracker)  # noqa: S101 - no others are made
     twin = copy_of(tracker)
 
     def begin(cloud: Cloud) -> Beginning:

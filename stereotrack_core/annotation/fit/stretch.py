@@ -27,11 +27,11 @@ from stereotrack_core.errors import Cancelled
 from stereotrack_core.filtering.linearisation import Information, posterior
 from stereotrack_core.filtering.smoothing import smooth
 from stereotrack_core.tracking.confidence import surface_distances
+from stereotrack_core.tracking.correction import Residual, gathered
 from stereotrack_core.tracking.data_to_model import SurfaceResidual, Trust, surface_residual
 from stereotrack_core.tracking.limits import limit_residuals
 from stereotrack_core.tracking.outlines.sensor import OutlineObservation
 from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.residuals import Residual, gathered
 
 _LEAST_SIGMAS = (20.0, 12.0, 6.0)
 """Pixels that clicks are taken to scatter at least in the first rounds, before gross mistakes

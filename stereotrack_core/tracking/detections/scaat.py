@@ -7,85 +7,71 @@ that has gone by since the last one.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
-import scipy.linalg
 from scipy.stats import chi2
 
-from stereotrack_core.arrays import FloatArray
-from stereotrack_core.body.jacobian import columns_of
-from stereotrack_core.body.manifold import difference, displaced
-from stereotrack_core.body.model import BodyModel
-from stereotrack_core.body.pose import PartFrames, Pose, orthonormal
-from stereotrack_core.filtering.linearisation import posterior
+from stereotrack_core.body.pose import PartFrames, orthonormal
 from stereotrack_core.recording.detections import Detection
+from stereotrack_core.tracking.correction import gathered, solved
 from stereotrack_core.tracking.detections.residual import (
     distance_from,
     parts_of,
     residual_of,
 )
-from stereotrack_core.tracking.residuals import gathered
+from stereotrack_core.tracking.state import Belief, Setup, State
 
 _ITERATIONS = 3
-
-_STEP_LIMIT = 0.5
-"""Radians and metres by which one iteration may move a number of the error state."""
 
 _PROBABLE = 0.999
 """Share of right detections that lie inside the gate by the pose's own uncertainty."""
 
 
-def corrected_by(
-    detection: Detection,
-    body: BodyModel,
-    pose: Pose,
-    P: FloatArray,
-    joints: tuple[int, ...],
-    gate: float,
-) -> tuple[Pose, FloatArray]:
-    """Correct a pose by one detection.
+def predicted_by_detections(
+    setup: Setup, state: State, since: float, time: float, due: Sequence[Detection]
+) -> Belief:
+    """Predict up to a time; each detection on the way is one correction of its own.
 
     Parameters
     ----------
-    detection : Detection
-        A hand whose side is not known is the hand that fits better.
-    body : BodyModel
-    pose : Pose
-        Predicted for the detection's time.
-    P : (n, n) float64
-        Covariance of the pose's error state.
-    joints : tuple of int
-        Parts whose joints are in the state.
-    gate : float, metres
-        Farther from where it could belong, a detection changes nothing.
-
-    Returns
-    -------
-    pose : Pose
-    P : (n, n) float64
+    setup : Setup
+    state : State
+    since : float
+        Frame that the state belongs to.
+    time : float
+        Frame to predict.
+    due : sequence of Detection
+        All later than the state and before the frame.
     """
-    part = _best_part(detection, body, pose, P, joints, gate)
+    belief: Belief = state
+    for detection in sorted(due, key=lambda each: each.time):
+        belief = setup.moved(belief, state.movement, since, detection.time)
+        belief, since = corrected_by(detection, setup, belief), detection.time
+    return setup.moved(belief, state.movement, since, time)
+
+
+def corrected_by(detection: Detection, setup: Setup, prior: Belief) -> Belief:
+    """Correct a pose, predicted for the detection's time, by one detection.
+
+    A hand whose side is not known is the hand that fits better. Farther than the parameters' gate
+    from where it could belong, or improbable, a detection changes nothing.
+    """
+    part = _best_part(detection, setup, prior)
     if part is None:
-        return pose, P
-    columns, prior = columns_of(joints), pose
-    P0_inverse: FloatArray = scipy.linalg.inv(P)
+        return prior
+    body, at = setup.body, prior
     for _ in range(_ITERATIONS):
-        residual = residual_of(detection, part, body, body.frames(pose))
-        found = gathered((residual,), body, pose, columns)
-        dx, P = posterior(P0_inverse, difference(prior, pose, joints), found)
-        pose = displaced(pose, np.clip(dx, -_STEP_LIMIT, _STEP_LIMIT), joints)
-    return orthonormal(pose), P
+        residual = residual_of(detection, part, body, body.frames(at.pose))
+        found = gathered((residual,), body, at.pose, setup.columns)
+        at, _ = solved(setup.joints, prior, at.pose, found)
+    return Belief(orthonormal(at.pose), at.P)
 
 
-def _best_part(
-    detection: Detection,
-    body: BodyModel,
-    pose: Pose,
-    P: FloatArray,
-    joints: tuple[int, ...],
-    gate: float,
-) -> int | None:
+def _best_part(detection: Detection, setup: Setup, prior: Belief) -> int | None:
     """Part to whose end the detection fits best by the pose's uncertainty; None beyond the gate."""
-    frames, columns = body.frames(pose), columns_of(joints)
+    body, columns = setup.body, setup.columns
+    frames, gate = body.frames(prior.pose), setup.parameters.detections.detection_gate
     stacked = PartFrames(frames.rotations[None], frames.origins[None])
     best, least = None, np.inf
     for part in parts_of(detection):
@@ -94,7 +80,7 @@ def _best_part(
         residual = residual_of(detection, part, body, frames)
         nu = residual.measured - residual.predicted(stacked)[0]
         J = residual.jacobian(frames, columns)
-        S = J @ P @ J.T + np.eye(len(nu)) * _plain_variance(detection)
+        S = J @ prior.P @ J.T + np.eye(len(nu)) * _plain_variance(detection)
         squared = float(nu @ np.linalg.solve(S, nu))
         if squared < min(least, float(chi2.ppf(_PROBABLE, len(nu)))):
             best, least = part, squared

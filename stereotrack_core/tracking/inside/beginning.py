@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,13 +12,12 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.tracking.acquire import SeekingTracker
 from stereotrack_core.tracking.estimate import Estimate
-from stereotrack_core.tracking.estimators import tracker_for
-from stereotrack_core.tracking.manifold_tracker import ManifoldTracker
+from stereotrack_core.tracking.estimators import seeker, tracker_for
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.settings import Settings
-from stereotrack_core.tracking.thesis import ThesisTracker
+from stereotrack_core.tracking.tracker import PersonTracker
+from stereotrack_core.tracking.ukf import ThesisTracker
 
 STORED = (
     "Begins with the pose and covariance that the run has kept of the frame before, not with the "
@@ -39,11 +38,11 @@ class Beginning:
 
     Attributes
     ----------
-    tracker : ThesisTracker or ManifoldTracker
+    tracker : ThesisTracker or PersonTracker
     words : str
     """
 
-    tracker: ThesisTracker | ManifoldTracker
+    tracker: ThesisTracker | PersonTracker
     words: str
 
 
@@ -67,13 +66,13 @@ class Way:
     views: tuple[str, ...]
     seed: int
 
-    def tracker(self) -> ThesisTracker | ManifoldTracker:
+    def tracker(self) -> ThesisTracker | PersonTracker:
         """Make the tracker."""
         views = [self.recording.view(name) for name in self.views]
         cameras = [self.recording.reference_camera(view).position_world for view in views]
         fps = self.recording.fps
         made = tracker_for(self.body, self.settings, np.array(cameras), fps, self.seed)
-        assert isinstance(made, ThesisTracker | ManifoldTracker)  # noqa: S101 - there are no others
+        assert isinstance(made, ThesisTracker | PersonTracker)  # noqa: S101 - there are no others
         return made
 
 
@@ -113,29 +112,28 @@ def beginning_at(way: Way, known: Known, cloud: Cloud) -> Beginning:
         return Beginning(tracker, FIRST)
     if isinstance(tracker, ThesisTracker):
         tracker.start(_found_in(cloud, way, tracker))
-    elif isinstance(tracker, SeekingTracker):
+    else:
         tracker.seek()
     return Beginning(tracker, NOBODY)
 
 
 def _as_stored(
-    tracker: ThesisTracker | ManifoldTracker, before: Estimate, earlier: Estimate | None
+    tracker: ThesisTracker | PersonTracker, before: Estimate, earlier: Estimate | None
 ) -> Beginning:
-    tracker.start(before.pose)
-    if tracker.P.shape == before.P.shape and np.isfinite(before.P).all():
-        tracker.P = before.P.copy()
+    P = before.P if np.isfinite(before.P).all() else None
     if isinstance(tracker, ThesisTracker):
+        tracker.start(before.pose, P=P)
         return Beginning(tracker, STORED.format(besides=_DRAWN))
+    movement = None
     if earlier is not None and earlier.tracked:
-        tracker.movement = difference(before.pose, earlier.pose, tracker.joints)
+        movement = difference(before.pose, earlier.pose, tracker.setup.joints)
+    tracker.start(before.pose, P=P, movement=movement)
     return Beginning(tracker, STORED.format(besides=_LEARNED))
 
 
 def _found_in(cloud: Cloud, way: Way, tracker: ThesisTracker) -> Pose:
     """Pose of whoever is in a cloud; the thesis's own body, without legs, cannot be looked for."""
     body = body_model(proportions_of(way.recording.subject))
-    seeker = SeekingTracker(
-        body, TrackingParameters(), tracker.cameras, way.recording.fps, way.seed
-    )
-    seeker.seek()
-    return seeker.step(cloud).pose
+    finder = seeker(replace(tracker.setup, body=body, parameters=TrackingParameters(), volume=None))
+    finder.seek()
+    return finder.step(cloud).pose

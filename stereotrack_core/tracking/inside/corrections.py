@@ -8,20 +8,20 @@ import numpy as np
 import scipy.linalg
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
-from stereotrack_core.body.jacobian import Columns, columns_of
+from stereotrack_core.body.jacobian import Columns
 from stereotrack_core.body.manifold import difference, displaced
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames
 from stereotrack_core.body.skeleton import FOREARMS
 from stereotrack_core.filtering.linearisation import linearised
-from stereotrack_core.filtering.sigma_points import SigmaWeights, scaled_weights, sigma_deviations
+from stereotrack_core.filtering.sigma_points import SigmaWeights, sigma_deviations
 from stereotrack_core.tracking.arms_apart import ApartResidual
+from stereotrack_core.tracking.correction import Residual
 from stereotrack_core.tracking.data_to_model import SurfaceResidual
 from stereotrack_core.tracking.detections.residual import DetectionResidual
 from stereotrack_core.tracking.inside.events import Corrected, Correcting
 from stereotrack_core.tracking.inside.trace import (
     TOO_FAR,
-    Belief,
     Correction,
     Points,
     Rows,
@@ -29,8 +29,8 @@ from stereotrack_core.tracking.inside.trace import (
     Unused,
 )
 from stereotrack_core.tracking.limits import ClearanceResidual, DirectionResidual
-from stereotrack_core.tracking.manifold_tracker import ManifoldTracker
-from stereotrack_core.tracking.residuals import Residual
+from stereotrack_core.tracking.state import Belief
+from stereotrack_core.tracking.tracker import PersonTracker
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,12 +54,11 @@ class Method:
     by_sigma_points: bool
 
     @staticmethod
-    def of(tracker: ManifoldTracker) -> Method:
+    def of(tracker: PersonTracker) -> Method:
         """Method of a tracker."""
-        p, columns = tracker.parameters, columns_of(tracker.joints)
-        weights = scaled_weights(columns.n, p.ut_alpha, p.ut_beta, p.ut_kappa)
-        by_points = p.linearisation == "sigma_points"
-        return Method(tracker.body, tracker.joints, columns, weights, by_points)
+        setup = tracker.setup
+        by_points = setup.parameters.linearisation == "sigma_points"
+        return Method(setup.body, setup.joints, setup.columns, setup.weights, by_points)
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,21 +6,21 @@ import copy
 import time
 from typing import TypeVar
 
-from stereotrack_core.body.model import BodyModel
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.inside.events import Recorder
 from stereotrack_core.tracking.inside.manifold import manifold_trace
 from stereotrack_core.tracking.inside.thesis import thesis_trace
 from stereotrack_core.tracking.inside.thesis_corrections import belief_of
-from stereotrack_core.tracking.inside.trace import Belief, FrameTrace
+from stereotrack_core.tracking.inside.trace import FrameTrace
 from stereotrack_core.tracking.inside.watched import Watched
-from stereotrack_core.tracking.manifold_tracker import ManifoldTracker
-from stereotrack_core.tracking.thesis import ThesisTracker
+from stereotrack_core.tracking.state import Belief
+from stereotrack_core.tracking.tracker import PersonTracker
+from stereotrack_core.tracking.ukf import ThesisTracker
 
-AnyTracker = TypeVar("AnyTracker", bound=ThesisTracker | ManifoldTracker)
+AnyTracker = TypeVar("AnyTracker", bound=ThesisTracker | PersonTracker)
 
 
-def look_inside(tracker: ThesisTracker | ManifoldTracker, cloud: Cloud) -> FrameTrace:
+def look_inside(tracker: ThesisTracker | PersonTracker, cloud: Cloud) -> FrameTrace:
     """What the tracker's next step does, without doing it: the tracker stays as it is.
 
     A copy of the tracker, with its random numbers, does the step; what is found is equal to the
@@ -28,7 +28,7 @@ def look_inside(tracker: ThesisTracker | ManifoldTracker, cloud: Cloud) -> Frame
 
     Parameters
     ----------
-    tracker : ThesisTracker or ManifoldTracker
+    tracker : ThesisTracker or PersonTracker
         Peers, which share the interface, are watched as far as they do.
     cloud : Cloud
     """
@@ -36,17 +36,16 @@ def look_inside(tracker: ThesisTracker | ManifoldTracker, cloud: Cloud) -> Frame
 
 
 def copy_of(tracker: AnyTracker) -> AnyTracker:
-    """An independent copy; what never changes, the body and clouds, is shared."""
-    kept = [each for each in vars(tracker).values() if isinstance(each, Cloud | BodyModel)]
-    return copy.deepcopy(tracker, {id(each): each for each in kept})
+    """An independent copy; what never changes is shared."""
+    shared = (tracker.setup, tracker.setup.body)
+    return copy.deepcopy(tracker, {id(each): each for each in shared})
 
 
-def watched_step(tracker: ThesisTracker | ManifoldTracker, cloud: Cloud) -> FrameTrace:
+def watched_step(tracker: ThesisTracker | PersonTracker, cloud: Cloud) -> FrameTrace:
     """Let a tracker do its step, and take apart what it did."""
     recorder, before = Recorder(), _belief(tracker)
-    tracker.observer = recorder
     begun = time.perf_counter()
-    estimate = tracker.step(cloud)
+    estimate = tracker.step(cloud, recorder)
     ended = time.perf_counter()
     watched = Watched(cloud.frame, before, begun, ended, tuple(recorder.told), estimate)
     if isinstance(tracker, ThesisTracker):
@@ -54,7 +53,7 @@ def watched_step(tracker: ThesisTracker | ManifoldTracker, cloud: Cloud) -> Fram
     return manifold_trace(tracker, watched)
 
 
-def _belief(tracker: ThesisTracker | ManifoldTracker) -> Belief:
+def _belief(tracker: ThesisTracker | PersonTracker) -> Belief:
     if isinstance(tracker, ThesisTracker):
         return belief_of(tracker.x, tracker.P)
     return Belief(tracker.pose, tracker.P)

@@ -6,9 +6,10 @@ from stereotrack_core.body.manifold import error_names
 from stereotrack_core.tracking.inside import events
 from stereotrack_core.tracking.inside.corrections import Method, Place, correction_of, points_of
 from stereotrack_core.tracking.inside.searching import search_of
-from stereotrack_core.tracking.inside.trace import Belief, Correction, FrameTrace, Points, Search
+from stereotrack_core.tracking.inside.trace import Correction, FrameTrace, Points, Search
 from stereotrack_core.tracking.inside.watched import Watched
-from stereotrack_core.tracking.manifold_tracker import ManifoldTracker
+from stereotrack_core.tracking.state import Belief
+from stereotrack_core.tracking.tracker import PersonTracker
 
 SOUGHT = (
     "Nobody was followed in the frame before, so the person was looked for without help; the steps "
@@ -24,17 +25,17 @@ WIDENED = (
 )
 
 
-def manifold_trace(tracker: ManifoldTracker, watched: Watched) -> FrameTrace:
+def manifold_trace(tracker: PersonTracker, watched: Watched) -> FrameTrace:
     """Take a step of a tracker on the manifold, or of a peer, apart."""
     reader = _Reader(tracker, watched)
     for (_, event), pause in zip(watched.told, watched.pauses(), strict=True):
         reader.read(event, pause)
-    estimate, p = watched.estimate, tracker.parameters
+    estimate, p = watched.estimate, tracker.setup.parameters
     return FrameTrace(
         frame=watched.frame,
         method="manifold" if p.estimator == "iterated" else p.estimator,
-        body=tracker.body,
-        state_names=error_names(tracker.joints),
+        body=tracker.setup.body,
+        state_names=error_names(tracker.setup.joints),
         before=reader.before,
         predicted=reader.predicted,
         after=Belief(estimate.pose, estimate.P),
@@ -51,7 +52,7 @@ def manifold_trace(tracker: ManifoldTracker, watched: Watched) -> FrameTrace:
 class _Reader:
     """Reads events one by one."""
 
-    def __init__(self, tracker: ManifoldTracker, watched: Watched) -> None:
+    def __init__(self, tracker: PersonTracker, watched: Watched) -> None:
         self.tracker = tracker
         self.before = self.predicted = watched.start
         self.notes: list[str] = []
@@ -136,8 +137,8 @@ class _Reader:
         if self._searching is None:
             return
         self.search = search_of(
-            self.tracker.body,
-            self.tracker.parameters,
+            self.tracker.setup.body,
+            self.tracker.setup.parameters,
             self._searching,
             self._proposed,
             self._tried,

@@ -8,12 +8,12 @@ if TYPE_CHECKING:
     from stereotrack_core.arrays import BoolArray, FloatArray
     from stereotrack_core.body.pose import Pose
     from stereotrack_core.body.sampling import SurfacePoints
+    from stereotrack_core.tracking.correction import Residual
     from stereotrack_core.tracking.data_to_model import SurfaceResidual
-    from stereotrack_core.tracking.manifold_tracker import State
-    from stereotrack_core.tracking.residuals import Residual
     from stereotrack_core.tracking.search.arms import Arms
     from stereotrack_core.tracking.search.search import Evidence
-    from stereotrack_core.tracking.thesis import Projection
+    from stereotrack_core.tracking.state import State
+    from stereotrack_core.tracking.ukf import Projection
 
 
 class Observer:

@@ -12,9 +12,10 @@ from stereotrack_core.tracking.inside.thesis_corrections import (
     jump_of,
     thesis_correction,
 )
-from stereotrack_core.tracking.inside.trace import Belief, Correction, FrameTrace, Jump
+from stereotrack_core.tracking.inside.trace import Correction, FrameTrace, Jump
 from stereotrack_core.tracking.inside.watched import Watched
-from stereotrack_core.tracking.thesis import ThesisTracker
+from stereotrack_core.tracking.state import Belief
+from stereotrack_core.tracking.ukf import ThesisTracker
 
 
 def thesis_trace(tracker: ThesisTracker, watched: Watched) -> FrameTrace:
@@ -26,7 +27,7 @@ def thesis_trace(tracker: ThesisTracker, watched: Watched) -> FrameTrace:
     return FrameTrace(
         frame=watched.frame,
         method="thesis",
-        body=tracker.body,
+        body=tracker.setup.body,
         state_names=tracker.state_names,
         before=watched.start,
         predicted=reader.predicted,
@@ -59,7 +60,7 @@ class _Reader:
                 self._state, self.predicted = (x, P), belief_of(x, P)
                 self._count("predict", pause)
             case events.Sampled():
-                if self.tracker.parameters.sampling == "regular":
+                if self.tracker.setup.parameters.sampling == "regular":
                     self._drawn.clear()  # the pattern is drawn anew until it is dense enough
                 self._drawn.append(event)
                 self._looked += pause
@@ -69,11 +70,11 @@ class _Reader:
             case events.CorrectedState():
                 self._correct(event, pause)
             case events.Avoided(x):
-                p = self.tracker.parameters
+                p = self.tracker.setup.parameters
                 before = belief_of(*self._state).pose
                 after = belief_of(x, self._state[1]).pose
                 least = Clearance(p.clearance, np.radians(p.least_elbow_angle))
-                self.jump = jump_of(self.tracker.body, before, after, least)
+                self.jump = jump_of(self.tracker.setup.body, before, after, least)
                 self._count("collisions", pause)
 
     def _correct(self, done: events.CorrectedState, pause: float) -> None:

@@ -23,14 +23,14 @@ from stereotrack_core.tracking.inside.trace import (
     ON_PARTNER,
     SURPLUS,
     ArmJump,
-    Belief,
     Correction,
     Jump,
     Points,
     SigmaPoints,
     Unused,
 )
-from stereotrack_core.tracking.thesis import ThesisTracker
+from stereotrack_core.tracking.state import Belief
+from stereotrack_core.tracking.ukf import ThesisTracker
 
 
 def belief_of(x: FloatArray, P: FloatArray) -> Belief:
@@ -59,11 +59,11 @@ def thesis_correction(
         What the tracker has said before and after.
     place : Place
     """
-    (x, P), p, pairs = before, tracker.parameters, told.pairs
+    (x, P), p, pairs = before, tracker.setup.parameters, told.pairs
     weights = scaled_weights(len(x), p.ut_alpha, p.ut_beta, p.ut_kappa)
     dX = sigma_deviations(P, weights)
     poses = pose_of_state(x + dX, THESIS_JOINTS)
-    Y = pairs.z_hat(tracker.body.frames(poses))
+    Y = pairs.z_hat(tracker.setup.body.frames(poses))
     z_hat = weights.mean @ Y
     order = np.argsort(pairs.sampled.part, kind="stable")
     dY = (Y - z_hat)[:, order]
@@ -84,7 +84,7 @@ def thesis_correction(
             np.sqrt(R),
             np.ones(len(order)),
         ),
-        unused=_unused(drawn, told, tracker.body.frames(belief.pose)),
+        unused=_unused(drawn, told, tracker.setup.body.frames(belief.pose)),
         rows=(),
         P_xz=(dX.T * Wc) @ dY,
         P_zz=Wc @ dY**2,

@@ -13,6 +13,7 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.filtering.correction import normalised
 from stereotrack_core.geometry.rotation import angle_between, vector_from_rotation
 from stereotrack_core.tracking.estimate import Estimate, limb_directions
+from stereotrack_core.tracking.state import Belief
 
 HIDDEN, INSIDE, SURPLUS, TOO_FAR, ON_PARTNER = range(5)
 REASONS: tuple[str, ...] = (
@@ -23,36 +24,6 @@ REASONS: tuple[str, ...] = (
     "lies on its measured point",
 )
 """Why a point was not used; indices are those above."""
-
-
-@dataclass(frozen=True, eq=False)
-class Belief:
-    """A pose and how certain it is.
-
-    Attributes
-    ----------
-    pose : Pose
-    P : (n, n) float64
-        Covariance of the states; metres and radians.
-    """
-
-    pose: Pose
-    P: FloatArray
-
-    @property
-    def sigma(self) -> FloatArray:
-        """Standard deviations (n,), metres and radians."""
-        result: FloatArray = np.sqrt(np.maximum(np.diagonal(self.P), 0.0))
-        return result
-
-    @property
-    def correlation(self) -> FloatArray:
-        """Correlations (n, n), -1 to 1; 0 with a state that has no variance."""
-        sigma = self.sigma
-        product = np.outer(sigma, sigma)
-        known = product > 0.0
-        result: FloatArray = np.where(known, self.P / np.where(known, product, 1.0), 0.0)
-        return result
 
 
 @dataclass(frozen=True, eq=False)

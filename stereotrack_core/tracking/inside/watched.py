@@ -7,7 +7,7 @@ from itertools import pairwise
 
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.inside.events import Event
-from stereotrack_core.tracking.inside.trace import Belief
+from stereotrack_core.tracking.state import Belief
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""The annealed particle filter as a peer."""
+"""The annealed particle filter as a baseline."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ from stereotrack_core.body.manifold import difference, displaced
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import PARENTS, TORSO
 from stereotrack_core.tracking.estimate import Memory
-from stereotrack_core.tracking.manifold_tracker import State
-from stereotrack_core.tracking.peers.base import PeerTracker
+from stereotrack_core.tracking.estimator import Prediction
+from stereotrack_core.tracking.measurements import Measurements
+from stereotrack_core.tracking.peers.base import RANDOM, Baseline
 from stereotrack_core.tracking.peers.energy import PoseEnergy
+from stereotrack_core.tracking.state import Belief
 
 _LEAST_SIGMA = 1e-4
 """Metres and radians; particles that all agree are not taken for certainty."""
@@ -23,7 +25,7 @@ _ELSEWHERE = 0.5
 somebody was found again elsewhere and the particles are of no use."""
 
 
-class AnnealedParticleTracker(PeerTracker):
+class AnnealedParticles(Baseline):
     """Particles that are weighed in layers (Deutscher, Blake, Reid, DOI 10.1109/CVPR.2000.854758).
 
     Every layer weighs the particles by exp(-beta E), with beta such that the wanted share of them
@@ -35,18 +37,16 @@ class AnnealedParticleTracker(PeerTracker):
     layer, whose particles go on to the next frame.
     """
 
-    def resume(self, state: State) -> None:
-        """Go on from a state; the particles are drawn around it."""
-        super().resume(state)
+    def begin(self, pose: Pose) -> None:
+        """Draw the next frame's particles around its prediction."""
         self._particles: FloatArray | None = None
-        self._centre = self._left = state.pose
+        self._centre = self._left = pose
 
     def memory(self) -> Memory:
-        """All that the next step depends on, the particles too."""
+        """The particles."""
         if self._particles is None:
-            return super().memory()
+            return {}
         return {
-            **super().memory(),
             "particles": self._particles,
             "centre_position": self._centre.position,
             "centre_rotations": self._centre.rotations,
@@ -55,58 +55,58 @@ class AnnealedParticleTracker(PeerTracker):
         }
 
     def recall(self, memory: Memory) -> None:
-        """Go on as the tracker would whose memory this is."""
-        super().recall(memory)
+        """Go on with the particles of this memory."""
         if "particles" in memory:
             self._particles = memory["particles"]
             self._centre = Pose(memory["centre_position"], memory["centre_rotations"])
             self._left = Pose(memory["left_position"], memory["left_rotations"])
 
-    def settle(self, frame: int, data: FloatArray, P0: FloatArray) -> None:
+    def settle(self, measured: Measurements, predicted: Prediction) -> Belief:
         """Scatter, weigh and draw the particles, layer by layer."""
-        p, rng = self.parameters.peers, self.random(frame)
-        energy = PoseEnergy(self.body, self.parameters, self.joints)
-        data = data[:, :3]
+        setup, p, rng = self.setup, self.setup.parameters.peers, measured.random(RANDOM)
+        energy = PoseEnergy(setup.body, setup.parameters, setup.joints)
+        data = measured.data[:, :3]
         if len(data) > p.annealed_data:
             data = data[np.sort(rng.choice(len(data), p.annealed_data, replace=False))]
-        particles, beta = self._scattered(P0, rng), 0.0
-        predicted = self.pose
+        particles, beta, pose = self._scattered(predicted, rng), 0.0, predicted.pose
         for layer in range(p.annealed_layers):
             if layer:
                 particles = limbs_exchanged(particles, self._limbs(), rng)
                 scatter = p.annealed_diffusion * particles.std(axis=0)
                 particles = particles + scatter * rng.normal(size=particles.shape)
-            E = energy.of(data, predicted, particles, self.beside())
+            E = energy.of(data, predicted.pose, particles, measured.beside(pose))
             beta = max(beta, exponent(E, p.annealed_survival))
             weights = normalised(E, beta)
             mean, weighed = weights @ particles, particles
-            self.pose = displaced(predicted, mean, self.joints)
+            pose = displaced(predicted.pose, mean, setup.joints)
             particles = particles[systematic(weights, float(rng.random()))]
         off = weighed - mean
-        self.P = (off.T * weights) @ off + _LEAST_SIGMA**2 * np.eye(len(P0))
-        self._particles, self._centre, self._left = particles, predicted, self.pose
+        self._particles, self._centre, self._left = particles, predicted.pose, pose
+        return Belief(pose, (off.T * weights) @ off + _LEAST_SIGMA**2 * np.eye(len(predicted.P)))
 
-    def _scattered(self, P0: FloatArray, rng: np.random.Generator) -> FloatArray:
+    def _scattered(self, predicted: Prediction, rng: np.random.Generator) -> FloatArray:
         """Particles (K, n) as displacements of the predicted pose, before the first layer."""
-        p = self.parameters.peers
-        taken_elsewhere = difference(self.pose, self._left, self.joints)
+        setup, p, P0 = self.setup, self.setup.parameters.peers, predicted.P
+        taken_elsewhere = difference(predicted.pose, self._left, setup.joints)
         if self._particles is None or np.linalg.norm(taken_elsewhere) > _ELSEWHERE:
             drawn = rng.normal(size=(p.annealed_particles, len(P0)))
             result: FloatArray = drawn @ np.linalg.cholesky(P0).T
             return result
-        seen = displaced(self._centre, self._particles, self.joints)
-        moved = [difference(seen[k], self.pose, self.joints) for k in range(len(self._particles))]
-        scatter = p.annealed_spread * np.sqrt(self._gone * np.diagonal(self.Q))
+        seen = displaced(self._centre, self._particles, setup.joints)
+        moved = [
+            difference(seen[k], predicted.pose, setup.joints) for k in range(len(self._particles))
+        ]
+        scatter = p.annealed_spread * np.sqrt(predicted.gone * np.diagonal(setup.Q))
         return np.array(moved) + scatter * rng.normal(size=self._particles.shape)
 
     def _limbs(self) -> list[IntArray]:
         """Columns of each chain of parts that hangs on the torso."""
         chains: dict[int, list[int]] = {}
-        for joint in self.joints:
+        for joint in self.setup.joints:
             root = joint
             while PARENTS[root] != TORSO:
                 root = PARENTS[root]
-            at = int(self._columns.first[joint])
+            at = int(self.setup.columns.first[joint])
             chains.setdefault(root, []).extend((at, at + 1))
         return [np.array(columns) for columns in chains.values()]
 

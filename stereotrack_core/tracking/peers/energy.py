@@ -14,9 +14,9 @@ from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose, t_pose
 from stereotrack_core.body.skeleton import CLAVICLES, FOREARMS
 from stereotrack_core.body.surface import cone_foot, cone_tables
+from stereotrack_core.tracking.correction import Residual
 from stereotrack_core.tracking.limits import limit_residuals, resting_limbs, shoulders_at_rest
 from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.residuals import Residual
 
 _ALONG = np.linspace(0.0, 1.0, 4)
 """Places along a forearm that may come close to the torso."""

@@ -1,12 +1,14 @@
-"""The extended Kalman filter as a peer."""
+"""The extended Kalman filter as a baseline."""
 
 from __future__ import annotations
 
-from stereotrack_core.arrays import FloatArray
-from stereotrack_core.tracking.peers.base import WIDE, PeerTracker
+from stereotrack_core.tracking.estimator import Prediction
+from stereotrack_core.tracking.measurements import Measurements
+from stereotrack_core.tracking.peers.base import Baseline
+from stereotrack_core.tracking.state import Belief
 
 
-class ExtendedKalmanTracker(PeerTracker):
+class ExtendedKalman(Baseline):
     """One linearisation at the prediction, one correction (Kalman, DOI 10.1115/1.3662552).
 
     With the Jacobian H of the distances at the predicted pose, P = (I - K H) P0 and
@@ -15,6 +17,7 @@ class ExtendedKalmanTracker(PeerTracker):
     there are many more data than states.
     """
 
-    def settle(self, frame: int, data: FloatArray, P0: FloatArray) -> None:  # noqa: ARG002
+    def settle(self, measured: Measurements, predicted: Prediction) -> Belief:
         """Correct once."""
-        self.correct(self.pose, P0, self.correspond(data, WIDE))
+        surface = measured.surface(predicted.pose, wide=True)
+        return measured.corrected(predicted, predicted, surface)

@@ -1,4 +1,4 @@
-"""Registration of every limb by itself, with the joints imposed afterwards, as a peer."""
+"""Registration of every limb by itself, with the joints imposed afterwards, as a baseline."""
 
 from __future__ import annotations
 
@@ -11,14 +11,17 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.jacobian import Columns, point_jacobian
 from stereotrack_core.body.manifold import difference, displaced
 from stereotrack_core.body.model import placed_cones
-from stereotrack_core.body.pose import PartFrames
+from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import PARENTS, PARTS, TORSO
 from stereotrack_core.body.surface import nearest_on_surface
 from stereotrack_core.filtering.linearisation import Information, posterior
 from stereotrack_core.geometry.rotation import rotation_from_vector, vector_from_rotation
+from stereotrack_core.tracking.correction import gathered
 from stereotrack_core.tracking.data_to_model import SurfaceResidual, Trust, residual_of_feet
-from stereotrack_core.tracking.peers.base import NARROW, WIDE, PeerTracker
-from stereotrack_core.tracking.residuals import gathered
+from stereotrack_core.tracking.estimator import Prediction
+from stereotrack_core.tracking.measurements import Measurements
+from stereotrack_core.tracking.peers.base import Baseline
+from stereotrack_core.tracking.state import Belief
 
 _LEAST_DATA = 6
 """Data without which a limb is not registered: it has six degrees of freedom."""
@@ -51,7 +54,7 @@ class Registered:
     information: FloatArray
 
 
-class LimbIcpTracker(PeerTracker):
+class LimbIcp(Baseline):
     """Closest points limb by limb, joined by least squares (Demirdjian, Darrell 2002).
 
     DOI 10.1109/ICMI.2002.1167005. The data are given to the nearest limbs; each limb is moved
@@ -60,29 +63,31 @@ class LimbIcpTracker(PeerTracker):
     says anything about stays where the prediction has it, by the process noise.
     """
 
-    def settle(self, frame: int, data: FloatArray, P0: FloatArray) -> None:  # noqa: ARG002
+    def settle(self, measured: Measurements, predicted: Prediction) -> Belief:
         """Register and join, a few times with data given to the limbs anew."""
-        P0_inverse: FloatArray = np.linalg.inv(P0).astype(np.float64)
-        predicted = self.pose
-        for turn in range(self.parameters.peers.limb_icp_rounds):
-            given = self.correspond(data, WIDE if turn == 0 else NARROW)
+        P0_inverse: FloatArray = np.linalg.inv(predicted.P).astype(np.float64)
+        at: Belief = predicted
+        joints = self.setup.joints
+        for turn in range(self.setup.parameters.peers.limb_icp_rounds):
+            given = measured.surface(at.pose, wide=turn == 0)
             limbs = [
-                self.register(part, given.data[given.part == part], len(data))
+                self.register(part, given.data[given.part == part], at.pose, len(measured.data))
                 for part in range(len(PARTS))
                 if np.count_nonzero(given.part == part) >= _LEAST_DATA
             ]
             for _ in range(_JOINING):
-                found = self.joined(limbs)
-                from_prior = difference(predicted, self.pose, self.joints)
-                dx, self.P = posterior(P0_inverse, from_prior, found)
-                self.pose = displaced(self.pose, np.clip(dx, -0.5, 0.5), self.joints)
+                found = joined(limbs, measured, at.pose)
+                from_prior = difference(predicted.pose, at.pose, joints)
+                dx, P = posterior(P0_inverse, from_prior, found)
+                at = Belief(displaced(at.pose, np.clip(dx, -0.5, 0.5), joints), P)
+        return at
 
-    def register(self, part: int, data: FloatArray, all_data: int) -> Registered:
-        """Move one part rigidly to its data (N, 3), which are so many of all data."""
-        frames = self.body.frames(self.pose)
+    def register(self, part: int, data: FloatArray, pose: Pose, all_data: int) -> Registered:
+        """Move one part of a pose rigidly to its data (N, 3), which are so many of all data."""
+        frames = self.setup.body.frames(pose)
         frames = PartFrames(frames.rotations.copy(), frames.origins.copy())
         information = np.zeros((6, 6))
-        for _ in range(self.parameters.peers.limb_icp_iterations):
+        for _ in range(self.setup.parameters.peers.limb_icp_iterations):
             surface = self._own_surface(part, data, all_data, frames)
             arm = surface.foot - frames.origins[part]
             J = np.concatenate([surface.direction, np.cross(arm, surface.direction)], axis=1)
@@ -95,28 +100,30 @@ class LimbIcpTracker(PeerTracker):
             frames.rotations[part] = rotation_from_vector(step[3:]) @ frames.rotations[part]
         return Registered(part, frames.rotations[part], frames.origins[part], information)
 
-    def joined(self, limbs: list[Registered]) -> Information:
-        """What registered limbs, other sensors and limits say about the pose, linearised there."""
-        frames = self.body.frames(self.pose)
-        rows = (*self.beside(), *self.limits())
-        total = gathered(rows, self.body, self.pose, self._columns)
-        for limb in limbs:
-            shift = limb.origin - frames.origins[limb.part]
-            turn = vector_from_rotation(limb.rotation @ frames.rotations[limb.part].T)
-            J = rigid_jacobian(limb.part, frames, self._columns)
-            weighted = J.T @ limb.information
-            total += Information(weighted @ J, weighted @ np.concatenate([shift, turn]))
-        return total
-
     def _own_surface(
         self, part: int, data: FloatArray, all_data: int, frames: PartFrames
     ) -> SurfaceResidual:
-        p = self.parameters
-        own = self.body.cones.part == part
-        feet = nearest_on_surface(data, placed_cones(self.body, frames)[own], p.reach)
+        p, body = self.setup.parameters, self.setup.body
+        own = body.cones.part == part
+        feet = nearest_on_surface(data, placed_cones(body, frames)[own], p.reach)
         effective = p.effective_points * len(data) / all_data
         trust = Trust(p.reach, p.robust_narrow, p.sigma_measurement, effective)
         return residual_of_feet(data, np.where(feet.cone >= 0, part, -1), feet, frames, trust)
+
+
+def joined(limbs: list[Registered], measured: Measurements, pose: Pose) -> Information:
+    """What registered limbs, other sensors and limits say about a pose, linearised there."""
+    setup = measured.setup
+    frames = setup.body.frames(pose)
+    rows = (*measured.beside(pose), *measured.limits(pose))
+    total = gathered(rows, setup.body, pose, setup.columns)
+    for limb in limbs:
+        shift = limb.origin - frames.origins[limb.part]
+        turn = vector_from_rotation(limb.rotation @ frames.rotations[limb.part].T)
+        J = rigid_jacobian(limb.part, frames, setup.columns)
+        weighted = J.T @ limb.information
+        total += Information(weighted @ J, weighted @ np.concatenate([shift, turn]))
+    return total
 
 
 def rigid_jacobian(part: int, frames: PartFrames, columns: Columns) -> FloatArray:

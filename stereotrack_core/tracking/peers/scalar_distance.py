@@ -1,15 +1,20 @@
-"""Stochastic descent on one number, the sum of distances, as a peer."""
+"""Stochastic descent on one number, the sum of distances, as a baseline."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.manifold import displaced
+from stereotrack_core.body.pose import Pose
 from stereotrack_core.filtering.linearisation import Information, posterior
-from stereotrack_core.tracking.data_to_model import SurfaceResidual
-from stereotrack_core.tracking.peers.base import NARROW, WIDE, PeerTracker
-from stereotrack_core.tracking.residuals import gathered
+from stereotrack_core.tracking.correction import gathered
+from stereotrack_core.tracking.estimator import Prediction
+from stereotrack_core.tracking.measurements import Measurements
+from stereotrack_core.tracking.peers.base import RANDOM, Baseline
+from stereotrack_core.tracking.state import Belief
 
 _FIRST_GAIN, _LARGEST_GAIN = 0.2, 0.7
 """First and largest gain of every number, in units of one over the curvature along it."""
@@ -27,7 +32,7 @@ _LONGEST = 0.1
 """Metres and radians by which one step may move a number."""
 
 
-class ScalarDistanceTracker(PeerTracker):
+class ScalarDistance(Baseline):
     """Stochastic meta descent on the sum of distances (Kehl, Bray, Van Gool 2005).
 
     DOI 10.1109/CVPR.2005.165; the descent is Schraudolph's, DOI 10.1049/cp:19991170. Every step
@@ -42,28 +47,30 @@ class ScalarDistanceTracker(PeerTracker):
     curvature with the process noise.
     """
 
-    def settle(self, frame: int, data: FloatArray, P0: FloatArray) -> None:
+    def settle(self, measured: Measurements, predicted: Prediction) -> Belief:
         """Descend from the prediction."""
-        p, rng = self.parameters.peers, self.random(frame)
-        share = 1.0 / self.parameters.effective_points
-        slope = self.slope(data, WIDE)
+        p, rng, pose = self.setup.parameters.peers, measured.random(RANDOM), predicted.pose
+        share = 1.0 / self.setup.parameters.effective_points
+        slope = slope_at(measured, pose, wide=True)
         gain = _FIRST_GAIN / (share * np.diagonal(slope.A) + _LEAST_CURVATURE)
-        v = np.zeros(len(P0))
+        v = np.zeros(len(predicted.P))
         for i in range(p.scalar_iterations):
-            drawn = data[rng.integers(0, len(data), p.scalar_data)]
-            slope = self.slope(drawn, WIDE if 2 * i < p.scalar_iterations else NARROW)
+            drawn = measured.data[rng.integers(0, len(measured.data), p.scalar_data)]
+            wide = 2 * i < p.scalar_iterations
+            slope = slope_at(replace(measured, data=drawn), pose, wide=wide)
             g, H = -share * slope.b, share * slope.A
             longest = _LARGEST_GAIN / (np.diagonal(H) + _LEAST_CURVATURE)
             gain = np.minimum(gain * np.maximum(0.5, 1.0 - _META * g * v), longest)
             step = np.clip(-gain * g, -_LONGEST, _LONGEST)
-            self.pose = displaced(self.pose, step, self.joints)
+            pose = displaced(pose, step, self.setup.joints)
             v = np.clip(_MEMORY * v - gain * (g + _MEMORY * (H @ v)), -1.0, 1.0)
-        found = self.slope(data, NARROW)
-        P0_inverse: FloatArray = np.linalg.inv(P0).astype(np.float64)
-        _, self.P = posterior(P0_inverse, np.zeros(len(P0)), found)
+        found = slope_at(measured, pose, wide=False)
+        P0_inverse: FloatArray = np.linalg.inv(predicted.P).astype(np.float64)
+        _, P = posterior(P0_inverse, np.zeros(len(v)), found)
+        return Belief(pose, P)
 
-    def slope(self, data: FloatArray, iteration: int) -> Information:
-        """Curvature and negative gradient of the sum, at the pose; sensors and limits take part."""
-        surface: SurfaceResidual = self.correspond(data, iteration)
-        rows = (surface, *self.beside(), *self.limits())
-        return gathered(rows, self.body, self.pose, self._columns)
+
+def slope_at(measured: Measurements, pose: Pose, *, wide: bool) -> Information:
+    """Curvature and negative gradient of the sum at a pose; sensors and limits take part."""
+    rows = (measured.surface(pose, wide=wide), *measured.beside(pose), *measured.limits(pose))
+    return gathered(rows, measured.setup.body, pose, measured.setup.columns)

@@ -178,8 +178,7 @@ class AttemptPipeline(Pipeline):
             plain = body_model(self.body.skeleton.proportions, start.shape)
             self.body = stoppable(plain, self._cancelled)
         self.tracker = self._tracker()
-        self.tracker.start(start.pose)
-        _be_as_certain(self.tracker, start.P)
+        self.tracker.start(start.pose, P=start.P)
         self._started = True
 
     def _fit_or_remember(self) -> None:
@@ -286,9 +285,3 @@ def pose_key(pose: FirstPose) -> Hashable:
     if isinstance(pose, str):
         return pose
     return pose.position.tobytes(), pose.rotations.tobytes()
-
-
-def _be_as_certain(tracker: Tracker, P: FloatArray | None) -> None:
-    own = getattr(tracker, "P", None)
-    if P is not None and own is not None and own.shape == P.shape:
-        tracker.P = P.copy()  # type: ignore[attr-defined]

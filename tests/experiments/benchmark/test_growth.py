@@ -12,7 +12,7 @@ from stereotrack_core.experiments.benchmark.growth import (
     cost_of_views,
     exponent,
 )
-from stereotrack_core.tracking.manifold_tracker import ManifoldTracker
+from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.presets import preset
 from tests.tracking.recordings import write_depth_recording
 from tests.tracking.scenes import POSES
@@ -30,14 +30,14 @@ def recording(tmp_path_factory):
 def test_steps_are_timed_with_so_many_data_and_sizes_that_are_not_there_are_left_out(
     recording, monkeypatch
 ):
-    told, used, choose = [], set(), ManifoldTracker.choose
+    told, used, choose = [], set(), DataToModel.choose
 
     def noted(tracker, cloud):
         data = choose(tracker, cloud)
         used.add(len(data))
         return data
 
-    monkeypatch.setattr(ManifoldTracker, "choose", noted)
+    monkeypatch.setattr(DataToModel, "choose", noted)
     costs = cost_of_points(
         recording, SETTINGS, (100, 1500, 10**6), frames=4, on_progress=told.append
     )

@@ -15,7 +15,7 @@ from stereotrack_core.experiments.sweep.points import Point, grid_points, parsed
 from stereotrack_core.experiments.sweep.results import JobResult
 from stereotrack_core.experiments.sweep.work import do_batch
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.tracking.manifold_tracker import ManifoldTracker
+from stereotrack_core.tracking.iekf import PoseFilter
 from stereotrack_core.tracking.pipeline import track
 
 
@@ -63,14 +63,14 @@ def test_each_cloud_is_made_once_for_the_batch(plan, monkeypatch):
 def test_a_job_that_fails_stops_no_other(plan, monkeypatch):
     jobs = plan(*grid_points([parsed_axis("iterations=2,3,4")]))
     alone = by_identity(jobs[2:])
-    whole = ManifoldTracker.step
+    whole = PoseFilter.step
 
-    def step(tracker, cloud):
-        if tracker.parameters.iterations == 3 and cloud.frame == 2:
+    def step(tracker, cloud, *watch):
+        if tracker.setup.parameters.iterations == 3 and cloud.frame == 2:
             raise ZeroDivisionError("no hope")
-        return whole(tracker, cloud)
+        return whole(tracker, cloud, *watch)
 
-    monkeypatch.setattr(ManifoldTracker, "step", step)
+    monkeypatch.setattr(PoseFilter, "step", step)
     results = by_identity(jobs)
     assert [results[job.identity].status for job in jobs] == ["done", "failed", "done"]
     failed = results[jobs[1].identity]

@@ -10,16 +10,20 @@ from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import landmarks
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.recording.landmarks import LANDMARKS
-from stereotrack_core.tracking.acquire import SeekingTracker
-from stereotrack_core.tracking.detections.listening import ListeningTracker
+from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.detections.scaat import corrected_by
-from stereotrack_core.tracking.inside.observer import Observer
+from stereotrack_core.tracking.iekf import IteratedEstimator, PoseFilter
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.state import Belief, Setup
 from tests.tracking.detections.cases import BENT_CAMERA, BODY, PLAIN_CAMERA, seen
 from tests.tracking.scenes import CAMERAS, POSES, cloud_of, disturbed, surface_points
 
 N = 6 + 2 * len(ALL_JOINTS)
 P0 = np.diag(np.r_[np.full(3, 0.03), np.full(3, 0.1), np.full(N - 6, 0.25)] ** 2)
+
+
+def setup_of(gate):
+    return Setup(BODY, preset("accurate").replaced(detection_gate=gate).tracking, CAMERAS, 10.0, 0)
 
 
 def _hand(pose, name):
@@ -33,7 +37,8 @@ def test_a_detection_pulls_its_hand_and_leaves_the_other(camera, kind, rng):
     sigma = 0.01 if camera is None else 1.0
     before = disturbed(truth, (3, 5), rng, position=1e-9, torso=1e-9, limbs=15.0)
     detection = seen("right_hand", truth, kind=kind, camera=camera, sigma=sigma)
-    after, P = corrected_by(detection, BODY, before, P0, ALL_JOINTS, 0.6)
+    found = corrected_by(detection, setup_of(0.6), Belief(before, P0))
+    after, P = found.pose, found.P
 
     def off(pose):
         place = _hand(pose, "right_hand")
@@ -54,10 +59,10 @@ def test_the_order_makes_no_difference(rng):
     detections = [seen(name, truth, sigma=0.04) for name in ("head", "left_hand", "right_hand")]
     found = []
     for order in itertools.permutations(detections):
-        pose, P = start, P0
+        belief = Belief(start, P0)
         for detection in order:
-            pose, P = corrected_by(detection, BODY, pose, P, ALL_JOINTS, 0.6)
-        found.append((landmarks(BODY, pose), P))
+            belief = corrected_by(detection, setup_of(0.6), belief)
+        found.append((landmarks(BODY, belief.pose), belief.P))
     gained = np.linalg.norm(found[0][0] - landmarks(BODY, start), axis=1).max()
     for points, P in found[1:]:
         apart = np.linalg.norm(points - found[0][0], axis=1).max()
@@ -67,16 +72,16 @@ def test_the_order_makes_no_difference(rng):
 
 @pytest.mark.parametrize("gate", [0.2, 3.0])
 def test_an_improbable_detection_changes_nothing(gate):
-    tight = 1e-3 * P0
+    tight = Belief(POSES["t"], 1e-3 * P0)
     detection = seen("head", POSES["t"], sigma=0.01, off=0.3)
-    pose, P = corrected_by(detection, BODY, POSES["t"], tight, ALL_JOINTS, gate)
-    assert pose is POSES["t"]
-    assert P is tight
+    assert corrected_by(detection, setup_of(gate), tight) is tight
 
 
-def _tracker(kind, **changes):
-    settings = preset("fast").replaced(search_arms=False, **changes)
-    tracker = kind(BODY, settings.tracking, CAMERAS, 10.0, 0)
+def _tracker(*, listens=True, **changes):
+    setup = Setup(
+        BODY, preset("fast").replaced(search_arms=False, **changes).tracking, CAMERAS, 10.0, 0
+    )
+    tracker = PoseFilter(setup, IteratedEstimator(setup), DataToModel(setup), listens=listens)
     tracker.start(POSES["t"])
     return tracker
 
@@ -91,8 +96,8 @@ def _with(cloud, *detections):
 
 def test_without_detections_nothing_differs_bit_for_bit(rng):
     clouds = [cloud_of(surface_points(BODY, POSES["t"], 900, rng, 0.01), k) for k in range(3)]
-    listening = _steps(_tracker(ListeningTracker), clouds)
-    for a, b in zip(_steps(_tracker(SeekingTracker), clouds), listening, strict=True):
+    listening = _steps(_tracker(), clouds)
+    for a, b in zip(_steps(_tracker(listens=False), clouds), listening, strict=True):
         np.testing.assert_array_equal(a.x, b.x)
         np.testing.assert_array_equal(a.P, b.P)
 
@@ -109,8 +114,8 @@ def test_detections_between_frames_bring_a_fast_arm_along(rng):
     )
     off = {}
     for name, given in (("deaf", cloud), ("listening", heard)):
-        tracker = _tracker(ListeningTracker, detection_gate=1.5)
-        tracker.P = tracker.P * 0.2
+        tracker = _tracker(detection_gate=1.5)
+        tracker.start(POSES["t"], P=tracker.state.P * 0.2)
         estimate = tracker.step(given)
         off[name] = np.linalg.norm(_hand(estimate.pose, "right_hand") - _hand(fast, "right_hand"))
     assert off["listening"] < 0.06
@@ -118,13 +123,10 @@ def test_detections_between_frames_bring_a_fast_arm_along(rng):
 
 
 def test_process_noise_is_that_of_one_frame_however_many_detections_come(rng):
-    tracker = _tracker(ListeningTracker)
-    before = tracker.P.copy()
+    tracker = _tracker()
+    before = tracker.state.P
     nowhere = np.array([9.0, 9.0, 9.0])
     far = [seen("head", POSES["t"], time=t, off=nowhere) for t in (0.2, 0.5, 0.7)]
     cloud = cloud_of(surface_points(BODY, POSES["t"], 900, rng, 0.01), 1)
-    predicted = []
-    tracker.observer = Observer()
-    tracker.observer.predicted = lambda state, pose, P: predicted.append(P)
-    tracker.step(_with(cloud, *far))
-    np.testing.assert_allclose(predicted, [before + tracker.Q], rtol=1e-12)
+    predicted = tracker.predicted(_with(cloud, *far)).P
+    np.testing.assert_allclose(predicted, before + tracker.setup.Q, rtol=1e-12)

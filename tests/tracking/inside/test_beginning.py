@@ -19,7 +19,7 @@ def way_of(kind, tracker):
     recording = types.SimpleNamespace(
         view=lambda name: name, reference_camera=views.__getitem__, fps=10.0, subject=None
     )
-    return Way(recording, preset(name).replaced(**changes), tracker.body, tuple(views), 3)
+    return Way(recording, preset(name).replaced(**changes), tracker.setup.body, tuple(views), 3)
 
 
 @pytest.mark.parametrize("kind", ["thesis", "fast"])
@@ -36,7 +36,7 @@ def test_a_stored_frame_begins_where_the_tracker_was(kind):
         np.testing.assert_allclose(trace.after.P, own.after.P, rtol=1e-6)
     else:
         assert "random numbers" in found.words
-        assert angle_errors(tracker.body, trace.after.pose, own.after.pose).max() < 15.0
+        assert angle_errors(tracker.setup.body, trace.after.pose, own.after.pose).max() < 15.0
 
 
 def state_of(tracker):

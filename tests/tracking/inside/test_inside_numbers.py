@@ -7,7 +7,6 @@ from stereotrack_core.body.angles import THESIS_JOINTS, pose_of_state, state_of_
 from stereotrack_core.body.manifold import difference, displaced
 from stereotrack_core.body.skeleton import LEFT_FOREARM, LEFT_UPPER_ARM
 from stereotrack_core.tracking.inside.look import look_inside
-from stereotrack_core.tracking.inside.observer import SILENT
 from stereotrack_core.tracking.inside.trace import HIDDEN, INSIDE, SURPLUS, TOO_FAR, movement
 from stereotrack_core.tracking.search.search import ArmSearch
 from tests.tracking.inside.test_look_inside import followed
@@ -30,8 +29,8 @@ def test_the_thesis_cross_covariance_is_the_weighted_sum_over_its_sigma_points(i
     """(2.12) to (2.18) and (3.5) to (3.11), one sigma point after the other."""
     tracker, cloud = followed("thesis")
     found = look_inside(tracker, cloud).corrections[iteration]
-    body, points, P = tracker.body, found.points, found.before.P
-    n, alpha, beta = len(P), tracker.parameters.ut_alpha, tracker.parameters.ut_beta
+    body, points, P = tracker.setup.body, found.points, found.before.P
+    n, alpha, beta = len(P), tracker.setup.parameters.ut_alpha, tracker.setup.parameters.ut_beta
     spread = alpha**2 * n  # n + lambda with kappa 0
     root = np.linalg.cholesky(spread * P)
     e = points.place - points.foot
@@ -68,7 +67,7 @@ def test_the_cross_covariance_on_the_manifold_is_that_of_finite_differences(kind
     """P_xz = P H' (2.11) with H by central differences of the feet on their normals."""
     tracker, cloud = followed(kind)
     found = look_inside(tracker, cloud).corrections[1]
-    body, points, P = tracker.body, found.points, found.before.P
+    body, points, P = tracker.setup.body, found.points, found.before.P
     normal = points.direction
     local = in_part(body, found.before.pose, points.part, points.foot)
     h, H = 1e-6, np.empty((len(points.part), len(P)))
@@ -77,7 +76,7 @@ def test_the_cross_covariance_on_the_manifold_is_that_of_finite_differences(kind
         for sign in (1.0, -1.0):
             delta = np.zeros(len(P))
             delta[k] = sign * h
-            pose = displaced(found.before.pose, delta, tracker.joints)
+            pose = displaced(found.before.pose, delta, tracker.setup.joints)
             ends.append(np.einsum("mi,mi->m", normal, world_of(body, pose, points.part, local)))
         H[:, k] = (ends[0] - ends[1]) / (2 * h)
     P_xz = P @ H.T
@@ -97,7 +96,7 @@ def test_points_rows_and_prior_together_are_the_correction(kind):
         rows = sum((row.dx for row in found.rows), np.zeros(len(found.dx)))
         total = found.from_prior + found.gain @ found.points.residual + rows
         np.testing.assert_allclose(total, found.dx, atol=1e-9)
-        moved = difference(found.after.pose, found.before.pose, tracker.joints)
+        moved = difference(found.after.pose, found.before.pose, tracker.setup.joints)
         inside = np.abs(found.dx) < 0.4  # longer steps are cut
         np.testing.assert_allclose(moved[inside], found.dx[inside], atol=1e-9)
     assert trace.corrections[0].from_prior == pytest.approx(0.0)
@@ -106,7 +105,7 @@ def test_points_rows_and_prior_together_are_the_correction(kind):
 def test_points_that_the_thesis_does_not_use_say_why():
     tracker, cloud = followed("thesis")
     found = look_inside(tracker, cloud).corrections[0]
-    assert len(found.points.part) == tracker.parameters.model_points
+    assert len(found.points.part) == tracker.setup.parameters.model_points
     assert set(found.unused.why.tolist()) <= {HIDDEN, INSIDE, SURPLUS}
     assert np.count_nonzero(found.unused.why == HIDDEN) > 0
     assert np.count_nonzero(found.unused.why == INSIDE) > 0
@@ -139,7 +138,7 @@ def test_terms_of_the_search_add_up_to_its_costs(monkeypatch):
     tracker, cloud = followed("accurate")
     told.clear()
     search = look_inside(tracker, cloud).search
-    assert len(search.pairs) == tracker.parameters.search.search_refined
+    assert len(search.pairs) == tracker.setup.parameters.search.search_refined
     for pair in (search.followed, *search.pairs):
         (cost,) = [each for pose, each in told if pose is pair.pose]
         assert pair.cost == pytest.approx(cost, rel=1e-9)
@@ -155,7 +154,7 @@ def test_a_lost_arm_is_found_by_a_pair_that_costs_less():
     tracker, _ = followed("accurate")
     lost = pose_with_arms([0.1, 0.1, -1], [0.1, 0.2, -1], [-0.9, 0.5, 0.4], [-0.3, 0.6, 1])
     tracker.start(lost)
-    points = surface_points(tracker.body, POSES["pointing"], 1500, np.random.default_rng(0))
+    points = surface_points(tracker.setup.body, POSES["pointing"], 1500, np.random.default_rng(0))
     trace = look_inside(tracker, cloud_of(points, 4))
     (chosen,) = [pair for pair in trace.search.pairs if pair.chosen]
     assert chosen.cost < trace.search.followed.cost - trace.search.gain
@@ -167,22 +166,14 @@ def test_collision_avoidance_says_what_was_too_near():
     tracker, _ = followed("thesis")
     hanging = pose_with_arms([1, 0, 0], [1, 0.05, 0], [-0.05, 0, -1], [-0.05, 0.02, -1])
     tracker.start(hanging)
-    points = surface_points(tracker.body, hanging, 1500, np.random.default_rng(0))
+    points = surface_points(tracker.setup.body, hanging, 1500, np.random.default_rng(0))
     trace = look_inside(tracker, cloud_of(points, 4))
     left, right = trace.jump.arms
     assert left.elbow_missing > 0.02
     assert left.upper_turn > np.radians(3.0)
     assert right.elbow_missing == right.hand_missing == right.bend_missing == 0.0
     assert right.upper_turn == pytest.approx(0.0, abs=1e-6)
-    moved = movement(tracker.body, trace.jump.before, trace.jump.after)
+    moved = movement(tracker.setup.body, trace.jump.before, trace.jump.after)
     assert moved.limbs[LEFT_UPPER_ARM] == pytest.approx(left.upper_turn)
     assert moved.limbs[LEFT_FOREARM] == pytest.approx(left.fore_turn)
     assert moved.shift == 0.0
-
-
-def test_nobody_listens_unless_asked():
-    tracker, cloud = followed("thesis")
-    assert tracker.observer is SILENT
-    look_inside(tracker, cloud)
-    assert tracker.observer is SILENT
-    assert not vars(SILENT)

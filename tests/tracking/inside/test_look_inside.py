@@ -38,7 +38,7 @@ def followed(kind, frames=1):
     tracker = tracker_for(body_model(AVERAGE, settings.body), settings, CAMERAS, 10.0, 3)
     rng = np.random.default_rng(7)
     clouds = [
-        cloud_of(surface_points(tracker.body, POSES["reaching"], 1000, rng, 0.004), k)
+        cloud_of(surface_points(tracker.setup.body, POSES["reaching"], 1000, rng, 0.004), k)
         for k in range(frames + 1)
     ]
     tracker.start(disturbed(POSES["reaching"], THESIS_JOINTS, rng))
@@ -93,10 +93,10 @@ def test_iterations_lead_from_the_prediction_to_the_result(kind):
     first = trace.corrections[0]
     assert first.before.pose is trace.predicted.pose or kind == "thesis"
     np.testing.assert_array_equal(first.before.P, trace.predicted.P)
-    np.testing.assert_allclose(trace.predicted.P, trace.before.P + tracker.Q, rtol=1e-12)
+    np.testing.assert_allclose(trace.predicted.P, trace.before.P + tracker.setup.Q, rtol=1e-12)
     for a, b in zip(trace.corrections, trace.corrections[1:], strict=False):
         np.testing.assert_array_equal(a.after.P, b.before.P)
-    assert len(trace.corrections) >= tracker.parameters.iterations
+    assert len(trace.corrections) >= tracker.setup.parameters.iterations
     assert [c.iteration for c in trace.corrections][:3] == [1, 2, 3]
     assert all(seconds >= 0.0 for seconds in trace.seconds.values())
     assert len(trace.state_names) == len(first.dx) == len(trace.after.P)

@@ -1,5 +1,7 @@
 """Drawing, annealing and the measure of particles."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -105,9 +107,12 @@ def test_particles_are_drawn_anew_where_the_body_was_found_elsewhere():
     rng = np.random.default_rng(7)
     tracker = make("annealed")
     tracker.start(POSES["t"])
-    clouds = [cloud_of(surface_points(tracker.body, POSES["t"], 1500, rng), k) for k in range(3)]
+    clouds = [
+        cloud_of(surface_points(tracker.setup.body, POSES["t"], 1500, rng), k) for k in range(3)
+    ]
     tracker.step(clouds[0])
     elsewhere = POSES["t"].position + np.array([0.9, 0.4, 0.0])
-    tracker.pose = Pose(elsewhere, tracker.pose.rotations)
+    state = tracker.leader.state
+    tracker.leader.state = replace(state, pose=Pose(elsewhere, state.pose.rotations))
     tracker.step(cloud_of(clouds[1].points + elsewhere - POSES["t"].position, 1))
     assert np.linalg.norm(tracker.pose.position - elsewhere) < 0.1

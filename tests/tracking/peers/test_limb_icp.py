@@ -10,8 +10,8 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.skeleton import LEFT_FOREARM, PARTS, RIGHT_UPPER_ARM, TORSO
 from stereotrack_core.geometry.rotation import rotation_from_vector, vector_from_rotation
-from stereotrack_core.tracking.peers.limb_icp import Registered, rigid_jacobian
-from tests.tracking.peers.test_peers import make
+from stereotrack_core.tracking.peers.limb_icp import Registered, joined, rigid_jacobian
+from tests.tracking.peers.test_peers import given, make
 from tests.tracking.scenes import POSES, angle_errors, surface_points
 
 STEP = 1e-6
@@ -33,14 +33,15 @@ def test_a_limb_is_moved_to_its_data_without_regard_to_its_joint():
     rng = np.random.default_rng(0)
     tracker = make("limb-icp", limb_icp_iterations=20)
     tracker.start(POSES["t"])
-    body = tracker.body
+    body = tracker.setup.body
     points = surface_points(body, POSES["t"], 6000, rng)
-    given = tracker.correspond(points, 2)
-    arm = given.data[given.part == LEFT_FOREARM]
+    surface = given(tracker, points)[0].surface(POSES["t"], wide=False)
+    arm = surface.data[surface.part == LEFT_FOREARM]
     origin = body.frames(POSES["t"]).origins[LEFT_FOREARM]
     turn, shift = rotation_from_vector(np.array([0.0, 0.08, 0.1])), np.array([0.0, 0.03, 0.04])
     moved = (arm - origin) @ turn.T + origin + shift
-    found = tracker.register(LEFT_FOREARM, moved, len(points))
+    register = tracker.leader.estimator.register
+    found = register(LEFT_FOREARM, moved, POSES["t"], len(points))
     axis = turn @ body.frames(POSES["t"]).rotations[LEFT_FOREARM][:, 2]
     assert np.degrees(np.arccos(found.rotation[:, 2] @ axis)) < 1.0
     across = found.origin - (origin + shift)
@@ -51,18 +52,19 @@ def test_a_limb_is_moved_to_its_data_without_regard_to_its_joint():
 def test_joints_are_imposed_by_how_certain_each_limb_is():
     tracker = make("limb-icp")
     tracker.start(POSES["reaching"])
-    frames = tracker.body.frames(POSES["reaching"])
+    frames = tracker.setup.body.frames(POSES["reaching"])
     sure = np.diag([1e6] * 6)
     turned = rotation_from_vector(np.array([0.0, 0.0, 0.2])) @ frames.rotations[RIGHT_UPPER_ARM]
     limbs = [
         Registered(TORSO, frames.rotations[TORSO], frames.origins[TORSO], sure),
         Registered(RIGHT_UPPER_ARM, turned, frames.origins[RIGHT_UPPER_ARM] + 0.05, 1e-4 * sure),
     ]
-    found = tracker.joined(limbs)
+    measured, _ = given(tracker, np.empty((0, 3)))
+    found = joined(limbs, measured, POSES["reaching"])
     dx = np.linalg.solve(found.A + 1e-3 * np.eye(len(found.b)), found.b)
-    pose = displaced(POSES["reaching"], dx, tracker.joints)
+    pose = displaced(POSES["reaching"], dx, tracker.setup.joints)
     assert np.linalg.norm(pose.position - POSES["reaching"].position) < 1e-3
-    off = angle_errors(tracker.body, pose, POSES["reaching"])
+    off = angle_errors(tracker.setup.body, pose, POSES["reaching"])
     assert off[TORSO] < 0.1
     assert off[RIGHT_UPPER_ARM] > 5.0
 
@@ -71,8 +73,9 @@ def test_limbs_without_data_stay_where_they_are_expected():
     rng = np.random.default_rng(1)
     tracker = make("limb-icp")
     tracker.start(POSES["t"])
-    points = surface_points(tracker.body, POSES["t"], 4000, rng)
-    given = tracker.correspond(points, 2)
-    tracker.settle(0, given.data[given.part != LEFT_FOREARM], tracker.P)
-    assert angle_errors(tracker.body, tracker.pose, POSES["t"])[LEFT_FOREARM] < 3.0
-    assert np.isfinite(tracker.P).all()
+    points = surface_points(tracker.setup.body, POSES["t"], 4000, rng)
+    surface = given(tracker, points)[0].surface(POSES["t"], wide=False)
+    seen = surface.data[surface.part != LEFT_FOREARM]
+    found = tracker.leader.estimator.settle(*given(tracker, seen))
+    assert angle_errors(tracker.setup.body, found.pose, POSES["t"])[LEFT_FOREARM] < 3.0
+    assert np.isfinite(found.P).all()

@@ -9,8 +9,10 @@ from stereotrack_core.body.angles import THESIS_JOINTS
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.skeleton import LEFT_FOREARM, LEFT_UPPER_ARM
+from stereotrack_core.tracking.estimator import Prediction
 from stereotrack_core.tracking.estimators import tracker_for
 from stereotrack_core.tracking.limits import DirectionResidual
+from stereotrack_core.tracking.measurements import Measurements
 from stereotrack_core.tracking.presets import PEERS, preset
 from tests.tracking.scenes import (
     CAMERAS,
@@ -37,6 +39,14 @@ def make(name, seed=0, **changes):
     return tracker_for(body, settings, CAMERAS, 10.0, seed)
 
 
+def given(tracker, data):
+    """The prediction from the tracker's pose, and measurements of some data alone."""
+    state, leader = tracker.leader.state, tracker.leader
+    predicted = Prediction(state.pose, state.P, state.movement, 1.0)
+    measured = Measurements(tracker.setup, cloud_of(data), data, leader.correspondences)
+    return measured, predicted
+
+
 def clouds(body, pose, rng, count, points=2500):
     return [cloud_of(surface_points(body, pose, points, rng, 0.005), k) for k in range(count)]
 
@@ -48,12 +58,12 @@ def test_a_body_is_found_from_a_disturbed_start(name, pose):
     tracker, true = make(name), POSES[pose]
     start = disturbed(true, THESIS_JOINTS, rng)
     tracker.start(start)
-    for cloud in clouds(tracker.body, true, rng, 4):
+    for cloud in clouds(tracker.setup.body, true, rng, 4):
         found = tracker.step(cloud)
     assert found.tracked
-    errors = angle_errors(tracker.body, found.pose, true)
+    errors = angle_errors(tracker.setup.body, found.pose, true)
     assert errors.max() < LARGEST[name]
-    before = angle_errors(tracker.body, start, true)[2:].mean()
+    before = angle_errors(tracker.setup.body, start, true)[2:].mean()
     assert errors[2:].mean() < (0.8 if name == "annealed" else 0.5) * before
     assert np.linalg.norm(found.pose.position - true.position) < FARTHEST.get(name, 0.03)
 
@@ -72,10 +82,12 @@ def test_a_moving_body_is_followed(name):
             [-1, 1.2 * bend, 0.1],
             place=(0.05 + 0.02 * k, -0.1, 0.95),
         )
-        points = surface_points(tracker.body, true, 2500, rng, 0.005)
+        points = surface_points(tracker.setup.body, true, 2500, rng, 0.005)
         found = tracker.step(cloud_of(points, k))
-    assert angle_errors(tracker.body, found.pose, true).max() < (15 if name == "annealed" else 10)
-    assert angle_errors(tracker.body, POSES["t"], true)[2:].min() > 20
+    assert angle_errors(tracker.setup.body, found.pose, true).max() < (
+        15 if name == "annealed" else 10
+    )
+    assert angle_errors(tracker.setup.body, POSES["t"], true)[2:].min() > 20
 
 
 @EACH
@@ -84,7 +96,9 @@ def test_the_same_seed_gives_the_same_to_the_last_bit(name):
         rng = np.random.default_rng(9)
         tracker = make(name, seed=seed)
         tracker.start(disturbed(POSES["reaching"], THESIS_JOINTS, rng))
-        return [tracker.step(cloud) for cloud in clouds(tracker.body, POSES["reaching"], rng, 3)]
+        return [
+            tracker.step(cloud) for cloud in clouds(tracker.setup.body, POSES["reaching"], rng, 3)
+        ]
 
     first, again, other = run(4), run(4), run(5)
     for a, b in zip(first, again, strict=True):
@@ -102,7 +116,7 @@ def test_the_same_seed_gives_the_same_to_the_last_bit(name):
 def test_starting_anew_forgets_what_was_before(name):
     rng = np.random.default_rng(2)
     tracker = make(name)
-    seen = clouds(tracker.body, POSES["t"], rng, 2)
+    seen = clouds(tracker.setup.body, POSES["t"], rng, 2)
     tracker.start(POSES["t"])
     first = tracker.step(seen[0])
     tracker.step(seen[1])
@@ -117,7 +131,7 @@ def test_clouds_that_show_nobody_are_not_tracked_and_it_goes_on_afterwards(name)
     rng = np.random.default_rng(3)
     tracker, true = make(name), POSES["reaching"]
     tracker.start(true)
-    full = clouds(tracker.body, true, rng, 3)
+    full = clouds(tracker.setup.body, true, rng, 3)
     assert tracker.step(full[0]).tracked
     dust = rng.uniform([-3.0, -3.0, -1.0], [3.0, 3.0, 4.0], (3000, 3))
     for points in (np.empty((0, 3)), full[0].points[:99], dust):
@@ -139,7 +153,9 @@ def test_the_covariance_stays_symmetric_and_positive(name):
     tracker = make(name)
     tracker.start(POSES["t"])
     for k, pose in enumerate(("t", "reaching", "pointing", "t")):
-        found = tracker.step(cloud_of(surface_points(tracker.body, POSES[pose], 800, rng, 0.01), k))
+        found = tracker.step(
+            cloud_of(surface_points(tracker.setup.body, POSES[pose], 800, rng, 0.01), k)
+        )
         np.testing.assert_allclose(found.P, found.P.T, atol=1e-15)
         assert np.linalg.eigvalsh(found.P).min() > 0
         assert np.isfinite(found.limb_sigma_deg).all()
@@ -162,11 +178,11 @@ class Pointing:
 def test_other_sensors_are_listened_to(name):
     rng = np.random.default_rng(6)
     tracker = make(name)
-    tracker._sensors = (Pointing(),)
+    tracker.leader.sensors = (Pointing(),)
     tracker.start(POSES["t"])
-    whole = surface_points(tracker.body, POSES["t"], 3000, rng, 0.005)
-    given = tracker.correspond(whole, 2)
-    rest = given.data[given.part != LEFT_FOREARM]
+    whole = surface_points(tracker.setup.body, POSES["t"], 3000, rng, 0.005)
+    surface = given(tracker, whole)[0].surface(POSES["t"], wide=False)
+    rest = surface.data[surface.part != LEFT_FOREARM]
     for k in range(5):
         found = tracker.step(cloud_of(rest, k))
     said = np.arcsin(found.pose.rotations[LEFT_FOREARM, 0, 2])
@@ -178,11 +194,11 @@ def test_data_with_colours_are_taken_as_well(name):
     rng = np.random.default_rng(8)
     tracker = make(name)
     tracker.start(POSES["reaching"])
-    for cloud in clouds(tracker.body, POSES["reaching"], rng, 3):
+    for cloud in clouds(tracker.setup.body, POSES["reaching"], rng, 3):
         colours = rng.uniform(0, 255, (len(cloud.points), 3))
         found = tracker.step(dataclasses.replace(cloud, colours=colours))
     assert found.tracked
-    assert angle_errors(tracker.body, found.pose, POSES["reaching"]).max() < LARGEST[name]
+    assert angle_errors(tracker.setup.body, found.pose, POSES["reaching"]).max() < LARGEST[name]
 
 
 @EACH

@@ -1,4 +1,4 @@
-"""What measurements and constraints have in common: a new one is one new file."""
+"""One correction of a pose by residuals; a new measurement or constraint is one new file."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import scipy.linalg
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.jacobian import Columns
-from stereotrack_core.body.manifold import displaced
+from stereotrack_core.body.manifold import difference, displaced
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.depth.cloud import Cloud
@@ -18,9 +18,14 @@ from stereotrack_core.filtering.linearisation import (
     Information,
     information,
     linearised,
+    posterior,
     unwhitened,
 )
 from stereotrack_core.filtering.sigma_points import SigmaWeights
+from stereotrack_core.tracking.state import Belief, Setup
+
+_STEP_LIMIT = 0.5
+"""Radians and metres by which one correction may move a number of the error state."""
 
 
 class Residual(Protocol):
@@ -54,11 +59,20 @@ class Observation(Protocol):
 
 
 class Sensor(Protocol):
-    """A source of measurements beside the cloud's points: outlines, detected hands, colours."""
+    """A source of measurements beside the cloud's points: outlines, detected hands."""
 
     def observe(self, cloud: Cloud) -> Observation:
         """Take from one instant what does not depend on the pose."""
         ...
+
+
+def solved(
+    joints: tuple[int, ...], prior: Belief, at: Pose, found: Information
+) -> tuple[Belief, FloatArray]:
+    """Join a prior and what was gathered at a pose; the step (n,) to the result is limited."""
+    P0_inverse: FloatArray = scipy.linalg.inv(prior.P)
+    dx, P = posterior(P0_inverse, difference(prior.pose, at, joints), found)
+    return Belief(displaced(at, np.clip(dx, -_STEP_LIMIT, _STEP_LIMIT), joints), P), dx
 
 
 def gathered(
@@ -76,17 +90,15 @@ def gathered(
     return total
 
 
-def innovation_of(
-    residual: Residual, body: BodyModel, pose: Pose, P: FloatArray, columns: Columns
-) -> float:
-    """Normalised innovation of a measurement at a predicted pose with covariance P (n, n)."""
-    frames = body.frames(pose)
+def innovation_of(residual: Residual, setup: Setup, predicted: Belief) -> float:
+    """Normalised innovation of a measurement at a predicted pose."""
+    frames = setup.body.frames(predicted.pose)
     nu = (
         residual.measured
         - residual.predicted(PartFrames(frames.rotations[None], frames.origins[None]))[0]
     )
-    H = residual.jacobian(frames, columns)
-    return normalised(nu, np.einsum("mn,mn->m", H @ P, H) + residual.variance)
+    H = residual.jacobian(frames, setup.columns)
+    return normalised(nu, np.einsum("mn,mn->m", H @ predicted.P, H) + residual.variance)
 
 
 def gathered_by_sigma_points(

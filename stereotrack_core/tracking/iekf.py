@@ -1,0 +1,293 @@
+"""The step of presets ``accurate`` and ``fast``: measured points look for the model, iterated.
+
+Baselines share with it all but the way from a frame's measurements to the pose.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.body.angles import state_of_pose
+from stereotrack_core.body.manifold import difference, displaced
+from stereotrack_core.body.pose import Pose, orthonormal, t_pose
+from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.filtering.sigma_points import sigma_deviations
+from stereotrack_core.tracking.correction import innovation_of
+from stereotrack_core.tracking.correspondences import DataToModel
+from stereotrack_core.tracking.data_to_model import SurfaceResidual
+from stereotrack_core.tracking.detections.scaat import predicted_by_detections
+from stereotrack_core.tracking.estimate import Correspondences, Estimate, Memory, Prior
+from stereotrack_core.tracking.estimator import Estimator, Posterior, Prediction
+from stereotrack_core.tracking.inside.observer import SILENT, Observer
+from stereotrack_core.tracking.lost.judge import Unjudged, judged
+from stereotrack_core.tracking.measurements import Measurements, sensors_for
+from stereotrack_core.tracking.process import elapsed, time_array, time_in
+from stereotrack_core.tracking.search.search import ArmSearch
+from stereotrack_core.tracking.state import Belief, Setup, State
+
+_COARSE = 2
+"""All iterations but the last use every second datum; the variances make up for it."""
+
+_WIDE_ITERATIONS = 2
+
+_WIDE_ARM = np.radians(40.0)
+"""Standard deviation of the arms' joints around a proposal."""
+
+
+class PoseFilter:
+    """Follow a body from cloud to cloud, from a pose that is roughly right.
+
+    Parameters
+    ----------
+    setup : Setup
+    estimator : Estimator
+    correspondences : DataToModel
+    listens : bool
+        Whether detections that come between two frames correct the prediction.
+
+    Attributes
+    ----------
+    state : State
+    sensors : tuple of Sensor
+        What measures beside the cloud's points.
+    origin : State
+        From which the last step went out; what it was started with before the first.
+    """
+
+    def __init__(
+        self,
+        setup: Setup,
+        estimator: Estimator,
+        correspondences: DataToModel,
+        *,
+        listens: bool = False,
+    ) -> None:
+        self.setup = setup
+        self.state = self.origin = setup.first_state(t_pose(np.zeros(3)))
+        self.estimator = estimator
+        self.correspondences = correspondences
+        self.sensors = sensors_for(setup.parameters)
+        self._listens = listens
+        self.start(self.state.pose)
+
+    def step(self, cloud: Cloud, watch: Observer = SILENT) -> Estimate:
+        """Predict, correct the prediction by what the frame measures, judge the result."""
+        begun, p, before = perf_counter(), self.setup.parameters, self.state
+        self.origin = before
+        predicted = self.predicted(cloud)
+        watch.predicted(before, predicted.pose, predicted.P)
+        if len(cloud.points) < p.least_points:
+            return self.lost(before, cloud, f"the cloud has only {len(cloud.points)} points")
+        measured = self.measured(cloud, watch)
+        found = self.estimator.estimate(measured, predicted)
+        if measured.unexplained_fraction(found.pose) > p.max_unexplained_fraction:
+            return self.lost(before, cloud, "the cloud does not look like the body")
+        pose, movement = orthonormal(found.pose), before.movement
+        if predicted.gone:
+            movement = difference(pose, before.pose, self.setup.joints) / predicted.gone
+        self.state = State(pose, found.P, movement, cloud.frame)
+        return self._judged(cloud, predicted, found, perf_counter() - begun)
+
+    def predicted(self, cloud: Cloud) -> Prediction:
+        """Repeat the last movement, damped; detections on the way to the frame correct it."""
+        setup, state = self.setup, self.state
+        since = cloud.frame - 1.0 if state.time is None else state.time
+        gone = elapsed(since, cloud.frame)
+        movement = gone * setup.parameters.velocity * state.movement
+        due = [d for d in cloud.detections if since < d.time < cloud.frame]
+        if not (self._listens and due):
+            found = setup.moved(state, state.movement, since, cloud.frame)
+            return Prediction(found.pose, found.P, movement, gone)
+        found = predicted_by_detections(setup, state, since, cloud.frame, due)
+        unheard = state.P + gone * setup.Q
+        return Prediction(found.pose, found.P, movement, gone, unheard - found.P)
+
+    def measured(self, cloud: Cloud, watch: Observer = SILENT) -> Measurements:
+        """Take from a cloud what poses are measured by."""
+        data = self.correspondences.choose(cloud)
+        seen = tuple(sensor.observe(cloud) for sensor in self.sensors)
+        return Measurements(self.setup, cloud, data, self.correspondences, seen, watch)
+
+    def start(
+        self,
+        pose: Pose,
+        time: float | None = None,
+        *,
+        P: FloatArray | None = None,
+        movement: FloatArray | None = None,
+    ) -> None:
+        """Begin from a pose that is roughly right.
+
+        Parameters
+        ----------
+        pose : Pose
+        time : float, optional
+            Frame that it belongs to; where not given, the one before the next cloud's.
+        P : (n, n) float64, optional
+            Its covariance, used where it is one of this filter's error state; that of a first
+            pose where not given.
+        movement : (n,) float64, optional
+            By which it has moved in a frame.
+        """
+        state = self.setup.first_state(pose, time)
+        if P is not None and P.shape == state.P.shape:
+            state = dataclasses.replace(state, P=P.copy())
+        if movement is not None:
+            state = dataclasses.replace(state, movement=movement)
+        self.resume(state)
+        self.anew = True
+
+    def resume(self, state: State) -> None:
+        """Go on from a state."""
+        self.state = self.origin = state
+        self.estimator.begin(state.pose)
+
+    def lost(self, before: State, cloud: Cloud, reason: str) -> Estimate:
+        """State a frame in which nothing could be measured; the body is expected to stay."""
+        P = before.P + elapsed(before.time, cloud.frame) * self.setup.Q
+        self.resume(State(before.pose, P, np.zeros_like(before.movement), cloud.frame))
+        x = state_of_pose(before.pose, self.setup.joints)
+        return Estimate(False, reason, before.pose, x, P)
+
+    def memory(self) -> Memory:
+        """All that the next step depends on; see :class:`Tracker`."""
+        return {
+            "position": self.state.pose.position,
+            "rotations": self.state.pose.rotations,
+            "P": self.state.P,
+            "movement": self.state.movement,
+            "time": time_array(self.state.time),
+            "anew": np.array(self.anew),
+            **self.estimator.memory(),
+            **self.correspondences.memory(),
+        }
+
+    def recall(self, memory: Memory) -> None:
+        """Go on as the filter would whose memory this is."""
+        pose = Pose(memory["position"], memory["rotations"])
+        self.resume(State(pose, memory["P"], memory["movement"], time_in(memory["time"])))
+        self.anew = bool(memory["anew"])
+        self.estimator.recall(memory)
+        self.correspondences.recall(memory)
+
+    def _judged(
+        self, cloud: Cloud, predicted: Prediction, found: Posterior, seconds: float
+    ) -> Estimate:
+        """State the pose with the signs by which it can be judged."""
+        setup, state, surface = self.setup, self.state, found.surface
+        P0 = found.P0 if predicted.learned is None else found.P0 + predicted.learned
+        prior = None if self.anew else Prior(predicted.movement, P0, found.carried)
+        self.anew = False
+        dX = sigma_deviations(state.P, setup.weights)
+        weight = surface.weight
+        squared = float(weight @ surface.distance**2) / max(float(weight.sum()), 1e-12)
+        unjudged = Unjudged(
+            pose=state.pose,
+            x=state_of_pose(state.pose, setup.joints),
+            P=state.P.copy(),
+            sigma_points=displaced(state.pose, dX, setup.joints),
+            residual=float(np.sqrt(squared)),
+            innovation=found.innovation,
+            correspondences=Correspondences(surface.data, surface.foot, surface.part, weight),
+            movement=predicted.gone * state.movement,
+            prior=prior,
+        )
+        return judged(cloud, setup, unjudged, seconds)
+
+
+@dataclass(frozen=True, eq=False)
+class _Corrected(Belief):
+    """A corrected pose, and the pairs of points that it was corrected by."""
+
+    surface: SurfaceResidual
+
+
+class IteratedEstimator(Estimator):
+    """Iterated posterior linearisation of the distances to the surface, and a search for the arms.
+
+    Keeps nothing from frame to frame, so that many filters may share one.
+    """
+
+    def __init__(self, setup: Setup) -> None:
+        super().__init__(setup)
+        self.search = ArmSearch(setup.body, setup.parameters.search, setup.parameters.arms_apart)
+        arms = [6 + 2 * setup.joints.index(part) for part in (*UPPER_ARMS, *FOREARMS)]
+        self._arms: IntArray = np.concatenate([[first, first + 1] for first in arms])
+
+    def estimate(self, measured: Measurements, predicted: Prediction) -> Posterior:
+        """Follow the data from the prediction, again where it was too narrow; look for the arms."""
+        first, found = self.follow(measured, predicted, predicted)
+        innovation = innovation_of(first, self.setup, predicted)
+        prior = self._inflated(predicted, found)
+        if prior is not predicted:
+            measured.watch.widened(prior.P)
+            _, found = self.follow(measured, prior, found)
+        carried = np.ones(len(prior.P), dtype=np.bool_)
+        if self.setup.parameters.search.search_arms:
+            followed, found = found, self._with_best_arms(measured, prior, found)
+            carried[self._arms] = found is followed
+        return Posterior(found.pose, found.P, found.surface, innovation, prior.P, carried)
+
+    def follow(
+        self, measured: Measurements, prior: Belief, start: Belief
+    ) -> tuple[SurfaceResidual, _Corrected]:
+        """Iterate correspondences and corrections of a prior; returns the first pairs as well."""
+        at, surfaces, last = start, [], self.setup.parameters.iterations - 1
+        for i in range(last + 1):
+            wide, every = i < _WIDE_ITERATIONS, 1 if i == last else _COARSE
+            surfaces.append(measured.surface(at.pose, wide=wide, every=every))
+            at = measured.corrected(prior, at, surfaces[-1])
+        return surfaces[0], _Corrected(at.pose, at.P, surfaces[-1])
+
+    def refine(self, measured: Measurements, proposed: Pose, P0: FloatArray) -> _Corrected:
+        """Correct a proposed pose from a prior that is wide for the arms."""
+        P = P0.copy()
+        P[self._arms] = P[:, self._arms] = 0.0
+        P[self._arms, self._arms] = _WIDE_ARM**2
+        at = prior = Belief(proposed, P)
+        for i in range(self.setup.parameters.search.search_iterations):
+            wide = i + 1 < _WIDE_ITERATIONS
+            surface = measured.surface(at.pose, wide=wide, every=_COARSE)
+            at = measured.corrected(prior, at, surface)
+        return _Corrected(at.pose, at.P, surface)
+
+    def _inflated(self, predicted: Belief, found: Belief) -> Belief:
+        """Inflate the prior where the data ask for more movement than it allows for.
+
+        Position, rotation and every joint are judged alone by the distance that they were moved
+        over its expected value. A narrow prior holds still limbs still, and yet nothing that
+        moves fast is held back.
+        """
+        joints, P0 = self.setup.joints, predicted.P
+        moved = difference(found.pose, predicted.pose, joints) ** 2 / np.diagonal(P0)
+        groups = [moved[:3].mean(), moved[3:6].mean(), *moved[6:].reshape(-1, 2).mean(axis=1)]
+        ratio = np.sqrt(np.repeat(groups, [3, 3] + [2] * len(joints)))
+        factor = np.where(ratio > self.setup.parameters.hurry, ratio, 1.0)
+        if not np.any(factor > 1.0):
+            return predicted
+        return Belief(predicted.pose, P0 * np.outer(factor, factor))
+
+    def _with_best_arms(
+        self, measured: Measurements, prior: Belief, followed: _Corrected
+    ) -> _Corrected:
+        """Put the arms elsewhere if both together explain the frame clearly better there."""
+        search, watch, rng = self.search, measured.watch, measured.random(1)
+        expected, here, best = prior.pose, followed.pose, followed
+        evidence = search.evidence(measured.cloud, here, rng)
+        least = search.cost(evidence, expected, here) - search.parameters.search_gain
+        watch.searching(evidence, expected, here)
+        for _, proposed in search.best_pairs(evidence, expected, here, rng, watch):
+            watch.refining(proposed)
+            found = self.refine(measured, proposed, prior.P)
+            cost = search.cost(evidence, expected, found.pose)
+            watch.refined(found.pose, cost)
+            if cost < least:
+                least, best = cost, found
+        watch.searched(best.pose)
+        return best

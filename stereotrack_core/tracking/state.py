@@ -1,0 +1,136 @@
+"""What a tracker knows: body and parameters for good, pose and covariance for the moment."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.angles import THESIS_JOINTS
+from stereotrack_core.body.jacobian import Columns, columns_of
+from stereotrack_core.body.manifold import displaced
+from stereotrack_core.body.model import BodyModel
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.skeleton import CLAVICLES
+from stereotrack_core.depth.points import Volume
+from stereotrack_core.filtering.sigma_points import SigmaWeights, scaled_weights
+from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.process import elapsed, process_noise
+
+_ARM = np.radians(40.0) ** 2
+_START = np.array([0.1, 0.1, 0.1, *np.radians([20.0, 20.0, 20.0])]) ** 2
+"""Variances of joints, and of position and rotation, of a first pose."""
+
+
+@dataclass(frozen=True, eq=False)
+class Belief:
+    """A pose and how certain it is.
+
+    Attributes
+    ----------
+    pose : Pose
+    P : (n, n) float64
+        Covariance of the states, or of the pose's error state; metres and radians.
+    """
+
+    pose: Pose
+    P: FloatArray
+
+    @property
+    def sigma(self) -> FloatArray:
+        """Standard deviations (n,), metres and radians."""
+        result: FloatArray = np.sqrt(np.maximum(np.diagonal(self.P), 0.0))
+        return result
+
+    @property
+    def correlation(self) -> FloatArray:
+        """Correlations (n, n), -1 to 1; 0 with a state that has no variance."""
+        sigma = self.sigma
+        product = np.outer(sigma, sigma)
+        known = product > 0.0
+        result: FloatArray = np.where(known, self.P / np.where(known, product, 1.0), 0.0)
+        return result
+
+
+@dataclass(frozen=True, eq=False)
+class State(Belief):
+    """What a tracker carries from frame to frame.
+
+    Attributes
+    ----------
+    movement : (n,) float64
+        By which the pose has moved in a frame.
+    time : float or None
+        Frame that the pose belongs to; None: the one before the next cloud's.
+    """
+
+    movement: FloatArray
+    time: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class Setup:
+    """What a tracker is made for; it never changes while it tracks.
+
+    Attributes
+    ----------
+    body : BodyModel
+    parameters : TrackingParameters
+    cameras : (V, 3) float64, world, metres
+        Optical centres of the views.
+    fps : float
+        Frame sets per second; the process noise is stated for 10 Hz.
+    seed : int
+        Of all that is random.
+    volume : Volume or None
+        Working volume, where it is known: who is cut by its sides is not tracked.
+    """
+
+    body: BodyModel
+    parameters: TrackingParameters
+    cameras: FloatArray
+    fps: float
+    seed: int
+    volume: Volume | None = None
+
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """Parts whose two numbers follow three of position and three of rotation in the state."""
+        thesis = self.parameters.matching == "model_to_data"
+        return THESIS_JOINTS if thesis else self.body.joints
+
+    @cached_property
+    def columns(self) -> Columns:
+        """Columns of the error state."""
+        return columns_of(self.joints)
+
+    @cached_property
+    def weights(self) -> SigmaWeights:
+        """Spread and weights of the error state's sigma points."""
+        p = self.parameters
+        return scaled_weights(self.columns.n, p.ut_alpha, p.ut_beta, p.ut_kappa)
+
+    @cached_property
+    def Q(self) -> FloatArray:  # noqa: N802
+        """Process noise (n, n) of one frame."""
+        return process_noise(self.parameters, self.joints, self.fps)
+
+    def first_state(self, pose: Pose, time: float | None = None) -> State:
+        """State of a pose that is roughly right."""
+        girdle = np.radians(self.parameters.girdle_rest) ** 2
+        turns = [girdle if joint in CLAVICLES else _ARM for joint in self.joints]
+        P = np.diag(np.concatenate([_START, np.repeat(turns, 2)]))
+        return State(pose, P, np.zeros(len(P)), time)
+
+    def moved(self, belief: Belief, movement: FloatArray, since: float, time: float) -> Belief:
+        """Predict a damped repetition of a frame's movement (n,), less certain with the time.
+
+        Where no time goes by, nothing is predicted.
+        """
+        gone = elapsed(since, time)
+        if not gone:
+            return belief
+        expected = gone * self.parameters.velocity * movement
+        return Belief(displaced(belief.pose, expected, self.joints), belief.P + gone * self.Q)

@@ -1,0 +1,234 @@
+"""Find the body without help, follow it, say when it is not there, and find it again."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.angles import state_names
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.tracking.estimate import Estimate, Memory
+from stereotrack_core.tracking.iekf import PoseFilter
+from stereotrack_core.tracking.inside.observer import SILENT, Observer
+from stereotrack_core.tracking.seeking.facing import turned_round
+from stereotrack_core.tracking.seeking.finder import (
+    TURN_GAIN,
+    Candidate,
+    PoseFinder,
+    by_cost,
+    differ,
+    distinct,
+)
+from stereotrack_core.tracking.seeking.people import own_points
+from stereotrack_core.tracking.seeking.support import share_at_sides, trunk_support
+
+_RIVALS = 3
+"""Poses besides the best that are kept on trial."""
+
+_RIVAL = "rival"
+"""Begins the names of a rival's numbers in the memory."""
+
+_SETTLED = 12
+"""Frames after which a pose that no rival has replaced is settled on."""
+
+_LOOK_AGAIN = (2, 4, 7, 11)
+"""Frames after the first in which better poses are looked for."""
+
+_MEMORY = 0.8
+"""Share of the sum of earlier costs that still counts."""
+
+_HOPELESS, _BETTER = 40.0, 6.0
+"""Costs by which a pose on trial must be worse to be given up, and better to be taken."""
+
+_ENOUGH_DOUBT, _MOST_TRUST = 60.0, 200.0
+"""Sum of such costs over frames from which a settled pose is turned round, and the most that
+earlier frames can weigh against it."""
+
+_LEAST_SUPPORT, _WHOLE = 0.55, 0.9
+"""Shares of the trunk's patches without which too little of the body is there, and with which it
+is there as a whole."""
+
+_CUT, _HALF_CUT = 0.035, 0.15
+"""Shares of the points at the sides of the volume from which a body is cut by them that is not
+seen as a whole, and any body."""
+
+_DOUBT = 0.2
+"""Factor on these shares while a pose is on trial."""
+
+
+class PersonTracker:
+    """Follow a person with a filter, and look for the pose wherever it was not there before.
+
+    What is found may be mistaken, above all front for back. So other poses that explain the
+    first cloud nearly as well are followed beside the best one for some frames, until the sum of
+    their costs tells which is right.
+
+    Parameters
+    ----------
+    leader : PoseFilter
+        Follows the pose that is stated.
+    """
+
+    def __init__(self, leader: PoseFilter) -> None:
+        self.setup = leader.setup
+        self.leader = leader
+        self.finder = PoseFinder(leader.setup)
+        self.state_names = state_names(self.setup.joints)
+        self.start(leader.state.pose)
+
+    @property
+    def pose(self) -> Pose:
+        """Where the person is."""
+        return self.leader.state.pose
+
+    @property
+    def P(self) -> FloatArray:  # noqa: N802
+        """Covariance (n, n) of the pose's error state."""
+        return self.leader.state.P
+
+    def start(
+        self,
+        pose: Pose,
+        time: float | None = None,
+        *,
+        P: FloatArray | None = None,
+        movement: FloatArray | None = None,
+    ) -> None:
+        """Begin from a pose that is roughly right; see :meth:`PoseFilter.start`."""
+        self.leader.start(pose, time, P=P, movement=movement)
+        self._present = True
+        self._age, self._unchanged = 0, _SETTLED
+        self._cost = self._doubt = 0.0
+        self._rivals: list[Candidate] = []
+
+    def seek(self) -> None:
+        """Know nothing: the next cloud that shows somebody is searched."""
+        self.start(self.pose)
+        self._present = False
+
+    def step(self, cloud: Cloud, watch: Observer = SILENT) -> Estimate:
+        """Follow to the next cloud; look for the person first where nobody was followed."""
+        before = self.leader.state
+        if len(cloud.points) >= self.setup.parameters.least_points:
+            if not self._present:
+                self._initialise(cloud, watch)
+            cloud = cloud.part(own_points(cloud.points, self.setup.body, self.pose))
+        estimate = self.leader.step(cloud, watch)
+        if estimate.tracked:
+            compared = self._on_trial if self._unchanged < _SETTLED else self._settled
+            estimate = compared(cloud, estimate, watch)
+        if estimate.tracked and (reason := self._why_partial(cloud)):
+            estimate = self.leader.lost(before, cloud, reason)
+        if estimate.tracked:
+            self.leader.correspondences.learn(self.pose, estimate.unexplained_fraction)
+        else:
+            self.seek()
+        return estimate
+
+    def memory(self) -> Memory:
+        """All that the next step depends on, the rivals on trial too."""
+        trial = [self._present, self._age, self._unchanged, self._cost, self._doubt]
+        kept = {**self.leader.memory(), "trial": np.array(trial, float)}
+        for k, rival in enumerate(self._rivals):
+            own = {**rival.filter.memory(), "cost": np.array(rival.cost)}
+            kept |= {f"{_RIVAL}{k}.{name}": array for name, array in own.items()}
+        return kept
+
+    def recall(self, memory: Memory) -> None:
+        """Go on as the tracker would whose memory this is."""
+        self.leader.recall(memory)
+        present, age, unchanged, self._cost, self._doubt = memory["trial"].tolist()
+        self._present, self._age, self._unchanged = bool(present), int(age), int(unchanged)
+        self._rivals = []
+        for k in range(sum(name.endswith(".cost") for name in memory)):
+            first = f"{_RIVAL}{k}."
+            own = {n.removeprefix(first): a for n, a in memory.items() if n.startswith(first)}
+            follower = self.finder.follower(self.pose)
+            follower.recall(own)
+            self._rivals.append(Candidate(follower, float(own["cost"])))
+
+    def _initialise(self, cloud: Cloud, watch: Observer) -> None:
+        """Start from the pose that explains somebody in the cloud best; keep its rivals."""
+        found = self.finder.poses_in(cloud, self.pose)
+        if found:
+            best, *others = found
+            self.start(best.pose, cloud.frame)
+            watch.sought(self.pose)
+            self._cost, self._unchanged = best.cost, 0
+            self._rivals = others[:_RIVALS]
+
+    def _on_trial(self, cloud: Cloud, estimate: Estimate, watch: Observer) -> Estimate:
+        """Follow the rivals as well, and now and then look for better ones.
+
+        Whoever appears at the edge of the volume is found while there is little of the body, so
+        that what was found first may be wrong in a way that following does not mend.
+        """
+        self._age += 1
+        self._cost = _MEMORY * self._cost + self.finder.cost(self.pose, cloud)
+        candidates = self._followed_rivals(cloud)
+        if self._age in _LOOK_AGAIN:
+            memory = sum(_MEMORY**k for k in range(self._age + 1))
+            for candidate in self.finder.poses_of(cloud, self.pose):
+                candidate.cost *= memory
+                candidates.append(candidate)
+        best = min(candidates, key=by_cost, default=None)
+        self._unchanged += 1
+        if best is not None and best.cost < self._cost - _BETTER:
+            candidates.remove(best)
+            candidates.append(self._exchanged(best))
+            self._unchanged = 0
+            estimate = self._estimated_anew(cloud, watch)
+        hopeful = [each for each in candidates if each.cost < self._cost + _HOPELESS]
+        others = [each for each in hopeful if differ(each.pose, self.pose)]
+        self._rivals = distinct(others)[:_RIVALS]
+        return estimate
+
+    def _followed_rivals(self, cloud: Cloud) -> list[Candidate]:
+        """The rivals that can be followed to the cloud, with what speaks against them by now."""
+        kept = []
+        for rival in self._rivals:
+            if rival.filter.step(cloud).tracked:
+                if self.finder.gain_of_turning(rival.pose, cloud) > TURN_GAIN:
+                    rival.filter.start(turned_round(rival.pose), cloud.frame)
+                rival.cost = _MEMORY * rival.cost + self.finder.cost(rival.pose, cloud)
+                kept.append(rival)
+        return kept
+
+    def _exchanged(self, rival: Candidate) -> Candidate:
+        """Let a rival lead, from where it was before this frame; who led becomes the rival."""
+        follower, cost = self.finder.follower(self.pose), self._cost
+        follower.resume(self.leader.state)
+        self.leader.resume(rival.filter.origin)
+        self._cost = rival.cost
+        return Candidate(follower, cost)
+
+    def _settled(self, cloud: Cloud, estimate: Estimate, watch: Observer) -> Estimate:
+        """Turn round where frame after frame has said that the body faces the other way.
+
+        The evidence is added up as in Page's test (doi:10.1093/biomet/41.1-2.100), but what has
+        spoken for the pose before is remembered up to a limit.
+        """
+        gain = self.finder.gain_of_turning(self.pose, cloud)
+        self._doubt = max(-_MOST_TRUST, self._doubt + gain - TURN_GAIN)
+        if self._doubt > _ENOUGH_DOUBT:
+            self.start(turned_round(self.pose), cloud.frame)
+            estimate = self._estimated_anew(cloud, watch)
+        return estimate
+
+    def _estimated_anew(self, cloud: Cloud, watch: Observer) -> Estimate:
+        """Estimate of the frame by the pose that leads now; no backward pass goes beyond it."""
+        self.leader.anew = True
+        return self.leader.step(cloud, watch)
+
+    def _why_partial(self, cloud: Cloud) -> str:
+        """Say why too little of the body is there to tell its pose; empty where there is enough."""
+        setup = self.setup
+        support = trunk_support(setup.body, self.pose, cloud.points, setup.cameras)
+        if support < _LEAST_SUPPORT:
+            return "too little of the body is in the cloud"
+        cut = 0.0 if setup.volume is None else share_at_sides(cloud.points, setup.volume)
+        doubt = _DOUBT if self._unchanged < _SETTLED else 1.0
+        if cut > doubt * _HALF_CUT or (support < _WHOLE and cut > doubt * _CUT):
+            return "the body is partly outside of the working volume"
+        return ""

@@ -1,0 +1,220 @@
+"""The tracker of the thesis (chapter 3): model points look for the nearest measured ones."""
+
+from __future__ import annotations
+
+import json
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.body.angles import THESIS_JOINTS, pose_of_state, state_names, state_of_pose
+from stereotrack_core.body.pose import PartFrames, Pose
+from stereotrack_core.body.sampling import SurfacePoints, visible_points
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.filtering.correction import correct, normalised
+from stereotrack_core.filtering.sigma_points import sigma_deviations
+from stereotrack_core.tracking.collisions import Clearance, collisions_avoided
+from stereotrack_core.tracking.estimate import Correspondences, Estimate, Memory, Prior
+from stereotrack_core.tracking.inside.observer import SILENT, Observer
+from stereotrack_core.tracking.lost.judge import Unjudged, judged
+from stereotrack_core.tracking.process import elapsed, time_array, time_in
+from stereotrack_core.tracking.state import Setup
+
+
+@dataclass(frozen=True, eq=False)
+class Projection:
+    """Pairs of points, each projected on the line that joins them, (3.5) to (3.8).
+
+    Attributes
+    ----------
+    sampled : SurfacePoints
+        Model points, fixed to their parts.
+    predicted : (m, 3) float64, world
+        The model points at x_hat: p_zhat.
+    measured : (m, 3) float64, world
+        Their nearest measured points: p_z.
+    e : (m, 3) float64
+        Unit vectors from p_zhat to p_z, evaluated once at x_hat. With directions recomputed for
+        every sigma point the tracker is destroyed.
+    """
+
+    sampled: SurfacePoints
+    predicted: FloatArray
+    measured: FloatArray
+    e: FloatArray
+
+    @property
+    def z(self) -> FloatArray:
+        """The measurement vector (m,): (3.6) and (3.8)."""
+        result: FloatArray = np.einsum("mi,mi->m", self.e, self.measured)
+        return result
+
+    def z_hat(self, frames: PartFrames) -> FloatArray:
+        """Predicted measurements (S, m) of stacked poses: (3.5), (3.7) and (3.11)."""
+        rotations = frames.rotations[:, self.sampled.part]
+        points = np.einsum("smij,mj->smi", rotations, self.sampled.points)
+        points += frames.origins[:, self.sampled.part]
+        result: FloatArray = np.einsum("mi,smi->sm", self.e, points)
+        return result
+
+
+class ThesisTracker:
+    """Predict, then correct i times by closest points, then avoid collisions.
+
+    Parameters
+    ----------
+    setup : Setup
+
+    Attributes
+    ----------
+    x : (n,) float64
+        State: position and Euler angles, :data:`state_names`.
+    P : (n, n) float64
+        Its covariance.
+    """
+
+    state_names = state_names(THESIS_JOINTS)
+
+    def __init__(self, setup: Setup) -> None:
+        self.setup = setup
+        self.P = self.Q = setup.Q
+        self.x = np.zeros(len(self.Q))
+        self._rng = np.random.default_rng(setup.seed)
+        self._movement = np.zeros(len(self.Q))
+        self._time: float | None = None
+        self._anew = True
+
+    @property
+    def pose(self) -> Pose:
+        """The pose that the state stands for."""
+        return pose_of_state(self.x, THESIS_JOINTS)
+
+    def start(self, pose: Pose, *, P: FloatArray | None = None) -> None:
+        """Begin from a pose, as uncertain as stated or as one step of the process makes it."""
+        self.x = state_of_pose(pose, THESIS_JOINTS)
+        self.P = self.Q if P is None or P.shape != self.Q.shape else P.copy()
+        self._time = None
+        self._anew = True
+
+    def step(self, cloud: Cloud, watch: Observer = SILENT) -> Estimate:
+        """Follow to the next cloud (3.2.3 and 3.2.4)."""
+        begun, before, innovations = time.perf_counter(), self.x, []
+        self.predict(cloud.frame)
+        watch.predicted_state(self.x, self.P)
+        prior = None if self._anew else Prior(np.zeros_like(self.x), self.P, _all(self.x))
+        if len(cloud.points) < self.setup.parameters.least_points:
+            return self.lost(f"the cloud has only {len(cloud.points)} points")
+        tree = cKDTree(cloud.points, balanced_tree=False, compact_nodes=False)
+        for _ in range(self.setup.parameters.iterations):
+            sampled = self.sample(watch)
+            if not len(sampled):
+                return self.lost("no part of the body is in sight of any camera")
+            pairs = self.closest(sampled, tree)
+            if not len(pairs.e):
+                return self.lost("every model point lies on its measured point")
+            watch.paired(sampled, pairs)
+            innovations.append(self.correct(pairs))
+            watch.corrected_state(self.x, self.P)
+        self.avoid_collisions()
+        watch.avoided(self.x)
+        self._anew, self._movement = False, _angles_wrapped(self.x - before)
+        seconds = time.perf_counter() - begun
+        return judged(cloud, self.setup, self._found(pairs, innovations[0], prior), seconds)
+
+    def predict(self, time: float) -> None:
+        """Predict that the body stays where it is, with more uncertainty (3.2.1)."""
+        self.P = self.P + elapsed(self._time, time) * self.Q
+        self._time = time
+
+    def sample(self, watch: Observer = SILENT) -> SurfacePoints:
+        """Draw the model points G(x_hat), (3.4)."""
+        setup, p = self.setup, self.setup.parameters
+        rng = self._rng if p.sampling == "random" else None
+        frames = setup.body.frames(self.pose)
+        wanted = p.model_points
+        return visible_points(setup.body, frames, setup.cameras, wanted, rng, watch.sampled)
+
+    def closest(self, sampled: SurfacePoints, tree: cKDTree) -> Projection:
+        """Pair every model point with the nearest measured one: the operator C (2.3)."""
+        predicted = self.setup.body.frames(self.pose).apply(sampled.part, sampled.points)
+        distance, index = tree.query(predicted)
+        measured: FloatArray = np.asarray(tree.data)[index]
+        apart = distance > 1e-12
+        joined = np.where(apart[:, None], measured - predicted, 0.0)
+        e = joined / np.where(apart, distance, 1.0)[:, None]
+        return Projection(sampled[apart], predicted[apart], measured[apart], e[apart])
+
+    def correct(self, pairs: Projection) -> float:
+        """Correct state and covariance by the unscented transform; returns its innovation."""
+        weights = self.setup.weights
+        dX = sigma_deviations(self.P, weights)
+        Y = pairs.z_hat(self.setup.body.frames(pose_of_state(self.x + dX, THESIS_JOINTS)))
+        z_hat = weights.mean @ Y
+        nu = pairs.z - z_hat
+        R = np.full(len(nu), self.setup.parameters.sigma_measurement**2)
+        P_zz = np.einsum("s,sm,sm->m", weights.covariance, Y - z_hat, Y - z_hat)
+        corrected = correct(self.P, dX, Y - z_hat, weights.covariance, nu, R)
+        self.x = self.x + corrected.dx
+        self.P = corrected.P
+        return normalised(nu, P_zz + R)
+
+    def avoid_collisions(self) -> None:
+        """Set the arms to a pose that keeps the least distances (3.2.4)."""
+        p = self.setup.parameters
+        clearance = Clearance(p.clearance, np.radians(p.least_elbow_angle))
+        free = collisions_avoided(self.setup.body, self.pose, clearance)
+        self.x = np.append(self.x[:6], state_of_pose(free, THESIS_JOINTS)[6:])
+
+    def lost(self, reason: str) -> Estimate:
+        """State a frame in which nothing could be measured."""
+        return Estimate(False, reason, self.pose, self.x.copy(), self.P.copy())
+
+    def memory(self) -> Memory:
+        """All that the next step depends on; see :class:`Tracker`."""
+        drawn = json.dumps(self._rng.bit_generator.state)
+        return {
+            "x": self.x,
+            "P": self.P,
+            "movement": self._movement,
+            "time": time_array(self._time),
+            "anew": np.array(self._anew),
+            "random": np.frombuffer(drawn.encode(), dtype=np.uint8),
+        }
+
+    def recall(self, memory: Memory) -> None:
+        """Go on as the tracker would whose memory this is."""
+        self.x, self.P, self._time = memory["x"], memory["P"], time_in(memory["time"])
+        self._movement, self._anew = memory["movement"], bool(memory["anew"])
+        self._rng.bit_generator.state = json.loads(memory["random"].tobytes())
+
+    def _found(self, pairs: Projection, innovation: float, prior: Prior | None) -> Unjudged:
+        pose = self.pose
+        model = self.setup.body.frames(pose).apply(pairs.sampled.part, pairs.sampled.points)
+        distance = np.einsum("mi,mi->m", pairs.e, pairs.measured - model)
+        dX = sigma_deviations(self.P, self.setup.weights)
+        return Unjudged(
+            pose=pose,
+            x=self.x.copy(),
+            P=self.P.copy(),
+            sigma_points=pose_of_state(self.x + dX, THESIS_JOINTS),
+            residual=float(np.sqrt(np.mean(distance**2))),
+            innovation=innovation,
+            correspondences=Correspondences(
+                pairs.measured, model, pairs.sampled.part, np.ones(len(model))
+            ),
+            movement=self._movement,
+            prior=prior,
+        )
+
+
+def _all(x: FloatArray) -> BoolArray:
+    """Every number of the state is predicted from the frame before."""
+    return np.ones(len(x), dtype=np.bool_)
+
+
+def _angles_wrapped(dx: FloatArray) -> FloatArray:
+    """A change of the state (n,) whose angles lie between -pi and pi."""
+    return np.append(dx[:3], np.arctan2(np.sin(dx[3:]), np.cos(dx[3:])))
