@@ -407,8 +407,7 @@ def track(
     smooth : bool
         Go over the frames backwards as well.
     on_first_pass, on_replay : callable, optional
-        Called after every frame from which lengths are estimated, and after every one that need
-        not be tracked again; may raise :class:`Cancelled`.
+        Called after each frame of the pass for the lengths, and after each that is not repeated.
 
     Raises
     ------
