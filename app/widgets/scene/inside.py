@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from vtkmodules.vtkRenderingCore import vtkRenderer
+import pyvista as pv
 
 from stereotrack_core.arrays import FloatArray
 
@@ -22,10 +22,10 @@ class InsideLayer:
 
     Parameters
     ----------
-    renderer : vtkRenderer
+    renderer : pyvista.Renderer
     """
 
-    def __init__(self, renderer: vtkRenderer) -> None:
+    def __init__(self, renderer: pv.Renderer) -> None:
         self._renderer = renderer
         self._wires: list[Shape] = []
         self._lines: list[Shape] = []
@@ -43,23 +43,23 @@ class InsideLayer:
             while len(shapes) < count:
                 shapes.append(Shape(self._renderer))
             for index, shape in enumerate(shapes):
-                shape.set_visible(index < count)
+                shape.actor.visibility = index < count
         if scene is self._shown:
             return
         self._shown = scene
         for shape, ghost in zip(self._wires, found.ghosts, strict=False):
             shape.set_lines(wire_of(ghost))
             shape.set_colour(LIMB_COLOURS.get(ghost.limb, theme.disabled), 0.55)
-            shape.actor.GetProperty().SetLineWidth(scale)
+            shape.prop.line_width = scale
         for shape, line in zip(self._lines, found.lines, strict=False):
             shape.set_lines(line.places.reshape(-1, 3))
             shape.set_colour(line.colour)
-            shape.actor.GetProperty().SetLineWidth(1.6 * scale)
+            shape.prop.line_width = 1.6 * scale
         for shape, dot in zip(self._dots, found.dots, strict=False):
             shape.set_dots(dot.places)
             shape.set_colour(dot.colour)
-            shape.actor.GetProperty().SetPointSize(_DOT * scale)
-            shape.actor.GetProperty().SetRenderPointsAsSpheres(True)
+            shape.prop.point_size = _DOT * scale
+            shape.prop.render_points_as_spheres = True
 
 
 def wire_of(ghost: Ghosts) -> FloatArray:

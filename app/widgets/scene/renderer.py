@@ -18,7 +18,7 @@ from .window import SceneWindow
 
 
 class SceneRenderer:
-    """Draws contents one after another with the same objects of VTK.
+    """Draws contents one after another with the same meshes.
 
     Raises
     ------

@@ -6,9 +6,7 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
-from vtkmodules.util.numpy_support import numpy_to_vtk
-from vtkmodules.vtkCommonDataModel import vtkImageData
-from vtkmodules.vtkRenderingCore import vtkRenderer, vtkTexture
+import pyvista as pv
 
 from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.geometry.camera import Camera
@@ -23,6 +21,9 @@ _FLOOR_STEP = 0.5
 _ARROW_LENGTH = 0.5
 _FRUSTUM_SHARE, _FRUSTUM_DEEPEST = 0.12, 0.45
 _TEXTURE_WIDTH = 320
+_CORNERS = np.array([[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]])
+"""Where the corners of a picture are in its texture, whose rows count from below."""
+
 _LANDMARK_METRES = 0.03
 _LANDMARK_SIZES = np.array([2.5, 7.0])
 _BONES = np.array([[LANDMARKS.index(a), LANDMARKS.index(b)] for a, b in SKELETON])
@@ -50,7 +51,7 @@ def north_arrow(floor_z: float) -> FloatArray:
 class FloorLayer:
     """Grid of half a metre on the floor, with an arrow to the north."""
 
-    def __init__(self, renderer: vtkRenderer) -> None:
+    def __init__(self, renderer: pv.Renderer) -> None:
         self._grid = Shape(renderer)
         self._arrow = Shape(renderer)
         self._height: float | None = None
@@ -65,9 +66,9 @@ class FloorLayer:
             (self._grid, theme.scene_grid, 1.0),
             (self._arrow, theme.accent, 2.0),
         ):
-            shape.set_visible(visible)
+            shape.actor.visibility = visible
             shape.set_colour(colour)
-            shape.actor.GetProperty().SetLineWidth(width * scale)
+            shape.prop.line_width = width * scale
 
     @staticmethod
     def label(content: SceneContent) -> tuple[str, FloatArray]:
@@ -78,25 +79,25 @@ class FloorLayer:
 class ReferenceLayer:
     """Skeleton of the reference in dashes, seen through the model."""
 
-    def __init__(self, renderer: vtkRenderer) -> None:
+    def __init__(self, renderer: pv.Renderer) -> None:
         self._bones = Shape(renderer)
         self._landmarks = Shape(renderer)
-        self._landmarks.actor.GetProperty().SetRenderPointsAsSpheres(True)
+        self._landmarks.prop.render_points_as_spheres = True
 
     def set_dots_to(self, pixels_per_metre: float, scale: float) -> None:
         """Let landmarks be balls of three centimetres, within what can be seen."""
         size = float(np.clip(_LANDMARK_METRES * pixels_per_metre, *(scale * _LANDMARK_SIZES)))
-        self._landmarks.actor.GetProperty().SetPointSize(size)
+        self._landmarks.prop.point_size = size
 
     def show(self, content: SceneContent, visible: bool, theme: Theme, scale: float) -> None:
         """Draw the bones whose two landmarks are known."""
         shown = visible and content.reference is not None
         for shape in (self._bones, self._landmarks):
-            shape.set_visible(shown)
+            shape.actor.visibility = shown
             shape.set_colour(theme.reference)
         if content.reference is None or not shown:
             return
-        self._bones.actor.GetProperty().SetLineWidth(2.0 * scale)
+        self._bones.prop.line_width = 2.0 * scale
         points = content.reference
         middle = points[_SHOULDERS].mean(axis=0)
         starts = np.concatenate([points[_BONES[:, 0]], middle[None]])
@@ -108,7 +109,7 @@ class ReferenceLayer:
 class CameraLayer:
     """A frustum for each camera, with its image on it."""
 
-    def __init__(self, renderer: vtkRenderer) -> None:
+    def __init__(self, renderer: pv.Renderer) -> None:
         self._renderer = renderer
         self._frusta: dict[str, _Frustum] = {}
 
@@ -134,14 +135,9 @@ class CameraLayer:
 class _Frustum:
     """Edges of what a camera sees, and a screen at their end."""
 
-    def __init__(self, renderer: vtkRenderer) -> None:
-        self._edges = Shape(renderer)
-        self._screen = Shape(renderer)
-        self._texture = vtkTexture()
-        self._texture.InterpolateOn()
-        self._screen.actor.SetTexture(self._texture)
-        corners = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], dtype=np.float32)
-        self._screen.data.GetPointData().SetTCoords(numpy_to_vtk(corners, deep=True))
+    def __init__(self, renderer: pv.Renderer) -> None:
+        self._renderer = renderer
+        self._edges, self._screen = Shape(renderer), Shape(renderer)
         self._camera: Camera | None = None
         self._depth = 0.0
         self._image: ImageArray | None = None
@@ -155,20 +151,21 @@ class _Frustum:
         rim = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1).reshape(-1, 3)
         self._edges.set_lines(np.concatenate([rays, rim]))
         self._screen.set_triangles(corners, np.array([[0, 1, 2], [0, 2, 3]]))
+        self._screen.mesh.active_texture_coordinates = _CORNERS
         self._camera, self._depth = camera, depth
 
     def show(self, image: ImageArray | None, visible: bool, theme: Theme, scale: float) -> None:
-        self._edges.set_visible(visible)
+        self._edges.actor.visibility = visible
         self._edges.set_colour(theme.muted)
-        self._edges.actor.GetProperty().SetLineWidth(1.2 * scale)
-        self._screen.set_visible(visible and image is not None)
+        self._edges.prop.line_width = 1.2 * scale
+        self._screen.actor.visibility = visible and image is not None
         if image is not None and visible and image is not self._image:
-            self._texture.SetInputData(_texture_image(image))
+            self._screen.actor.texture = _texture(image)
             self._image = image
 
     def remove(self) -> None:
-        self._edges.remove()
-        self._screen.remove()
+        for shape in (self._edges, self._screen):
+            self._renderer.remove_actor(shape.actor, render=False)
 
 
 def frustum_depth(cameras: Sequence[Camera]) -> float:
@@ -187,17 +184,11 @@ def frustum_corners(camera: Camera, depth: float) -> FloatArray:
     return camera.world_from_camera.apply(in_camera)
 
 
-def _texture_image(image: ImageArray) -> vtkImageData:
+def _texture(image: ImageArray) -> pv.Texture:
     height, width = image.shape[:2]
     if width > _TEXTURE_WIDTH:
         size = (_TEXTURE_WIDTH, max(1, round(height * _TEXTURE_WIDTH / width)))
         image = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
-        height, width = image.shape[:2]
-    if image.ndim == 2:
-        image = np.repeat(image[..., None], 3, axis=2)
-    result = vtkImageData()
-    result.SetDimensions(width, height, 1)
-    # VTK counts rows from below
-    rows = np.ascontiguousarray(image[::-1, :, :3]).reshape(-1, 3)
-    result.GetPointData().SetScalars(numpy_to_vtk(rows, deep=True))
-    return result
+    texture = pv.Texture(image if image.ndim == 3 else np.repeat(image[..., None], 3, axis=2))
+    texture.interpolate = True
+    return texture

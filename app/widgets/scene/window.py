@@ -1,4 +1,4 @@
-"""A render window of VTK that never shows itself, and its pictures."""
+"""A plotter that never shows itself, and its pictures."""
 
 from __future__ import annotations
 
@@ -8,11 +8,10 @@ import sys
 from collections.abc import Iterator
 
 import numpy as np
+import pyvista as pv
 from PySide6.QtGui import QImage
 from vtkmodules import vtkRenderingOpenGL2
-from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkCommonCore import vtkLogger, vtkUnsignedCharArray
-from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
+from vtkmodules.vtkCommonCore import vtkLogger
 
 from .orbit import FIELD_OF_VIEW, Orbit
 
@@ -23,23 +22,37 @@ class SceneUnavailable(Exception):
     """There is no OpenGL to be had, in hardware or in software."""
 
 
-def _candidates() -> Iterator[vtkRenderWindow]:
-    # The factory's own choice ends in a crash where OSMesa is asked for and absent, and takes
-    # an X connection where there is one; EGL needs neither a display nor a library beside it.
+def _choose_window() -> None:
+    """Let VTK make windows of a kind that has OpenGL here.
+
+    Its own choice ends in a crash where OSMesa is asked for and absent, and takes an X connection
+    where there is one; EGL needs neither a display nor a library beside it.
+    """
     if not sys.platform.startswith("linux"):
-        yield vtkRenderWindow()
         return
-    yield from _made("vtkEGLRenderWindow")
+    verbosity = vtkLogger.GetCurrentVerbosityCutoff()
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
+    try:
+        for name in _kinds():
+            kind = getattr(vtkRenderingOpenGL2, name, None)
+            if kind is None:
+                continue
+            window = kind()
+            window.SetOffScreenRendering(True)
+            if window.SupportsOpenGL():
+                os.environ["VTK_DEFAULT_OPENGL_WINDOW"] = name
+                return
+    finally:
+        vtkLogger.SetStderrVerbosity(verbosity)
+    raise SceneUnavailable("OpenGL is not to be had on this machine, not even in software.")
+
+
+def _kinds() -> Iterator[str]:
+    yield "vtkEGLRenderWindow"
     if os.environ.get("DISPLAY"):
-        yield from _made("vtkXOpenGLRenderWindow")
+        yield "vtkXOpenGLRenderWindow"
     if _osmesa_is_there():
-        yield from _made("vtkOSOpenGLRenderWindow")
-
-
-def _made(name: str) -> Iterator[vtkRenderWindow]:
-    kind = getattr(vtkRenderingOpenGL2, name, None)
-    if kind is not None:
-        yield kind()
+        yield "vtkOSOpenGLRenderWindow"
 
 
 def _osmesa_is_there() -> bool:
@@ -49,28 +62,14 @@ def _osmesa_is_there() -> bool:
         return False
 
 
-def _usable_window() -> vtkRenderWindow:
-    verbosity = vtkLogger.GetCurrentVerbosityCutoff()
-    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
-    try:
-        for window in _candidates():
-            window.SetOffScreenRendering(True)
-            window.SetShowWindow(False)
-            if window.SupportsOpenGL():
-                return window
-    finally:
-        vtkLogger.SetStderrVerbosity(verbosity)
-    raise SceneUnavailable("OpenGL is not to be had on this machine, not even in software.")
-
-
 class SceneWindow:
     """Renders what its two layers hold into pictures.
 
     Attributes
     ----------
-    scene : vtkRenderer
+    scene : pyvista.Renderer
         Bodies, points and floor, which hide each other.
-    above : vtkRenderer
+    above : pyvista.Renderer
         What is seen through everything, such as the reference.
 
     Raises
@@ -80,52 +79,38 @@ class SceneWindow:
     """
 
     def __init__(self) -> None:
-        self._window = _usable_window()
-        self._window.SetMultiSamples(0)
-        self._window.SetNumberOfLayers(2)
-        self.scene = vtkRenderer()
-        self.above = vtkRenderer()
-        self.above.SetLayer(1)
-        self.above.SetActiveCamera(self.scene.GetActiveCamera())
-        self.scene.SetGradientBackground(True)
-        self._window.AddRenderer(self.scene)
-        self._window.AddRenderer(self.above)
-        self._pixels = vtkUnsignedCharArray()
+        _choose_window()
+        self._plotter = pv.Plotter(off_screen=True, lighting="none")
+        window = self._plotter.render_window
+        self.scene = self._plotter.renderer
+        self.scene.add_light(pv.Light(light_type="headlight"))
+        self.above = pv.Renderer(self._plotter, border=False)
+        self.above.layer = window.GetNumberOfLayers()
+        window.SetNumberOfLayers(self.above.layer + 1)
+        window.AddRenderer(self.above)
+        self.above.camera = self.scene.camera
+        self._plotter.show(auto_close=False)
 
     def set_background(self, top: str, bottom: str) -> None:
         """Colours of the gradient behind everything, as #rrggbb."""
-        self.scene.SetBackground(*unit_rgb(bottom))
-        self.scene.SetBackground2(*unit_rgb(top))
+        self._plotter.set_background(bottom, top=top)
 
     def picture(self, width: int, height: int, orbit: Orbit, *, fine: bool = False) -> QImage:
         """Render at `width` by `height` pixels; `fine` smooths edges and takes longer."""
-        self._window.SetMultiSamples(_FINE_SAMPLES if fine else 0)
-        self._window.SetSize(width, height)
+        self._plotter.render_window.SetMultiSamples(_FINE_SAMPLES if fine else 0)
         self._place_eye(orbit)
-        self._window.Render()
-        self._window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, self._pixels, 0)
-        rows = vtk_to_numpy(self._pixels).reshape(height, width, 4)
-        upright = np.ascontiguousarray(rows[::-1])
-        image = QImage(upright.data, width, height, 4 * width, QImage.Format.Format_RGBX8888)
-        return image.copy()
+        self._plotter.window_size = (width, height)
+        rows = np.ascontiguousarray(self._plotter.image)
+        return QImage(rows.data, width, height, 3 * width, QImage.Format.Format_RGB888).copy()
 
     def close(self) -> None:
         """Give the OpenGL context back; nothing can be rendered afterwards."""
-        self._window.Finalize()
+        self._plotter.close()
 
     def _place_eye(self, orbit: Orbit) -> None:
-        camera = self.scene.GetActiveCamera()
-        camera.SetViewAngle(np.degrees(FIELD_OF_VIEW))
-        camera.SetFocalPoint(*orbit.focus)
-        camera.SetPosition(*orbit.eye)
-        camera.SetViewUp(*orbit.up)
-        camera.SetClippingRange(max(0.02, 0.01 * orbit.distance), orbit.distance + 30.0)
-
-
-def unit_rgb(colour: str) -> tuple[float, float, float]:
-    """Red, green and blue from 0 to 1 of #rrggbb."""
-    return (
-        int(colour[1:3], 16) / 255,
-        int(colour[3:5], 16) / 255,
-        int(colour[5:7], 16) / 255,
-    )
+        camera = self._plotter.camera
+        camera.view_angle = np.degrees(FIELD_OF_VIEW)
+        camera.focal_point = orbit.focus
+        camera.position = orbit.eye
+        camera.up = orbit.up
+        camera.clipping_range = (max(0.02, 0.01 * orbit.distance), orbit.distance + 30.0)
