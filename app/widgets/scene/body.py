@@ -35,9 +35,10 @@ class CloudLayer:
 
     def show(self, content: SceneContent, visible: bool) -> None:
         """Take over the points where they are not the ones shown already."""
-        self._shape.actor.visibility = visible and len(content.cloud_points) > 0
+        shown = visible and len(content.cloud_points) > 0
+        self._shape.actor.visibility = shown
         arrays = (content.cloud_points, content.cloud_colours)
-        if visible and (arrays[0] is not self._shown[0] or arrays[1] is not self._shown[1]):
+        if shown and (arrays[0] is not self._shown[0] or arrays[1] is not self._shown[1]):
             self._shape.set_dots(content.cloud_points)
             self._shape.set_point_colours(content.cloud_colours)
             self._shown = arrays
@@ -144,7 +145,7 @@ class EllipsoidLayer:
 def _apart(colour: str, theme: Theme) -> str:
     """A limb's colour, moved toward the reference's so that it is seen before the limb."""
     mixed = 0.5 * (np.array(pv.Color(colour).float_rgb) + pv.Color(theme.reference).float_rgb)
-    return pv.Color(mixed).hex_rgb
+    return str(pv.Color(mixed).hex_rgb)
 
 
 def _world_from_sphere(ellipsoid: Ellipsoid) -> FloatArray | None:
