@@ -14,19 +14,19 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import PARTS
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.csv_table import csv_text
-from stereotrack_core.tracking.inside.trace import REASONS, Correction, FrameTrace
+from stereotrack_core.tracking.trace import REASONS, Correction, StepTrace
 
 TRACE_SUFFIXES = (".csv", ".npz")
 
 
-def write_trace(path: Path, trace: FrameTrace, correction: int) -> None:
+def write_trace(path: Path, trace: StepTrace, correction: int) -> None:
     """Write a trace, or the cross-covariance of one of its corrections, by the file's suffix.
 
     Parameters
     ----------
     path : Path
         ``.npz`` for all numbers, ``.csv`` for the cross-covariance.
-    trace : FrameTrace
+    trace : StepTrace
     correction : int
         Which of the trace's corrections a ``.csv`` holds.
 
@@ -85,7 +85,7 @@ def cross_covariance_csv(names: tuple[str, ...], correction: Correction) -> str:
     return csv_text([*fixed, *(f"P_xz_{name}" for name in names)], rows)
 
 
-def trace_arrays(trace: FrameTrace) -> dict[str, NDArray[np.generic]]:
+def trace_arrays(trace: StepTrace) -> dict[str, NDArray[np.generic]]:
     """All numbers of a trace by name; those of correction 2 begin with ``correction_2_``."""
     arrays: dict[str, NDArray[np.generic]] = {
         "frame": np.array(trace.frame),

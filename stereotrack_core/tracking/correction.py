@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -75,19 +77,94 @@ def solved(
     return Belief(displaced(at, np.clip(dx, -_STEP_LIMIT, _STEP_LIMIT), joints), P), dx
 
 
+@dataclass(frozen=True, eq=False)
+class Line:
+    """A residual, linearised at one pose: z - z_hat = D' w + e, with dx = L w.
+
+    Attributes
+    ----------
+    residual : Residual
+    nu : (m,) float64
+        Innovation z - z_hat.
+    D : (n, m) float64
+        Transposed Jacobian.
+    R : (m,) float64
+        Variances of e, with the linearisation's own error.
+    L : (n, n) float64 or None
+        Lower root of the covariance whose sigma points were used; None stands for the identity.
+    """
+
+    residual: Residual
+    nu: FloatArray
+    D: FloatArray
+    R: FloatArray
+    L: FloatArray | None = None
+
+    @property
+    def H(self) -> FloatArray:  # noqa: N802
+        """Jacobian (m, n) by the error state."""
+        if self.L is None:
+            return self.D.T
+        result: FloatArray = scipy.linalg.solve_triangular(self.L, self.D, lower=True, trans="T").T
+        return result
+
+
+def linearise(
+    residuals: tuple[Residual, ...], body: BodyModel, pose: Pose, columns: Columns
+) -> list[Line]:
+    """Linearise all residuals that have rows at a pose, by their derivatives."""
+    frames = body.frames(pose)
+    stacked = PartFrames(frames.rotations[None], frames.origins[None])
+    return [
+        Line(
+            residual,
+            residual.measured - residual.predicted(stacked)[0],
+            residual.jacobian(frames, columns).T,
+            residual.variance,
+        )
+        for residual in residuals
+        if len(residual.variance)
+    ]
+
+
+def linearise_by_sigma_points(
+    residuals: tuple[Residual, ...],
+    body: BodyModel,
+    at: Belief,
+    weights: SigmaWeights,
+    joints: tuple[int, ...],
+) -> list[Line]:
+    """Linearise all residuals by the same sigma points of the posterior (docs/method.md 4.4).
+
+    The linearisation's own error is added to the noise; without it P is too confident.
+    """
+    L: FloatArray = scipy.linalg.cholesky(at.P, lower=True)
+    root = weights.spread * L.T
+    dX = np.concatenate([np.zeros((1, len(L))), root, -root])
+    frames = body.frames(displaced(at.pose, dX, joints))
+    lines = []
+    for residual in residuals:
+        if len(residual.variance):
+            line = linearised(residual.predicted(frames), weights, about="centre")
+            nu, R = residual.measured - line.mean, residual.variance + line.spread
+            lines.append(Line(residual, nu, line.D, R, L))
+    return lines
+
+
+def information_of(lines: Sequence[Line], n: int) -> Information:
+    """What lines say together about an error state of n numbers."""
+    total = Information(np.zeros((n, n)), np.zeros(n))
+    for line in lines:
+        total += information(line.D, line.nu, line.R)
+    L = lines[0].L if lines else None
+    return total if L is None else unwhitened(total, L)
+
+
 def gathered(
     residuals: tuple[Residual, ...], body: BodyModel, pose: Pose, columns: Columns
 ) -> Information:
     """Linearise all residuals at a pose by their derivatives and gather their information."""
-    frames = body.frames(pose)
-    stacked = PartFrames(frames.rotations[None], frames.origins[None])
-    total = Information(np.zeros((columns.n, columns.n)), np.zeros(columns.n))
-    for residual in residuals:
-        if len(residual.variance):
-            nu = residual.measured - residual.predicted(stacked)[0]
-            J = residual.jacobian(frames, columns)
-            total += information(J.T, nu, residual.variance)
-    return total
+    return information_of(linearise(residuals, body, pose, columns), columns.n)
 
 
 def innovation_of(residual: Residual, setup: Setup, predicted: Belief) -> float:
@@ -99,28 +176,3 @@ def innovation_of(residual: Residual, setup: Setup, predicted: Belief) -> float:
     )
     H = residual.jacobian(frames, setup.columns)
     return normalised(nu, np.einsum("mn,mn->m", H @ predicted.P, H) + residual.variance)
-
-
-def gathered_by_sigma_points(
-    residuals: tuple[Residual, ...],
-    body: BodyModel,
-    pose: Pose,
-    P: FloatArray,
-    weights: SigmaWeights,
-    joints: tuple[int, ...],
-) -> Information:
-    """Linearise all residuals by the same sigma points of the posterior (docs/method.md 4.4).
-
-    The linearisation's own error is added to the noise; without it P is too confident.
-    """
-    L: FloatArray = scipy.linalg.cholesky(P, lower=True)
-    root = weights.spread * L.T
-    dX = np.concatenate([np.zeros((1, len(P))), root, -root])
-    frames = body.frames(displaced(pose, dX, joints))
-    total = Information(np.zeros_like(P), np.zeros(len(P)))
-    for residual in residuals:
-        if len(residual.variance):
-            line = linearised(residual.predicted(frames), weights, about="centre")
-            nu, R = residual.measured - line.mean, residual.variance + line.spread
-            total += information(line.D, nu, R)
-    return unwhitened(total, L)

@@ -15,8 +15,8 @@ from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.depth.cloud import Cloud
 
 if TYPE_CHECKING:
-    from stereotrack_core.tracking.inside.observer import Observer
     from stereotrack_core.tracking.state import Setup
+    from stereotrack_core.tracking.step_recorder import StepRecorder
 
 Memory: TypeAlias = Mapping[str, NDArray[Any]]
 """All that a tracker's next step depends on, by name: with it another tracker of the same body and
@@ -139,8 +139,8 @@ class Tracker(Protocol):
         """Begin, or begin anew, from a pose; `P` is used where it is of this tracker's state."""
         ...
 
-    def step(self, cloud: Cloud, watch: Observer = ...) -> Estimate:
-        """Follow to the next cloud; `watch` is told what happens."""
+    def step(self, cloud: Cloud, trace: StepRecorder | None = None) -> Estimate:
+        """Follow to the next cloud; `trace` records what is done."""
         ...
 
     def memory(self) -> Memory:

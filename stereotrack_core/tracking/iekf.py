@@ -24,12 +24,12 @@ from stereotrack_core.tracking.data_to_model import SurfaceResidual
 from stereotrack_core.tracking.detections.scaat import predicted_by_detections
 from stereotrack_core.tracking.estimate import Correspondences, Estimate, Memory, Prior
 from stereotrack_core.tracking.estimator import Estimator, Posterior, Prediction
-from stereotrack_core.tracking.inside.observer import SILENT, Observer
 from stereotrack_core.tracking.lost.judge import Unjudged, judged
 from stereotrack_core.tracking.measurements import Measurements, sensors_for
 from stereotrack_core.tracking.process import elapsed, time_array, time_in
 from stereotrack_core.tracking.search.search import ArmSearch
 from stereotrack_core.tracking.state import Belief, Setup, State
+from stereotrack_core.tracking.step_recorder import StepRecorder
 
 _COARSE = 2
 """All iterations but the last use every second datum; the variances make up for it."""
@@ -76,15 +76,16 @@ class PoseFilter:
         self._listens = listens
         self.start(self.state.pose)
 
-    def step(self, cloud: Cloud, watch: Observer = SILENT) -> Estimate:
+    def step(self, cloud: Cloud, trace: StepRecorder | None = None) -> Estimate:
         """Predict, correct the prediction by what the frame measures, judge the result."""
         begun, p, before = perf_counter(), self.setup.parameters, self.state
         self.origin = before
         predicted = self.predicted(cloud)
-        watch.predicted(before, predicted.pose, predicted.P)
+        if trace is not None:
+            trace.predicted(before, predicted)
         if len(cloud.points) < p.least_points:
             return self.lost(before, cloud, f"the cloud has only {len(cloud.points)} points")
-        measured = self.measured(cloud, watch)
+        measured = self.measured(cloud, trace)
         found = self.estimator.estimate(measured, predicted)
         if measured.unexplained_fraction(found.pose) > p.max_unexplained_fraction:
             return self.lost(before, cloud, "the cloud does not look like the body")
@@ -108,11 +109,11 @@ class PoseFilter:
         unheard = state.P + gone * setup.Q
         return Prediction(found.pose, found.P, movement, gone, unheard - found.P)
 
-    def measured(self, cloud: Cloud, watch: Observer = SILENT) -> Measurements:
+    def measured(self, cloud: Cloud, trace: StepRecorder | None = None) -> Measurements:
         """Take from a cloud what poses are measured by."""
         data = self.correspondences.choose(cloud)
         seen = tuple(sensor.observe(cloud) for sensor in self.sensors)
-        return Measurements(self.setup, cloud, data, self.correspondences, seen, watch)
+        return Measurements(self.setup, cloud, data, self.correspondences, seen, trace)
 
     def start(
         self,
@@ -226,7 +227,6 @@ class IteratedEstimator(Estimator):
         innovation = innovation_of(first, self.setup, predicted)
         prior = self._inflated(predicted, found)
         if prior is not predicted:
-            measured.watch.widened(prior.P)
             _, found = self.follow(measured, prior, found)
         carried = np.ones(len(prior.P), dtype=np.bool_)
         if self.setup.parameters.search.search_arms:
@@ -277,17 +277,19 @@ class IteratedEstimator(Estimator):
         self, measured: Measurements, prior: Belief, followed: _Corrected
     ) -> _Corrected:
         """Put the arms elsewhere if both together explain the frame clearly better there."""
-        search, watch, rng = self.search, measured.watch, measured.random(1)
+        search, trace, rng = self.search, measured.trace, measured.random(1)
         expected, here, best = prior.pose, followed.pose, followed
         evidence = search.evidence(measured.cloud, here, rng)
         least = search.cost(evidence, expected, here) - search.parameters.search_gain
-        watch.searching(evidence, expected, here)
-        for _, proposed in search.best_pairs(evidence, expected, here, rng, watch):
-            watch.refining(proposed)
+        if trace is not None:
+            trace.searching(search, evidence, expected)
+        for _, proposed in search.best_pairs(evidence, expected, here, rng, trace):
             found = self.refine(measured, proposed, prior.P)
             cost = search.cost(evidence, expected, found.pose)
-            watch.refined(found.pose, cost)
+            if trace is not None:
+                trace.refined(proposed, found.pose)
             if cost < least:
                 least, best = cost, found
-        watch.searched(best.pose)
+        if trace is not None:
+            trace.searched(followed.pose, best.pose)
         return best

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,18 +14,19 @@ from stereotrack_core.tracking.correction import (
     Observation,
     Residual,
     Sensor,
-    gathered,
-    gathered_by_sigma_points,
+    information_of,
+    linearise,
+    linearise_by_sigma_points,
     solved,
 )
 from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.data_to_model import SurfaceResidual
 from stereotrack_core.tracking.detections.sensor import DetectionSensor
-from stereotrack_core.tracking.inside.observer import SILENT, Observer
 from stereotrack_core.tracking.limits import limit_residuals
 from stereotrack_core.tracking.outlines.sensor import OutlineSensor
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.state import Belief, Setup
+from stereotrack_core.tracking.step_recorder import StepRecorder
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,8 +42,8 @@ class Measurements:
     correspondences : DataToModel
     observed : tuple of Observation
         What sensors beside the cloud's points saw.
-    watch : Observer
-        Is told what happens.
+    trace : StepRecorder or None
+        Records what is done with them.
     """
 
     setup: Setup
@@ -50,13 +51,14 @@ class Measurements:
     data: FloatArray
     correspondences: DataToModel
     observed: tuple[Observation, ...] = ()
-    watch: Observer = field(default=SILENT)
+    trace: StepRecorder | None = None
 
     def surface(self, pose: Pose, *, wide: bool, every: int = 1) -> SurfaceResidual:
         """Distances of the data, or of every so many, from the surface that is nearest."""
         data = self.data[::every]
         surface = self.correspondences.surface(data, pose, wide=wide)
-        self.watch.corresponded(data, surface)
+        if self.trace is not None:
+            self.trace.corresponded(data, surface)
         return surface
 
     def beside(self, pose: Pose) -> tuple[Residual, ...]:
@@ -72,15 +74,15 @@ class Measurements:
         """
         setup = self.setup
         residuals = (surface, *self.beside(at.pose), *self.limits(at.pose))
-        self.watch.correcting(prior.pose, prior.P, at.pose, at.P, residuals)
         if setup.parameters.linearisation == "sigma_points":
-            found = gathered_by_sigma_points(
-                residuals, setup.body, at.pose, at.P, setup.weights, setup.joints
-            )
+            weights, joints = setup.weights, setup.joints
+            lines = linearise_by_sigma_points(residuals, setup.body, at, weights, joints)
         else:
-            found = gathered(residuals, setup.body, at.pose, setup.columns)
+            lines = linearise(residuals, setup.body, at.pose, setup.columns)
+        found = information_of(lines, setup.columns.n)
         after, dx = solved(setup.joints, prior, at.pose, found)
-        self.watch.corrected(after.pose, after.P, dx)
+        if self.trace is not None:
+            self.trace.corrected(prior, at, after, dx, surface, lines)
         return after
 
     def limits(self, pose: Pose) -> tuple[Residual, ...]:

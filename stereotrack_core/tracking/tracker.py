@@ -10,7 +10,6 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.estimate import Estimate, Memory
 from stereotrack_core.tracking.iekf import PoseFilter
-from stereotrack_core.tracking.inside.observer import SILENT, Observer
 from stereotrack_core.tracking.seeking.facing import turned_round
 from stereotrack_core.tracking.seeking.finder import (
     TURN_GAIN,
@@ -22,6 +21,7 @@ from stereotrack_core.tracking.seeking.finder import (
 )
 from stereotrack_core.tracking.seeking.people import own_points
 from stereotrack_core.tracking.seeking.support import share_at_sides, trunk_support
+from stereotrack_core.tracking.step_recorder import StepRecorder
 
 _RIVALS = 3
 """Poses besides the best that are kept on trial."""
@@ -107,17 +107,17 @@ class PersonTracker:
         self.start(self.pose)
         self._present = False
 
-    def step(self, cloud: Cloud, watch: Observer = SILENT) -> Estimate:
+    def step(self, cloud: Cloud, trace: StepRecorder | None = None) -> Estimate:
         """Follow to the next cloud; look for the person first where nobody was followed."""
         before = self.leader.state
         if len(cloud.points) >= self.setup.parameters.least_points:
             if not self._present:
-                self._initialise(cloud, watch)
+                self._initialise(cloud, trace)
             cloud = cloud.part(own_points(cloud.points, self.setup.body, self.pose))
-        estimate = self.leader.step(cloud, watch)
+        estimate = self.leader.step(cloud, trace)
         if estimate.tracked:
             compared = self._on_trial if self._unchanged < _SETTLED else self._settled
-            estimate = compared(cloud, estimate, watch)
+            estimate = compared(cloud, estimate, trace)
         if estimate.tracked and (reason := self._why_partial(cloud)):
             estimate = self.leader.lost(before, cloud, reason)
         if estimate.tracked:
@@ -148,17 +148,18 @@ class PersonTracker:
             follower.recall(own)
             self._rivals.append(Candidate(follower, float(own["cost"])))
 
-    def _initialise(self, cloud: Cloud, watch: Observer) -> None:
+    def _initialise(self, cloud: Cloud, trace: StepRecorder | None) -> None:
         """Start from the pose that explains somebody in the cloud best; keep its rivals."""
         found = self.finder.poses_in(cloud, self.pose)
         if found:
             best, *others = found
             self.start(best.pose, cloud.frame)
-            watch.sought(self.pose)
+            if trace is not None:
+                trace.sought()
             self._cost, self._unchanged = best.cost, 0
             self._rivals = others[:_RIVALS]
 
-    def _on_trial(self, cloud: Cloud, estimate: Estimate, watch: Observer) -> Estimate:
+    def _on_trial(self, cloud: Cloud, estimate: Estimate, trace: StepRecorder | None) -> Estimate:
         """Follow the rivals as well, and now and then look for better ones.
 
         Whoever appears at the edge of the volume is found while there is little of the body, so
@@ -178,7 +179,7 @@ class PersonTracker:
             candidates.remove(best)
             candidates.append(self._exchanged(best))
             self._unchanged = 0
-            estimate = self._estimated_anew(cloud, watch)
+            estimate = self._estimated_anew(cloud, trace)
         hopeful = [each for each in candidates if each.cost < self._cost + _HOPELESS]
         others = [each for each in hopeful if differ(each.pose, self.pose)]
         self._rivals = distinct(others)[:_RIVALS]
@@ -203,7 +204,7 @@ class PersonTracker:
         self._cost = rival.cost
         return Candidate(follower, cost)
 
-    def _settled(self, cloud: Cloud, estimate: Estimate, watch: Observer) -> Estimate:
+    def _settled(self, cloud: Cloud, estimate: Estimate, trace: StepRecorder | None) -> Estimate:
         """Turn round where frame after frame has said that the body faces the other way.
 
         The evidence is added up as in Page's test (doi:10.1093/biomet/41.1-2.100), but what has
@@ -213,13 +214,13 @@ class PersonTracker:
         self._doubt = max(-_MOST_TRUST, self._doubt + gain - TURN_GAIN)
         if self._doubt > _ENOUGH_DOUBT:
             self.start(turned_round(self.pose), cloud.frame)
-            estimate = self._estimated_anew(cloud, watch)
+            estimate = self._estimated_anew(cloud, trace)
         return estimate
 
-    def _estimated_anew(self, cloud: Cloud, watch: Observer) -> Estimate:
+    def _estimated_anew(self, cloud: Cloud, trace: StepRecorder | None) -> Estimate:
         """Estimate of the frame by the pose that leads now; no backward pass goes beyond it."""
         self.leader.anew = True
-        return self.leader.step(cloud, watch)
+        return self.leader.step(cloud, trace)
 
     def _why_partial(self, cloud: Cloud) -> str:
         """Say why too little of the body is there to tell its pose; empty where there is enough."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.angles import THESIS_JOINTS, pose_of_state, state_names, state_of_pose
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.sampling import SurfacePoints, visible_points
@@ -18,10 +18,11 @@ from stereotrack_core.filtering.correction import correct, normalised
 from stereotrack_core.filtering.sigma_points import sigma_deviations
 from stereotrack_core.tracking.collisions import Clearance, collisions_avoided
 from stereotrack_core.tracking.estimate import Correspondences, Estimate, Memory, Prior
-from stereotrack_core.tracking.inside.observer import SILENT, Observer
 from stereotrack_core.tracking.lost.judge import Unjudged, judged
 from stereotrack_core.tracking.process import elapsed, time_array, time_in
-from stereotrack_core.tracking.state import Setup
+from stereotrack_core.tracking.state import Belief, Setup
+from stereotrack_core.tracking.step_recorder import StepRecorder
+from stereotrack_core.tracking.trace import SigmaPoints
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,8 +31,8 @@ class Projection:
 
     Attributes
     ----------
-    sampled : SurfacePoints
-        Model points, fixed to their parts.
+    drawn, sampled : SurfacePoints
+        Model points, fixed to their parts: all, and those that do not lie on their partner.
     predicted : (m, 3) float64, world
         The model points at x_hat: p_zhat.
     measured : (m, 3) float64, world
@@ -41,6 +42,7 @@ class Projection:
         every sigma point the tracker is destroyed.
     """
 
+    drawn: SurfacePoints
     sampled: SurfacePoints
     predicted: FloatArray
     measured: FloatArray
@@ -92,6 +94,11 @@ class ThesisTracker:
         """The pose that the state stands for."""
         return pose_of_state(self.x, THESIS_JOINTS)
 
+    @property
+    def belief(self) -> Belief:
+        """Its pose with the covariance of the state."""
+        return Belief(self.pose, self.P)
+
     def start(self, pose: Pose, *, P: FloatArray | None = None) -> None:
         """Begin from a pose, as uncertain as stated or as one step of the process makes it."""
         self.x = state_of_pose(pose, THESIS_JOINTS)
@@ -99,28 +106,27 @@ class ThesisTracker:
         self._time = None
         self._anew = True
 
-    def step(self, cloud: Cloud, watch: Observer = SILENT) -> Estimate:
+    def step(self, cloud: Cloud, trace: StepRecorder | None = None) -> Estimate:
         """Follow to the next cloud (3.2.3 and 3.2.4)."""
-        begun, before, innovations = time.perf_counter(), self.x, []
+        begun, x, before, p = time.perf_counter(), self.x, self.belief, self.setup.parameters
         self.predict(cloud.frame)
-        watch.predicted_state(self.x, self.P)
-        prior = None if self._anew else Prior(np.zeros_like(self.x), self.P, _all(self.x))
-        if len(cloud.points) < self.setup.parameters.least_points:
+        if trace is not None:
+            trace.predicted(before, self.belief)
+        prior = None if self._anew else Prior(np.zeros_like(x), self.P, np.ones(len(x), np.bool_))
+        if len(cloud.points) < p.least_points:
             return self.lost(f"the cloud has only {len(cloud.points)} points")
         tree = cKDTree(cloud.points, balanced_tree=False, compact_nodes=False)
-        for _ in range(self.setup.parameters.iterations):
-            sampled = self.sample(watch)
+        innovations = []
+        for _ in range(p.iterations):
+            sampled = self.sample(trace)
             if not len(sampled):
                 return self.lost("no part of the body is in sight of any camera")
             pairs = self.closest(sampled, tree)
             if not len(pairs.e):
                 return self.lost("every model point lies on its measured point")
-            watch.paired(sampled, pairs)
-            innovations.append(self.correct(pairs))
-            watch.corrected_state(self.x, self.P)
-        self.avoid_collisions()
-        watch.avoided(self.x)
-        self._anew, self._movement = False, _angles_wrapped(self.x - before)
+            innovations.append(self.correct(pairs, trace))
+        self.avoid_collisions(trace)
+        self._anew, self._movement = False, _angles_wrapped(self.x - x)
         seconds = time.perf_counter() - begun
         return judged(cloud, self.setup, self._found(pairs, innovations[0], prior), seconds)
 
@@ -129,13 +135,12 @@ class ThesisTracker:
         self.P = self.P + elapsed(self._time, time) * self.Q
         self._time = time
 
-    def sample(self, watch: Observer = SILENT) -> SurfacePoints:
+    def sample(self, trace: StepRecorder | None = None) -> SurfacePoints:
         """Draw the model points G(x_hat), (3.4)."""
         setup, p = self.setup, self.setup.parameters
         rng = self._rng if p.sampling == "random" else None
-        frames = setup.body.frames(self.pose)
-        wanted = p.model_points
-        return visible_points(setup.body, frames, setup.cameras, wanted, rng, watch.sampled)
+        frames, told = setup.body.frames(self.pose), None if trace is None else trace.sampled
+        return visible_points(setup.body, frames, setup.cameras, p.model_points, rng, told)
 
     def closest(self, sampled: SurfacePoints, tree: cKDTree) -> Projection:
         """Pair every model point with the nearest measured one: the operator C (2.3)."""
@@ -145,28 +150,36 @@ class ThesisTracker:
         apart = distance > 1e-12
         joined = np.where(apart[:, None], measured - predicted, 0.0)
         e = joined / np.where(apart, distance, 1.0)[:, None]
-        return Projection(sampled[apart], predicted[apart], measured[apart], e[apart])
+        return Projection(sampled, sampled[apart], predicted[apart], measured[apart], e[apart])
 
-    def correct(self, pairs: Projection) -> float:
+    def correct(self, pairs: Projection, trace: StepRecorder | None = None) -> float:
         """Correct state and covariance by the unscented transform; returns its innovation."""
-        weights = self.setup.weights
+        if trace is not None:
+            trace.paired()
+        weights, before = self.setup.weights, self.belief
         dX = sigma_deviations(self.P, weights)
-        Y = pairs.z_hat(self.setup.body.frames(pose_of_state(self.x + dX, THESIS_JOINTS)))
+        X = pose_of_state(self.x + dX, THESIS_JOINTS)
+        Y = pairs.z_hat(self.setup.body.frames(X))
         z_hat = weights.mean @ Y
-        nu = pairs.z - z_hat
+        nu, dY = pairs.z - z_hat, Y - z_hat
         R = np.full(len(nu), self.setup.parameters.sigma_measurement**2)
-        P_zz = np.einsum("s,sm,sm->m", weights.covariance, Y - z_hat, Y - z_hat)
-        corrected = correct(self.P, dX, Y - z_hat, weights.covariance, nu, R)
+        P_zz = np.einsum("s,sm,sm->m", weights.covariance, dY, dY)
+        corrected = correct(self.P, dX, dY, weights.covariance, nu, R)
         self.x = self.x + corrected.dx
         self.P = corrected.P
+        if trace is not None:
+            sigma_points = SigmaPoints(dX, X, used=True)
+            trace.unscented(before, self.belief, corrected.dx, pairs, sigma_points, dY, nu, R)
         return normalised(nu, P_zz + R)
 
-    def avoid_collisions(self) -> None:
+    def avoid_collisions(self, trace: StepRecorder | None = None) -> None:
         """Set the arms to a pose that keeps the least distances (3.2.4)."""
-        p = self.setup.parameters
+        p, before = self.setup.parameters, self.pose
         clearance = Clearance(p.clearance, np.radians(p.least_elbow_angle))
-        free = collisions_avoided(self.setup.body, self.pose, clearance)
+        free = collisions_avoided(self.setup.body, before, clearance)
         self.x = np.append(self.x[:6], state_of_pose(free, THESIS_JOINTS)[6:])
+        if trace is not None:
+            trace.avoided(before, self.pose, clearance)
 
     def lost(self, reason: str) -> Estimate:
         """State a frame in which nothing could be measured."""
@@ -208,11 +221,6 @@ class ThesisTracker:
             movement=self._movement,
             prior=prior,
         )
-
-
-def _all(x: FloatArray) -> BoolArray:
-    """Every number of the state is predicted from the frame before."""
-    return np.ones(len(x), dtype=np.bool_)
 
 
 def _angles_wrapped(dx: FloatArray) -> FloatArray:

@@ -12,11 +12,11 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.episodes.export import write_strips
 from stereotrack_core.evaluation.episodes.find import find_episodes
 from stereotrack_core.interop.run_npz import write_npz
-from stereotrack_core.tracking.inside.look import look_inside
+from stereotrack_core.tracking.inspection import look_inside
 from tests.end_to_end import writers
 from tests.end_to_end.writers import COMMANDS, FILES, FOLDERS, Things, content_of, full_disk
 from tests.evaluation.episodes.runs import recorded
-from tests.tracking.inside.test_look_inside import followed
+from tests.tracking.test_trace import followed
 
 ROOT = Path(__file__).resolve().parents[2]
 OLDER = b"what was there before\n"

@@ -50,9 +50,9 @@ from stereotrack_core.recording.video_file import VideoWriter, write_png
 from stereotrack_core.recording.writing import write_recording_description
 from stereotrack_core.simulation.make import simulate
 from stereotrack_core.simulation.options import SceneOptions
-from stereotrack_core.tracking.inside.trace import FrameTrace
 from stereotrack_core.tracking.presets import named, preset
 from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.trace import StepTrace
 
 
 @contextmanager
@@ -82,7 +82,7 @@ class Things:
     run: Run
     run_file: Path
     truth: LandmarkTrajectory
-    trace: FrameTrace
+    trace: StepTrace
 
     @property
     def reference(self) -> Reference:

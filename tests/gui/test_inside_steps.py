@@ -10,8 +10,8 @@ from app.features.inspect.inside_drawing import drawing_of
 from app.features.inspect.inside_numbers import states_of
 from app.features.inspect.inside_steps import name_of, same_step, steps_of
 from app.widgets.style.diverging import SHADES, shade_of
-from stereotrack_core.tracking.inside.look import look_inside
-from tests.tracking.inside.test_look_inside import followed
+from stereotrack_core.tracking.inspection import look_inside
+from tests.tracking.test_trace import followed
 
 KINDS = ("thesis", "fast", "sigma points", "scalar")
 

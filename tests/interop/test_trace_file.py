@@ -7,8 +7,8 @@ import pytest
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.trace_file import write_trace
-from stereotrack_core.tracking.inside.look import look_inside
-from tests.tracking.inside.test_look_inside import followed
+from stereotrack_core.tracking.inspection import look_inside
+from tests.tracking.test_trace import followed
 
 
 @pytest.fixture(scope="module", params=["thesis", "fast"])

@@ -11,8 +11,13 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.surface import nearest_on_surface
 from stereotrack_core.filtering.sigma_points import scaled_weights
-from stereotrack_core.tracking.correction import gathered, gathered_by_sigma_points
+from stereotrack_core.tracking.correction import (
+    gathered,
+    information_of,
+    linearise_by_sigma_points,
+)
 from stereotrack_core.tracking.data_to_model import Trust, surface_residual
+from stereotrack_core.tracking.state import Belief
 from tests.tracking.scenes import POSES, surface_points
 
 BODY = body_model(AVERAGE)
@@ -87,7 +92,9 @@ def test_information_is_that_of_a_numerical_jacobian(prepared, way):
     P = np.diag(np.linspace(0.5e-6, 2e-6, n))
     weights = scaled_weights(n, 0.1, 2.0, 0.0)
     if way == "sigma points":
-        found = gathered_by_sigma_points((residual,), BODY, pose, P, weights, ALL_JOINTS)
+        found = information_of(
+            linearise_by_sigma_points((residual,), BODY, Belief(pose, P), weights, ALL_JOINTS), n
+        )
     else:
         found = gathered((residual,), BODY, pose, columns_of(ALL_JOINTS))
 

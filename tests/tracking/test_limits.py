@@ -11,9 +11,14 @@ from stereotrack_core.body.pose import hanging_pose
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.filtering.linearisation import posterior
 from stereotrack_core.filtering.sigma_points import scaled_weights
-from stereotrack_core.tracking.correction import gathered, gathered_by_sigma_points
+from stereotrack_core.tracking.correction import (
+    gathered,
+    information_of,
+    linearise_by_sigma_points,
+)
 from stereotrack_core.tracking.limits import ClearanceResidual, DirectionResidual, limit_residuals
 from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.state import Belief
 from tests.tracking.scenes import POSES, pose_with_arms
 
 BODY = body_model(AVERAGE)
@@ -34,7 +39,9 @@ def _corrected(pose, rounds=8):
     weights, prior, P = scaled_weights(n, 0.1, 2.0, 0.0), pose, P0
     for _ in range(rounds):
         rows = limit_residuals(BODY, pose, PARAMETERS, ALL_JOINTS)
-        by_points = gathered_by_sigma_points(rows, BODY, pose, 1e-6 * P, weights, ALL_JOINTS)
+        by_points = information_of(
+            linearise_by_sigma_points(rows, BODY, Belief(pose, 1e-6 * P), weights, ALL_JOINTS), n
+        )
         found = gathered(rows, BODY, pose, columns_of(ALL_JOINTS))
         np.testing.assert_allclose(found.A, by_points.A, atol=1e-5 * np.abs(found.A).max())
         np.testing.assert_allclose(found.b, by_points.b, atol=1e-4 * np.abs(found.b).max() + 1e-9)

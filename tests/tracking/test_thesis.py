@@ -94,8 +94,8 @@ def test_every_iteration_draws_new_points(make_tracker, rng):
     drawn = []
     draw = tracker.sample
 
-    def remembered(watch) -> SurfacePoints:
-        drawn.append(draw(watch))
+    def remembered(trace) -> SurfacePoints:
+        drawn.append(draw(trace))
         return drawn[-1]
 
     tracker.sample = remembered

@@ -8,12 +8,12 @@ from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import limb_of_part
-from stereotrack_core.tracking.inside.trace import (
+from stereotrack_core.tracking.trace import (
     REASONS,
     Correction,
-    FrameTrace,
     Points,
     Rows,
+    StepTrace,
     movement,
 )
 
@@ -47,12 +47,12 @@ _REASONS = ("Hidden", "Inside", "Surplus", "Too far", "On it")
 _UNITS = {"m": ("mm", 1e3), "rad": ("°", float(np.degrees(1.0))), "px": ("px", 1.0)}
 
 
-def content_of(trace: FrameTrace, step: Step, compared: str = "") -> StepContent:
+def content_of(trace: StepTrace, step: Step, compared: str = "") -> StepContent:
     """One step in words and numbers.
 
     Parameters
     ----------
-    trace : FrameTrace
+    trace : StepTrace
     step : Step
     compared : str
         How the result differs from what a run has kept; empty where there is none.
@@ -86,12 +86,12 @@ def content_of(trace: FrameTrace, step: Step, compared: str = "") -> StepContent
             return _correct(trace, step, correction)
 
 
-def _content(step: Step, trace: FrameTrace, words: str = "", **parts: object) -> StepContent:
+def _content(step: Step, trace: StepTrace, words: str = "", **parts: object) -> StepContent:
     said = f"{step.words} {words}".strip()
     return StepContent(name_of(step, trace), said, step.source, **parts)  # type: ignore[arg-type]
 
 
-def _predict(trace: FrameTrace, step: Step) -> StepContent:
+def _predict(trace: StepTrace, step: Step) -> StepContent:
     before, predicted, names = trace.before, trace.predicted, trace.state_names
     return _content(
         step,
@@ -131,7 +131,7 @@ def _counted(name: str, used: int, unused: list[int]) -> tuple[str, ...]:
     return (name, *(str(count) if count else "–" for count in (used, *unused)))
 
 
-def _pairs(trace: FrameTrace, step: Step, correction: Correction) -> StepContent:
+def _pairs(trace: StepTrace, step: Step, correction: Correction) -> StepContent:
     points = correction.points
     residual = correction.normalised_residual
     words = f"{_said(points)} Normalised residual {residual:.2f}; 1 is as expected."
@@ -194,7 +194,7 @@ def _rows_table(rows: tuple[Rows, ...]) -> Table:
     )
 
 
-def _sigma(trace: FrameTrace, step: Step, correction: Correction) -> StepContent:
+def _sigma(trace: StepTrace, step: Step, correction: Correction) -> StepContent:
     points, states = correction.sigma_points, states_of(trace.state_names)
     count = len(points.deviations)
     largest = np.abs(points.deviations).max(axis=0)
@@ -213,7 +213,7 @@ def _cross_words(correction: Correction) -> str:
     return f"{n} states, {m} pairs; norm of the gain {correction.gain_norm:.3g}."
 
 
-def _correct(trace: FrameTrace, step: Step, correction: Correction) -> StepContent:
+def _correct(trace: StepTrace, step: Step, correction: Correction) -> StepContent:
     before, after, names = correction.prior, correction.after, trace.state_names
     tables = [
         _moved_table(trace, correction.before.pose, correction.after.pose),
@@ -225,7 +225,7 @@ def _correct(trace: FrameTrace, step: Step, correction: Correction) -> StepConte
     return _content(step, trace, tables=tuple(tables), maps=maps)
 
 
-def _moved_table(trace: FrameTrace, origin: Pose, to: Pose) -> Table:
+def _moved_table(trace: StepTrace, origin: Pose, to: Pose) -> Table:
     """How far each limb was moved now, and since the prediction."""
     now = movement(trace.body, origin, to)
     since = movement(trace.body, trace.predicted.pose, to)
@@ -268,7 +268,7 @@ def _pull_table(correction: Correction) -> Table:
     return Table("What pulls", headings, rows)
 
 
-def _collisions(trace: FrameTrace, step: Step) -> StepContent:
+def _collisions(trace: StepTrace, step: Step) -> StepContent:
     jump = trace.jump
     if jump is None:
         return _content(step, trace)
@@ -288,7 +288,7 @@ def _collisions(trace: FrameTrace, step: Step) -> StepContent:
     return _content(step, trace, " ".join(said), tables=(table,))
 
 
-def _search(trace: FrameTrace, step: Step) -> StepContent:
+def _search(trace: StepTrace, step: Step) -> StepContent:
     search = trace.search
     if search is None:
         return _content(step, trace)
@@ -296,7 +296,7 @@ def _search(trace: FrameTrace, step: Step) -> StepContent:
     return _content(step, trace, search_words(search), tables=tables)
 
 
-def _result(trace: FrameTrace, step: Step, compared: str) -> StepContent:
+def _result(trace: StepTrace, step: Step, compared: str) -> StepContent:
     estimate = trace.estimate
     words = compared
     if not estimate.tracked:

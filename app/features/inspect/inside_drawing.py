@@ -12,14 +12,14 @@ from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import limb_of_part
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.tracking.inside.trace import (
+from stereotrack_core.tracking.trace import (
     HIDDEN,
     INSIDE,
     ON_PARTNER,
     TOO_FAR,
     Correction,
-    FrameTrace,
     Points,
+    StepTrace,
 )
 
 from ...widgets.camera.inside_overlay import Ghosts, InsideScene, Marked, moved_ghosts
@@ -62,13 +62,13 @@ class StepDrawing:
     cloud: Cloud
 
 
-def drawing_of(trace: FrameTrace, step: Step, cloud: Cloud) -> StepDrawing:
+def drawing_of(trace: StepTrace, step: Step, cloud: Cloud) -> StepDrawing:
     """What is drawn of one step."""
     pose, scene = _drawn(trace, step)
     return StepDrawing(trace.frame, name_of(step, trace), trace.body, pose, scene, cloud)
 
 
-def _drawn(trace: FrameTrace, step: Step) -> tuple[Pose, InsideScene]:
+def _drawn(trace: StepTrace, step: Step) -> tuple[Pose, InsideScene]:
     correction = trace.corrections[step.correction] if step.correction >= 0 else None
     body = trace.body
     match step.kind:

@@ -9,8 +9,8 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.skeleton import PARTS, limb_of_part
-from stereotrack_core.tracking.inside.trace import Correction, Points
 from stereotrack_core.tracking.state import Belief
+from stereotrack_core.tracking.trace import Correction, Points
 
 from ...widgets.plots.inside_content import HeatMap, Histogram, Table
 from ...widgets.style.limb_colours import limb_words

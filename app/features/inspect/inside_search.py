@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stereotrack_core.tracking.inside.trace import Pair, Proposals, Search
+from stereotrack_core.tracking.trace import Pair, Proposals, Search
 
 from ...widgets.plots.inside_content import Table
 

@@ -17,12 +17,18 @@ from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.recording.depth_views import usable_views
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.estimate import Estimate
-from stereotrack_core.tracking.inside.beginning import Beginning, Known, Way, beginning_at
-from stereotrack_core.tracking.inside.look import copy_of, watched_step
-from stereotrack_core.tracking.inside.trace import FrameTrace, movement
+from stereotrack_core.tracking.inspection import (
+    Beginning,
+    Known,
+    Way,
+    beginning_at,
+    copy_of,
+    traced_step,
+)
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.repeating import recipe_of
 from stereotrack_core.tracking.settings import Settings
+from stereotrack_core.tracking.trace import StepTrace, movement
 from stereotrack_core.tracking.tracker import PersonTracker
 from stereotrack_core.tracking.tuning.attempt import stoppable
 from stereotrack_core.tracking.ukf import ThesisTracker
@@ -73,7 +79,7 @@ class Inside:
     Attributes
     ----------
     question : Question
-    trace : FrameTrace
+    trace : StepTrace
     steps : tuple of Step
     words : str
         Where the tracker began.
@@ -82,7 +88,7 @@ class Inside:
     """
 
     question: Question
-    trace: FrameTrace
+    trace: StepTrace
     steps: tuple[Step, ...]
     words: str
     compared: str
@@ -103,7 +109,7 @@ def answer(question: Question) -> Inside:
     release = one_blas_thread.hold()
     try:
         begun = question.begin(question.cloud)
-        trace = watched_step(begun.tracker, question.cloud)
+        trace = traced_step(begun.tracker, question.cloud)
     finally:
         release()
     plain = BodyModel(trace.body.skeleton, trace.body.cones)  # this one never stops
@@ -191,7 +197,7 @@ def _smoothed(entry: RunEntry) -> bool:
     return entry.stored is not None and bool(entry.stored.meta.get("smoothed", False))
 
 
-def _compared(trace: FrameTrace, found: Estimate | None) -> str:
+def _compared(trace: StepTrace, found: Estimate | None) -> str:
     """How the result differs from what the run has kept."""
     if found is None or not (found.tracked and trace.estimate.tracked):
         return ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from stereotrack_core.tracking.inside.trace import Correction, FrameTrace
+from stereotrack_core.tracking.trace import Correction, StepTrace
 
 StepKind: TypeAlias = Literal[
     "predict", "points", "pairs", "sigma", "cross", "correct", "settle", "search", "collisions",
@@ -153,7 +153,7 @@ _PICTURED = (
 _IN_ITERATION: tuple[StepKind, ...] = ("points", "pairs", "sigma", "cross", "correct")
 
 
-def steps_of(trace: FrameTrace) -> tuple[Step, ...]:
+def steps_of(trace: StepTrace) -> tuple[Step, ...]:
     """All steps of a frame in their order."""
     texts = _THESIS if trace.method == "thesis" else _MANIFOLD
     steps = [_step("predict", texts, heading="Prediction")]
@@ -179,7 +179,7 @@ def heading_of(correction: Correction) -> str:
     return f"Iteration {correction.iteration}{again}"
 
 
-def name_of(step: Step, trace: FrameTrace) -> str:
+def name_of(step: Step, trace: StepTrace) -> str:
     """A step with its iteration: ``Iteration 2: Correct``."""
     if step.correction < 0:
         return step.title

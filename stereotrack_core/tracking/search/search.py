@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,7 +14,6 @@ from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import FOREARMS, TORSO, UPPER_ARMS
 from stereotrack_core.body.surface import nearest_on_surface
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.tracking.inside.observer import SILENT, Observer
 from stereotrack_core.tracking.search.arms import (
     LEFT,
     RIGHT,
@@ -39,6 +39,9 @@ from stereotrack_core.tracking.search.score import (
     crossing_cost,
     sight_cost,
 )
+
+if TYPE_CHECKING:
+    from stereotrack_core.tracking.step_recorder import StepRecorder
 
 _UNEXPLAINED = 0.09
 """Metres from every cone beyond which a datum is unexplained."""
@@ -131,7 +134,7 @@ class ArmSearch:
         predicted: Pose,
         pose: Pose,
         rng: np.random.Generator,
-        observer: Observer = SILENT,
+        trace: StepRecorder | None = None,
     ) -> list[tuple[float, Pose]]:
         """Cost and pose of the best pairs of arms, best first; the body stays as in `pose`."""
         frames, before = self.body.frames(pose), self.body.frames(predicted)
@@ -152,7 +155,8 @@ class ArmSearch:
             )
             other = at_present[1 - shape.side]
             kept.append(self._best_of(evidence, shape, proposed, expected[shape.side], other))
-            observer.proposed(shape.side, proposed, kept[-1][0], expected[shape.side], other)
+            if trace is not None:
+                trace.proposed(shape.side, proposed, kept[-1][0], expected[shape.side], other)
         return self._pairs(evidence, kept, pose)
 
     def cost(self, evidence: Evidence, predicted: Pose, pose: Pose) -> float:

@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 
 from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.iekf import IteratedEstimator, PoseFilter
-from stereotrack_core.tracking.inside.observer import Observer
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.seeking.facing import turned_round
 from stereotrack_core.tracking.seeking.finder import Candidate
-from stereotrack_core.tracking.state import Setup
+from stereotrack_core.tracking.state import Setup, State
+from stereotrack_core.tracking.step_recorder import StepRecorder
 from stereotrack_core.tracking.tracker import PersonTracker
 from stereotrack_core.tracking.ukf import ThesisTracker
 from tests.tracking.detections.cases import BODY, seen
@@ -52,14 +52,17 @@ def assert_covariance(P):
     assert np.linalg.eigvalsh(P).min() > 0.0
 
 
-class Watch(Observer):
+class Watch(StepRecorder):
     """Keeps from what was predicted, the covariance, and the pose."""
 
-    def __init__(self):
+    def __init__(self, tracker):
+        super().__init__(tracker.setup, None)
         self.told = []
 
-    def predicted(self, before, pose, P):
-        self.told.append((before, P, pose))
+    def predicted(self, before, predicted):
+        if isinstance(before, State):
+            self.told.append((before, predicted.P, predicted.pose))
+        super().predicted(before, predicted)
 
 
 class Doubtful(PersonTracker):
@@ -108,7 +111,8 @@ def test_a_pose_that_takes_the_lead_is_estimated_as_if_it_had_always_led(heard):
 
 
 def test_turning_round_predicts_nothing_and_hears_nothing_again():
-    tracker, watch = Doubtful(), Watch()
+    tracker = Doubtful()
+    watch = Watch(tracker)
     tracker.start(TRUE)
     tracker.step(cloud_of(POINTS, 7))
     tracker.turns = True
@@ -160,7 +164,7 @@ def test_detections_between_frames_belong_to_the_frame_in_the_backward_pass():
     tracker = filter_of(hurry=100.0)
     tracker.start(TRUE)
     first = tracker.step(cloud_of(POINTS, 0))
-    watch = Watch()
+    watch = Watch(tracker)
     found = tracker.step(with_detections(cloud_of(POINTS, 1), *heard_before(1)), watch)
     [(_, predicted, _)] = watch.told
     assert np.trace(predicted) < 0.9 * np.trace(first.P + tracker.setup.Q)
@@ -173,7 +177,7 @@ def test_detections_between_frames_belong_to_the_frame_in_the_backward_pass():
 def test_covariances_stay_positive_whatever_comes_and_goes(kind, data):
     kinds = {"filter": lambda: filter_of(listens=False), "doubtful": Doubtful}
     tracker = kinds.get(kind, lambda: ThesisTracker(setup_of("thesis")))()
-    watch = Watch()
+    watch = Watch(tracker)
     tracker.start(TRUE)
     frame = data.draw(st.integers(20, 25))
     for _ in range(6):

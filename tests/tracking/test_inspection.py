@@ -6,11 +6,17 @@ import numpy as np
 import pytest
 
 from stereotrack_core.tracking.estimate import Estimate
-from stereotrack_core.tracking.inside.beginning import FIRST, NOBODY, Known, Way, beginning_at
-from stereotrack_core.tracking.inside.look import look_inside
+from stereotrack_core.tracking.inspection import (
+    FIRST,
+    NOBODY,
+    Known,
+    Way,
+    beginning_at,
+    look_inside,
+)
 from stereotrack_core.tracking.presets import preset
-from tests.tracking.inside.test_look_inside import KINDS, followed
 from tests.tracking.scenes import CAMERAS, angle_errors
+from tests.tracking.test_trace import KINDS, followed
 
 
 def way_of(kind, tracker):
@@ -40,12 +46,7 @@ def test_a_stored_frame_begins_where_the_tracker_was(kind):
 
 
 def state_of(tracker):
-    trace_pose = tracker.pose if hasattr(tracker, "pose") else None
-    if trace_pose is None:
-        from stereotrack_core.tracking.inside.thesis_corrections import belief_of
-
-        trace_pose = belief_of(tracker.x, tracker.P).pose
-    return trace_pose, np.zeros(len(tracker.P)), tracker.P
+    return tracker.pose, np.zeros(len(tracker.P)), tracker.P
 
 
 def test_a_first_frame_begins_with_its_own_pose():

@@ -1,4 +1,4 @@
-"""What happened inside one frame, as numbers."""
+"""What one step of a tracker did, as numbers."""
 
 from __future__ import annotations
 
@@ -153,7 +153,6 @@ class Correction:
     from_prior : (n,) float64
         The part of it that draws back to the prior's pose.
     after : Belief
-    correspond_seconds, correct_seconds : float
     """
 
     stage: str
@@ -170,8 +169,6 @@ class Correction:
     dx: FloatArray
     from_prior: FloatArray
     after: Belief
-    correspond_seconds: float
-    correct_seconds: float
 
     @property
     def gain_norm(self) -> float:
@@ -307,8 +304,8 @@ class Search:
 
 
 @dataclass(frozen=True, eq=False)
-class FrameTrace:
-    """Everything that happened inside one frame.
+class StepTrace:
+    """Everything that a tracker did in one frame.
 
     Attributes
     ----------

@@ -9,9 +9,7 @@ from stereotrack_core.body.angles import THESIS_JOINTS
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.tracking.estimators import tracker_for
-from stereotrack_core.tracking.inside.events import Recorder
-from stereotrack_core.tracking.inside.look import look_inside
-from stereotrack_core.tracking.inside.observer import Observer
+from stereotrack_core.tracking.inspection import look_inside
 from stereotrack_core.tracking.presets import preset
 from tests.tracking.scenes import CAMERAS, POSES, cloud_of, disturbed, surface_points
 
@@ -127,12 +125,3 @@ def test_a_person_who_has_to_be_looked_for_is_said_to_be():
     assert any("looked for" in note for note in trace.notes)
     assert trace.estimate.tracked
     np.testing.assert_array_equal(trace.predicted.P, trace.before.P)
-
-
-def test_a_recorder_keeps_everything_that_an_observer_can_be_told():
-    words = [name for name in vars(Observer) if not name.startswith("_")]
-    assert all(name in vars(Recorder) for name in words)
-    recorder = Recorder()
-    recorder.refined(None, 2.5)
-    ((_, event),) = recorder.told
-    assert (event.pose, event.cost) == (None, 2.5)

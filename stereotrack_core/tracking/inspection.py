@@ -1,8 +1,10 @@
-"""A tracker that is about to do a frame of a recording, where none is at work there."""
+"""Do a frame of a recording once more, with a trace of what the step did."""
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -16,6 +18,9 @@ from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.estimators import seeker, tracker_for
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.settings import Settings
+from stereotrack_core.tracking.state import Belief
+from stereotrack_core.tracking.step_recorder import StepRecorder
+from stereotrack_core.tracking.trace import StepTrace
 from stereotrack_core.tracking.tracker import PersonTracker
 from stereotrack_core.tracking.ukf import ThesisTracker
 
@@ -30,6 +35,9 @@ FIRST = (
     "frame itself, as uncertain as a first pose."
 )
 NOBODY = "No pose is known for the frame before, so the person is looked for without help."
+
+
+AnyTracker = TypeVar("AnyTracker", bound=ThesisTracker | PersonTracker)
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,3 +145,30 @@ def _found_in(cloud: Cloud, way: Way, tracker: ThesisTracker) -> Pose:
     finder = seeker(replace(tracker.setup, body=body, parameters=TrackingParameters(), volume=None))
     finder.seek()
     return finder.step(cloud).pose
+
+
+def look_inside(tracker: ThesisTracker | PersonTracker, cloud: Cloud) -> StepTrace:
+    """What the tracker's next step does, without doing it: the tracker stays as it is.
+
+    A copy of the tracker, with its random numbers, does the step; what is found is equal to the
+    last bit to what the tracker itself would find.
+
+    Parameters
+    ----------
+    tracker : ThesisTracker or PersonTracker
+        Peers, which share the interface, are watched as far as they do.
+    cloud : Cloud
+    """
+    return traced_step(copy_of(tracker), cloud)
+
+
+def copy_of(tracker: AnyTracker) -> AnyTracker:
+    """An independent copy; what never changes is shared."""
+    shared = (tracker.setup, tracker.setup.body)
+    return copy.deepcopy(tracker, {id(each): each for each in shared})
+
+
+def traced_step(tracker: ThesisTracker | PersonTracker, cloud: Cloud) -> StepTrace:
+    """Let a tracker do its step, and record what it did."""
+    recorder = StepRecorder(tracker.setup, Belief(tracker.pose, tracker.P))
+    return recorder.trace(cloud.frame, tracker.step(cloud, recorder))

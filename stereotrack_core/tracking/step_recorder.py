@@ -1,0 +1,437 @@
+"""Records one step of a tracker while it is done; what is recorded changes nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+from stereotrack_core.body.angles import THESIS_JOINTS, state_names
+from stereotrack_core.body.manifold import difference, displaced, error_names
+from stereotrack_core.body.model import BodyModel
+from stereotrack_core.body.pose import PartFrames, Pose
+from stereotrack_core.body.sampling import SurfacePoints
+from stereotrack_core.body.skeleton import FOREARMS, TORSO, UPPER_ARMS
+from stereotrack_core.filtering.sigma_points import sigma_deviations
+from stereotrack_core.geometry.rotation import angle_between
+from stereotrack_core.tracking.arms_apart import ApartResidual
+from stereotrack_core.tracking.collisions import Clearance, pushed_out
+from stereotrack_core.tracking.correction import Line, Residual
+from stereotrack_core.tracking.data_to_model import SurfaceResidual
+from stereotrack_core.tracking.detections.residual import DetectionResidual
+from stereotrack_core.tracking.estimate import Estimate
+from stereotrack_core.tracking.limits import ClearanceResidual, DirectionResidual
+from stereotrack_core.tracking.search.arms import Arms
+from stereotrack_core.tracking.state import Belief, Setup
+from stereotrack_core.tracking.trace import (
+    HIDDEN,
+    INSIDE,
+    ON_PARTNER,
+    SURPLUS,
+    TOO_FAR,
+    ArmJump,
+    Correction,
+    Jump,
+    Pair,
+    Points,
+    Proposals,
+    Rows,
+    Search,
+    SigmaPoints,
+    StepTrace,
+    Unused,
+)
+
+if TYPE_CHECKING:
+    from stereotrack_core.tracking.search.search import ArmSearch, Evidence
+    from stereotrack_core.tracking.ukf import Projection
+
+SOUGHT = (
+    "Nobody was followed in the frame before, so the person was looked for without help; the steps "
+    "begin with the pose that was found."
+)
+ANEW = (
+    "Another pose took the lead in this frame, as it explains the last frames better; the steps "
+    "begin with it."
+)
+WIDENED = (
+    "The data moved the body farther than was expected, so the frame was followed a second time "
+    "from a wider prior."
+)
+
+
+class StepRecorder:
+    """Is told by a tracker, and by what it is made of, what its step does.
+
+    What it is given belongs to the tracker and is not to be changed.
+
+    Parameters
+    ----------
+    setup : Setup
+        Of the tracker.
+    start : Belief
+        Of the tracker before the step.
+    """
+
+    def __init__(self, setup: Setup, start: Belief) -> None:
+        self._setup = setup
+        self._before = self._predicted = start
+        self._notes: list[str] = []
+        self._seconds: dict[str, float] = {}
+        self._predictions = 0
+        self._thesis = setup.joints == THESIS_JOINTS
+        self._begin()
+        self._mark = perf_counter()
+
+    def _begin(self) -> None:
+        self._corrections: list[Correction] = []
+        self._refinements: list[tuple[Correction, ...]] = []
+        self._refining: list[Correction] = []
+        self._measured: list[Points] = []
+        self._proposals: list[Proposals] = []
+        self._tried: list[tuple[Pose, Pose]] = []
+        self._searching: tuple[ArmSearch, Evidence, Pose] | None = None
+        self._search: Search | None = None
+        self._jump: Jump | None = None
+        self._data = np.empty((0, 3))
+        self._drawn: list[tuple[SurfacePoints, BoolArray, BoolArray]] = []
+
+    def trace(self, frame: int, estimate: Estimate) -> StepTrace:
+        """What the step did, whose result was the estimate."""
+        self._lap("judge")
+        method = self._setup.parameters.estimator
+        method = "manifold" if method == "iterated" else method
+        joints = self._setup.joints
+        return StepTrace(
+            frame=frame,
+            method="thesis" if self._thesis else method,
+            body=self._setup.body,
+            state_names=state_names(joints) if self._thesis else error_names(joints),
+            before=self._before,
+            predicted=self._predicted,
+            after=Belief(estimate.pose, estimate.P),
+            corrections=tuple(self._corrections),
+            estimate=estimate,
+            refinements=tuple(self._refinements),
+            measured=tuple(self._measured) if not self._corrections else (),
+            search=self._search,
+            jump=self._jump,
+            notes=tuple(self._notes),
+            seconds=self._seconds,
+        )
+
+    def sought(self) -> None:
+        """Somebody was looked for without help, and found."""
+        self._notes.append(SOUGHT)
+        self._lap("look for the person")
+
+    def predicted(self, before: Belief, predicted: Belief) -> None:
+        """The frame's prediction stands; where it is not the first, another pose leads now."""
+        self._predictions += 1
+        if self._predictions > 1:
+            self._begin()
+            self._notes.append(ANEW)
+        self._before, self._predicted = before, predicted
+        self._lap("predict")
+
+    def corresponded(self, data: FloatArray, surface: SurfaceResidual) -> None:
+        """Data (N, 3 or more) have found their feet on the model, as far as they are near."""
+        self._data = data
+        self._measured = [*self._measured[:1], points_of(surface)]
+        self._lap("search for the arms" if self._searching else "find partners")
+
+    def corrected(
+        self,
+        prior: Belief,
+        at: Belief,
+        after: Belief,
+        dx: FloatArray,
+        surface: SurfaceResidual,
+        lines: Sequence[Line],
+    ) -> None:
+        """A prior was corrected by (n,), by residuals that were linearised at a pose."""
+        setup, own = self._setup, [line for line in lines if line.residual is surface]
+        H = own[0].H if own else np.empty((0, len(dx)))
+        R = own[0].R if own else np.empty(0)
+        P_xz = at.P @ H.T
+        dX = sigma_deviations(at.P, setup.weights)
+        used = setup.parameters.linearisation == "sigma_points"
+        from_prior = difference(prior.pose, at.pose, setup.joints)
+        self._add(
+            Correction(
+                stage=self._stage_of(prior),
+                iteration=1,
+                prior=prior,
+                before=at,
+                sigma_points=SigmaPoints(dX, displaced(at.pose, dX, setup.joints), used),
+                points=points_of(surface, own[0] if own else None),
+                unused=self._too_far(surface),
+                rows=_rows([line for line in lines if line.residual is not surface], after.P),
+                P_xz=P_xz,
+                P_zz=np.einsum("mn,nm->m", H, P_xz),
+                gain=after.P @ (H.T / R),
+                dx=dx,
+                from_prior=after.P @ np.linalg.solve(prior.P, from_prior),
+                after=after,
+            )
+        )
+        self._lap("search for the arms" if self._searching else "correct")
+
+    def searching(self, search: ArmSearch, evidence: Evidence, expected: Pose) -> None:
+        """Other places for the arms are about to be looked for."""
+        self._searching = search, evidence, expected
+        self._refining = []
+        self._lap("search for the arms")
+
+    def proposed(
+        self, side: int, arms: Arms, kept: Arms, expected: Arms, other: FloatArray
+    ) -> None:
+        """Places for one arm were scored, the other one being so far (N,) from the data."""
+        self._lap("search for the arms")
+        if self._searching is not None:
+            search, evidence, _ = self._searching
+            terms = search.arm_terms(evidence, side, arms, expected, other)
+            chosen = is_among(*(np.hstack([each.upper, each.fore]) for each in (arms, kept)))
+            self._proposals.append(Proposals(side, arms.upper, arms.fore, terms, chosen))
+            self._mark = perf_counter()
+
+    def refined(self, proposed: Pose, pose: Pose) -> None:
+        """A pair of places for the arms was refined."""
+        self._lap("search for the arms")
+        self._tried.append((proposed, pose))
+        self._refinements.append(tuple(self._refining))
+        self._refining = []
+
+    def searched(self, followed: Pose, best: Pose) -> None:
+        """The search has decided."""
+        self._lap("search for the arms")
+        if self._searching is None:
+            return
+        search, evidence, expected = self._searching
+
+        def pair(before: Pose, pose: Pose) -> Pair:
+            terms = search.terms(evidence, expected, pose)
+            return Pair(before, pose, terms, sum(terms.values()), pose is best)
+
+        self._search = Search(
+            followed=pair(followed, followed),
+            pairs=tuple(pair(*tried) for tried in self._tried),
+            proposals=tuple(self._proposals),
+            gain=search.parameters.search_gain,
+            seconds=self._seconds["search for the arms"],
+        )
+        self._searching, self._mark = None, perf_counter()
+
+    def sampled(self, points: SurfacePoints, inside: BoolArray, seen: BoolArray) -> None:
+        """Points (N,) were drawn from the cones; those that are seen and not inside one stay."""
+        if self._setup.parameters.sampling == "regular":
+            self._drawn.clear()  # the pattern is drawn anew until it is dense enough
+        self._drawn.append((points, inside, seen))
+
+    def paired(self) -> None:
+        """Sampled model points have found their nearest measured points."""
+        self._lap("sample and pair")
+
+    def unscented(
+        self,
+        before: Belief,
+        after: Belief,
+        dx: FloatArray,
+        pairs: Projection,
+        sigma_points: SigmaPoints,
+        dY: FloatArray,
+        nu: FloatArray,
+        R: FloatArray,
+    ) -> None:
+        """A state was corrected by (n,), by sigma points whose images deviate by dY (2n + 1, m)."""
+        self._lap("correct")
+        order = np.argsort(pairs.sampled.part, kind="stable")
+        dX, dY, Wc = sigma_points.deviations, dY[:, order], self._setup.weights.covariance
+        frames = self._setup.body.frames(before.pose)
+        self._add(
+            Correction(
+                stage="follow",
+                iteration=1,
+                prior=before,
+                before=before,
+                sigma_points=sigma_points,
+                points=Points(
+                    pairs.sampled.part[order],
+                    pairs.measured[order],
+                    pairs.predicted[order],
+                    pairs.e[order],
+                    nu[order],
+                    np.sqrt(R[order]),
+                    np.ones(len(order)),
+                ),
+                unused=_unused(self._drawn, pairs, frames),
+                rows=(),
+                P_xz=(dX.T * Wc) @ dY,
+                P_zz=Wc @ dY**2,
+                gain=_gain(dX, dY, Wc, R),
+                dx=dx,
+                from_prior=np.zeros(len(dx)),
+                after=after,
+            )
+        )
+        self._drawn = []
+        self._mark = perf_counter()
+
+    def avoided(self, before: Pose, after: Pose, clearance: Clearance) -> None:
+        """Collisions were avoided by a jump."""
+        self._lap("collisions")
+        self._jump = jump_of(self._setup.body, before, after, clearance)
+
+    def _lap(self, step: str) -> None:
+        """Count the time since the last one for a step."""
+        now = perf_counter()
+        self._seconds[step] = self._seconds.get(step, 0.0) + now - self._mark
+        self._mark = now
+
+    def _stage_of(self, prior: Belief) -> str:
+        """Stage of a correction: of the search, of the prediction, or of a wider prior."""
+        if self._searching is not None:
+            return "refine"
+        if prior is self._predicted:
+            return "follow"
+        if WIDENED not in self._notes:
+            self._notes.append(WIDENED)
+        return "again"
+
+    def _add(self, correction: Correction) -> None:
+        into = self._corrections if self._searching is None else self._refining
+        count = 1 + sum(each.stage == correction.stage for each in into)
+        into.append(replace(correction, iteration=count))
+
+    def _too_far(self, surface: SurfaceResidual) -> Unused:
+        """Data of the last correspondences that no part of the body was near."""
+        places = np.ascontiguousarray(self._data[:, :3])
+        left = places[~is_among(places, surface.data)]
+        part = np.full(len(left), -1, dtype=np.int64)
+        return Unused(left, part, np.full(len(left), TOO_FAR, dtype=np.int64))
+
+
+def points_of(surface: SurfaceResidual, line: Line | None = None) -> Points:
+    """Pairs of a residual, as they are or as a correction saw them."""
+    return Points(
+        surface.part,
+        surface.data,
+        surface.foot,
+        surface.direction,
+        surface.distance if line is None else line.nu,
+        np.sqrt(surface.variance if line is None else line.R),
+        surface.weight,
+    )
+
+
+def is_among(rows: FloatArray, others: FloatArray) -> BoolArray:
+    """Which rows (N, k) are, to the last bit, among others (M, k)."""
+    kind = np.dtype((np.void, rows.dtype.itemsize * rows.shape[1]))
+    a, b = (np.ascontiguousarray(each).view(kind).ravel() for each in (rows, others))
+    return np.isin(a, b)
+
+
+def _gain(dX: FloatArray, dY: FloatArray, Wc: FloatArray, R: FloatArray) -> FloatArray:
+    """Kalman gain (n, m), equal to P_xz (P_zz + R)^-1; see :func:`filtering.correction.correct`."""
+    V = dY / R
+    M = np.eye(len(Wc)) + (V @ dY.T) * Wc
+    result: FloatArray = (dX.T * Wc) @ np.linalg.solve(M, V)
+    return result
+
+
+def _unused(
+    drawn: Sequence[tuple[SurfacePoints, BoolArray, BoolArray]],
+    pairs: Projection,
+    frames: PartFrames,
+) -> Unused:
+    """Candidates that were not used, and why; the same one may have been drawn more than once."""
+    if not drawn:
+        return Unused(np.empty((0, 3)), *(np.empty(0, dtype=np.int64) for _ in range(2)))
+    points, why = [], []
+    for candidates, inside, seen in drawn:
+        reason = np.where(inside, INSIDE, np.where(seen, SURPLUS, HIDDEN))
+        reason[is_among(_keys(candidates), _keys(pairs.drawn))] = ON_PARTNER
+        reason[is_among(_keys(candidates), _keys(pairs.sampled))] = -1
+        left = reason >= 0
+        points.append(candidates[left])
+        why.append(reason[left].astype(np.int64))
+    places = np.concatenate([frames.apply(each.part, each.points) for each in points])
+    part: IntArray = np.concatenate([each.part for each in points])
+    return Unused(places, part, np.concatenate(why))
+
+
+def _keys(points: SurfacePoints) -> FloatArray:
+    return np.column_stack([points.cone.astype(np.float64), points.points])
+
+
+def jump_of(body: BodyModel, before: Pose, after: Pose, clearance: Clearance) -> Jump:
+    """Say what collision avoidance found and did."""
+    arms = tuple(_arm_jump(body, before, after, side, clearance) for side in (0, 1))
+    return Jump(before, after, arms, clearance.distance, clearance.elbow_angle)
+
+
+def _arm_jump(
+    body: BodyModel, before: Pose, after: Pose, side: int, clearance: Clearance
+) -> ArmJump:
+    upper, fore = UPPER_ARMS[side], FOREARMS[side]
+    frames, moved = body.frames(before), body.frames(after)
+    hand = frames.origins[fore] + body.skeleton.lengths[fore] * frames.rotations[fore, :, 2]
+    along = before.rotations[fore, :, 2]
+    bend = float(np.arccos(np.clip(along[2], -1.0, 1.0)))
+    turned = angle_between(frames.rotations[..., 2], moved.rotations[..., 2])
+    return ArmJump(
+        side=side,
+        elbow_missing=_missing(body, frames, frames.origins[fore], clearance.distance),
+        hand_missing=_missing(body, frames, hand, clearance.distance),
+        bend_missing=max(0.0, bend - (np.pi - clearance.elbow_angle)),
+        upper_turn=float(turned[upper]),
+        fore_turn=float(turned[fore]),
+    )
+
+
+def _missing(body: BodyModel, frames: PartFrames, point: FloatArray, least: float) -> float:
+    local = (point - frames.origins[TORSO]) @ frames.rotations[TORSO]
+    return float(np.linalg.norm(pushed_out(body, local, least) - local))
+
+
+def _rows(lines: Sequence[Line], P: FloatArray) -> tuple[Rows, ...]:
+    """Rows by kind; `P` is the covariance after the correction."""
+    found: dict[tuple[str, str], list[Rows]] = {}
+    for line in lines:
+        kind, part, unit = _kind_of(line.residual)
+        dx = P @ (line.H.T @ (line.nu / line.R))
+        rows = Rows(kind, part, line.nu, np.sqrt(line.R), unit, dx)
+        found.setdefault((kind, unit), []).append(rows)
+    return tuple(_joined(rows) for rows in found.values())
+
+
+def _joined(rows: list[Rows]) -> Rows:
+    part, residual, sigma = (
+        np.concatenate([getattr(row, name) for row in rows])
+        for name in ("part", "residual", "sigma")
+    )
+    dx = np.sum([row.dx for row in rows], axis=0)
+    return Rows(rows[0].kind, part, residual, sigma, rows[0].unit, dx)
+
+
+def _kind_of(residual: Residual) -> tuple[str, IntArray, str]:
+    """Kind, parts (m,) and unit of a residual's rows."""
+    count = len(residual.variance)
+    match residual:
+        case SurfaceResidual():
+            return "outline", residual.part, "m"
+        case ApartResidual():
+            return "arms", residual.left, "m"
+        case ClearanceResidual():
+            return "torso", residual.part, "m"
+        case DirectionResidual():
+            kind = "elbow" if residual.part[0] in FOREARMS else "rest"
+            return kind, residual.part, "rad"
+        case DetectionResidual():
+            unit = "m" if residual.camera is None else "px"
+            return "detection", np.full(count, residual.part, dtype=np.int64), unit
+    return "other", np.full(count, -1, dtype=np.int64), "m"
