@@ -8,6 +8,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -53,8 +54,8 @@ def measure(recording: Path, frames: int, workspace: str, clicks: int = 0) -> di
     from PySide6.QtCore import QSettings
     from PySide6.QtWidgets import QApplication
 
+    from .program import make_window
     from .services.tasks.garbage import GarbageTimer
-    from .shell.main_window import MainWindow
     from .widgets.style.theme import apply_theme
 
     existing = QApplication.instance()
@@ -63,23 +64,20 @@ def measure(recording: Path, frames: int, workspace: str, clicks: int = 0) -> di
         settings = QSettings(str(Path(folder) / "bench.ini"), QSettings.Format.IniFormat)
         apply_theme(app, "dark")
         garbage = GarbageTimer()
-        window = MainWindow(settings)
-        window.project.makes = False
-        window.show()
-        window.activateWindow()
+        window, features = make_window(settings)
+        window.context.session.project.makes = False
         path = _project(recording, Path(folder), clicks) if clicks else recording
-        window.files.open(path)
-        _until(lambda: window.document.frame_set is not None and window.settled())
-        window.show_workspace_named(workspace)
-        count = min(frames, window.document.frame_count - 1)
-        for frame in range(count + 1):
-            window.document.go_to(frame)
-            _until(lambda frame=frame: _painted(window) == {frame})
-        times, computing = _with_computing(_steps, window, count)
-        clicked, clicking = _with_computing(_clicks, window, count) if clicks else ([], 0.0)
-        cameras = window.document.recording.cameras if window.document.recording else {}
-        sizes = sorted({f"{camera.width}x{camera.height}" for camera in cameras.values()})
-        views = len(window.grid.tiles)
+        count = _open(window, path, frames, workspace)
+        times, computing = _with_computing(partial(_steps, window), count)
+        clicked: list[float] = []
+        clicking = 0.0
+        if clicks:
+            click = partial(_clicks, window, features.annotate.clicking.annotating)
+            clicked, clicking = _with_computing(click, count)
+        opened = window.context.session.document.recording
+        cameras = opened.cameras.values() if opened is not None else ()
+        sizes = sorted({f"{camera.width}x{camera.height}" for camera in cameras})
+        views = len(window.context.docks.views.tiles)
         window.close()
         garbage.deleteLater()
     return {
@@ -96,12 +94,25 @@ def measure(recording: Path, frames: int, workspace: str, clicks: int = 0) -> di
     }
 
 
-def _with_computing(
-    steps: Callable[[Any, int], list[float]], window: Any, count: int
-) -> tuple[list[float], float]:
+def _open(window: Any, path: Path, frames: int, workspace: str) -> int:
+    """Open a recording or project and show so many frames once; the number of the last one."""
+    document, tasks = window.context.session.document, window.context.tasks
+    window.show()
+    window.activateWindow()
+    window.context.session.opening.open(path)
+    _until(lambda: document.frame_set is not None and tasks.settled())
+    window.context.docks.show_named(workspace)
+    count: int = min(frames, document.frame_count - 1)
+    for frame in range(count + 1):
+        document.go_to(frame)
+        _until(lambda frame=frame: _painted(window) == {frame})
+    return count
+
+
+def _with_computing(steps: Callable[[int], list[float]], count: int) -> tuple[list[float], float]:
     """Times of all steps, and the mean time that the window's thread has computed, milliseconds."""
     begun = time.thread_time()
-    times = steps(window, count)
+    times = steps(count)
     return times, 1000.0 * (time.thread_time() - begun) / max(len(times), 1)
 
 
@@ -135,16 +146,16 @@ def _project(recording: Path, folder: Path, clicks: int) -> Path:
     return path
 
 
-def _clicks(window: Any, count: int) -> list[float]:
+def _clicks(window: Any, annotating: Any, count: int) -> list[float]:
     """Milliseconds from the press of the mouse until the click is in the file and painted."""
     from PySide6.QtCore import QPoint, Qt
     from PySide6.QtTest import QTest
 
     times = []
-    camera = window.grid.tiles[window.grid.active].camera
-    window.annotate.annotating.set_advance("none")
+    camera = window.context.docks.views.tiles[window.context.docks.views.active].camera
+    annotating.set_advance("none")
     for k in range(count):
-        window.annotate.annotating.let_go()
+        annotating.let_go()
         place = QPoint(100 + 3 * k % 150, 60 + 7 * k % 100)
         begun = time.perf_counter()
         QTest.mouseClick(
@@ -166,7 +177,10 @@ def _click_times(times: list[float], computing: float, clicks: int) -> dict[str,
 
 def _painted(window: Any) -> set[int]:
     """Frames that the visible views have painted."""
-    return {window.grid.tiles[name].camera.painted_frame for name in window.grid.visible_views()}
+    return {
+        window.context.docks.views.tiles[name].camera.painted_frame
+        for name in window.context.docks.views.visible_views()
+    }
 
 
 def _steps(window: Any, count: int) -> list[float]:
@@ -177,7 +191,7 @@ def _steps(window: Any, count: int) -> list[float]:
     times = []
     for key, step in ((Qt.Key.Key_Left, -1), (Qt.Key.Key_Right, 1)):
         for _ in range(count):
-            wanted = window.document.frame + step
+            wanted = window.context.session.document.frame + step
             begun = time.perf_counter()
             QTest.keyClick(window, key)
             _until(lambda wanted=wanted: _painted(window) == {wanted})

@@ -4,19 +4,41 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 from PySide6.QtCore import QEventLoop, QSettings, QTimer
 from PySide6.QtWidgets import QApplication
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.tracking.presets import preset
 from stereotrack_core.window import DemoTracking
 
+from .features.annotate import feature as annotate
+from .features.annotate.feature import Annotate
+from .features.calibrate import feature as calibrate
+from .features.calibrate.controller import CalibrateController
+from .features.inspect import feature as inspect
+from .features.inspect.controller import InspectController
+from .features.project import feature as project
+from .features.project.files import FileController
+from .features.report import feature as report
+from .features.report.controller import ReportController
+from .features.review import feature as review
+from .features.review.feature import Review
+from .features.sweep import feature as sweep
+from .features.sweep.controller import SweepController
+from .features.track import feature as track
+from .features.track.controller import RunsController
+from .features.tune import feature as tune
+from .features.tune.controller import TuneController
+from .features.view import feature as view
+from .features.view.controller import ViewController
 from .services.failures import FailureRelay, leave_out_noise, open_log
 from .services.tasks.garbage import GarbageTimer
 from .services.tasks.threaded import wait_for_threads
 from .session.runs import RunEntry
-from .shell.main_window import MainWindow, user_settings
+from .shell.main_window import MainWindow
 from .shell.picture_file import write_picture
 from .widgets.style.icons import icon
 from .widgets.style.theme import THEME_NAMES, ThemeName, apply_theme
@@ -26,6 +48,42 @@ _CALM_LOOKS = 4
 _PATIENCE_S = 1800.0
 _LAST_THREADS_S = 15.0
 """The window is gone by then; work that takes longer to notice that is left behind."""
+
+
+@dataclass(frozen=True)
+class Features:
+    """What can be done in the window, in the order of its menus; each knows the context alone."""
+
+    files: FileController
+    reports: ReportController
+    view: ViewController
+    annotate: Annotate
+    track: RunsController
+    inspect: InspectController
+    review: Review
+    sweep: SweepController
+    tune: TuneController
+    calibrate: CalibrateController
+
+
+def make_window(settings: QSettings) -> tuple[MainWindow, Features]:
+    """Make the window with all its features."""
+    window = MainWindow(settings)
+    context = window.context
+    features = Features(
+        files=project.register(context),
+        reports=report.register(context),
+        view=view.register(context),
+        annotate=annotate.register(context),
+        track=track.register(context),
+        inspect=inspect.register(context),
+        review=review.register(context),
+        sweep=sweep.register(context),
+        tune=tune.register(context),
+        calibrate=calibrate.register(context),
+    )
+    window.draw()
+    return window, features
 
 
 class WindowProgram:
@@ -41,10 +99,11 @@ class WindowProgram:
         self._garbage = GarbageTimer(self.app)
         settings = user_settings()
         apply_theme(self.app, stored_theme(settings))
-        self.window = MainWindow(settings)
+        self.window, self.features = make_window(settings)
+        self.context = self.window.context
         self._relay = FailureRelay()
         self._relay.install()
-        self._relay.message.connect(self.window.messages.show_message)
+        self._relay.message.connect(self.context.notifier.show)
         self.app.setWindowIcon(icon("model"))
         self._demo: tuple[DemoTracking, int] | None = None
         self._in_picture = False
@@ -65,12 +124,12 @@ class WindowProgram:
 
     def track_demo(self, demo: DemoTracking, shown_frame: int) -> None:
         """Make the demo recording, track it in the window, tell its errors when done."""
-        track = self.window.track
-        track.preset, track.settings = demo.preset, demo.settings
-        self.window.follower.show_settings()
+        track = self.context.session.track
+        track.choose(demo.preset, preset(demo.preset))
+        track.use(demo.settings)
         track.finished.connect(self._on_demo_tracked)
         self._demo = demo, shown_frame
-        self.window.files.begin_demo(demo.folder)
+        self.features.files.begin_demo(demo.folder)
 
     def picture(
         self, path: Path, say: Callable[[str], None], size: tuple[int, int] = (1600, 960)
@@ -81,7 +140,7 @@ class WindowProgram:
         window.show()
         settled = self._wait_until_settled()
         if self._demo is not None:
-            window.document.go_to(self._demo[1])
+            self.context.session.document.go_to(self._demo[1])
             settled = self._wait_until_settled() and settled
         window.statusBar().clearMessage()
         saved = self._write_picture(path, say)
@@ -112,22 +171,30 @@ class WindowProgram:
             QTimer.singleShot(_LOOK_MS, loop.quit)
             loop.exec()
             waited += _LOOK_MS / 1000.0
-            done = self.window.settled() and self.window.scene.at_rest()
+            done = self.context.tasks.settled() and self.context.docks.scene.at_rest()
             calm = calm + 1 if done else 0
         return calm >= _CALM_LOOKS
 
     def _on_demo_tracked(self, entry: RunEntry) -> None:
         """Keep the run beside the recording, and tell what came out."""
-        self.window.track.finished.disconnect(self._on_demo_tracked)
-        recording, place = self.window.document.recording, self.window.files.demo_run
+        session, files = self.context.session, self.features.files
+        session.track.finished.disconnect(self._on_demo_tracked)
+        recording, place = session.document.recording, files.demo_run
         if self._demo is None or recording is None or not entry.frames:
             return
         complete = len(entry.frames) == len(entry.wanted)
         saved = place if complete or (place is not None and not place.exists()) else None
         if saved is not None:
-            self.window.files.save_run(entry, saved)
+            files.save_run(entry, saved)
         demo, _ = self._demo
         demo.on_tracked(recording, entry.trajectory(), entry.frames_per_second(), saved)
+
+
+def user_settings() -> QSettings:
+    """Where layouts, shortcuts and the list of recordings are kept, apart from all data."""
+    return QSettings(
+        QSettings.Format.IniFormat, QSettings.Scope.UserScope, "stereotrack", "stereotrack"
+    )
 
 
 def stored_theme(settings: QSettings) -> ThemeName:

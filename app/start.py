@@ -55,7 +55,7 @@ def _check(opening: Opening) -> None:
         from stereotrack_core.project.database import check_header
         from stereotrack_core.recording.folder import open_recording
 
-        from .shell.workspaces.names import check_workspace_name
+        from .workspace_names import check_workspace_name
 
         check_workspace_name(opening.workspace)
         if path.is_file() and path.name != "recording.toml":
@@ -73,11 +73,13 @@ def _check(opening: Opening) -> None:
 
 
 def _begin(program: WindowProgram, opening: Opening) -> None:
-    files = program.window.files
-    program.window.project.makes = opening.picture is None  # a picture leaves nothing behind
+    context = program.context
+    context.session.project.makes = opening.picture is None  # a picture leaves nothing behind
     if opening.run is not None or opening.demo is not None:
-        program.window.follower.change_display(keep_person=True)
+        context.view_state.change_display(keep_person=True)
     if opening.demo is not None:
         program.track_demo(opening.demo, opening.frame)
     elif opening.path is not None:
-        files.open(opening.path, frame=opening.frame, workspace=opening.workspace, run=opening.run)
+        context.session.opening.open(
+            opening.path, frame=opening.frame, workspace=opening.workspace, run=opening.run
+        )

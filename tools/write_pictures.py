@@ -58,12 +58,12 @@ def _picture(
 
     program = WindowProgram()
     apply_theme(program.app, "dark")
-    window = program.window
-    window.follower.change_display(keep_person=True)
+    context = program.context
+    context.view_state.change_display(keep_person=True)
     # the last one that is opened is the active one
-    window.document.opened.connect(lambda: _open_runs(program, runs))
-    window.document.opened.connect(window.docks[panel].raise_)
-    window.files.open(recording, frame=FRAME, workspace=workspace)
+    context.session.ready.connect(lambda: _open_runs(program, runs))
+    context.session.ready.connect(lambda: context.docks.bring_up(panel))
+    context.session.opening.open(recording, frame=FRAME, workspace=workspace)
     return program.picture(picture, say, SIZE)
 
 
@@ -88,7 +88,7 @@ def _report_page(recording: Path, run: Path, picture: Path) -> bool:
 
 def _open_runs(program: WindowProgram, runs: list[Path]) -> None:
     for run in runs:
-        program.window.files.open_run(run)
+        program.features.files.open_run(run)
 
 
 if __name__ == "__main__":

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
-from PySide6.QtCore import QObject, QSettings, Qt, Signal
+from PySide6.QtCore import QObject, QSettings, Qt, QTimer, Signal, Slot
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QMenu, QMenuBar, QWidget
 
 from ..widgets.style.icons import set_icon
 
 _SHORTCUTS = "shortcuts"
+_REFRESH_MS = 30
 
 
 def _always() -> str:
@@ -70,15 +71,18 @@ class Command:
         return self.menu.replace("&", "").replace("/", " › ")
 
 
-class ActionBook(QObject):
+class ActionRegistry(QObject):
     """The commands as actions of a window; says which of them can be done, and why not.
 
     Signals
     -------
     shortcuts_changed : ()
+    refreshed : ()
+        What can be done now has been found out again.
     """
 
     shortcuts_changed = Signal()
+    refreshed = Signal()
 
     def __init__(self, window: QWidget, settings: QSettings) -> None:
         super().__init__(window)
@@ -88,6 +92,8 @@ class ActionBook(QObject):
         self._actions: dict[str, QAction] = {}
         self._keys: dict[str, QKeySequence] = {}
         self._said: dict[str, tuple[str, str]] = {}
+        self._soon = QTimer(self, singleShot=True, interval=_REFRESH_MS)
+        self._soon.timeout.connect(self._refresh_all)
 
     @property
     def commands(self) -> tuple[Command, ...]:
@@ -110,7 +116,6 @@ class ActionBook(QObject):
             stored = self._settings.value(f"{_SHORTCUTS}/{command.id}")
             keys = command.shortcut if stored is None else str(stored)
             self._give_keys(command, QKeySequence(keys))
-        self.refresh()
 
     def action(self, name: str) -> QAction:
         """Action of a command."""
@@ -136,6 +141,22 @@ class ActionBook(QObject):
             if self._said.get(name) != said:
                 self._said[name] = said
                 self._say(command, action, *said)
+        if not menu:
+            self.refreshed.emit()
+
+    @Slot()
+    def refresh_soon(self, _what: object = None) -> None:
+        """Find out what can be done now, at most some 30 times a second."""
+        if not self._soon.isActive():
+            self._soon.start()
+
+    def settled(self) -> bool:
+        """Whether what can be done is known as it is now."""
+        return not self._soon.isActive()
+
+    @Slot()
+    def _refresh_all(self) -> None:
+        self.refresh()
 
     def set_shortcut(self, name: str, keys: str) -> None:
         """Give a command another shortcut, and keep it for next time."""
@@ -175,9 +196,11 @@ class ActionBook(QObject):
                 return command
         return None
 
-    def fill(self, bar: QMenuBar) -> None:
-        """Build the menus from what the commands say about themselves."""
+    def fill(self, bar: QMenuBar, order: Sequence[str]) -> None:
+        """Build the menus, in this order, from what the commands say about themselves."""
         menus: dict[str, QMenu] = {}
+        for title in order:
+            self._menu(bar, menus, title)
         for command in self._commands.values():
             menu = self._menu(bar, menus, command.menu)
             if command.section and not menu.isEmpty():

@@ -6,7 +6,6 @@ import logging
 import sys
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from logging.handlers import RotatingFileHandler
 from pathlib import Path
 from types import TracebackType
@@ -16,37 +15,9 @@ from PySide6.QtCore import QMessageLogContext, QObject, QtMsgType, Signal, qInst
 
 from stereotrack_core.errors import InputError, visible
 
+from ..widgets.forms.message import Message
+
 LOG = logging.getLogger("stereotrack")
-
-
-@dataclass(frozen=True)
-class Message:
-    """Something that the person should read.
-
-    Attributes
-    ----------
-    severity : str
-        ``error``, ``warning`` or ``note``.
-    what, where, remedy : str
-        What is wrong, where, and what to do about it; the last two may be empty.
-    button : str
-        What can be done about it at once; empty: nothing.
-    do : callable or None
-        Does that.
-    """
-
-    severity: str
-    what: str
-    where: str = ""
-    remedy: str = ""
-    button: str = ""
-    do: Callable[[], None] | None = field(default=None, compare=False)
-
-    def sentence(self) -> str:
-        """Everything in one line, as plain text."""
-        head = f"{self.where}: {self.what}" if self.where else self.what
-        head = head if head.endswith((".", "!", "?")) else f"{head}."
-        return visible(f"{head} {self.remedy}".strip())
 
 
 def log_path() -> Path:

@@ -17,6 +17,7 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.camera_agreement import Disagreement
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
+from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.finding import Finding
 
 from ..services.tasks.newest import NewestWins
@@ -55,8 +56,10 @@ class CameraDoubts(QObject):
     changed = Signal()
     failed = Signal(object)
 
-    def __init__(self, document: DocumentPresenter, project: ProjectPresenter) -> None:
-        super().__init__()
+    def __init__(
+        self, document: DocumentPresenter, project: ProjectPresenter, parent: QObject
+    ) -> None:
+        super().__init__(parent)
         self._document, self._project = document, project
         self.now: Disagreement | None = None
         self._asked: _Question | None = None
@@ -79,12 +82,19 @@ class CameraDoubts(QObject):
             self._worker.close()
             self._worker = None
 
-    def findings(self, names: Mapping[str, str]) -> tuple[Finding, ...]:
-        """What is known as a finding; `names` are what people call the cameras."""
+    def doubtful(self) -> tuple[str, ...]:
+        """Names of the cameras that may be wrong."""
         if self.now is None:
             return ()
-        cameras = (self.now.camera,) if self.now.camera else self.now.others
-        where = " and ".join(names.get(name, name) for name in cameras)
+        return (self.now.camera,) if self.now.camera else self.now.others
+
+    def findings(self) -> tuple[Finding, ...]:
+        """What is known as a finding."""
+        recording = self._document.recording
+        if self.now is None or recording is None:
+            return ()
+        names = view_names(recording)
+        where = " and ".join(names.get(name, name) for name in self.doubtful())
         off, count = self.now.off, self.now.count
         what = f"{what_disagrees(self.now, names)} ({off} of {count} clicks lie off)"
         return (Finding("warning", where, what, what_to_do(self.now)),)
@@ -136,3 +146,13 @@ def _answer(question: _Question) -> Disagreement | None:
     asked = sorted(frames_asked(project.clicks.frames()))
     clicks = [click for frame in asked for click in project.clicks.at(frame)]
     return doubtful_camera(clicks, question.cameras, project.landmark_set())
+
+
+def view_names(recording: Recording) -> dict[str, str]:
+    """How people call the cameras: the view's name, with ``left`` for the left image."""
+    names = {}
+    for view in recording.views:
+        names[view.image.camera] = view.name
+        if view.left is not None:
+            names[view.left.camera] = f"{view.name} left"
+    return names

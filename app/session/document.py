@@ -18,10 +18,11 @@ from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.frames import FrameSet
 from stereotrack_core.recording.reader import FrameReader
 
-from ..services.failures import Message, message_of
+from ..services.failures import message_of
 from ..services.tasks.newest import NewestWins
 from ..services.tasks.shared import Shared
 from ..services.tasks.task import Task, TaskList
+from ..widgets.forms.message import Message
 from .recording_corrections import applied_message, refused_message
 
 FindCorrections: TypeAlias = Callable[[Path], Corrections | None]
@@ -253,6 +254,18 @@ class DocumentPresenter(QObject):
         if self.playing:
             self._play_timer.stop()
             self.playing_changed.emit(False)
+
+    def toggle_playing(self) -> None:
+        """Play or pause."""
+        if self.playing:
+            self.pause()
+        else:
+            self.play()
+
+    def visit(self, frame: int) -> None:
+        """Show a frame and stay there."""
+        self.pause()
+        self.go_to(frame)
 
     def settled(self) -> bool:
         """Whether everything that was asked for is there."""

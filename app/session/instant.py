@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
 from stereotrack_core.body.mesh import PartMesh, body_mesh
@@ -11,16 +9,14 @@ from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.estimate import Correspondences
 from stereotrack_core.tracking.frame import TrackedFrame
 
-from ..features.inspect.inside import InsidePresenter
-from ..features.inspect.inside_drawing import StepDrawing
-from ..widgets.camera.picture import PictureKind
 from ..widgets.style.line_styles import LineStyle
 from .clouds import CloudPresenter
 from .document import DocumentPresenter
 from .judgement import reference_at
-from .pictures import Ghost, Instant
+from .pictures import Ghost, Instant, StepDrawing
 from .runs import RunList
 from .tracking import TrackPresenter
+from .view_state import ViewState
 
 _DEPTH_KINDS = {"disparity", "foreground", "depth"}
 _AROUND = 16
@@ -32,12 +28,8 @@ class InstantPresenter(QObject):
 
     Parameters
     ----------
-    document, clouds, runs, track, inside
-        Where the facts come from.
-    wanted : callable
-        Which picture each visible view shall show.
-    points_wanted : callable
-        Whether measured points are shown somewhere.
+    document, clouds, runs, track, view_state
+        Where the facts come from, and what is shown of them.
 
     Attributes
     ----------
@@ -58,14 +50,12 @@ class InstantPresenter(QObject):
         clouds: CloudPresenter,
         runs: RunList,
         track: TrackPresenter,
-        inside: InsidePresenter,
-        wanted: Callable[[], Mapping[str, PictureKind]],
-        points_wanted: Callable[[], bool],
+        view_state: ViewState,
+        parent: QObject,
     ) -> None:
-        super().__init__()
+        super().__init__(parent)
         self._document, self._clouds, self._runs, self._track = document, clouds, runs, track
-        self._wanted, self._points_wanted = wanted, points_wanted
-        self._inside = inside
+        self._view_state = view_state
         self._newest: TrackedFrame | None = None
         self.reference: LandmarkTrajectory | None = None
         self._told: Instant | None = None
@@ -76,7 +66,8 @@ class InstantPresenter(QObject):
         runs.active_changed.connect(self.tell_soon)
         runs.changed.connect(self.tell_soon)
         track.advanced.connect(self._on_advanced)
-        inside.changed.connect(self.tell_soon)
+        view_state.drawing_changed.connect(self.tell_soon)
+        view_state.display_changed.connect(self.tell_soon)
 
     @property
     def told(self) -> Instant | None:
@@ -163,7 +154,7 @@ class InstantPresenter(QObject):
         return newest.correspondences if newest is not None and newest.frame == frame else None
 
     def _drawing_at(self, frame: int) -> StepDrawing | None:
-        drawing = self._inside.drawing
+        drawing = self._view_state.drawing
         return drawing if drawing is not None and drawing.frame == frame else None
 
     def _cloud_wanted(self) -> bool:
@@ -173,11 +164,11 @@ class InstantPresenter(QObject):
             return True
         # measuring for the scene alone would take time from the tracker or hold up playback
         busy = self._track.running or self._document.playing
-        return self._points_wanted() and not busy
+        return self._view_state.points_wanted() and not busy
 
     def _pictures_need_it(self) -> bool:
         return self._clouds.available and any(
-            kind in _DEPTH_KINDS for kind in self._wanted().values()
+            kind in _DEPTH_KINDS for kind in self._view_state.wanted().values()
         )
 
     @Slot(object)

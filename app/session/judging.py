@@ -28,8 +28,8 @@ class JudgementPresenter(QObject):
     judged = Signal()
     truth_changed = Signal()
 
-    def __init__(self, document: DocumentPresenter, runs: RunList) -> None:
-        super().__init__()
+    def __init__(self, document: DocumentPresenter, runs: RunList, parent: QObject) -> None:
+        super().__init__(parent)
         self._document, self._runs = document, runs
         self._known: dict[RunEntry, tuple[int, Truth | None, Judgement]] = {}
         self._wanted: Against | None = None

@@ -11,6 +11,8 @@ import numpy as np
 
 from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray
 from stereotrack_core.body.mesh import PartMesh
+from stereotrack_core.body.model import BodyModel
+from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud, DepthGeometry, ViewDepth
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording, View
@@ -78,6 +80,44 @@ class Instant:
     runs: tuple[tuple[str, LineStyle], ...] = ()
     correspondences: Correspondences | None = None
     inside: InsideScene | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class StepDrawing:
+    """One step as it is drawn.
+
+    Attributes
+    ----------
+    frame : int
+    words : str
+        For the status line.
+    body : BodyModel
+    pose : Pose
+        Of the model that is drawn as a whole.
+    scene : InsideScene
+    cloud : Cloud
+    """
+
+    frame: int
+    words: str
+    body: BodyModel
+    pose: Pose
+    scene: InsideScene
+    cloud: Cloud
+
+
+@dataclass(frozen=True, eq=False)
+class FittedBody:
+    """A body that was fitted to the clicks of a frame.
+
+    Attributes
+    ----------
+    frame : int
+    meshes : tuple of PartMesh
+    """
+
+    frame: int
+    meshes: tuple[PartMesh, ...]
 
 
 def pictures_of(

@@ -15,9 +15,10 @@ from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import CHOICE, DESCRIPTION
 
-from ..services.failures import Message, message_of
+from ..services.failures import message_of
 from ..services.stored import stored_text
 from ..services.tasks.task import Task, TaskList
+from ..widgets.forms.message import Message
 from .document import DocumentPresenter, FindCorrections
 from .project_opening import OpenedProject, Wishes, open_project, project_of_recording
 from .recording_corrections import corrections_in, corrections_of, differ_message, same_corrections

@@ -11,7 +11,7 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.project.whereabouts import documents_folder, project_path_for, projects_of
 from stereotrack_core.recording.finding import Finding
 
-from ..services.failures import Message
+from ..widgets.forms.message import Message
 
 _READING = "It is shown for reading only. {}"
 

@@ -10,7 +10,7 @@ from stereotrack_core.project.corrections import Corrections, save_corrections
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.whereabouts import projects_of
 
-from ..services.failures import Message
+from ..widgets.forms.message import Message
 from .counting import counted
 
 

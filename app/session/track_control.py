@@ -8,11 +8,11 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.pipeline import FirstPose
 
-from ..features.inspect.inside import InsidePresenter
 from .clouds import CloudPresenter
 from .document import DocumentPresenter
 from .runs import RunEntry, RunList
 from .tracking import TrackPresenter
+from .view_state import ViewState
 
 FIRST_POSES: dict[str, tuple[str, str]] = {
     "tpose": ("T pose", "Begin with the person facing north, both arms stretched out sideways."),
@@ -24,11 +24,13 @@ FIRST_POSES: dict[str, tuple[str, str]] = {
 class TrackControl(QObject):
     """Run, step, iterate, from here, a selection; follows the tracker with the views.
 
-    Parameters
+    Attributes
     ----------
     first_pose : str or Pose
         Where the first pose comes from when no run has one: a key of :data:`FIRST_POSES`, or a
         pose.
+    follow : bool
+        Whether each frame is shown as it is tracked.
     """
 
     def __init__(
@@ -37,20 +39,15 @@ class TrackControl(QObject):
         clouds: CloudPresenter,
         runs: RunList,
         track: TrackPresenter,
-        inside: InsidePresenter,
-        first_pose: FirstPose,
+        view_state: ViewState,
+        parent: QObject,
     ) -> None:
-        super().__init__()
+        super().__init__(parent)
         self._document, self._clouds, self._runs, self._track = document, clouds, runs, track
-        self._inside = inside
-        self.first_pose = first_pose
-        self._selection: range | None = None
+        self._view_state = view_state
+        self.first_pose: FirstPose = "auto"
         self.follow = True
         track.advanced.connect(self._on_advanced)
-
-    def set_selection(self, selection: range | None) -> None:
-        """Tell which frames are selected."""
-        self._selection = selection
 
     def run(self) -> None:
         """Go on with a run that is paused, or begin one; settings that have changed apply."""
@@ -60,23 +57,11 @@ class TrackControl(QObject):
         """Track one frame."""
         self._go_on_or_begin(1)
 
-    def iterate(self) -> None:
-        """Show the next step inside the frame that comes next; after the last one, track it."""
+    def hold_before_next(self) -> int | None:
+        """Let the run in progress, or a new one, be held before its next frame; that frame."""
         if self._track.entry is None or self._track.stale:
             self._go_on_or_begin(0)
-        frame = self._track.next_frame()
-        if frame is None:
-            return
-        inside = self._inside
-        here = inside.looking and inside.live and self._document.frame == frame
-        if not here:
-            self._document.pause()
-            self._document.go_to(frame)
-            inside.look()
-        elif inside.at_end:
-            self._track.go_on(1)
-        else:
-            inside.move(1)
+        return self._track.next_frame()
 
     def run_from_here(self) -> None:
         """Begin a new run at this frame."""
@@ -84,8 +69,8 @@ class TrackControl(QObject):
 
     def run_selection(self) -> None:
         """Track the selected frames as a new run."""
-        if self._selection:
-            self._begin(self._selection, float("inf"))
+        if self._view_state.selection:
+            self._begin(self._view_state.selection, float("inf"))
 
     def choose_first_pose(self, name: str) -> None:
         """Begin the next run with a key of :data:`FIRST_POSES`."""

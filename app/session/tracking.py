@@ -26,9 +26,10 @@ from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.untracked import Untracked
 
-from ..services.failures import Message, message_of
+from ..services.failures import message_of
 from ..services.tasks.shared import Shared
 from ..services.tasks.threaded import WorkThread
+from ..widgets.forms.message import Message
 from .runs import RunEntry, RunList
 
 UPDATES_PER_SECOND = 20
@@ -170,6 +171,8 @@ class TrackPresenter(QObject):
         Running, paused, finished or idle.
     finished : RunEntry
         A run has come to its end.
+    settings_changed : ()
+        The next run or step is done with other settings, or another preset was chosen.
     message : Message
         Why tracking has ended early.
     """
@@ -177,6 +180,7 @@ class TrackPresenter(QObject):
     advanced = Signal(object)
     state_changed = Signal()
     finished = Signal(object)
+    settings_changed = Signal()
     message = Signal(object)
 
     def __init__(self, runs: RunList, parent: QObject | None = None) -> None:
@@ -206,14 +210,20 @@ class TrackPresenter(QObject):
         return self._worker is not None and not self._worker.running
 
     @property
-    def settings_changed(self) -> bool:
+    def differs_from_preset(self) -> bool:
         """Whether the settings are no longer those of the preset."""
         return self.settings != self.base
 
     def choose(self, name: str, settings: Settings) -> None:
         """Take all values from a preset, for the next run or step."""
         self.preset = name
-        self.settings = self.base = settings
+        self.base = settings
+        self.use(settings)
+
+    def use(self, settings: Settings) -> None:
+        """Use these settings for the next run or step."""
+        self.settings = settings
+        self.settings_changed.emit()
 
     @property
     def stale(self) -> bool:
@@ -238,7 +248,7 @@ class TrackPresenter(QObject):
     ) -> RunEntry:
         """Begin a new run; the one in progress ends and keeps what it has."""
         self.stop()
-        changed = self.settings_changed
+        changed = self.differs_from_preset
         body = body_model(proportions_of(recording.subject), self.settings.body)
         name = self._runs.next_name(self.preset, changed=changed)
         self._entry = RunEntry(name, self.preset, self.settings, body, frames)

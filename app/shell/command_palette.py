@@ -14,7 +14,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ..services.actions import ActionBook, Command
+from ..services.actions import ActionRegistry, Command
 
 _ID = Qt.ItemDataRole.UserRole
 
@@ -22,7 +22,7 @@ _ID = Qt.ItemDataRole.UserRole
 class CommandPalette(QDialog):
     """Type some letters of a command, choose it, and it is done."""
 
-    def __init__(self, book: ActionBook, parent: QWidget | None = None) -> None:
+    def __init__(self, book: ActionRegistry, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._book = book
         self._chosen: Command | None = None

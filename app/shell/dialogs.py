@@ -1,34 +1,34 @@
-"""The window's dialogs; none of them blocks the rest."""
+"""The window's own dialogs; none of them blocks the rest."""
 
 from __future__ import annotations
 
 from html import escape
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtWidgets import QMessageBox
+from PySide6.QtWidgets import QFileDialog, QMainWindow, QMessageBox
 
 from stereotrack_core import __version__
+from stereotrack_core.errors import InputError
 
+from ..context import Context
 from ..services.failures import log_path
 from .command_palette import CommandPalette
+from .picture_file import write_picture
 from .shortcut_editor import ShortcutEditor
-
-if TYPE_CHECKING:
-    from .main_window import MainWindow
 
 
 class Dialogs:
-    """Palette, shortcuts, about."""
+    """Palette, shortcuts, about, a picture of the window."""
 
-    def __init__(self, window: MainWindow) -> None:
-        self._w = window
+    def __init__(self, window: QMainWindow, context: Context) -> None:
+        self._window, self._context = window, context
 
     def show_palette(self) -> None:
         """Search all commands, and do the one that is chosen."""
-        book = self._w.actions_book
-        book.refresh()
-        palette = CommandPalette(book, self._w)
+        actions = self._context.actions
+        actions.refresh()
+        palette = CommandPalette(actions, self._window)
         palette.accepted.connect(lambda: self._run_chosen(palette))
         palette.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         palette.open()
@@ -37,17 +37,17 @@ class Dialogs:
         chosen = palette.chosen()
         if chosen is not None:
             # the palette is gone by then, so that a dialog of the command stands on its own
-            QTimer.singleShot(0, self._w.actions_book.action(chosen.id).trigger)
+            QTimer.singleShot(0, self._context.actions.action(chosen.id).trigger)
 
     def show_shortcuts(self) -> None:
         """Change shortcuts."""
-        editor = ShortcutEditor(self._w.actions_book, self._w)
+        editor = ShortcutEditor(self._context.actions, self._window)
         editor.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         editor.open()
 
     def show_about(self) -> None:
         """Say which version this is."""
-        box = QMessageBox(self._w)
+        box = QMessageBox(self._window)
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         box.setWindowTitle("About stereotrack")
         box.setTextFormat(Qt.TextFormat.RichText)
@@ -57,3 +57,21 @@ class Dialogs:
             f"several cameras.<br><br>Details of failures are in {escape(str(log_path()))}."
         )
         box.open()
+
+    def ask_for_picture(self) -> None:
+        """Let the person choose where a picture of the window is kept."""
+        picture = self._window.grab()
+        chosen, _ = QFileDialog.getSaveFileName(
+            self._window, "Save a picture of the window", "stereotrack.png", "PNG (*.png)"
+        )
+        if not chosen:
+            return
+        path = Path(chosen)
+        try:
+            write_picture(path if path.suffix else path.with_suffix(".png"), picture)
+        except InputError as error:
+            self._context.notifier.error(error)
+
+    def close_later(self) -> None:
+        """Close the window when the command that asked for it has returned."""
+        QTimer.singleShot(0, self._window.close)

@@ -3,356 +3,165 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 
-from PySide6.QtCore import QSettings, Qt, QTimer, Signal, Slot
+from PySide6.QtCore import QMimeData, QSettings, Qt, Slot
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QResizeEvent
-from PySide6.QtWidgets import QApplication, QMainWindow, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QMainWindow
 
-from stereotrack_core.errors import InputError
-from stereotrack_core.recording.description import View
-
-from ..features.annotate.annotation_work import AnnotationWork
-from ..features.annotate.clicking import annotate_menu
-from ..features.annotate.clicking.annotate_control import AnnotateControl
-from ..features.annotate.commands import add_commands
-from ..features.inspect.inside import InsidePresenter
-from ..features.inspect.inside_work import InsideWork
-from ..features.project import edit_menu, file_menu
-from ..features.project.file_work import FileWork, dropped_path
-from ..features.project.project_work import ProjectWork
-from ..features.review import review_menu
-from ..features.review.episodes import episodes_menu
-from ..features.review.episodes.work import EpisodeWork
-from ..features.review.review_work import ReviewWork
-from ..features.sweep import sweep_menu
-from ..features.sweep.sweep_work import SweepWork
-from ..features.track import track_menu
-from ..features.track.work import RunWork
-from ..features.tune import tune_menu
-from ..features.tune.tuning_work import TuningWork
-from ..features.view import playback_menu, view_menu
-from ..features.view.view_control import ViewControl
-from ..features.view.view_memory import ViewMemory
-from ..services.actions import ActionBook
-from ..services.failures import message_of
+from ..context import Context
+from ..services.actions import ActionRegistry
+from ..services.docks import Docks
+from ..services.notifier import Notifier
 from ..services.stored import stored_bytes
-from ..session.clouds import CloudPresenter
-from ..session.document import DocumentPresenter
-from ..session.instant import InstantPresenter
-from ..session.judging import JudgementPresenter
-from ..session.project_file import ProjectPresenter
-from ..session.runs import RunList
-from ..session.track_control import TrackControl
-from ..session.tracking import TrackPresenter
+from ..services.tasks.task import TaskList
+from ..session.opening import is_project
+from ..session.session import Session
+from ..session.view_state import ViewState
+from ..widgets.forms.message_bar import MessageBar
+from ..widgets.forms.welcome import WelcomePage
 from ..widgets.style.icons import set_icon
-from ..widgets.style.theme import ThemeName, apply_theme
-from . import window_menu
+from .actions import MENUS, commands
 from .dialogs import Dialogs
-from .panel_follower import PanelFollower
-from .window_bars import WindowBars
-from .window_panels import FIRST_POSE, PanelWindow
-from .workspace_control import WorkspaceControl
-from .workspaces.layout import Workspace
+from .status_line import StatusLine
+from .toolbars import Toolbars
 
 
-class MainWindow(PanelWindow):
-    """Puts presenters and views together; computes nothing itself.
+class MainWindow(QMainWindow):
+    """Makes the services for the features, and draws what these have registered.
 
-    Signals
-    -------
-    refreshed : ()
-        Everything that is shown follows the facts again.
+    Attributes
+    ----------
+    context : Context
+    messages : MessageBar
+    welcome : WelcomePage
+    status : StatusLine
     """
 
-    refreshed = Signal()
-
-    def __init__(self, settings: QSettings | None = None) -> None:
+    def __init__(self, settings: QSettings) -> None:
         super().__init__()
         # work in the background takes turns with painting every half millisecond, not every five
         sys.setswitchinterval(0.0005)
-        self.settings = settings if settings is not None else user_settings()
-        self._close_wanted = False
-        self._make_presenters()
-        self._make_centre()
-        self.cancel_button.clicked.connect(self.tasks.cancel_all)
-        self.files = FileWork(self, self.settings)
-        self.projects = ProjectWork(self)
-        self.spaces = WorkspaceControl(self, self.settings)
-        self.view = ViewControl(self)
-        self.dialogs = Dialogs(self)
-        self._refresh_timer = QTimer(self, singleShot=True, interval=30)
-        self._refresh_timer.timeout.connect(self.refresh)
-        self.run_work = RunWork(self)
-        self.follower = PanelFollower(self)
-        self.annotate = AnnotateControl(self)
-        self.annotation_work = AnnotationWork(self)
-        self.episodes = EpisodeWork(self)
-        self.review = ReviewWork(self)
-        self.sweeps = SweepWork(self)
-        self.tuning = TuningWork(self)
-        self.view_memory = ViewMemory(self)
-        self.inside_work = InsideWork(self)
-        self._make_actions()
-        self._connect()
+        tasks, view_state, notifier = TaskList(self), ViewState(self), Notifier(self)
+        docks = Docks(self, settings, notifier)
+        session = Session(tasks, view_state, settings, self)
+        actions = ActionRegistry(self, settings)
+        self.context = Context(session, view_state, tasks, actions, docks, notifier, settings)
+        self.messages, self.welcome = MessageBar(), WelcomePage()
+        docks.add_above_views(self.messages)
+        docks.middle.addWidget(self.welcome)
+        self.status = StatusLine(self.statusBar(), self.context)
+        tasks.watch(actions.settled)
+        self._connect_messages()
+        session.opened.connect(self.write_title)
+        session.ready.connect(self._on_ready)
+        session.closed.connect(self._show_welcome)
+
+    def draw(self) -> None:
+        """Draw menus, toolbars and the welcome page, when all features have registered."""
+        context = self.context
+        context.actions.add(commands(context, Dialogs(self, context), self.messages))
+        context.actions.fill(self.menuBar(), MENUS)
+        self.bars = Toolbars(self, context)
+        self._refresh_with_facts()
+        self._connect_welcome()
+        self._lay_out()
+        self._show_welcome()
+
+    def _connect_messages(self) -> None:
+        notifier, messages = self.context.notifier, self.messages
+        notifier.shown.connect(messages.show_message)
+        notifier.taken_back.connect(messages.take_back)
+        notifier.cleared.connect(messages.clear)
+        messages.dismissed.connect(notifier.dismissed)
+        self.context.session.message.connect(notifier.show)
+        self.context.tasks.failed.connect(notifier.error)
+
+    def _refresh_with_facts(self) -> None:
+        context, session = self.context, self.context.session
+        document, project, runs = session.document, session.project, session.runs
+        for changed in (
+            document.frame_changed, document.playing_changed, document.count_changed,
+            document.findings_changed, session.track.state_changed, runs.changed, runs.grew,
+            runs.active_changed, context.tasks.changed, project.opened, project.closed,
+            project.changed,
+        ):  # fmt: skip
+            changed.connect(context.actions.refresh_soon)
+        for changed in (project.opened, project.closed):
+            changed.connect(self.write_title)
+        document.playing_changed.connect(self._show_playing)
+
+    def _connect_welcome(self) -> None:
+        actions, opening = self.context.actions, self.context.session.opening
+        self.welcome.open_wanted.connect(actions.action("open").trigger)
+        self.welcome.demo_wanted.connect(actions.action("demo").trigger)
+        self.welcome.recent_chosen.connect(opening.open)
+        opening.recent_changed.connect(self._list_recent)
+
+    def _lay_out(self) -> None:
         self.setAcceptDrops(True)
+        options = QMainWindow.DockOption
         self.setDockOptions(
-            QMainWindow.DockOption.AnimatedDocks
-            | QMainWindow.DockOption.AllowTabbedDocks
-            | QMainWindow.DockOption.AllowNestedDocks
+            options.AnimatedDocks | options.AllowTabbedDocks | options.AllowNestedDocks
         )
         self.setCorner(Qt.Corner.BottomLeftCorner, Qt.DockWidgetArea.BottomDockWidgetArea)
         self.setCorner(Qt.Corner.BottomRightCorner, Qt.DockWidgetArea.BottomDockWidgetArea)
         self.setMinimumSize(900, 600)
         self.resize(1366, 768)
-        geometry = stored_bytes(self.settings, "geometry")
+        geometry = stored_bytes(self.context.settings, "geometry")
         if geometry is not None:
             self.restoreGeometry(geometry)
-        self._show_welcome()
 
-    # ---- making
-
-    def _make_presenters(self) -> None:
-        self.runs = RunList(self)
-        self.document = DocumentPresenter(self.tasks, self)
-        self.project = ProjectPresenter(self.document, self.tasks, self.settings, self)
-        self.clouds = CloudPresenter(self)
-        self.track = TrackPresenter(self.runs, self)
-        self.inside = InsidePresenter(self.document, self.clouds, self.runs, self.track)
-        self.tracker = TrackControl(
-            self.document, self.clouds, self.runs, self.track, self.inside, FIRST_POSE
-        )
-        self.judging = JudgementPresenter(self.document, self.runs)
-        self.instant = InstantPresenter(
-            self.document,
-            self.clouds,
-            self.runs,
-            self.track,
-            self.inside,
-            wanted=lambda: self.grid.wanted(),
-            points_wanted=self._points_wanted,
-        )
-
-    def _make_centre(self) -> None:
-        self.stack = QStackedWidget()
-        self.stack.addWidget(self.welcome)
-        self.stack.addWidget(self.grid)
-        centre = QWidget()
-        column = QVBoxLayout(centre)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(self.messages)
-        column.addWidget(self.annotation.repeat_bar)
-        column.addWidget(self.stack, 1)
-        self.setCentralWidget(centre)
-
-    def _make_actions(self) -> None:
-        self.actions_book = ActionBook(self, self.settings)
-        self.actions_book.add(file_menu.commands(self))
-        for menu in (edit_menu, view_menu, playback_menu, annotate_menu):
-            self.actions_book.add(menu.commands(self))
-        add_commands(self.annotation, self.actions_book)
-        for menu in (track_menu, sweep_menu, tune_menu, review_menu, episodes_menu, window_menu):
-            self.actions_book.add(menu.commands(self))
-        self.actions_book.add(file_menu.last_commands(self))
-        self.actions_book.fill(self.menuBar())
-        self.tuning.offer(self.actions_book)
-        self.bars = WindowBars(self)
-        self.inside_work.offer(self.actions_book)
-        self.review.add_buttons()
-
-    def _connect(self) -> None:
-        document, track = self.document, self.track
-        document.opened.connect(self._on_opened)
-        document.opened.connect(self.files.on_opened)
-        document.closed.connect(self._on_closed)
-        for signal in (
-            document.message, self.project.message, self.clouds.message, track.message
-        ):  # fmt: skip
-            signal.connect(self.messages.show_message)
-        self.tasks.failed.connect(self._on_task_failed)
-        for changed in (
-            document.frame_changed, document.playing_changed, document.count_changed,
-            document.findings_changed, track.state_changed, self.runs.changed, self.runs.grew,
-            self.runs.active_changed, self.tasks.changed, self.grid.arranged,
-            self.project.opened, self.project.closed, self.project.changed,
-        ):  # fmt: skip
-            changed.connect(self.refresh_soon)
-        track.finished.connect(self._on_run_finished)
-        self.welcome.open_wanted.connect(self.files.ask_for_recording)
-        self.welcome.demo_wanted.connect(self.files.begin_demo)
-        self.welcome.recent_chosen.connect(self.files.open)
-        self.files.recent_changed.connect(self._list_recent)
-
-    # ---- state, computed from facts
-
-    def views(self) -> tuple[View, ...]:
-        """Views of the open recording."""
-        recording = self.document.recording
-        return recording.views if recording is not None else ()
-
-    def settled(self) -> bool:
-        """Whether everything that was asked for is there and painted."""
-        return (
-            self.document.settled()
-            and not self.tasks.tasks
-            and not self.track.running
-            and self.judging.settled()
-            and self.run_work.settled()
-            and self.inside.settled()
-            and self.instant.settled()
-            and self.follower.settled()
-            and self.annotate.settled()
-            and self.episodes.settled()
-            and self.review.settled()
-            and self.annotation.settled()
-            and self.tuning.settled()
-            and not self._refresh_timer.isActive()
-        )
-
-    def _points_wanted(self) -> bool:
-        scene_seen = self.scene.is_seen() and self.scene.layer_visible("cloud")
-        return scene_seen or "points" in self.grid.display.overlays
+    # ---- following the session
 
     @Slot()
-    def refresh_soon(self, _what: object = None) -> None:
-        """Bring actions and the status line up to date, at most some 30 times a second."""
-        if not self._refresh_timer.isActive():
-            self._refresh_timer.start()
-
-    @Slot()
-    def refresh(self) -> None:
-        """Bring actions and the status line up to date."""
-        self.actions_book.refresh()
-        self.follower.write_status()
-        playing = self.document.playing
-        set_icon(self.actions_book.action("play"), "pause" if playing else "play")
-        self.bars.show_for(self.workspace)
-        self.refreshed.emit()
-
-    # ---- what commands do
-
-    @property
-    def workspace(self) -> Workspace | None:
-        """The arrangement that is shown."""
-        return self.spaces.current
-
-    def show_workspace_named(self, name: str) -> None:
-        """Show a workspace by its name; one that has nothing to show says why."""
-        self.spaces.show_named(name)
-
-    def toggle_playing(self) -> None:
-        """Play or pause."""
-        if self.document.playing:
-            self.document.pause()
-        else:
-            self.document.play()
-
-    def go_above(self, direction: int) -> None:
-        """Go to the next or previous stretch above the plot's threshold."""
-        frame = self.plot.crossing(direction)
-        if frame is not None:
-            self.document.pause()
-            self.document.go_to(frame)
-        else:
-            where = "after" if direction > 0 else "before"
-            self.statusBar().showMessage(
-                f"No limb is above the threshold {where} this frame.", 4000
-            )
-
-    def choose_theme(self, name: ThemeName) -> None:
-        """Change the look, and keep it for next time."""
-        app = QApplication.instance()
-        if isinstance(app, QApplication):
-            apply_theme(app, name)
-            self.settings.setValue("theme", name)
-            self.instant.tell_soon()
-
-    def show_error(self, error: BaseException) -> None:
-        """Show what went wrong in words."""
-        self.messages.show_message(message_of(error))
-
-    # ---- following the document
-
-    @Slot()
-    def _on_opened(self) -> None:
-        recording = self.document.recording
+    def _on_ready(self) -> None:
         self.messages.clear()
-        self.track.stop()
-        self.tuning.stop()
-        self.runs.clear()
-        self.instant.clear()
-        try:
-            self.clouds.set_recording(recording)
-        except InputError as error:
-            self.clouds.set_recording(None)
-            self.show_error(error)
-        self.follower.show_recording()
-        self.stack.setCurrentWidget(self.grid)
-        self.spaces.show_first()
-        self.refresh()
+        self.context.docks.middle.setCurrentWidget(self.context.docks.views)
+        self.context.docks.show_first()
+        self.context.actions.refresh()
 
     @Slot()
-    def _on_closed(self) -> None:
-        self.spaces.leave()
-        self.track.stop()
-        self.tuning.stop()
-        self.runs.clear()
-        self.instant.clear()
-        self.clouds.set_recording(None)
-        self._show_welcome()
-
     def _show_welcome(self) -> None:
-        self.spaces.leave()
-        self.follower.show_recording()
-        for dock in self.docks.values():
-            dock.hide()
+        docks = self.context.docks
+        docks.leave()
+        docks.hide_all()
+        self.write_title()
         self._list_recent()
-        self.stack.setCurrentWidget(self.welcome)
-        self.refresh()
+        docks.middle.setCurrentWidget(self.welcome)
+        self.context.actions.refresh()
 
     @Slot()
     def _list_recent(self) -> None:
-        self.welcome.set_recent(self.files.recent())
+        self.welcome.set_recent(self.context.session.opening.recent())
 
-    @Slot(object)
-    def _on_run_finished(self, entry: object) -> None:
-        self.judging.judge()
-        self.follower.on_run_finished(entry)
-        self.refresh_soon()
+    @Slot()
+    def write_title(self) -> None:
+        """Say in the title which recording and which project are open."""
+        recording, project = self.context.session.document.recording, self.context.session.project
+        names = [recording.name] if recording is not None else []
+        if recording is not None and project.project is not None:
+            reading = " (reading only)" if project.project.read_only else ""
+            names.append(f"{project.project.path.name}{reading}")
+        self.setWindowTitle(" – ".join([*names, "stereotrack"]))
 
-    @Slot(object)
-    def _on_task_failed(self, error: Exception) -> None:
-        self.show_error(error)
+    @Slot(bool)
+    def _show_playing(self, playing: bool) -> None:
+        set_icon(self.context.actions.action("play"), "pause" if playing else "play")
 
     # ---- the window itself
 
-    def close_later(self) -> None:
-        """Close when the command that asked for it has returned."""
-        QTimer.singleShot(0, self.close)
-
     def closeEvent(self, event: QCloseEvent) -> None:
-        self.spaces.leave()
-        self.settings.setValue("geometry", self.saveGeometry())
-        self.document.pause()
-        self.track.stop()
-        self.sweeps.shutdown()
-        self.tuning.stop()
-        self.inside.close()
-        self.tasks.shutdown()
-        self.document.close()
-        self.annotate.close()
-        self.annotation.shutdown()
-        self.episodes.shutdown()
-        self.project.shutdown()
-        self.clouds.set_recording(None)
-        self.settings.sync()
+        self.context.docks.leave()
+        self.context.settings.setValue("geometry", self.saveGeometry())
+        self.context.session.close()
+        self.context.settings.sync()
         event.accept()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        first = not event.oldSize().isValid()
-        if first:
-            self.spaces.arrange()
+        if not event.oldSize().isValid():  # for the first time
+            self.context.docks.arrange()
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         if dropped_path(event.mimeData()) is not None:
@@ -362,11 +171,15 @@ class MainWindow(PanelWindow):
         path = dropped_path(event.mimeData())
         if path is not None:
             event.acceptProposedAction()
-            self.files.open(path)
+            self.context.session.opening.open(path)
 
 
-def user_settings() -> QSettings:
-    """Where layouts, shortcuts and the list of recordings are kept, apart from all data."""
-    return QSettings(
-        QSettings.Format.IniFormat, QSettings.Scope.UserScope, "stereotrack", "stereotrack"
-    )
+def dropped_path(data: QMimeData) -> Path | None:
+    """Recording folder, recording.toml or project that was dragged into the window."""
+    for url in data.urls():
+        path = Path(url.toLocalFile())
+        if not url.isLocalFile():
+            continue
+        if path.is_dir() or path.name == "recording.toml" or is_project(path):
+            return path
+    return None

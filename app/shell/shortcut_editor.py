@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ..services.actions import ActionBook
+from ..services.actions import ActionRegistry
 
 _ID = Qt.ItemDataRole.UserRole
 
@@ -27,7 +27,7 @@ _ID = Qt.ItemDataRole.UserRole
 class ShortcutEditor(QDialog):
     """Choose a command, press its new keys; a sequence that is taken is said, not stolen."""
 
-    def __init__(self, book: ActionBook, parent: QWidget | None = None) -> None:
+    def __init__(self, book: ActionRegistry, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._book = book
         self.setWindowTitle("Shortcuts")

@@ -132,7 +132,7 @@ def test_every_module_that_writes_files_is_tried():
         "stereotrack_core.experiments.sweep.store": "a text of its own, tests/cli/test_sweep.py",
         "stereotrack_core.cli.reproduction.strips": "bytes of its own",
         "stereotrack_core.cli.reproduction.writing": "texts of its own",
-        "app.features.review.review_work": "a text of its own, tests/gui/test_review.py",
+        "app.features.review.controller": "a text of its own, tests/gui/test_review.py",
     }
     by_commands = {"stereotrack_core.cli.benchmark", "stereotrack_core.report.files"}
     text = Path(writers.__file__).read_text(encoding="utf-8")

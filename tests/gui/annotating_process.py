@@ -17,9 +17,9 @@ from PySide6.QtCore import QPoint, QSettings, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from app.shell.main_window import MainWindow
 from app.widgets.style.theme import apply_theme
 from stereotrack_core.annotation.landmark_set import NINE
+from tests.gui.hands import window_with
 
 
 def until(app: QApplication, condition) -> None:
@@ -29,8 +29,8 @@ def until(app: QApplication, condition) -> None:
         time.sleep(0.001)
 
 
-def _shows(window: MainWindow, frame: int) -> bool:
-    marks = window.grid.tiles["N"].camera.marks
+def _shows(window, frame: int) -> bool:
+    marks = window.context.docks.views.tiles["N"].camera.marks
     return marks is not None and marks.frame == frame
 
 
@@ -40,16 +40,22 @@ def annotate(recording: Path, folder: Path) -> None:
     settings = QSettings(str(folder / "settings.ini"), QSettings.Format.IniFormat)
     settings.setValue("projects_folder", str(folder))
     settings.setValue("workspace", "annotate")
-    window = MainWindow(settings)
+    window = window_with(settings)
     window.show()
-    window.files.open(recording)
-    until(app, lambda: window.document.frame_set is not None and not window.project.why_no_edit())
-    for step in cycle(range(window.document.frame_count)):
-        window.document.go_to(step)
+    window.context.session.opening.open(recording)
+    until(
+        app,
+        lambda: (
+            window.context.session.document.frame_set is not None
+            and not window.context.session.project.why_no_edit()
+        ),
+    )
+    for step in cycle(range(window.context.session.document.frame_count)):
+        window.context.session.document.go_to(step)
         until(app, lambda step=step: _shows(window, step))
         for name, place in zip(NINE.names, range(9), strict=True):
-            window.annotate.annotating.choose(name)
-            camera = window.grid.tiles["N"].camera
+            window.features.annotate.clicking.annotating.choose(name)
+            camera = window.context.docks.views.tiles["N"].camera
             spot = camera.rect().center() + QPoint(9 * place - 40, 5 * step - 20)
             modifier = Qt.KeyboardModifier.ControlModifier
             QTest.mouseClick(camera, Qt.MouseButton.LeftButton, modifier, spot)

@@ -19,9 +19,9 @@ from PySide6.QtCore import QSettings
 from PySide6.QtWidgets import QApplication
 
 from app.services.failures import FailureRelay
-from app.shell.main_window import MainWindow
 from app.widgets.style.theme import apply_theme
 from stereotrack_core.simulation.make import simulate
+from tests.gui.hands import window_with
 
 FRAMES = 8
 PATIENCE_MS = 300_000
@@ -91,7 +91,7 @@ def window(qtbot, settings, failures):
     app = QApplication.instance()
     apply_theme(app, "dark")
     gc.disable()
-    made = MainWindow(settings)
+    made = window_with(settings)
     qtbot.addWidget(made)
     made.resize(1366, 768)
     with qtbot.waitExposed(made):
@@ -117,28 +117,28 @@ def window(qtbot, settings, failures):
 @pytest.fixture
 def opened(window, qtbot, small_recording):
     """The window with the small recording open and painted."""
-    window.files.open(small_recording)
-    qtbot.waitUntil(lambda: window.document.frame_set is not None, timeout=30_000)
-    qtbot.waitUntil(window.settled, timeout=60_000)
+    window.context.session.opening.open(small_recording)
+    qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None, timeout=30_000)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
     return window
 
 
 @pytest.fixture
 def annotating(opened, qtbot):
     """The window in the workspace Annotate, with an empty project."""
-    opened.show_workspace_named("annotate")
-    qtbot.waitUntil(opened.settled, timeout=60_000)
-    assert opened.project.why_no_edit() == ""
+    opened.context.docks.show_named("annotate")
+    qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)
+    assert opened.context.session.project.why_no_edit() == ""
     return opened
 
 
 @pytest.fixture
 def four(window, qtbot, four_views):
     """The window in the workspace Annotate, with four views and an empty project."""
-    window.files.open(four_views)
-    qtbot.waitUntil(lambda: window.document.frame_set is not None, timeout=30_000)
-    window.show_workspace_named("annotate")
-    qtbot.waitUntil(window.settled, timeout=60_000)
+    window.context.session.opening.open(four_views)
+    qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None, timeout=30_000)
+    window.context.docks.show_named("annotate")
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
     return window
 
 

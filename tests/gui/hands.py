@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QPoint, QSettings, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
+from app.program import make_window
+from app.shell.main_window import MainWindow
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.recording.landmarks import LANDMARKS
 
@@ -16,8 +18,14 @@ CTRL = Qt.KeyboardModifier.ControlModifier
 LEFT, RIGHT = Qt.MouseButton.LeftButton, Qt.MouseButton.RightButton
 
 
+def window_with(settings: QSettings) -> MainWindow:
+    """The window with its features at hand."""
+    window, window.features = make_window(settings)
+    return window
+
+
 def view(window, name="N"):
-    return window.grid.tiles[name].camera
+    return window.context.docks.views.tiles[name].camera
 
 
 def at(window, x, y, name="N") -> QPoint:
@@ -69,24 +77,26 @@ def key(window, code, modifiers=NONE, name="N"):
 
 
 def clicks(window, frame=None):
-    frame = window.document.frame if frame is None else frame
-    return {(c.camera, c.landmark): c for c in window.project.project.clicks.at(frame)}
+    frame = window.context.session.document.frame if frame is None else frame
+    return {
+        (c.camera, c.landmark): c for c in window.context.session.project.project.clicks.at(frame)
+    }
 
 
 def undo_words(window):
-    return window.project.project.history.to_undo().words
+    return window.context.session.project.project.history.to_undo().words
 
 
 def truth(window, landmark, name="N"):
-    recording = window.document.recording
-    place = int(np.searchsorted(recording.reference.frame, window.document.frame))
+    recording = window.context.session.document.recording
+    place = int(np.searchsorted(recording.reference.frame, window.context.session.document.frame))
     point = recording.reference.points[place][LANDMARKS.index(landmark)]
     pixel = recording.reference_camera(recording.view(name)).project(point)
     return float(pixel[0]), float(pixel[1])
 
 
 def click_truth(window, landmark, name="N", shift=(0.0, 0.0)):
-    window.annotate.annotating.choose(landmark)
+    window.features.annotate.clicking.annotating.choose(landmark)
     x, y = truth(window, landmark, name)
     return click(window, x + shift[0], y + shift[1], name)
 
@@ -95,4 +105,4 @@ def annotate_all(window, qtbot, shifts=None):
     for name in ("N", "S"):
         for landmark in NINE.names:
             click_truth(window, landmark, name, (shifts or {}).get((name, landmark), (0.0, 0.0)))
-    qtbot.waitUntil(window.settled, timeout=120_000)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=120_000)

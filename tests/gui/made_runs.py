@@ -43,7 +43,7 @@ def made_run(recording: Recording, off=0.0, frames=None, wild=()) -> Run:
 
 def add_run(window, name, **wanted) -> RunEntry:
     """Put a made run into the window's list."""
-    run = made_run(window.document.recording, **wanted)
+    run = made_run(window.context.session.document.recording, **wanted)
     entry = entry_of_run(run, Path(f"{name}.npz"))
-    window.runs.add(entry)
+    window.context.session.runs.add(entry)
     return entry

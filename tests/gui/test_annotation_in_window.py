@@ -26,28 +26,28 @@ PROGRAM = Path(__file__).with_name("annotating_process.py")
 
 
 def trigger(window, name):
-    window.actions_book.refresh()
-    action = window.actions_book.action(name)
+    window.context.actions.refresh()
+    action = window.context.actions.action(name)
     assert action.isEnabled(), action.statusTip()
     action.trigger()
 
 
 def test_no_fit_of_another_recording_is_shown(annotating, qtbot, small_recording, tmp_path):
     """Both have clicks in the same frame, so that the one might be taken for the other."""
-    facts = annotating.annotate.facts
+    facts = annotating.features.annotate.clicking.facts
     annotate_all(annotating, qtbot)
     qtbot.waitUntil(lambda: facts.now().fit is not None)
     folder = shutil.copytree(small_recording, tmp_path / "other")
     path, moved = tmp_path / "other.stereotrack", []
-    for one in annotating.project.project.clicks.at(0):
+    for one in annotating.context.session.project.project.clicks.at(0):
         x, y = one.position
         moved.append(replace(one, position=(x + 3.0, y)))
     with Project.create(path, folder) as project:
         project.apply(PlaceClicks(tuple(moved)))
     seen = []
-    annotating.document.opened.connect(lambda: seen.append(facts.now().fit))
+    annotating.context.session.document.opened.connect(lambda: seen.append(facts.now().fit))
     facts.changed.connect(lambda: seen and seen.append(facts.now().fit))
-    annotating.files.open(path)
+    annotating.context.session.opening.open(path)
     qtbot.waitUntil(lambda: bool(seen) and seen[-1] is not None)
     known = [one.question.clicks for one in seen if one is not None]
     assert seen[0] is None
@@ -59,30 +59,32 @@ def test_no_fit_of_another_recording_is_shown(annotating, qtbot, small_recording
 def test_lanes_and_history_follow_a_click_and_lead_back_to_it(annotating, qtbot):
     key(annotating, Qt.Key.Key_7)
     click(annotating, 200.0, 100.0)
-    lanes = {lane.id: lane.values for lane in annotating.timeline.lanes}
+    lanes = {lane.id: lane.values for lane in annotating.context.docks.timeline.lanes}
     assert lanes["head"][0] == Mark.PARTLY
-    first = annotating.annotation.history_panel.model.index(0, 0).data()
+    first = annotating.features.annotate.panels.history_panel.model.index(0, 0).data()
     assert first == "place head in N_right, frame 0"
-    annotating.document.go_to(4)
-    annotating.annotation.click_requested.emit(0, "S_right", "left_elbow")
-    qtbot.waitUntil(annotating.settled, timeout=60_000)
-    assert annotating.document.frame == 0
-    assert annotating.grid.active == "S"
-    assert annotating.annotate.annotating.choice.landmark == "left_elbow"
-    annotating.annotation.click_requested.emit(2, "N_left", "head")
-    qtbot.waitUntil(annotating.settled, timeout=60_000)
-    assert annotating.grid.tiles["N"].kind == "left"
+    annotating.context.session.document.go_to(4)
+    annotating.features.annotate.panels.click_requested.emit(0, "S_right", "left_elbow")
+    qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
+    assert annotating.context.session.document.frame == 0
+    assert annotating.context.docks.views.active == "S"
+    assert annotating.features.annotate.clicking.annotating.choice.landmark == "left_elbow"
+    annotating.features.annotate.panels.click_requested.emit(2, "N_left", "head")
+    qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
+    assert annotating.context.docks.views.tiles["N"].kind == "left"
 
 
 def test_lanes_stay_when_the_recording_is_opened_again(annotating, qtbot):
     key(annotating, Qt.Key.Key_7)
     click(annotating, 200.0, 100.0)
-    folder = annotating.document.recording.folder
-    annotating.actions_book.action("close").trigger()
-    annotating.files.open(folder)
-    qtbot.waitUntil(lambda: annotating.document.recording is not None, timeout=30_000)
-    qtbot.waitUntil(annotating.settled, timeout=60_000)
-    lanes = {lane.id: lane.values for lane in annotating.timeline.lanes}
+    folder = annotating.context.session.document.recording.folder
+    annotating.context.actions.action("close").trigger()
+    annotating.context.session.opening.open(folder)
+    qtbot.waitUntil(
+        lambda: annotating.context.session.document.recording is not None, timeout=30_000
+    )
+    qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
+    lanes = {lane.id: lane.values for lane in annotating.context.docks.timeline.lanes}
     assert lanes["head"][0] == Mark.PARTLY
     assert [mark.landmark for mark in view(annotating).marks.clicks] == ["head"]
 
@@ -91,11 +93,11 @@ def test_a_second_reading_is_blind_and_leaves_the_first_alone(annotating, qtbot)
     for landmark in ("left_shoulder", "right_shoulder", "head", "left_elbow"):
         for name in ("N", "S"):
             click_truth(annotating, landmark, name)
-    qtbot.waitUntil(annotating.settled, timeout=60_000)
+    qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
     first = clicks(annotating)
     assert "reference" in view(annotating)._display.overlays
     trigger(annotating, "annotate-repeat-now")
-    qtbot.waitUntil(annotating.settled, timeout=60_000)
+    qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
     marks = view(annotating).marks
     assert (marks.clicks, marks.predictions, marks.model, marks.residuals) == ((), (), (), ())
     assert "reference" not in view(annotating)._display.overlays
@@ -104,13 +106,13 @@ def test_a_second_reading_is_blind_and_leaves_the_first_alone(annotating, qtbot)
     key(annotating, Qt.Key.Key_E)
     key(annotating, Qt.Key.Key_Right)
     assert clicks(annotating) == first
-    (again,) = annotating.project.project.clicks.again_at(1, 0)
+    (again,) = annotating.context.session.project.project.clicks.again_at(1, 0)
     assert again.position == pytest.approx((x + 0.5, y))
     click_truth(annotating, "left_elbow")
     key(annotating, Qt.Key.Key_Delete)
-    assert len(annotating.project.project.clicks.again_at(1, 0)) == 1
+    assert len(annotating.context.session.project.project.clicks.again_at(1, 0)) == 1
     trigger(annotating, "annotate-repeat-finish")
-    qtbot.waitUntil(annotating.settled, timeout=60_000)
+    qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
     assert len(view(annotating).marks.clicks) == 4
     assert clicks(annotating) == first
     assert "reference" in view(annotating)._display.overlays
@@ -119,7 +121,9 @@ def test_a_second_reading_is_blind_and_leaves_the_first_alone(annotating, qtbot)
 def test_an_edit_from_a_panel_is_drawn_at_once(annotating):
     key(annotating, Qt.Key.Key_3)
     click(annotating, 200.0, 100.0)
-    annotating.project.project.apply(SwapLandmarks(0, "N_right", "left_elbow", "right_elbow"))
+    annotating.context.session.project.project.apply(
+        SwapLandmarks(0, "N_right", "left_elbow", "right_elbow")
+    )
     assert [mark.landmark for mark in view(annotating).marks.clicks] == ["right_elbow"]
 
 
@@ -127,7 +131,7 @@ def test_every_picture_size_places_the_click_under_the_cursor(annotating, qtbot)
     """Also in the smallest window, one view alone, and turned recordings' raw pixels."""
     annotating.resize(annotating.minimumSize())
     trigger(annotating, "arrange_single")
-    qtbot.waitUntil(annotating.settled, timeout=60_000)
+    qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
     key(annotating, Qt.Key.Key_1)
     place = QPoint(57, 43)
     expected = view(annotating).pixel_at(place.toPointF())
@@ -140,20 +144,22 @@ def test_every_picture_size_places_the_click_under_the_cursor(annotating, qtbot)
 
 
 def test_a_turned_view_is_nudged_the_way_the_person_sees_it(window, qtbot, shared_recording):
-    window.files.open(shared_recording("seated-4cam-rotated"))
-    qtbot.waitUntil(lambda: window.document.frame_set is not None, timeout=60_000)
-    window.show_workspace_named("annotate")
-    qtbot.waitUntil(window.settled, timeout=60_000)
-    name = next(n for n, tile in window.grid.tiles.items() if tile.camera.picture.rotation)
-    camera = window.grid.tiles[name].camera
-    window.annotate.annotating.choose("head")
+    window.context.session.opening.open(shared_recording("seated-4cam-rotated"))
+    qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None, timeout=60_000)
+    window.context.docks.show_named("annotate")
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    name = next(
+        n for n, tile in window.context.docks.views.tiles.items() if tile.camera.picture.rotation
+    )
+    camera = window.context.docks.views.tiles[name].camera
+    window.features.annotate.clicking.annotating.choose("head")
     qtbot.mouseClick(camera, LEFT, pos=camera.rect().center())
     raw = camera.picture.camera
-    (before,) = window.project.project.clicks.at(0)
+    (before,) = window.context.session.project.project.clicks.at(0)
     seen = camera.place_of(*before.position)
     key(window, Qt.Key.Key_E, name=name)
     key(window, Qt.Key.Key_Right, Qt.KeyboardModifier.ShiftModifier, name=name)
-    after = window.project.project.clicks.get(ClickKey(0, raw, "head"))
+    after = window.context.session.project.project.clicks.get(ClickKey(0, raw, "head"))
     moved = camera.place_of(*after.position) - seen
     assert moved.x() == pytest.approx(camera._scale(), rel=1e-6)
     assert moved.y() == pytest.approx(0.0, abs=1e-6)
@@ -180,32 +186,32 @@ def test_a_window_that_is_killed_loses_no_click_that_was_on_screen(
     process.wait()
     process.stdout.close()
     (path,) = tmp_path.glob("*.stereotrack")
-    window.files.open(path)
-    qtbot.waitUntil(lambda: window.document.recording is not None, timeout=60_000)
-    qtbot.waitUntil(window.settled, timeout=60_000)
+    window.context.session.opening.open(path)
+    qtbot.waitUntil(lambda: window.context.session.document.recording is not None, timeout=60_000)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
     assert "did not close it; every edit is there" in window.messages.text()
-    project: Project = window.project.project
+    project: Project = window.context.session.project.project
     for frame, camera, landmark, x, y in painted:
         found = project.clicks.get(ClickKey(frame, camera, landmark))
         assert found is not None
         assert found.position == pytest.approx((x, y))
     assert project.check() == ()
     count = project.clicks.count()
-    window.actions_book.refresh()
+    window.context.actions.refresh()
     trigger(window, "undo")
     assert project.clicks.count() == count - 1
 
 
 def test_keyframes_are_of_the_selection_or_else_of_the_whole_recording(annotating):
     def ask(step):
-        annotating.actions_book.action("annotate-keyframes").trigger()
+        annotating.context.actions.action("annotate-keyframes").trigger()
         dialog = annotating.findChildren(QInputDialog)[-1]
         dialog.setIntValue(step)
         dialog.accept()
         return dialog.labelText(), [
-            one.frame for one in annotating.project.project.marks.keyframes()
+            one.frame for one in annotating.context.session.project.project.marks.keyframes()
         ]
 
     assert ask(4) == ("A keyframe every so many frames, in the whole recording:", [0, 4])
-    annotating.timeline._select(range(5, 8))
+    annotating.context.docks.timeline._select(range(5, 8))
     assert ask(2) == ("A keyframe every so many frames, in frames 5 – 7:", [0, 4, 5, 7])

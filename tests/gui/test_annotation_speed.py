@@ -54,46 +54,46 @@ def show(window, qtbot, small_recording, tmp_path):
                     )
                 )
             assert project.clicks.count() == 36 * frames
-        window.files.open(path)
-        qtbot.waitUntil(lambda: window.project.path == path)
-        qtbot.waitUntil(lambda: window.document.frame_set is not None)
-        window.show_workspace_named("annotate")
+        window.context.session.opening.open(path)
+        qtbot.waitUntil(lambda: window.context.session.project.path == path)
+        qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None)
+        window.context.docks.show_named("annotate")
         window.messages.clear()
-        qtbot.waitUntil(window.settled)
+        qtbot.waitUntil(window.context.tasks.settled)
         return window
 
     return shown
 
 
 def painted(window):
-    return {tile.camera.painted_frame for tile in window.grid.tiles.values()}
+    return {tile.camera.painted_frame for tile in window.context.docks.views.tiles.values()}
 
 
 def step_ms(window, qtbot):
     times = []
     for step in range(14):
         code = Qt.Key.Key_Right if step < 7 else Qt.Key.Key_Left
-        wanted = window.document.frame + (1 if step < 7 else -1)
+        wanted = window.context.session.document.frame + (1 if step < 7 else -1)
         begun = time.thread_time()
         key(window, code)
         qtbot.waitUntil(lambda wanted=wanted: painted(window) == {wanted})
         times.append(1000.0 * (time.thread_time() - begun))
-        assert len(window.grid.tiles["N"].camera.marks.clicks) == 9
+        assert len(window.context.docks.views.tiles["N"].camera.marks.clicks) == 9
     return statistics.median(times)
 
 
 def click_ms(window):
-    camera = window.grid.tiles["N"].camera
+    camera = window.context.docks.views.tiles["N"].camera
     times = []
     for step in range(12):
-        window.annotate.annotating.choose(NINE.names[step % 9])
+        window.features.annotate.clicking.annotating.choose(NINE.names[step % 9])
         begun = time.thread_time()
         QTest.mouseClick(camera, LEFT, CTRL, QPoint(200 + 9 * step, 150))
         camera.repaint()
         times.append(1000.0 * (time.thread_time() - begun))
-        newest = window.project.project.history.to_undo()
+        newest = window.context.session.project.project.history.to_undo()
         assert newest.words.startswith("place")
-    assert len(window.project.project.history.entries(20)) >= 12
+    assert len(window.context.session.project.project.history.entries(20)) >= 12
     return statistics.median(times)
 
 
@@ -110,10 +110,10 @@ def test_from_the_click_to_its_paint_and_into_the_file(show):
 def test_nothing_is_worked_out_about_frames_that_are_only_passed_by(show, qtbot):
     """Threads of this process share the interpreter with the one that paints."""
     full = show(MANY)
-    hints = full.annotate.facts._hints
+    hints = full.features.annotate.clicking.facts._hints
     asked, question = [], hints._question
-    hints._question = lambda: asked.append(full.document.frame) or question()
-    first = full.document.frame
+    hints._question = lambda: asked.append(full.context.session.document.frame) or question()
+    first = full.context.session.document.frame
     for _ in range(4):
         key(full, Qt.Key.Key_Right)
     assert asked == []

@@ -15,7 +15,7 @@ pytestmark = pytest.mark.window
 
 def true_clicks(window, frames, shifted="", by=(0.0, 0.0)):
     """Clicks where everything is, in one camera's image all beside it."""
-    recording = window.document.recording
+    recording = window.context.session.document.recording
     found = []
     for frame in frames:
         for view in recording.views:
@@ -28,12 +28,12 @@ def true_clicks(window, frames, shifted="", by=(0.0, 0.0)):
 
 
 def place(window, qtbot, clicks):
-    window.project.project.apply(PlaceClicks(clicks))
-    qtbot.waitUntil(window.settled, timeout=120_000)
+    window.context.session.project.project.apply(PlaceClicks(clicks))
+    qtbot.waitUntil(window.context.tasks.settled, timeout=120_000)
 
 
 def rig_tips(window):
-    tree = window.rig.tree
+    tree = window.features.calibrate.rig.tree
     items = [tree.topLevelItem(i) for i in range(tree.topLevelItemCount())]
     rows = [item.child(j) for item in items for j in range(item.childCount())]
     return {row.text(0): row.toolTip(0) for row in rows if row.toolTip(0)}
@@ -41,9 +41,9 @@ def rig_tips(window):
 
 def test_clicks_that_agree_accuse_no_camera(four, qtbot):
     place(four, qtbot, true_clicks(four, range(3)))
-    assert four.annotate.cameras.now is None
+    assert four.context.session.cameras.now is None
     assert four.messages.message is None
-    assert four.findings.verdict.text() == "Usable; nothing looks wrong."
+    assert four.features.calibrate.findings.verdict.text() == "Usable; nothing looks wrong."
 
 
 def test_the_camera_is_named_wherever_its_clicks_would_be_blamed(four, qtbot):
@@ -52,20 +52,24 @@ def test_the_camera_is_named_wherever_its_clicks_would_be_blamed(four, qtbot):
     words = "O disagrees with the other three by 40 px"
     assert words in four.messages.text()
     assert "Check its calibration and its synchronisation" in four.messages.text()
-    assert four.findings.verdict.text() == "Usable; look at 1 warning."
-    assert words in four.findings.tree.topLevelItem(0).text(1)
+    assert four.features.calibrate.findings.verdict.text() == "Usable; look at 1 warning."
+    assert words in four.features.calibrate.findings.tree.topLevelItem(0).text(1)
     assert list(rig_tips(four)) == ["O_right"]
     assert words in rig_tips(four)["O_right"]
-    facts = four.annotate.facts.now()
+    facts = four.features.annotate.clicking.facts.now()
     assert facts.fit is not None
     said = words_of_frame(facts)
     assert said[0].startswith(words)
     assert not any("in O: " in one for one in said)
-    assert not any(mark.mistaken for mark in four.grid.tiles["O"].camera.marks.clicks)
-    four.annotation.reference.fit()
-    qtbot.waitUntil(lambda: four.annotation.reference.now is not None, timeout=120_000)
-    qtbot.waitUntil(four.settled, timeout=120_000)
-    now = four.annotation.reference.now
+    assert not any(
+        mark.mistaken for mark in four.context.docks.views.tiles["O"].camera.marks.clicks
+    )
+    four.features.annotate.panels.reference.fit()
+    qtbot.waitUntil(
+        lambda: four.features.annotate.panels.reference.now is not None, timeout=120_000
+    )
+    qtbot.waitUntil(four.context.tasks.settled, timeout=120_000)
+    now = four.features.annotate.panels.reference.now
     assert words in now.words
     assert now.mistakes == ()
     assert "look like mistakes" not in now.words
@@ -79,13 +83,17 @@ def test_the_message_comes_once_and_goes_with_its_cause(four, qtbot):
     assert "O disagrees" in four.messages.text()
     four.messages.dismiss()
     place(four, qtbot, true_clicks(four, [2], "O_right", (32.0, 24.0)))
-    assert four.annotate.cameras.now is not None
+    assert four.context.session.cameras.now is not None
     assert four.messages.message is None, "somebody has read it"
-    keys = tuple(one.key for one in four.project.project.clicks.all() if one.camera == "O_right")
-    four.project.project.apply(DeleteClicks(keys))
-    qtbot.waitUntil(four.settled, timeout=120_000)
-    assert four.annotate.cameras.now is None
-    assert four.findings.verdict.text() == "Usable; nothing looks wrong."
+    keys = tuple(
+        one.key
+        for one in four.context.session.project.project.clicks.all()
+        if one.camera == "O_right"
+    )
+    four.context.session.project.project.apply(DeleteClicks(keys))
+    qtbot.waitUntil(four.context.tasks.settled, timeout=120_000)
+    assert four.context.session.cameras.now is None
+    assert four.features.calibrate.findings.verdict.text() == "Usable; nothing looks wrong."
     assert rig_tips(four) == {}
 
 
@@ -95,16 +103,19 @@ def test_one_wrong_click_stays_a_wrong_click(four, qtbot):
     x, y = clicks[wrong].position
     clicks[wrong] = Click(0, "O_right", clicks[wrong].landmark, (x + 60.0, y))
     place(four, qtbot, clicks)
-    assert four.annotate.cameras.now is None
-    marks = four.grid.tiles["O"].camera.marks.clicks
+    assert four.context.session.cameras.now is None
+    marks = four.context.docks.views.tiles["O"].camera.marks.clicks
     assert [mark.landmark for mark in marks if mark.mistaken] == [clicks[wrong].landmark]
-    assert NINE[clicks[wrong].landmark].label in words_of_frame(four.annotate.facts.now())[0]
+    assert (
+        NINE[clicks[wrong].landmark].label
+        in words_of_frame(four.features.annotate.clicking.facts.now())[0]
+    )
 
 
 def test_a_recording_with_a_bad_camera_is_not_called_sound(window, qtbot, shared_recording):
-    window.files.open(shared_recording("beam-4cam"))
-    qtbot.waitUntil(lambda: window.document.findings is not None, timeout=120_000)
-    qtbot.waitUntil(window.settled, timeout=120_000)
-    assert window.findings.verdict.text() == "Usable; look at 1 warning."
-    where = window.findings.tree.topLevelItem(0).text(0)
+    window.context.session.opening.open(shared_recording("beam-4cam"))
+    qtbot.waitUntil(lambda: window.context.session.document.findings is not None, timeout=120_000)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=120_000)
+    assert window.features.calibrate.findings.verdict.text() == "Usable; look at 1 warning."
+    where = window.features.calibrate.findings.tree.topLevelItem(0).text(0)
     assert where == "calibration.toml, view cam03"

@@ -37,7 +37,7 @@ def test_a_click_places_the_chosen_landmark_exactly_and_then_the_first_missing_o
     found = clicks(annotating)[("N_right", "left_elbow")]
     assert found.position == pytest.approx((x, y), abs=1e-9)
     assert (found.visibility, found.origin) == (Visibility.SEEN, "hand")
-    assert annotating.annotate.annotating.choice.landmark == "left_shoulder"
+    assert annotating.features.annotate.clicking.annotating.choice.landmark == "left_shoulder"
     x, y = click(annotating, 300.0, 150.0)
     assert clicks(annotating)[("N_right", "left_shoulder")].position == pytest.approx((x, y))
     assert undo_words(annotating) == "place left shoulder in N_right, frame 0"
@@ -46,8 +46,8 @@ def test_a_click_places_the_chosen_landmark_exactly_and_then_the_first_missing_o
 def test_every_landmark_has_its_key(annotating):
     for place, name in enumerate(NINE.names):
         key(annotating, Qt.Key(Qt.Key.Key_1 + place))
-        assert annotating.annotate.annotating.choice.landmark == name
-        table = annotating.landmarks_panel.table
+        assert annotating.features.annotate.clicking.annotating.choice.landmark == name
+        table = annotating.features.annotate.clicking.landmarks.table
         assert table.currentIndex().row() == place
         assert table.model().index(place, 0).data() == str(place + 1)
 
@@ -68,7 +68,7 @@ def test_columns_of_cameras_are_called_by_what_differs(shown):
 
 
 def test_the_panel_chooses_too(annotating, qtbot):
-    table = annotating.landmarks_panel.table
+    table = annotating.features.annotate.clicking.landmarks.table
     place = table.visualRect(table.model().index(6, 1)).center()
     qtbot.mouseClick(table.viewport(), LEFT, pos=place)
     click(annotating, 210.0, 90.0, "S")
@@ -76,7 +76,7 @@ def test_the_panel_chooses_too(annotating, qtbot):
 
 
 def test_going_on_waits_for_all_views_or_not_at_all(annotating):
-    book, chosen = annotating.actions_book, annotating.annotate.annotating
+    book, chosen = annotating.context.actions, annotating.features.annotate.clicking.annotating
     book.action("advance_view").trigger()
     key(annotating, Qt.Key.Key_1)
     click(annotating, 200.0, 150.0)
@@ -86,13 +86,13 @@ def test_going_on_waits_for_all_views_or_not_at_all(annotating):
     book.action("advance_none").trigger()
     click(annotating, 250.0, 150.0)
     assert chosen.choice.landmark == "right_shoulder"
-    assert annotating.settings.value("annotate/advance") == "none"
+    assert annotating.context.settings.value("annotate/advance") == "none"
 
 
 def test_clicks_are_placed_where_a_hand_lies_on_an_elbow(annotating):
     key(annotating, Qt.Key.Key_4)
     click(annotating, 200.0, 150.0)
-    assert annotating.annotate.annotating.choice.landmark == "left_shoulder"
+    assert annotating.features.annotate.clicking.annotating.choice.landmark == "left_shoulder"
     click(annotating, 201.0, 150.0)
     assert {("N_right", "right_elbow"), ("N_right", "left_shoulder")} == set(clicks(annotating))
 
@@ -142,8 +142,10 @@ def test_arrow_keys_nudge_the_click_in_hand_and_are_one_edit(annotating, qtbot):
         x, y = x + by[0], y + by[1]
         found = clicks(annotating)[("N_right", "left_shoulder")].position
         assert found == pytest.approx((x, y), abs=1e-9)
-    assert annotating.document.frame == 0
-    assert annotating.grid.display.brightness == 0.0, "Ctrl+arrows are the light's otherwise"
+    assert annotating.context.session.document.frame == 0
+    assert annotating.context.view_state.display.brightness == 0.0, (
+        "Ctrl+arrows are the light's otherwise"
+    )
     key(annotating, Qt.Key.Key_Z, CTRL)
     back = clicks(annotating)[("N_right", "left_shoulder")].position
     assert back == pytest.approx((x + 0.4, y - 0.9)), "five nudges are one edit"
@@ -153,20 +155,22 @@ def test_frame_stepping_keeps_its_keys(annotating, qtbot):
     key(annotating, Qt.Key.Key_1)
     click(annotating, 200.0, 150.0)
     key(annotating, Qt.Key.Key_Right)
-    assert annotating.document.frame == 1, "nothing is in hand after placing with going on"
+    assert annotating.context.session.document.frame == 1, (
+        "nothing is in hand after placing with going on"
+    )
     key(annotating, Qt.Key.Key_Left)
-    qtbot.waitUntil(annotating.settled, timeout=60_000)
+    qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
     key(annotating, Qt.Key.Key_1)
     key(annotating, Qt.Key.Key_E)
     key(annotating, Qt.Key.Key_Period)
-    assert annotating.document.frame == 1, "and full stop steps even then"
+    assert annotating.context.session.document.frame == 1, "and full stop steps even then"
     key(annotating, Qt.Key.Key_Comma)
-    qtbot.waitUntil(annotating.settled, timeout=60_000)
+    qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
     key(annotating, Qt.Key.Key_E)
     key(annotating, Qt.Key.Key_Escape)
     key(annotating, Qt.Key.Key_Right)
-    assert annotating.document.frame == 1
-    assert annotating.project.project.history.entries()[0].words.startswith("place")
+    assert annotating.context.session.document.frame == 1
+    assert annotating.context.session.project.project.history.entries()[0].words.startswith("place")
 
 
 def test_del_clears_here_and_shift_del_everywhere(annotating):
@@ -176,7 +180,7 @@ def test_del_clears_here_and_shift_del_everywhere(annotating):
             click(annotating, 150.0 + 60 * (place == Qt.Key.Key_2), 120.0, name)
     key(annotating, Qt.Key.Key_Delete, name="S")
     assert ("S_right", "right_shoulder") not in clicks(annotating)
-    assert annotating.annotate.annotating.choice.landmark == "right_shoulder"
+    assert annotating.features.annotate.clicking.annotating.choice.landmark == "right_shoulder"
     key(annotating, Qt.Key.Key_Delete, name="S")
     assert len(clicks(annotating)) == 3, "the same key again deletes nothing else"
     key(annotating, Qt.Key.Key_1, name="S")
@@ -191,18 +195,18 @@ def test_del_clears_here_and_shift_del_everywhere(annotating):
 def test_undo_and_redo_go_back_to_the_frame(annotating, qtbot):
     key(annotating, Qt.Key.Key_1)
     click(annotating, 200.0, 150.0)
-    annotating.document.go_to(5)
-    qtbot.waitUntil(annotating.settled, timeout=60_000)
+    annotating.context.session.document.go_to(5)
+    qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
     click(annotating, 220.0, 160.0)
     key(annotating, Qt.Key.Key_Z, CTRL)
-    assert annotating.document.frame == 5
+    assert annotating.context.session.document.frame == 5
     key(annotating, Qt.Key.Key_Z, CTRL)
-    assert annotating.document.frame == 0
+    assert annotating.context.session.document.frame == 0
     assert clicks(annotating, 0) == {}
-    assert annotating.annotate.annotating.choice.landmark == "left_shoulder"
+    assert annotating.features.annotate.clicking.annotating.choice.landmark == "left_shoulder"
     key(annotating, Qt.Key.Key_Z, CTRL | SHIFT)
     key(annotating, Qt.Key.Key_Z, CTRL | SHIFT)
-    assert annotating.document.frame == 5
+    assert annotating.context.session.document.frame == 5
     assert len(clicks(annotating, 0)) == len(clicks(annotating, 5)) == 1
 
 
@@ -238,12 +242,14 @@ def test_the_right_button_picks_and_a_click_on_a_placed_landmark_picks(annotatin
     key(annotating, Qt.Key.Key_1)
     click(annotating, 200.0, 150.0)
     click(annotating, 200.0, 150.0, button=RIGHT)
-    assert annotating.annotate.annotating.held() == ClickKey(0, "N_right", "left_shoulder")
+    assert annotating.features.annotate.clicking.annotating.held() == ClickKey(
+        0, "N_right", "left_shoulder"
+    )
     key(annotating, Qt.Key.Key_1)
-    assert annotating.annotate.annotating.held() is None
+    assert annotating.features.annotate.clicking.annotating.held() is None
     click(annotating, 200.0, 150.0)
-    assert annotating.annotate.annotating.held() is not None
-    assert len(annotating.project.project.history.entries()) == 1
+    assert annotating.features.annotate.clicking.annotating.held() is not None
+    assert len(annotating.context.session.project.project.history.entries()) == 1
 
 
 def test_space_and_other_buttons_move_the_picture(annotating, qtbot):
@@ -260,10 +266,10 @@ def test_space_and_other_buttons_move_the_picture(annotating, qtbot):
     QTest.keyRelease(camera, Qt.Key.Key_Space)
     assert (camera.place_of(100.0, 100.0) - before).x() == pytest.approx(30, abs=1)
     assert clicks(annotating) == {}
-    assert not annotating.document.playing
+    assert not annotating.context.session.document.playing
     key(annotating, Qt.Key.Key_Space)
-    assert annotating.document.playing, "a tap plays"
-    annotating.document.pause()
+    assert annotating.context.session.document.playing, "a tap plays"
+    annotating.context.session.document.pause()
 
 
 def test_clicks_are_exact_when_zoomed_in_and_in_the_left_image(annotating, qtbot):
@@ -275,7 +281,7 @@ def test_clicks_are_exact_when_zoomed_in_and_in_the_left_image(annotating, qtbot
     assert found == pytest.approx((x, y), abs=1e-9)
     assert math.hypot(found[0] - 201.3, found[1] - 149.6) < 0.2
     key(annotating, Qt.Key.Key_F2)
-    qtbot.waitUntil(annotating.settled, timeout=60_000)
+    qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
     click(annotating, 200.0, 150.0)
     assert ("N_left", "right_shoulder") in clicks(annotating) or (
         "N_left",
@@ -285,7 +291,7 @@ def test_clicks_are_exact_when_zoomed_in_and_in_the_left_image(annotating, qtbot
 
 def test_computed_pictures_take_no_clicks_and_say_why(annotating, qtbot):
     key(annotating, Qt.Key.Key_F3)
-    qtbot.waitUntil(annotating.settled, timeout=60_000)
+    qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
     click(annotating, 200.0, 150.0)
     assert clicks(annotating) == {}
     assert "camera's own image" in annotating.statusBar().currentMessage()
@@ -293,20 +299,20 @@ def test_computed_pictures_take_no_clicks_and_say_why(annotating, qtbot):
 
 
 def test_other_workspaces_take_no_clicks(annotating, qtbot):
-    annotating.show_workspace_named("track")
+    annotating.context.docks.show_named("track")
     click(annotating, 200.0, 150.0)
     key(annotating, Qt.Key.Key_Delete)
     assert clicks(annotating) == {}
-    why_not = annotating.actions_book.command("landmark_1").why_not()
+    why_not = annotating.context.actions.command("landmark_1").why_not()
     assert "workspace Annotate" in why_not
 
 
 def test_every_edit_is_in_the_file_at_once(annotating, qtbot):
-    path = annotating.project.path
+    path = annotating.context.session.project.path
     key(annotating, Qt.Key.Key_1)
     for frame in range(3):
-        annotating.document.go_to(frame)
-        qtbot.waitUntil(annotating.settled, timeout=60_000)
+        annotating.context.session.document.go_to(frame)
+        qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
         click(annotating, 200.0 + frame, 150.0)
         with Project.open(path, read_only=True) as other:
             assert len(other.clicks.at(frame)) == 1

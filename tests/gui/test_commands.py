@@ -7,7 +7,7 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog, QFileDialog
 
-from app.services.actions import ActionBook
+from app.services.actions import ActionRegistry
 from app.shell.command_palette import CommandPalette, match_rank
 from app.shell.shortcut_editor import ShortcutEditor
 
@@ -26,11 +26,11 @@ def test_the_palette_finds_and_does(opened, qtbot):
     qtbot.keyClicks(palette.search, "last frame")
     assert palette.list.currentItem().text(0) == "Last frame"
     qtbot.keyClick(palette.search, Qt.Key.Key_Return)
-    qtbot.waitUntil(lambda: opened.document.frame == 7, timeout=5_000)
+    qtbot.waitUntil(lambda: opened.context.session.document.frame == 7, timeout=5_000)
 
 
 def test_the_palette_says_why_something_cannot_be_done(window, qtbot):
-    palette = CommandPalette(window.actions_book, window)
+    palette = CommandPalette(window.context.actions, window)
     qtbot.addWidget(palette)
     palette.search.setText("step one frame")
     assert "Open a recording first" in palette._why.text()
@@ -39,16 +39,16 @@ def test_the_palette_says_why_something_cannot_be_done(window, qtbot):
 
 
 def test_every_command_says_what_it_does(window):
-    for command in window.actions_book.commands:
+    for command in window.context.actions.commands:
         assert command.tip.endswith((".", "!")), command.id
         assert command.text, command.id
         reason = command.why_not()
         assert not reason or reason.endswith("."), command.id
-        assert window.actions_book.action(command.id).isEnabled() == (not reason)
+        assert window.context.actions.action(command.id).isEnabled() == (not reason)
 
 
 def test_no_two_commands_share_a_shortcut(window):
-    book: ActionBook = window.actions_book
+    book: ActionRegistry = window.context.actions
     used = {}
     for command in book.commands:
         keys = book.shortcut(command.id)
@@ -59,22 +59,22 @@ def test_no_two_commands_share_a_shortcut(window):
 
 
 def test_a_shortcut_is_changed_kept_and_never_stolen(opened, qtbot, settings):
-    editor = ShortcutEditor(opened.actions_book, opened)
+    editor = ShortcutEditor(opened.context.actions, opened)
     qtbot.addWidget(editor)
     editor.choose("next")
     editor.keys.setKeySequence("L")
     qtbot.mouseClick(editor.set_button, Qt.MouseButton.LeftButton)
     assert "Loupe" in editor.note.text()
-    assert opened.actions_book.shortcut("next") == "Right"
+    assert opened.context.actions.shortcut("next") == "Right"
     editor.keys.setKeySequence("Y")
     qtbot.mouseClick(editor.set_button, Qt.MouseButton.LeftButton)
     assert settings.value("shortcuts/next") == "Y"
     QTest.keyClick(opened, Qt.Key.Key_Y)
-    assert opened.document.frame == 1
+    assert opened.context.session.document.frame == 1
 
 
 def test_matching_prefers_the_beginning(window):
-    play = window.actions_book.command("play")
+    play = window.context.actions.command("play")
     assert match_rank("play", play) == 0
     assert match_rank("pause", play) == 1
     assert match_rank("speed", play) == 2
@@ -104,9 +104,9 @@ with a message when the test may be over."""
 def trigger_everything(window, qtbot, besides=()):
     """Trigger every command that can be done, and close what opens."""
     done = []
-    for command in window.actions_book.commands:
-        action = window.actions_book.action(command.id)
-        window.actions_book.refresh()
+    for command in window.context.actions.commands:
+        action = window.context.actions.action(command.id)
+        window.context.actions.refresh()
         if command.id in {*NOT_HERE, *NEED_CLICKS, *besides} or not action.isEnabled():
             continue
         action.trigger()
@@ -121,34 +121,38 @@ def trigger_everything(window, qtbot, besides=()):
 def test_every_command_in_every_state(window, qtbot, failures, small_recording, silent_dialogs):
     welcome = trigger_everything(window, qtbot)
     assert "open" in welcome
-    window.files.open(small_recording)
-    qtbot.waitUntil(lambda: window.document.frame_set is not None, timeout=30_000)
-    qtbot.waitUntil(window.settled, timeout=60_000)
+    window.context.session.opening.open(small_recording)
+    qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None, timeout=30_000)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
     tracking = {"run", "step", "iterate", "run_here", "run_selection"}
     quiet = trigger_everything(window, qtbot, besides=tracking)
     assert len(quiet) > 50
-    window.actions_book.action("step").trigger()
+    window.context.actions.action("step").trigger()
     qtbot.waitUntil(
-        lambda: window.track.paused and len(window.track.entry.frames) == 1, timeout=60_000
+        lambda: (
+            window.context.session.track.paused
+            and len(window.context.session.track.entry.frames) == 1
+        ),
+        timeout=60_000,
     )
     paused = trigger_everything(window, qtbot, besides={"remove_run"})
     assert tracking - {"run_selection"} <= set(paused) | {"iterate", "run_here", "step"}
-    window.track.pause()
-    qtbot.waitUntil(lambda: not window.track.running, timeout=60_000)
-    window.track.stop()
+    window.context.session.track.pause()
+    qtbot.waitUntil(lambda: not window.context.session.track.running, timeout=60_000)
+    window.context.session.track.stop()
     idle = trigger_everything(window, qtbot, besides=tracking)
-    assert "save_run" in idle or window.runs.active is None
+    assert "save_run" in idle or window.context.session.runs.active is None
     assert not failures
     assert window.messages.message is None, window.messages.text()
 
 
 def test_mono_views_play_and_say_why_they_are_not_tracked(window, qtbot, shared_recording):
-    window.files.open(shared_recording("seated-4cam-rotated"))
-    qtbot.waitUntil(lambda: window.document.frame_set is not None, timeout=30_000)
-    qtbot.waitUntil(window.settled, timeout=60_000)
-    assert len(window.grid.tiles) == 4
-    assert {t.camera.picture.rotation for t in window.grid.tiles.values()} != {0}
-    action = window.actions_book.action("run")
+    window.context.session.opening.open(shared_recording("seated-4cam-rotated"))
+    qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None, timeout=30_000)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    assert len(window.context.docks.views.tiles) == 4
+    assert {t.camera.picture.rotation for t in window.context.docks.views.tiles.values()} != {0}
+    action = window.context.actions.action("run")
     assert not action.isEnabled()
     assert "depth" in action.statusTip()
 

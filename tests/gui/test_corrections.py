@@ -34,9 +34,9 @@ def project_with(folder, path, corrections):
 
 
 def opened_in(window, qtbot, path):
-    window.files.open(path)
-    qtbot.waitUntil(lambda: window.document.frame_set is not None, timeout=30_000)
-    qtbot.waitUntil(window.settled, timeout=60_000)
+    window.context.session.opening.open(path)
+    qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None, timeout=30_000)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
     return window
 
 
@@ -59,12 +59,12 @@ def test_streams_and_cameras_are_corrected(window, qtbot, small_recording, home,
         small_recording, home / "walk.stereotrack", replace(LATER, cameras={"S_right": moved})
     )
     opened_in(window, qtbot, path if by_file else small_recording)
-    assert window.project.path == path.resolve()
-    assert window.document.recording.view("N").image.first_frame == 2
-    there = window.document.frame_set
+    assert window.context.session.project.path == path.resolve()
+    assert window.context.session.document.recording.view("N").image.first_frame == 2
+    there = window.context.session.document.frame_set
     other = picture(small_recording, 2)
     np.testing.assert_array_equal(there.views["N"].image, other.views["N"].image)
-    found = window.document.recording.cameras["S_right"].camera_from_world.matrix()
+    found = window.context.session.document.recording.cameras["S_right"].camera_from_world.matrix()
     np.testing.assert_allclose(found, moved.camera_from_world.matrix(), atol=1e-12)
     (words,) = all_messages(window)
     assert "shown as its project corrects it (found from the movement)" in words
@@ -77,8 +77,8 @@ def test_corrections_of_another_recording_are_refused_in_words(
     wrong = Corrections("x", first_frames={"W/left": 3})
     project_with(small_recording, home / "walk.stereotrack", wrong)
     opened_in(window, qtbot, small_recording)
-    assert window.document.recording.view("N").image.first_frame == 0
-    assert window.project.why_no_edit() == ""
+    assert window.context.session.document.recording.view("N").image.first_frame == 0
+    assert window.context.session.project.why_no_edit() == ""
     (words,) = all_messages(window)
     assert "cannot be applied" in words
     assert "no stream 'W/left'" in words
@@ -86,25 +86,25 @@ def test_corrections_of_another_recording_are_refused_in_words(
 
 def test_corrections_chosen_meanwhile_are_offered(opened, qtbot):
     window = opened
-    window.project.apply(save_corrections("1", LATER))
+    window.context.session.project.apply(save_corrections("1", LATER))
     assert window.messages.text() == ""
-    window.project.apply(Choose("description", "1"))
+    window.context.session.project.apply(Choose("description", "1"))
     qtbot.waitUntil(lambda: "asks for other corrections" in window.messages.text(), timeout=5_000)
-    assert window.document.recording.view("N").image.first_frame == 0
+    assert window.context.session.document.recording.view("N").image.first_frame == 0
     window.messages.do_button.click()
     qtbot.waitUntil(
         lambda: (
-            window.document.recording is not None
-            and window.document.recording.view("N").image.first_frame == 2
+            window.context.session.document.recording is not None
+            and window.context.session.document.recording.view("N").image.first_frame == 2
         ),
         timeout=30_000,
     )
-    qtbot.waitUntil(window.settled, timeout=60_000)
-    assert window.project.why_no_edit() == ""
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    assert window.context.session.project.why_no_edit() == ""
     (words,) = all_messages(window)
     assert "shown as its project corrects it" in words
 
 
 def test_without_corrections_nothing_is_said(opened):
-    assert opened.document.corrections is None
+    assert opened.context.session.document.corrections is None
     assert opened.messages.text() == ""

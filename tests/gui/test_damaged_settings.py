@@ -10,8 +10,9 @@ from PySide6.QtWidgets import QMainWindow
 
 from app.program import stored_theme
 from app.services.stored import stored_bytes, stored_text, stored_texts
-from app.shell.main_window import MainWindow
+from app.widgets.camera.picture import Display
 from app.widgets.style.theme import THEME_NAMES
+from tests.gui.hands import window_with
 from tests.reading.mutations import TOKENS, mutated_bytes, mutated_lines
 
 VALUES = (
@@ -74,10 +75,10 @@ def test_values_of_other_kinds_are_as_if_they_were_not_there(qtbot, dark, failur
     content = "\n".join(("[General]", *lines, "workspace=@Rect(1 2 3 4)", "tune\\live=a, b"))
     content += "\n[workspaces]\ntrack=3\n[shortcuts]\nopen=@Rect(1 2 3 4)\n"
     settings = settings_of(tmp_path / "other.ini", content.encode())
-    window = MainWindow(settings)
+    window = window_with(settings)
     qtbot.addWidget(window)
-    assert window.files.recent() == []
-    assert window.view.stored_overlays() is None
+    assert window.context.session.opening.recent() == []
+    assert window.context.view_state.display == Display()
     assert stored_theme(settings) == "system"
     window.close()
     assert failures == []
@@ -86,7 +87,7 @@ def test_values_of_other_kinds_are_as_if_they_were_not_there(qtbot, dark, failur
 @pytest.mark.slow
 def test_the_window_starts_with_any_settings(sound, qtbot, dark, failures, tmp_path):
     for number in range(WINDOWS):
-        window = MainWindow(settings_of(tmp_path / f"{number}.ini", damaged(sound, number)))
+        window = window_with(settings_of(tmp_path / f"{number}.ini", damaged(sound, number)))
         qtbot.addWidget(window)
         window.show()
         window.close()

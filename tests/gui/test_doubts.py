@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from app.features.review.curves import lanes_of
+from app.features.track.numbers import number_rows
 from app.session.judgement import MEASURED_LIMBS, Judgement, doubts
-from app.shell.status import frame_words, number_rows
+from app.shell.status import frame_words
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import hanging_pose
 from stereotrack_core.depth.cloud import Cloud
@@ -104,11 +105,11 @@ def test_with_a_reference_the_errors_are_said_and_whether_anybody_noticed():
 def test_the_status_line_never_calls_a_limb_certain_that_is_off_the_reference(opened, qtbot):
     add_run(opened, "wild", wild=(3,))
     for shown, words in ((2, "limbs within "), (3, "° off the reference, not flagged")):
-        opened.document.go_to(shown)
-        qtbot.waitUntil(opened.settled, timeout=60_000)
-        opened.refresh()
-        assert words in opened.state_label.text()
-        assert "certain" not in opened.state_label.text()
+        opened.context.session.document.go_to(shown)
+        qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)
+        opened.context.actions.refresh()
+        assert words in opened.status.state.text()
+        assert "certain" not in opened.status.state.text()
 
 
 def test_a_lane_names_the_limbs_that_are_probably_lost():

@@ -18,20 +18,22 @@ NONE = Qt.KeyboardModifier.NoModifier
 @pytest.fixture
 def reviewing(opened, qtbot):
     """The Review workspace with a run whose arms are lost in frames 1 to 3."""
-    opened.show_workspace_named("review")
-    opened.docks["episodes"].raise_()
+    opened.context.docks.show_named("review")
+    opened.context.docks.dock("episodes").raise_()
     add_run(opened, "wild", off=0.05, wild=(1, 2, 3))
     settle(opened, qtbot)
     return opened
 
 
 def settle(window, qtbot):
-    qtbot.waitUntil(window.settled, timeout=60_000)
-    qtbot.waitUntil(lambda: window.settled() and not window.tasks.tasks, timeout=60_000)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(
+        lambda: window.context.tasks.settled() and not window.context.tasks.tasks, timeout=60_000
+    )
 
 
 def rows(window):
-    tree = window.episodes_panel.tree
+    tree = window.features.review.episodes.panel.tree
     every = [tree.topLevelItem(i) for i in range(tree.topLevelItemCount())]
     return [[item.text(column) for column in range(tree.columnCount())] for item in every]
 
@@ -40,63 +42,61 @@ def test_episodes_of_the_active_run_are_listed_and_explained(reviewing):
     assert [row[0] for row in rows(reviewing)] == ["1–3"]
     assert rows(reviewing)[0][1] == "left arm, right arm"
     assert rows(reviewing)[0][5] == "error"
-    assert "1 episode" in reviewing.episodes_panel.words.text()
-    lanes = {lane.name: lane for lane in reviewing.timeline.lanes}
+    assert "1 episode" in reviewing.features.review.episodes.panel.words.text()
+    lanes = {lane.name: lane for lane in reviewing.context.docks.timeline.lanes}
     assert [(span.first, span.last) for span in lanes["episodes"].spans] == [(1, 3)]
 
 
 def test_keys_go_to_the_worst_frame_and_a_loop_stays_in_the_episode(reviewing, qtbot):
-    assert reviewing.document.frame == 0
+    assert reviewing.context.session.document.frame == 0
     QTest.keyClick(reviewing, Qt.Key.Key_N, SHIFT)
     settle(reviewing, qtbot)
-    assert reviewing.document.frame in (1, 2, 3)
-    assert not reviewing.episodes_panel.evidence.picture.shown.isEmpty()
-    assert "Frames 1 to 3" in reviewing.episodes_panel.evidence.heading.text()
+    assert reviewing.context.session.document.frame in (1, 2, 3)
+    assert not reviewing.features.review.episodes.panel.evidence.picture.shown.isEmpty()
+    assert "Frames 1 to 3" in reviewing.features.review.episodes.panel.evidence.heading.text()
     QTest.keyClick(reviewing, Qt.Key.Key_N, SHIFT)
     assert "No listed episode is after" in reviewing.statusBar().currentMessage()
 
     seen = []
-    reviewing.document.frame_changed.connect(seen.append)
+    reviewing.context.session.document.frame_changed.connect(seen.append)
     QTest.keyClick(reviewing, Qt.Key.Key_Space, SHIFT)
-    assert reviewing.document.loop == range(7)
+    assert reviewing.context.session.document.loop == range(7)
     qtbot.waitUntil(lambda: 6 in seen and 0 in seen[seen.index(6) :], timeout=10_000)
     assert max(seen) == 6
     QTest.keyClick(reviewing, Qt.Key.Key_Space, SHIFT)
-    assert reviewing.document.loop is None
-    assert not reviewing.document.playing
+    assert reviewing.context.session.document.loop is None
+    assert not reviewing.context.session.document.playing
     settle(reviewing, qtbot)
 
 
 def test_enter_jumps_and_filters_list_others(reviewing, qtbot):
-    panel = reviewing.episodes_panel
-    reviewing.document.go_to(7)
+    panel = reviewing.features.review.episodes.panel
+    reviewing.context.session.document.go_to(7)
     panel.tree.setFocus()
     panel.tree.setCurrentItem(panel.tree.topLevelItem(0))
     QTest.keyClick(panel.tree, Qt.Key.Key_Return)
-    assert reviewing.document.frame in (1, 2, 3)
+    assert reviewing.context.session.document.frame in (1, 2, 3)
     panel.limb.setCurrentIndex(panel.limb.findData("torso"))
     assert rows(reviewing) == []
-    assert reviewing.episodes.presenter.chosen is None
-    assert reviewing.episodes.none_listed() == "No episode is listed."
+    assert reviewing.features.review.episodes.presenter.chosen is None
+    assert reviewing.features.review.episodes.none_listed() == "No episode is listed."
     panel.limb.setCurrentIndex(0)
     assert len(rows(reviewing)) == 1
     settle(reviewing, qtbot)
 
 
 def test_another_threshold_and_another_run_find_others(reviewing, qtbot):
-    reviewing.plot.set_threshold(180.0)
-    reviewing.plot.threshold_changed.emit(180.0)
+    reviewing.context.view_state.set_threshold(180.0)
     settle(reviewing, qtbot)
     assert rows(reviewing) == []
-    assert "no episode" in reviewing.episodes_panel.words.text()
-    reviewing.plot.set_threshold(45.0)
-    reviewing.plot.threshold_changed.emit(45.0)
+    assert "no episode" in reviewing.features.review.episodes.panel.words.text()
+    reviewing.context.view_state.set_threshold(45.0)
     settle(reviewing, qtbot)
     assert len(rows(reviewing)) == 1
     add_run(reviewing, "good", off=0.05)
     settle(reviewing, qtbot)
     assert rows(reviewing) == []
-    assert "episodes" not in [lane.name for lane in reviewing.timeline.lanes]
+    assert "episodes" not in [lane.name for lane in reviewing.context.docks.timeline.lanes]
 
 
 def test_strips_and_a_video_are_written_in_the_background(reviewing, qtbot, tmp_path):
@@ -104,7 +104,7 @@ def test_strips_and_a_video_are_written_in_the_background(reviewing, qtbot, tmp_
         ("export_strips", tmp_path / "strips"),
         ("export_film", tmp_path / "e.mp4"),
     ):
-        reviewing.actions_book.action(name).trigger()
+        reviewing.context.actions.action(name).trigger()
         dialog = reviewing.findChild(ExportDialog)
         dialog.path.setText(str(tmp_path / "absent" / "deep"))
         assert not dialog.buttons.button(dialog.buttons.StandardButton.Save).isEnabled()

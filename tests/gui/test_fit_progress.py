@@ -23,7 +23,7 @@ def test_words_and_share_of_a_fit():
 
 def test_a_fit_that_takes_long_is_seen_to_work_and_can_be_cancelled(annotating, qtbot, monkeypatch):
     window = annotating
-    window.annotate.toggle_depth()
+    window.features.annotate.clicking.toggle_depth()
     annotate_all(window, qtbot)
     processes = []
 
@@ -32,19 +32,21 @@ def test_a_fit_that_takes_long_is_seen_to_work_and_can_be_cancelled(annotating, 
         return processes[-1]
 
     monkeypatch.setattr(reference_work, "fit_process", endless)
-    window.actions_book.action("annotate-fit").trigger()
-    qtbot.waitUntil(lambda: "forward and backward" in window.state_label.text(), timeout=60_000)
-    assert "fitting the body to the clicks" in window.state_label.text()
-    assert window.progress.isVisible()
-    assert (window.progress.minimum(), window.progress.maximum()) == (0, 0), "busy: no end known"
-    first = window.state_label.text()
-    qtbot.waitUntil(lambda: window.state_label.text() != first, timeout=10_000)
+    window.context.actions.action("annotate-fit").trigger()
+    qtbot.waitUntil(lambda: "forward and backward" in window.status.state.text(), timeout=60_000)
+    assert "fitting the body to the clicks" in window.status.state.text()
+    assert window.status.progress.isVisible()
+    assert (window.status.progress.minimum(), window.status.progress.maximum()) == (0, 0), (
+        "busy: no end known"
+    )
+    first = window.status.state.text()
+    qtbot.waitUntil(lambda: window.status.state.text() != first, timeout=10_000)
     child = processes[0]._process
     assert child.poll() is None
-    QTest.mouseClick(window.cancel_button, LEFT)
-    qtbot.waitUntil(lambda: not window.annotation.reference.fitting, timeout=10_000)
+    QTest.mouseClick(window.status.cancel, LEFT)
+    qtbot.waitUntil(lambda: not window.features.annotate.panels.reference.fitting, timeout=10_000)
     assert child.poll() is not None, "nothing goes on computing"
-    assert window.project.project.references.names() == ()
-    qtbot.waitUntil(window.settled, timeout=60_000)
-    assert not window.progress.isVisible()
+    assert window.context.session.project.project.references.names() == ()
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    assert not window.status.progress.isVisible()
     assert window.messages.text() == ""

@@ -49,24 +49,24 @@ def whole(small_recording, tmp_path_factory):
 
 def opened_without_harm(window, qtbot, path) -> str:
     """What the window says of it; it is used, closed, and nothing unforeseen happens."""
-    window.project._document.close()
+    window.context.session.project._document.close()
     window.messages.clear()
     told = []
-    window.project.message.connect(told.append)
-    window.files.open(path)
-    qtbot.waitUntil(window.settled, timeout=60_000)
+    window.context.session.project.message.connect(told.append)
+    window.context.session.opening.open(path)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
     said = window.messages.text()
-    if window.document.recording is not None:
-        window.show_workspace_named("annotate")
+    if window.context.session.document.recording is not None:
+        window.context.docks.show_named("annotate")
         for frame in (0, 1, 3):
-            window.document.go_to(frame)
+            window.context.session.document.go_to(frame)
         for action in ("undo", "undo", "redo"):
-            window.actions_book.refresh()
-            window.actions_book.action(action).trigger()
-        qtbot.waitUntil(window.settled, timeout=60_000)
+            window.context.actions.refresh()
+            window.context.actions.action(action).trigger()
+        qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
         said += window.messages.text()
-    window.project.give_up()
-    window.project.message.disconnect(told.append)
+    window.context.session.project.give_up()
+    window.context.session.project.message.disconnect(told.append)
     said += "".join(message.sentence() for message in told)
     assert "Something went wrong" not in said
     return said
@@ -75,7 +75,7 @@ def opened_without_harm(window, qtbot, path) -> str:
 @pytest.mark.parametrize("statements", [*VALUES, SCHEMA[0], SCHEMA[3], SCHEMA[4], SCHEMA[5]])
 def test_the_window_says_what_is_wrong(window, qtbot, whole, monkeypatch, statements):
     monkeypatch.setattr(
-        "app.features.project.project_work.QFileDialog.getExistingDirectory", lambda *_: ""
+        "app.features.project.projects.QFileDialog.getExistingDirectory", lambda *_: ""
     )
     path = whole.with_name("spoilt.stereotrack")
     shutil.copyfile(whole, path)
@@ -86,7 +86,7 @@ def test_the_window_says_what_is_wrong(window, qtbot, whole, monkeypatch, statem
         assert "'wide' is no length" in said
     if statements in SCHEMA:
         assert "changed by something else" in said
-        assert window.project.project is None
+        assert window.context.session.project.project is None
     for one in path.parent.glob("*spoilt*"):
         one.unlink()
 
@@ -94,12 +94,12 @@ def test_the_window_says_what_is_wrong(window, qtbot, whole, monkeypatch, statem
 @pytest.mark.slow
 def test_a_hundred_spoilt_projects_in_one_window(window, qtbot, whole, monkeypatch):
     monkeypatch.setattr(
-        "app.features.project.project_work.QFileDialog.getExistingDirectory", lambda *_: ""
+        "app.features.project.projects.QFileDialog.getExistingDirectory", lambda *_: ""
     )
     for seed in range(100):
         path = whole.with_name(f"spoilt-{seed}.stereotrack")
         spoil(whole, path, seed)
         opened_without_harm(window, qtbot, path)
-        window.project._document.close()
+        window.context.session.project._document.close()
         for one in path.parent.glob("*spoilt*"):
             one.unlink()

@@ -22,36 +22,41 @@ FRAME = 2
 
 def look(window, qtbot):
     QTest.keyClick(window, Qt.Key.Key_F12)
-    qtbot.waitUntil(lambda: window.inside.known is not None, timeout=60_000)
-    qtbot.waitUntil(window.settled, timeout=60_000)
+    qtbot.waitUntil(lambda: window.features.inspect.inside.known is not None, timeout=60_000)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
 
 
 @pytest.fixture
 def with_run(opened, qtbot):
     """The window with a run of two frames by the thesis's tracker."""
-    recording, settings = opened.document.recording, preset("thesis")
-    opened.track.settings = settings
-    opened.clouds.set_parameters(settings.depth)
+    recording, settings = opened.context.session.document.recording, preset("thesis")
+    opened.context.session.track.settings = settings
+    opened.context.session.clouds.set_parameters(settings.depth)
     body = body_model(proportions_of(recording.subject), settings.body)
     way = Way(recording, settings, body, usable_views(recording, None), 0)
     frames, tracker = {}, None
     for frame in (FRAME - 1, FRAME):
-        opened.clouds.ask(frame)
-        qtbot.waitUntil(lambda frame=frame: opened.clouds.cloud(frame) is not None, timeout=60_000)
-        cloud = opened.clouds.cloud(frame)
+        opened.context.session.clouds.ask(frame)
+        qtbot.waitUntil(
+            lambda frame=frame: opened.context.session.clouds.cloud(frame) is not None,
+            timeout=60_000,
+        )
+        cloud = opened.context.session.clouds.cloud(frame)
         tracker = tracker or beginning_at(way, Known(), cloud).tracker
         estimate = tracker.step(cloud)
         frames[frame] = TrackedFrame(frame, estimate, np.full((9, 3), np.nan), cloud, {})
-    opened.runs.add(RunEntry("stored", "thesis", settings, body, range(1, 3), frames))
-    opened.document.go_to(FRAME)
-    qtbot.waitUntil(opened.settled, timeout=60_000)
+    opened.context.session.runs.add(
+        RunEntry("stored", "thesis", settings, body, range(1, 3), frames)
+    )
+    opened.context.session.document.go_to(FRAME)
+    qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)
     return opened
 
 
 def test_keys_go_through_the_steps_and_each_is_shown(with_run, qtbot, tmp_path):
     window = with_run
     look(window, qtbot)
-    inside, panel = window.inside, window.inside_panel
+    inside, panel = window.features.inspect.inside, window.features.inspect.panel
     assert panel.isVisible()
     assert not panel.visibleRegion().isEmpty()
     assert "run has kept of the frame before" in panel.beginning.toolTip()
@@ -59,14 +64,14 @@ def test_keys_go_through_the_steps_and_each_is_shown(with_run, qtbot, tmp_path):
     for _ in range(40):
         page = panel.page
         seen.append(inside.step.kind)
-        overlay = window.grid.tiles["N"].camera.picture.overlay
+        overlay = window.context.docks.views.tiles["N"].camera.picture.overlay
         assert page.title.text()
         assert len(page.words.text()) > 40
         assert page.source.text()
         assert panel.steps.currentItem().text().strip() == inside.step.title
         if inside.step.kind in {"pairs", "cross"}:
             assert overlay.inside.lines
-            assert window.scene.content.inside.lines
+            assert window.context.docks.scene.content.inside.lines
         if inside.step.kind == "sigma" and inside.step.correction == 0:
             assert len(overlay.inside.ghosts) > 50
         if inside.step.kind == "points":
@@ -77,43 +82,44 @@ def test_keys_go_through_the_steps_and_each_is_shown(with_run, qtbot, tmp_path):
         if inside.at_end:
             break
         QTest.keyClick(window, Qt.Key.Key_F7)
-        qtbot.waitUntil(window.settled, timeout=30_000)
+        qtbot.waitUntil(window.context.tasks.settled, timeout=30_000)
     assert seen[:6] == ["predict", "points", "pairs", "sigma", "cross", "correct"]
     assert seen[-2:] == ["collisions", "result"]
     assert len(seen) == 1 + 4 * 5 + 2
     QTest.keyClick(window, Qt.Key.Key_F7, Qt.KeyboardModifier.ShiftModifier)
     assert inside.step.kind == "collisions"
     inside.go(4)
-    window.inside_work.export(tmp_path / "pxz.csv")
+    window.features.inspect.export(tmp_path / "pxz.csv")
     lines = (tmp_path / "pxz.csv").read_text(encoding="utf-8").splitlines()
     assert len(lines) == 1 + len(inside.known.trace.corrections[0].points.part)
 
 
 def test_the_step_stays_when_another_frame_is_shown_and_the_run_comes_back(with_run, qtbot):
-    window, docks = with_run, with_run.docks
-    heights = [docks[name].height() for name in ("scene", "runs", "plot")]
-    inside = window.inside
-    window.inside_work.toggle()
+    window, dock = with_run, with_run.context.docks.dock
+    heights = [dock(name).height() for name in ("scene", "runs", "plot")]
+    inside = window.features.inspect.inside
+    window.features.inspect.toggle()
     assert inside.known is None, "the tracker's step is done in a thread of its own"
     qtbot.waitUntil(lambda: inside.known is not None, timeout=60_000)
-    qtbot.waitUntil(window.settled, timeout=60_000)
-    qtbot.waitUntil(lambda: docks["inside"].height() > heights[1] + 100, timeout=5_000)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(lambda: dock("inside").height() > heights[1] + 100, timeout=5_000)
     inside.go(4)
     assert inside.step.kind == "cross"
     QTest.keyClick(window, Qt.Key.Key_Left)
     qtbot.waitUntil(
-        lambda: inside.known.trace.frame == FRAME - 1 and window.settled(), timeout=60_000
+        lambda: inside.known.trace.frame == FRAME - 1 and window.context.tasks.settled(),
+        timeout=60_000,
     )
     assert (inside.step.kind, inside.step.correction) == ("cross", 0)
     assert "found in this frame itself" in inside.known.words
     QTest.keyClick(window, Qt.Key.Key_F12)
-    qtbot.waitUntil(window.settled, timeout=30_000)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=30_000)
     assert inside.drawing is None
-    assert window.grid.tiles["N"].camera.picture.overlay.inside is None
+    assert window.context.docks.views.tiles["N"].camera.picture.overlay.inside is None
     qtbot.waitUntil(
-        lambda: [docks[name].height() for name in ("scene", "inside", "plot")] == heights,
+        lambda: [dock(name).height() for name in ("scene", "inside", "plot")] == heights,
         timeout=5_000,
     )
-    pose = window.runs.active.at(FRAME - 1).pose
+    pose = window.context.session.runs.active.at(FRAME - 1).pose
     assert pose is not None
-    assert window.instant.told.meshes
+    assert window.context.session.instant.told.meshes

@@ -30,55 +30,55 @@ pytestmark = pytest.mark.window
 def test_one_click_gives_a_curve_two_a_prediction_that_one_key_accepts(annotating, qtbot):
     key(annotating, Qt.Key.Key_F2)  # left images too, so that there are four cameras
     key(annotating, Qt.Key.Key_F1)
-    qtbot.waitUntil(annotating.settled, timeout=60_000)
-    annotating.actions_book.action("advance_none").trigger()
+    qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
+    annotating.context.actions.action("advance_none").trigger()
     click_truth(annotating, "left_hand", "N")
-    qtbot.waitUntil(annotating.settled, timeout=60_000)
+    qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
     curves = view(annotating, "S").marks.curves
     assert [curve.from_view for curve in curves] == ["N"]
     x, y = truth(annotating, "left_hand", "S")
     away = np.linalg.norm(curves[0].points - (x, y), axis=1)
     assert away.min() < 8.0, "the curve passes through the landmark"
     assert view(annotating, "S").marks.predictions == ()
-    annotating.grid.tiles["S"].set_kind("left")
-    annotating.grid.kinds_changed.emit()
-    qtbot.waitUntil(annotating.settled, timeout=60_000)
-    recording = annotating.document.recording
+    annotating.context.docks.views.tiles["S"].set_kind("left")
+    annotating.context.docks.views.kinds_changed.emit()
+    qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
+    recording = annotating.context.session.document.recording
     point = recording.reference.points[0][LANDMARKS.index("left_hand")]
     click(annotating, *recording.cameras["S_left"].project(point), "S")
-    annotating.grid.tiles["S"].set_kind("image")
-    annotating.grid.kinds_changed.emit()
-    qtbot.waitUntil(annotating.settled, timeout=60_000)
+    annotating.context.docks.views.tiles["S"].set_kind("image")
+    annotating.context.docks.views.kinds_changed.emit()
+    qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
     (prediction,) = [p for p in view(annotating, "S").marks.predictions if p.chosen]
     assert math.hypot(prediction.x - x, prediction.y - y) < 6.0
     assert len(clicks(annotating)) == 2, "a prediction never becomes a click by itself"
     assert np.isfinite(view(annotating, "N").marks.predictions[0].error_px)
-    annotating.grid.set_active("S")
+    annotating.context.docks.views.set_active("S")
     key(annotating, Qt.Key.Key_A, name="S")
     found = clicks(annotating)[("S_right", "left_hand")]
     assert found.origin == "accepted"
     assert found.position == pytest.approx((prediction.x, prediction.y))
     key(annotating, Qt.Key.Key_A, name="S")
-    assert len(annotating.project.project.history.entries()) == 3
+    assert len(annotating.context.session.project.project.history.entries()) == 3
 
 
 def test_the_body_is_fitted_while_clicking(annotating, qtbot):
-    annotating.annotate.toggle_depth()
+    annotating.features.annotate.clicking.toggle_depth()
     annotate_all(annotating, qtbot)
-    fit = annotating.annotate.facts.now().fit
+    fit = annotating.features.annotate.clicking.facts.now().fit
     assert fit is not None
-    reference = annotating.document.recording.reference.points[0]
+    reference = annotating.context.session.document.recording.reference.points[0]
     places = np.array([fit.places[name] for name in LANDMARKS])
     assert np.linalg.norm(places - reference, axis=1).mean() < 0.05
     marks = view(annotating, "N").marks
     assert len(marks.residuals) == 9
     assert {limb for limb, _ in marks.model} >= {"torso", "left_forearm", "head"}
-    table = annotating.landmarks_panel.table.model()
+    table = annotating.features.annotate.clicking.landmarks.table.model()
     columns = table.columnCount()
     assert all(float(table.index(row, columns - 2).data()) < 10.0 for row in range(9))
     words = [
-        annotating.body_panel.tree.topLevelItem(i).text(0)
-        for i in range(annotating.body_panel.tree.topLevelItemCount())
+        annotating.features.annotate.clicking.body.tree.topLevelItem(i).text(0)
+        for i in range(annotating.features.annotate.clicking.body.tree.topLevelItemCount())
     ]
     assert "left upper arm" in words
     assert "shoulder width" in words
@@ -87,10 +87,10 @@ def test_the_body_is_fitted_while_clicking(annotating, qtbot):
 def test_the_reference_never_leaks_into_what_is_predicted(annotating, qtbot):
     """Clicks that are all shifted alike are predicted where they say, not where truth is."""
     shift = {(name, landmark): (0.0, 14.0) for name in ("N", "S") for landmark in NINE.names}
-    annotating.annotate.toggle_depth()
+    annotating.features.annotate.clicking.toggle_depth()
     annotate_all(annotating, qtbot, shift)
-    fit = annotating.annotate.facts.now().fit
-    reference = annotating.document.recording.reference.points[0]
+    fit = annotating.features.annotate.clicking.facts.now().fit
+    reference = annotating.context.session.document.recording.reference.points[0]
     places = np.array([fit.places[name] for name in LANDMARKS])
     assert (places[:, 2] < reference[:, 2] - 0.03).mean() > 0.8
 
@@ -99,18 +99,18 @@ def test_mixed_up_sides_are_offered_to_be_exchanged(annotating, qtbot):
     annotate_all(annotating, qtbot)
     assert annotating.messages.message is None, annotating.messages.text()
     for landmark, other in (("left_elbow", "right_elbow"), ("right_elbow", "left_elbow")):
-        annotating.annotate.annotating.choose(landmark)
+        annotating.features.annotate.clicking.annotating.choose(landmark)
         x, y = truth(annotating, other, "N")
         click(annotating, x, y, "N", CTRL)
-    qtbot.waitUntil(annotating.settled, timeout=60_000)
+    qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
     words = annotating.messages.text()
     assert "left elbow and right elbow" in words
     assert annotating.messages.do_button.isVisible()
-    edits = len(annotating.project.project.history.entries())
+    edits = len(annotating.context.session.project.project.history.entries())
     qtbot.mouseClick(annotating.messages.do_button, LEFT)
-    qtbot.waitUntil(annotating.settled, timeout=60_000)
+    qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
     assert annotating.messages.message is None
-    assert len(annotating.project.project.history.entries()) == edits + 1
+    assert len(annotating.context.session.project.project.history.entries()) == edits + 1
     assert "swap" in undo_words(annotating)
 
 
@@ -119,17 +119,17 @@ def test_overlays_are_switched_one_by_one(annotating, qtbot):
     camera = view(annotating)
     for name in ("clicks", "predictions", "epipolar", "residuals", "fit"):
         with_it = camera.grab().toImage()
-        annotating.actions_book.action(f"overlay_{name}").trigger()
-        qtbot.waitUntil(annotating.settled, timeout=60_000)
+        annotating.context.actions.action(f"overlay_{name}").trigger()
+        qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
         assert camera.grab().toImage() != with_it, name
-        annotating.actions_book.action(f"overlay_{name}").trigger()
-        qtbot.waitUntil(annotating.settled, timeout=60_000)
+        annotating.context.actions.action(f"overlay_{name}").trigger()
+        qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
 
 
 def test_a_click_is_painted_where_it_was_placed(annotating, qtbot):
     key(annotating, Qt.Key.Key_4)
     click(annotating, 200.0, 150.0)
-    annotating.annotate.annotating.choose("head")
+    annotating.features.annotate.clicking.annotating.choose("head")
     place = at(annotating, *clicks(annotating)[("N_right", "right_elbow")].position)
     colour = view(annotating).grab().toImage().pixelColor(place)
     assert colour.name().lower() == NINE["right_elbow"].colour.lower()

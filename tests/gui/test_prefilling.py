@@ -21,27 +21,27 @@ BETWEEN = range(1, 7)
 
 
 def trigger(window, name):
-    window.actions_book.refresh()
-    action = window.actions_book.action(name)
+    window.context.actions.refresh()
+    action = window.context.actions.action(name)
     assert action.isEnabled(), action.statusTip()
     action.trigger()
 
 
 def done(window, qtbot, name):
     trigger(window, name)
-    qtbot.waitUntil(window.settled, timeout=120_000)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=120_000)
 
 
 def truth(window, frame, landmark, camera):
-    recording = window.document.recording
+    recording = window.context.session.document.recording
     row = int(np.searchsorted(recording.reference.frame, frame))
     point = recording.reference.points[row][LANDMARKS.index(landmark)]
     return tuple(float(v) for v in recording.cameras[camera].project(point))
 
 
 def click_frames(window, frames):
-    cameras = [one.image.camera for one in window.views()]
-    window.project.project.apply(
+    cameras = [one.image.camera for one in window.context.session.document.recording.views]
+    window.context.session.project.project.apply(
         PlaceClicks(
             tuple(
                 Click(frame, camera, name, truth(window, frame, name, camera))
@@ -54,18 +54,18 @@ def click_frames(window, frames):
 
 
 def why_not(window, name):
-    window.actions_book.refresh()
-    assert not window.actions_book.action(name).isEnabled()
-    return window.actions_book.command(name).why_not()
+    window.context.actions.refresh()
+    assert not window.context.actions.action(name).isEnabled()
+    return window.context.actions.command(name).why_not()
 
 
 @pytest.fixture
 def clicked(annotating, qtbot):
     """The first and the last frame are clicked, those between are selected."""
     click_frames(annotating, (0, 7))
-    annotating.timeline.set_selection(BETWEEN)
-    annotating.annotation._on_selection()
-    qtbot.waitUntil(annotating.settled, timeout=60_000)
+    annotating.context.docks.timeline.set_selection(BETWEEN)
+    annotating.features.annotate.panels._on_selection()
+    qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
     return annotating
 
 
@@ -77,8 +77,8 @@ def off_px(window, predictions):
 
 
 def test_neighbours_are_proposed_drawn_and_taken_as_one_edit(clicked, qtbot):
-    project = clicked.project.project
-    camera = clicked.views()[0].image.camera
+    project = clicked.context.session.project.project
+    camera = clicked.context.session.document.recording.views[0].image.camera
     project.apply(SetFlags((FrameFlag(3, "left_hand", "gap"),)))
     project.apply(PlaceClicks((Click(2, camera, "head", (9.0, 9.0)),)))
     project.apply(DeleteClicks((Click(2, camera, "head", (9.0, 9.0)).key,)))
@@ -90,8 +90,8 @@ def test_neighbours_are_proposed_drawn_and_taken_as_one_edit(clicked, qtbot):
     assert len(kept) == places - 2 - 1, "the gap, and where a click was taken away"
     assert max(off_px(clicked, kept)) < 2.0
     assert project.clicks.count() == before
-    clicked.document.go_to(4)
-    qtbot.waitUntil(clicked.settled, timeout=60_000)
+    clicked.context.session.document.go_to(4)
+    qtbot.waitUntil(clicked.context.tasks.settled, timeout=60_000)
     drawn = {mark.landmark for mark in view(clicked).marks.predictions}
     assert drawn == set(NINE.names)
     done(clicked, qtbot, "annotate-accept-neighbours")
@@ -105,53 +105,53 @@ def test_the_fit_fills_in_what_is_selected_once_there_is_one(clicked, qtbot):
     assert why_not(clicked, "annotate-fill-fit") == "Fit the whole recording first."
     done(clicked, qtbot, "annotate-fit")
     said = []
-    clicked.annotation.said.connect(said.append)
+    clicked.features.annotate.panels.said.connect(said.append)
     done(clicked, qtbot, "annotate-fill-fit")
-    kept = clicked.project.project.predictions.of_source(FIT)
+    kept = clicked.context.session.project.project.predictions.of_source(FIT)
     assert said[-1] == f"{len(kept)} places filled in from the fit."
     assert {p.frame for p in kept} == set(BETWEEN)
     assert np.median(off_px(clicked, kept)) < 4.0
     assert all(p.sigma is not None and p.sigma > 0 for p in kept)
-    before = clicked.project.project.clicks.count()
+    before = clicked.context.session.project.project.clicks.count()
     done(clicked, qtbot, "annotate-accept-fit")
-    assert clicked.project.project.clicks.count() == before + len(kept)
+    assert clicked.context.session.project.project.clicks.count() == before + len(kept)
     done(clicked, qtbot, "annotate-accept-fit")
     assert "nothing is filled in from the fit over frames 1 – 6" in clicked.messages.text()
 
 
 def test_depth_of_the_whole_fit_follows_the_panel_s_switch(annotating):
-    box = annotating.body_panel.with_depth
-    assert annotating.annotation.reference.settings.use_depth == box.isChecked()
+    box = annotating.features.annotate.clicking.body.with_depth
+    assert annotating.features.annotate.panels.reference.settings.use_depth == box.isChecked()
     box.setChecked(not box.isChecked())
-    assert annotating.annotation.reference.settings.use_depth == box.isChecked()
+    assert annotating.features.annotate.panels.reference.settings.use_depth == box.isChecked()
 
 
 def test_the_tracker_s_run_is_proposed_and_told_to_next(clicked, qtbot):
     assert why_not(clicked, "annotate-fill-run") == "There is no run that is finished."
     trigger(clicked, "run")
-    assert clicked.annotation.predicting.run is None, "it still grows"
-    qtbot.waitUntil(lambda: clicked.track.entry is None, timeout=120_000)
-    qtbot.waitUntil(clicked.settled, timeout=60_000)
-    entry = clicked.runs.active
-    told = clicked.annotation.next._run
+    assert clicked.features.annotate.predicting.run is None, "it still grows"
+    qtbot.waitUntil(lambda: clicked.context.session.track.entry is None, timeout=120_000)
+    qtbot.waitUntil(clicked.context.tasks.settled, timeout=60_000)
+    entry = clicked.context.session.runs.active
+    told = clicked.features.annotate.panels.next._run
     np.testing.assert_array_equal(told.points, entry.trajectory().points)
-    clicked.actions_book.refresh()
-    name = clicked.actions_book.action("annotate-fill-run").text()
+    clicked.context.actions.refresh()
+    name = clicked.context.actions.action("annotate-fill-run").text()
     assert name == f"Fill in from run “{entry.name}”"
     done(clicked, qtbot, "annotate-fill-run")
-    kept = clicked.project.project.predictions.of_source(f"run {entry.name}")
+    kept = clicked.context.session.project.project.predictions.of_source(f"run {entry.name}")
     assert {p.frame for p in kept} == set(BETWEEN)
     assert np.median(off_px(clicked, kept)) < 15.0
-    before = clicked.project.project.clicks.count()
+    before = clicked.context.session.project.project.clicks.count()
     done(clicked, qtbot, "annotate-accept-run")
-    assert clicked.project.project.clicks.count() == before + len(kept)
+    assert clicked.context.session.project.project.clicks.count() == before + len(kept)
     done(clicked, qtbot, "close")
-    assert clicked.annotation.predicting.run is None
+    assert clicked.features.annotate.predicting.run is None
 
 
 def test_it_can_be_stopped_and_keeps_nothing_then(clicked, qtbot, monkeypatch):
     """Cancel works between portions of frames; the first is made, the others are not."""
-    work = clicked.annotation.predicting
+    work = clicked.features.annotate.predicting
     made, cancelled = [], threading.Event()
 
     def slowly(*arguments):
@@ -173,9 +173,9 @@ def test_it_can_be_stopped_and_keeps_nothing_then(clicked, qtbot, monkeypatch):
     trigger(clicked, "annotate-fill-neighbours")
     assert work.busy
     qtbot.waitUntil(lambda: len(made) > 0, timeout=30_000)
-    clicked.tasks.cancel_all()
+    clicked.context.tasks.cancel_all()
     cancelled.set()
     qtbot.waitUntil(lambda: not work.busy, timeout=30_000)
-    qtbot.waitUntil(clicked.settled, timeout=60_000)
+    qtbot.waitUntil(clicked.context.tasks.settled, timeout=60_000)
     assert made == [range(1, 3)]
-    assert clicked.project.project.predictions.of_source(NEIGHBOURS) == ()
+    assert clicked.context.session.project.project.predictions.of_source(NEIGHBOURS) == ()

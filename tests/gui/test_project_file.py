@@ -14,10 +14,10 @@ from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox
 
 from app.__main__ import main
 from app.session import project_file
-from app.shell.main_window import MainWindow
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.project.click_edits import place
 from stereotrack_core.project.project import Project
+from tests.gui.hands import window_with
 
 pytestmark = pytest.mark.window
 
@@ -29,18 +29,18 @@ def folder(small_recording, tmp_path):
 
 
 def ready(qtbot, window):
-    qtbot.waitUntil(lambda: window.document.recording is not None, timeout=30_000)
-    qtbot.waitUntil(window.settled, timeout=60_000)
+    qtbot.waitUntil(lambda: window.context.session.document.recording is not None, timeout=30_000)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
 
 
 def open_path(qtbot, window, path):
-    window.files.open(path)
-    qtbot.waitUntil(window.settled, timeout=60_000)
+    window.context.session.opening.open(path)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
     ready(qtbot, window)
 
 
 def clicked(window, frame=0, landmark="head", camera="N_right"):
-    window.project.apply(place(Click(frame, camera, landmark, (100.0, 120.0))))
+    window.context.session.project.apply(place(Click(frame, camera, landmark, (100.0, 120.0))))
 
 
 def test_opening_a_recording_makes_its_project_beside_it(window, qtbot, folder, settings):
@@ -48,13 +48,13 @@ def test_opening_a_recording_makes_its_project_beside_it(window, qtbot, folder, 
     open_path(qtbot, window, folder)
     path = folder.parent / "walk.stereotrack"
     assert path.is_file()
-    assert window.project.path == path.resolve()
+    assert window.context.session.project.path == path.resolve()
     assert window.windowTitle() == "small – walk.stereotrack – stereotrack"
     clicked(window)
-    window.actions_book.action("close").trigger()
-    assert window.project.project is None
+    window.context.actions.action("close").trigger()
+    assert window.context.session.project.project is None
     open_path(qtbot, window, folder)
-    assert [c.landmark for c in window.project.project.clicks.at(0)] == ["head"]
+    assert [c.landmark for c in window.context.session.project.project.clicks.at(0)] == ["head"]
     assert len(list(folder.parent.glob("*.stereotrack"))) == 1
 
 
@@ -67,12 +67,12 @@ def test_a_project_file_opens_its_recording(window, qtbot, folder, tmp_path):
     buttons, keys = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
     copy = Qt.DropAction.CopyAction
     window.dropEvent(QDropEvent(QPointF(200, 200), copy, data, buttons, keys))
-    qtbot.waitUntil(window.settled, timeout=60_000)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
     ready(qtbot, window)
-    assert window.project.path == path
-    assert window.document.recording.folder.resolve() == folder.resolve()
-    assert window.files.recent() == [path]
-    assert len(window.project.project.clicks.at(3)) == 1
+    assert window.context.session.project.path == path
+    assert window.context.session.document.recording.folder.resolve() == folder.resolve()
+    assert window.context.session.opening.recent() == [path]
+    assert len(window.context.session.project.project.clicks.at(3)) == 1
 
 
 def test_what_was_asked_for_last_is_opened(
@@ -89,14 +89,14 @@ def test_what_was_asked_for_last_is_opened(
         return opened
 
     monkeypatch.setattr(project_file, "open_project", slowly)
-    window.files.open(path)
+    window.context.session.opening.open(path)
     assert begun.wait(300)
-    window.files.open(small_recording)
-    qtbot.waitUntil(lambda: window.document.recording is not None)
+    window.context.session.opening.open(small_recording)
+    qtbot.waitUntil(lambda: window.context.session.document.recording is not None)
     go.set()
-    qtbot.waitUntil(window.settled)
-    assert window.document.recording.folder == small_recording
-    assert window.project.path != path
+    qtbot.waitUntil(window.context.tasks.settled)
+    assert window.context.session.document.recording.folder == small_recording
+    assert window.context.session.project.path != path
     Project.open(path).close()  # nobody holds it any more
 
 
@@ -104,13 +104,15 @@ def test_a_recording_that_was_read_when_another_one_was_asked_for_is_not_opened(
     window, qtbot, folder, small_recording
 ):
     opened = []
-    window.document.opened.connect(lambda: opened.append(window.document.recording.folder))
-    window.files.open(folder)
-    (task,) = window.tasks.tasks
+    window.context.session.document.opened.connect(
+        lambda: opened.append(window.context.session.document.recording.folder)
+    )
+    window.context.session.opening.open(folder)
+    (task,) = window.context.tasks.tasks
     assert task.join(300)
-    window.files.open(small_recording)
+    window.context.session.opening.open(small_recording)
     qtbot.waitUntil(lambda: bool(opened))
-    qtbot.waitUntil(window.settled)
+    qtbot.waitUntil(window.context.tasks.settled)
     assert opened == [small_recording]
 
 
@@ -118,9 +120,9 @@ def test_the_menu_opens_a_project(window, qtbot, folder, tmp_path, monkeypatch):
     path = tmp_path / "mine.stereotrack"
     Project.create(path, folder).close()
     monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *a, **k: (str(path), ""))
-    window.actions_book.action("open_project").trigger()
+    window.context.actions.action("open_project").trigger()
     ready(qtbot, window)
-    assert window.project.path == path
+    assert window.context.session.project.path == path
 
 
 def test_a_file_that_is_no_project_is_refused_before_a_window_comes(tmp_path, capsys):
@@ -133,21 +135,23 @@ def test_a_file_that_is_no_project_is_refused_before_a_window_comes(tmp_path, ca
 def test_two_windows_on_one_project(window, qtbot, folder, tmp_path, settings):
     open_path(qtbot, window, folder)
     clicked(window)
-    other = MainWindow(QSettings(str(tmp_path / "settings.ini"), QSettings.Format.IniFormat))
+    other = window_with(QSettings(str(tmp_path / "settings.ini"), QSettings.Format.IniFormat))
     qtbot.addWidget(other)
     other.show()
     open_path(qtbot, other, folder)
-    assert other.project.path == window.project.path
+    assert other.context.session.project.path == window.context.session.project.path
     assert "reading only" in other.windowTitle()
     words = other.messages.text()
     assert "open already" in words
     assert str(os.getpid()) in words
-    assert other.project.in_use
-    assert not other.actions_book.action("undo").isEnabled()
-    assert "another program" in other.actions_book.command("undo").why_not()
+    assert other.context.session.project.in_use
+    assert not other.context.actions.action("undo").isEnabled()
+    assert "another program" in other.context.actions.command("undo").why_not()
     clicked(other, landmark="left_hand")
-    assert {c.landmark for c in window.project.project.clicks.at(0)} == {"head"}
-    assert {c.landmark for c in other.project.project.clicks.at(0)} == {"head"}, "it can be read"
+    assert {c.landmark for c in window.context.session.project.project.clicks.at(0)} == {"head"}
+    assert {c.landmark for c in other.context.session.project.project.clicks.at(0)} == {"head"}, (
+        "it can be read"
+    )
     other.close()
 
 
@@ -165,15 +169,15 @@ def test_a_recording_that_has_moved_is_asked_for(window, qtbot, folder, tmp_path
         return str(away)
 
     monkeypatch.setattr(QFileDialog, "getExistingDirectory", answer)
-    window.files.open(path)
+    window.context.session.opening.open(path)
     ready(qtbot, window)
     assert len(asked) == 1
     assert "mine.stereotrack" in asked[0]
-    assert window.project.path == path
-    window.actions_book.action("close").trigger()
+    assert window.context.session.project.path == path
+    window.context.actions.action("close").trigger()
     open_path(qtbot, window, path)
     assert len(asked) == 1, "it remembers"
-    assert len(window.project.project.clicks.at(2)) == 1
+    assert len(window.context.session.project.project.clicks.at(2)) == 1
 
 
 def test_another_recording_is_not_taken_unasked(
@@ -196,13 +200,14 @@ def test_another_recording_is_not_taken_unasked(
         return QMessageBox.StandardButton.Cancel
 
     monkeypatch.setattr(QMessageBox, "question", cancel)
-    window.files.open(path)
+    window.context.session.opening.open(path)
     qtbot.waitUntil(
-        lambda: bool(questions) or window.document.recording is not None, timeout=20_000
+        lambda: bool(questions) or window.context.session.document.recording is not None,
+        timeout=20_000,
     )
     assert questions
     assert "not the recording" in questions[0]
-    assert window.document.recording is None
+    assert window.context.session.document.recording is None
     Project.open(path).close()  # nobody holds it any more
 
 
@@ -215,42 +220,42 @@ def test_a_read_only_place_leads_to_the_documents(
         monkeypatch.setattr(f"{module}.documents_folder", lambda: documents)
     monkeypatch.setattr("stereotrack_core.project.whereabouts.os.access", lambda *a: False)
     open_path(qtbot, window, folder)
-    assert window.project.path == (documents / "walk.stereotrack").resolve()
+    assert window.context.session.project.path == (documents / "walk.stereotrack").resolve()
     assert "kept elsewhere" in window.messages.text()
     assert str(documents) in window.messages.text()
 
 
 def test_undo_names_the_edit_and_goes_to_its_frame(window, qtbot, folder):
     open_path(qtbot, window, folder)
-    book = window.actions_book
+    book = window.context.actions
     assert "no edit" in book.command("undo").why_not()
     clicked(window, frame=2)
     clicked(window, frame=6, landmark="left_hand")
     qtbot.waitUntil(lambda: book.action("undo").isEnabled(), timeout=5_000)
     assert book.action("undo").text() == "Undo: place left hand in N_right, frame 6"
-    window.document.go_to(1)
+    window.context.session.document.go_to(1)
     window.activateWindow()
     QTest.keyClick(window, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
-    assert window.document.frame == 6
-    assert window.project.project.clicks.at(6) == ()
+    assert window.context.session.document.frame == 6
+    assert window.context.session.project.project.clicks.at(6) == ()
     QTest.keyClick(window, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
-    assert window.document.frame == 2
+    assert window.context.session.document.frame == 2
     both = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
     QTest.keyClick(window, Qt.Key.Key_Z, both)
     QTest.keyClick(window, Qt.Key.Key_Z, both)
-    assert window.document.frame == 6
-    assert len(window.project.project.clicks.at(6)) == 1
+    assert window.context.session.document.frame == 6
+    assert len(window.context.session.project.project.clicks.at(6)) == 1
     assert not book.action("redo").isEnabled()
 
 
 def test_who_annotates_is_a_setting(window, qtbot, folder, settings):
     open_path(qtbot, window, folder)
-    window.actions_book.action("annotator").trigger()
+    window.context.actions.action("annotator").trigger()
     dialog = window.findChild(QInputDialog)
     dialog.setTextValue("Somebody Else")
     dialog.accept()
     clicked(window)
-    assert window.project.project.clicks.at(0)[0].who == "Somebody Else"
+    assert window.context.session.project.project.clicks.at(0)[0].who == "Somebody Else"
     assert settings.value("annotator") == "Somebody Else"
 
 
@@ -271,7 +276,7 @@ def test_a_damaged_project_is_said_and_can_be_rescued(
     target = tmp_path / "saved.stereotrack"
     monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *a, **k: (str(path), ""))
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *a, **k: (str(target), ""))
-    window.actions_book.action("rescue_project").trigger()
+    window.context.actions.action("rescue_project").trigger()
     ready(qtbot, window)
-    assert window.project.path == target
-    assert window.project.project.clicks.count() > 100
+    assert window.context.session.project.path == target
+    assert window.context.session.project.project.clicks.count() > 100

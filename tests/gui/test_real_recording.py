@@ -47,21 +47,21 @@ FRAMES = {
 
 @pytest.fixture
 def seated(window, qtbot, shared_recording):
-    window.files.open(shared_recording("seated-4cam"))
-    qtbot.waitUntil(lambda: window.document.frame_set is not None, timeout=60_000)
-    window.show_workspace_named("annotate")
-    qtbot.waitUntil(window.settled, timeout=60_000)
+    window.context.session.opening.open(shared_recording("seated-4cam"))
+    qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None, timeout=60_000)
+    window.context.docks.show_named("annotate")
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
     return window
 
 
 def go_by_keys(window, qtbot, frame):
-    while window.document.frame != frame:
-        further = frame - window.document.frame
+    while window.context.session.document.frame != frame:
+        further = frame - window.context.session.document.frame
         ten = abs(further) >= 10
         code = Qt.Key.Key_Right if further > 0 else Qt.Key.Key_Left
         modifier = Qt.KeyboardModifier.ShiftModifier if ten else Qt.KeyboardModifier.NoModifier
         key(window, code, modifier, "cam_0")
-    qtbot.waitUntil(window.settled, timeout=60_000)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
 
 
 def annotate(window, qtbot, frame):
@@ -70,26 +70,26 @@ def annotate(window, qtbot, frame):
     placed = {}
     for landmark, places in FRAMES[frame].items():
         for camera, (x, y) in places.items():
-            view = window.grid.tiles[camera].camera
+            view = window.context.docks.views.tiles[camera].camera
             key(window, Qt.Key(Qt.Key.Key_1 + NINE.names.index(landmark)), name=camera)
             spot = view.place_of(x, y).toPoint()
             QTest.mouseClick(view, LEFT, CTRL, spot)
             pixel = view.pixel_at(QPointF(spot))
             assert abs(pixel.x() - x) < 2.0
             placed[camera, landmark] = (pixel.x(), pixel.y())
-    qtbot.waitUntil(window.settled, timeout=120_000)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=120_000)
     return placed
 
 
 def test_three_frames_of_a_real_person(seated, qtbot):
-    project = seated.project.project
+    project = seated.context.session.project.project
     for frame in FRAMES:
         placed = annotate(seated, qtbot, frame)
         there = {(one.camera, one.landmark): one.position for one in project.clicks.at(frame)}
         assert set(there) == set(placed)
         for place, position in placed.items():
             assert there[place] == pytest.approx(position)
-        facts = seated.annotate.facts.now()
+        facts = seated.features.annotate.clicking.facts.now()
         points = facts.hints.points
         assert set(points) == set(FRAMES[frame])
         assert max(point.rms_px for point in points.values()) < 45.0
@@ -103,10 +103,10 @@ def test_three_frames_of_a_real_person(seated, qtbot):
         assert np.median(off) < 20.0
         assert np.mean(off) < 25.0
         assert max(facts.fit.mistakes.values()) < 0.5
-        assert seated.grid.tiles["cam_1"].camera.marks.model
+        assert seated.context.docks.views.tiles["cam_1"].camera.marks.model
     assert project.clicks.frames().tolist() == sorted(FRAMES)
     count = project.clicks.count()
     for _ in range(count):
-        seated.project.undo()
+        seated.context.session.project.undo()
     assert project.clicks.count() == 0
-    assert seated.document.frame == min(FRAMES)
+    assert seated.context.session.document.frame == min(FRAMES)

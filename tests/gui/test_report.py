@@ -12,24 +12,24 @@ pytestmark = pytest.mark.window
 
 @pytest.fixture
 def with_run(opened, tmp_path):
-    recording = opened.document.recording
+    recording = opened.context.session.document.recording
     run = track(recording, preset("thesis"), frames=range(6), init="tpose", preset="thesis")
-    opened.runs.add(entry_of_run(run, tmp_path / "short one.npz"))
+    opened.context.session.runs.add(entry_of_run(run, tmp_path / "short one.npz"))
     return opened
 
 
 def test_there_is_nothing_to_report_without_a_run(opened):
-    action = opened.actions_book.action("report")
-    opened.refresh()
+    action = opened.context.actions.action("report")
+    opened.context.actions.refresh()
     assert not action.isEnabled()
 
 
 @pytest.mark.parametrize("name", ["page.html", "page.pdf"])
 def test_the_report_is_made_in_the_background(with_run, qtbot, tmp_path, name):
     path = tmp_path / name
-    with_run.files.reports.make(path)
-    assert with_run.files.reports.working
-    qtbot.waitUntil(lambda: not with_run.files.reports.working, timeout=120_000)
+    with_run.features.reports.make(path)
+    assert with_run.features.reports.working
+    qtbot.waitUntil(lambda: not with_run.features.reports.working, timeout=120_000)
     assert path.is_file()
     message = with_run.messages.message
     assert message is not None

@@ -24,26 +24,26 @@ def reviewing(opened, qtbot):
     """The Review workspace with two runs: one good, one wild in frames 5 and 6."""
     add_run(opened, "wild", off=0.1, wild=(5, 6))
     add_run(opened, "good", off=0.05)
-    opened.show_workspace_named("review")
-    qtbot.waitUntil(opened.settled, timeout=60_000)
+    opened.context.docks.show_named("review")
+    qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)
     return opened
 
 
 def show(window, qtbot, name):
-    window.docks[name].raise_()
-    window.docks[name].show()
-    qtbot.waitUntil(window.review.panels.widgets()[name].isVisible, timeout=5_000)
+    window.context.docks.dock(name).raise_()
+    window.context.docks.dock(name).show()
+    qtbot.waitUntil(window.context.docks.dock(name).widget().isVisible, timeout=5_000)
     settle(window, qtbot)
 
 
 def settle(window, qtbot):
-    window.review.show_soon()
-    qtbot.waitUntil(window.settled, timeout=60_000)
+    window.features.review.panels.show_soon()
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
 
 
 def select(window, qtbot, frames):
-    window.timeline.set_selection(frames)
-    window.timeline.selection_changed.emit(frames)
+    window.context.docks.timeline.set_selection(frames)
+    window.context.docks.timeline.selection_changed.emit(frames)
     settle(window, qtbot)
 
 
@@ -56,7 +56,7 @@ def test_statistics_are_of_the_selection_obey_the_threshold_and_are_saved(
     reviewing, qtbot, tmp_path
 ):
     show(reviewing, qtbot, "statistics")
-    panel = reviewing.review.panels.statistics
+    panel = reviewing.features.review.panels.panels.statistics
     rows = tree_rows(panel)
     assert list(rows)[:2] == ["whole recording", "wild, whole recording"]
     assert rows["wild, whole recording"][5] != "0.0"  # lost in two frames of eight
@@ -65,14 +65,14 @@ def test_statistics_are_of_the_selection_obey_the_threshold_and_are_saved(
     select(reviewing, qtbot, range(4))
     assert tree_rows(panel)["wild, selection"][5] == "0.0"
     assert "frames 0 – 3" in panel.words.text()
-    reviewing.actions_book.action("threshold_down").trigger()
+    reviewing.context.actions.action("threshold_down").trigger()
     settle(reviewing, qtbot)
     assert panel.tree.headerItem().text(5) == "> 40°"
-    reviewing.plot.set_threshold(1.0)
+    reviewing.context.view_state.set_threshold(1.0)
     settle(reviewing, qtbot)
     assert tree_rows(panel)["selection"][4] == "100.0"
     select(reviewing, qtbot, None)
-    reviewing.actions_book.action("copy_statistics").trigger()
+    reviewing.context.actions.action("copy_statistics").trigger()
     text = QGuiApplication.clipboard().text()
     rows = list(csv.DictReader(StringIO(text)))
     assert {row["run"] for row in rows} == {"good", "wild"}
@@ -82,15 +82,15 @@ def test_statistics_are_of_the_selection_obey_the_threshold_and_are_saved(
         "8",
         "",
     )
-    reviewing.review.save_statistics(tmp_path / "numbers.csv")
+    reviewing.features.review.panels.save_statistics(tmp_path / "numbers.csv")
     assert (tmp_path / "numbers.csv").read_text() == text
-    reviewing.review.save_statistics(tmp_path / "nowhere" / "numbers.csv")
+    reviewing.features.review.panels.save_statistics(tmp_path / "nowhere" / "numbers.csv")
     assert reviewing.messages.message is not None  # in words, not as a traceback
 
 
 def test_points_lead_to_frames_and_views_are_counted_in_the_background(reviewing, qtbot):
     show(reviewing, qtbot, "explanations")
-    panel = reviewing.review.panels.explanations
+    panel = reviewing.features.review.panels.panels.explanations
     panel.kind.setCurrentIndex(panel.kind.findData("speed"))
     settle(reviewing, qtbot)
     content = panel._content
@@ -101,7 +101,7 @@ def test_points_lead_to_frames_and_views_are_counted_in_the_background(reviewing
     box = panel.plot.getViewBox()
     at = panel.plot.mapFromScene(box.mapViewToScene(QPointF(cloud.x[place], cloud.y[place])))
     QTest.mouseClick(panel.plot.viewport(), LEFT, pos=at)
-    qtbot.waitUntil(lambda: reviewing.document.frame == 5, timeout=5_000)
+    qtbot.waitUntil(lambda: reviewing.context.session.document.frame == 5, timeout=5_000)
     panel.kind.setCurrentIndex(panel.kind.findData("views"))
     settle(reviewing, qtbot)
     for _ in range(2):  # one run after the other
@@ -123,11 +123,11 @@ def test_joint_angles_have_bands_and_the_reference_beside_them(reviewing, qtbot,
     show(reviewing, qtbot, "angles")
     for _ in range(4):
         settle(reviewing, qtbot)
-    panels = reviewing.review.panels
+    panels = reviewing.features.review.panels.panels
     plot = panels.angles
     plot.angle.setCurrentIndex(plot.angle.findData("shoulder_elevation"))
     settle(reviewing, qtbot)
-    (left, _), timeline = plot._box.viewRange()[0], reviewing.timeline
+    (left, _), timeline = plot._box.viewRange()[0], reviewing.context.docks.timeline
     assert left == pytest.approx(timeline.scale.first - 0.5)
     x = plot._plot.mapFromScene(plot._box.mapViewToScene(QPointF(4.0, 0.0))).x()
     assert x == pytest.approx(timeline.scale.x_of(4.5), abs=4)  # a frame stands over its own
@@ -142,7 +142,7 @@ def test_joint_angles_have_bands_and_the_reference_beside_them(reviewing, qtbot,
     assert panels.motion.cut_off.value() == 4.0  # 0.4 of ten frames per second
     assert np.abs(plot.shown_curves[0].value).max() < 30
     show(reviewing, qtbot, "motion")
-    reviewing.docks["explanations"].raise_()
+    reviewing.context.docks.dock("explanations").raise_()
     table = panels.motion.table
     labels = [table.item(i, 0).text() for i in range(table.rowCount())]
     row = labels.index("right elbow flexion")
@@ -152,14 +152,14 @@ def test_joint_angles_have_bands_and_the_reference_beside_them(reviewing, qtbot,
     QTest.mouseClick(table.viewport(), LEFT, pos=rect.center())
     assert plot.angle_key == "elbow_flexion"
     qtbot.waitUntil(plot.isVisible, timeout=5_000)  # it comes to the front
-    assert reviewing.review.why_no_angles() == ""
-    reviewing.review.save_angles(tmp_path / "angles.csv")
+    assert reviewing.features.review.panels.why_no_angles() == ""
+    reviewing.features.review.panels.save_angles(tmp_path / "angles.csv")
     rows = list(csv.DictReader(StringIO((tmp_path / "angles.csv").read_text())))
     assert [row["frame"] for row in rows] == [str(i) for i in range(8)]
     # a stored run of one frame has no velocities, and breaks nothing
-    run = made_run(reviewing.document.recording, frames=slice(0, 1))
+    run = made_run(reviewing.context.session.document.recording, frames=slice(0, 1))
     write_npz(tmp_path / "short.npz", run)
-    reviewing.files.open_run(tmp_path / "short.npz")
+    reviewing.features.files.open_run(tmp_path / "short.npz")
     for name in ("statistics", "explanations", "angles", "motion"):
         show(reviewing, qtbot, name)
         for _ in range(3):
@@ -167,29 +167,29 @@ def test_joint_angles_have_bands_and_the_reference_beside_them(reviewing, qtbot,
 
 
 def test_without_truth_the_trackers_own_signs_are_shown_and_it_is_said(reviewing, qtbot):
-    recording = reviewing.document.recording
-    reviewing.plot.set_threshold(12.0)
+    recording = reviewing.context.session.document.recording
+    reviewing.context.view_state.set_threshold(12.0)
     object.__setattr__(recording, "reference", None)  # as if it had none
-    reviewing.judging.judge()
+    reviewing.context.session.judging.judge()
     settle(reviewing, qtbot)
-    assert reviewing.plot.heading != "angular error"
-    assert reviewing.plot.threshold == 12.0
+    assert reviewing.features.review.plot.plot.heading != "angular error"
+    assert reviewing.features.review.plot.plot.threshold == 12.0
     show(reviewing, qtbot, "statistics")
-    assert "no reference" in reviewing.review.panels.statistics.words.text()
+    assert "no reference" in reviewing.features.review.panels.panels.statistics.words.text()
     show(reviewing, qtbot, "explanations")
-    panel = reviewing.review.panels.explanations
+    panel = reviewing.features.review.panels.panels.explanations
     assert "no reference" in panel.words.words
     assert np.nanmax(panel._content.steps[0].edges) < 10  # it states 3 degrees
 
 
 def test_a_dragged_threshold_is_obeyed_by_next_and_previous(reviewing, qtbot):
     show(reviewing, qtbot, "statistics")
-    plot = reviewing.plot
-    reviewing.docks["plot"].raise_()
+    plot = reviewing.features.review.plot.plot
+    reviewing.context.docks.dock("plot").raise_()
     settle(reviewing, qtbot)
-    reviewing.document.go_to(0)
-    reviewing.go_above(1)
-    assert reviewing.document.frame == 5  # the wild run is 90 degrees off there
+    reviewing.context.session.document.go_to(0)
+    reviewing.features.review.plot.go_above(1)
+    assert reviewing.context.session.document.frame == 5  # the wild run is 90 degrees off there
     port = plot._plot.viewport()
 
     def at(value):
@@ -206,10 +206,10 @@ def test_a_dragged_threshold_is_obeyed_by_next_and_previous(reviewing, qtbot):
     qtbot.mouseRelease(port, LEFT, pos=end)
     assert plot.threshold < 2.5
     settle(reviewing, qtbot)
-    heading = reviewing.review.panels.statistics.tree.headerItem().text(5)
+    heading = reviewing.features.review.panels.panels.statistics.tree.headerItem().text(5)
     assert heading == f"> {plot.threshold:.0f}°"
-    reviewing.document.go_to(3)
-    reviewing.go_above(1)
-    assert reviewing.document.frame == 3  # all that follows is one stretch above
-    reviewing.go_above(-1)
-    assert reviewing.document.frame == 0
+    reviewing.context.session.document.go_to(3)
+    reviewing.features.review.plot.go_above(1)
+    assert reviewing.context.session.document.frame == 3  # all that follows is one stretch above
+    reviewing.features.review.plot.go_above(-1)
+    assert reviewing.context.session.document.frame == 0

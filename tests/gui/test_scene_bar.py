@@ -6,21 +6,21 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QToolButton
 
-from app.features.view.view_menu import SCENE_LAYERS
+from app.features.view.actions import SCENE_LAYERS
 from app.widgets.scene.content import LAYERS
 
 pytestmark = pytest.mark.window
 
 
 def buttons(window):
-    bar = window.docks["scene"].titleBarWidget()
+    bar = window.context.docks.dock("scene").titleBarWidget()
     return {
         b.defaultAction().objectName(): b for b in bar.findChildren(QToolButton) if not b.menu()
     }
 
 
 def menus(window):
-    bar = window.docks["scene"].titleBarWidget()
+    bar = window.context.docks.dock("scene").titleBarWidget()
     return {b.text(): b.menu() for b in bar.findChildren(QToolButton) if b.menu()}
 
 
@@ -28,33 +28,39 @@ def test_every_layer_has_a_button_that_switches_it(opened, qtbot):
     assert set(SCENE_LAYERS) == set(LAYERS)
     for layer in LAYERS:
         button = buttons(opened)[f"scene_{layer}"]
-        before = opened.scene.layer_visible(layer)
+        before = opened.context.docks.scene.layer_visible(layer)
         assert button.isChecked() == before
         qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
-        assert opened.scene.layer_visible(layer) != before
+        assert opened.context.docks.scene.layer_visible(layer) != before
         assert button.isChecked() != before
-    assert not opened.scene.layer_visible("cloud")
-    assert opened.scene.layer_visible("ellipsoids")
+    assert not opened.context.docks.scene.layer_visible("cloud")
+    assert opened.context.docks.scene.layer_visible("ellipsoids")
 
 
 def test_standard_views_are_in_a_menu_and_stay_when_the_scene_grows(opened, qtbot):
     actions = {action.objectName(): action for action in menus(opened)["Standard views"].actions()}
     actions["scene_from_top"].trigger()
-    assert opened.scene.orbit.elevation == pytest.approx(1.5708, abs=1e-3)
-    before = opened.scene.orbit
-    opened.scene.resize(opened.scene.width(), opened.scene.height() // 2)
-    assert opened.scene.orbit.elevation == before.elevation
+    assert opened.context.docks.scene.orbit.elevation == pytest.approx(1.5708, abs=1e-3)
+    before = opened.context.docks.scene.orbit
+    opened.context.docks.scene.resize(
+        opened.context.docks.scene.width(), opened.context.docks.scene.height() // 2
+    )
+    assert opened.context.docks.scene.orbit.elevation == before.elevation
 
 
 def test_the_scene_is_drawn_after_the_views_and_shows_the_newest_frame(opened, qtbot):
-    opened.show_workspace_named("track")
-    qtbot.waitUntil(opened.settled, timeout=60_000)
+    opened.context.docks.show_named("track")
+    qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)
     shown = []
-    opened.follower._scene_timer.timeout.connect(lambda: shown.append(opened.document.frame))
+    opened.features.view._scene_timer.timeout.connect(
+        lambda: shown.append(opened.context.session.document.frame)
+    )
     for _ in range(3):
-        frame = opened.document.frame + 1
-        opened.document.go_to(frame)
-        qtbot.waitUntil(lambda frame=frame: opened.instant.told.frame_set.index == frame)
-    qtbot.waitUntil(opened.settled, timeout=60_000)
+        frame = opened.context.session.document.frame + 1
+        opened.context.session.document.go_to(frame)
+        qtbot.waitUntil(
+            lambda frame=frame: opened.context.session.instant.told.frame_set.index == frame
+        )
+    qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)
     assert shown[-1] == 3
-    qtbot.waitUntil(opened.scene.at_rest, timeout=10_000)
+    qtbot.waitUntil(opened.context.docks.scene.at_rest, timeout=10_000)

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from app.features.review.curves import lanes_of
+from app.features.track.numbers import number_rows
 from app.session.comparison import compared
 from app.session.judgement import judged
 from app.session.runs import RunEntry, entry_of_run
 from app.session.stated_errors import heading_words, score_words
 from app.session.truth import project_truth, recorded_truth
-from app.shell.status import number_rows
 from app.widgets.plots.error_plot import ErrorPlot
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.body.limbs import LIMBS
@@ -106,74 +106,87 @@ def test_the_heading_is_short_where_there_is_no_room(qtbot):
 
 
 def trigger(window, qtbot, name):
-    window.actions_book.refresh()
-    action = window.actions_book.action(name)
+    window.context.actions.refresh()
+    action = window.context.actions.action(name)
     assert action.isEnabled(), action.statusTip()
     action.trigger()
-    qtbot.waitUntil(window.settled, timeout=60_000)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
 
 
 def labels(window):
-    table = window.comparison.table
+    table = window.features.track.comparison.table
     return [table.item(row, 0).text() for row in range(table.rowCount())]
 
 
 @pytest.mark.window
 def test_the_person_chooses_what_errors_are_measured_against(annotating, qtbot, entry):
-    window, project = annotating, annotating.project.project
-    window.runs.add(entry)
-    qtbot.waitUntil(window.settled, timeout=60_000)
-    recorded = window.document.recording.reference
-    command = window.actions_book.command
+    window, project = annotating, annotating.context.session.project.project
+    window.context.session.runs.add(entry)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    recorded = window.context.session.document.recording.reference
+    command = window.context.actions.command
     assert command("errors_against_project").why_not() == "Fit the whole recording first."
     assert command("errors_against_recording").checked()
     assert "torso long axis [°]" in labels(window)
-    by_recording = window.judging.of(entry).limbs["left_forearm"]
+    by_recording = window.context.session.judging.of(entry).limbs["left_forearm"]
     turned = stating(recorded)
     points = turned.points.copy()
     points[:, 4] += (0.0, 0.0, 0.1)
     project.apply(save_reference("by hand", replace(turned, points=points)))
     project.apply(Choose(REFERENCE.name, "by hand"))
-    qtbot.waitUntil(lambda: window.judging.has("project"), timeout=30_000)
-    qtbot.waitUntil(window.settled, timeout=60_000)
-    assert window.annotation.reference.words() == "“by hand”: 8 frames; arms good to 2.0°."
+    qtbot.waitUntil(lambda: window.context.session.judging.has("project"), timeout=30_000)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    assert (
+        window.features.annotate.panels.reference.words()
+        == "“by hand”: 8 frames; arms good to 2.0°."
+    )
     assert command("errors_against_recording").checked(), "what came with the recording goes first"
     trigger(window, qtbot, "errors_against_project")
     assert command("errors_against_project").checked()
     assert "torso long axis [°], reference good to 2.0" in labels(window)
-    assert "against the project's reference “by hand”" in window.comparison.words.text()
-    assert "reference good to 2.0" in window.numbers.copied_text()
-    assert window.plot._heading.toolTip().startswith("Against the project's reference “by hand”")
-    assert window.runs_panel.tree.topLevelItem(0).text(2).endswith("good to 2.0")
-    limbs = window.judging.of(entry).limbs
+    assert (
+        "against the project's reference “by hand”" in window.features.track.comparison.words.text()
+    )
+    assert "reference good to 2.0" in window.features.track.numbers.copied_text()
+    assert window.features.review.plot.plot._heading.toolTip().startswith(
+        "Against the project's reference “by hand”"
+    )
+    assert window.features.track.panel.tree.topLevelItem(0).text(2).endswith("good to 2.0")
+    limbs = window.context.session.judging.of(entry).limbs
     moved = {limb for limb, values in limbs.items() if not np.allclose(
         values, judged(entry, recorded_truth(recorded)).limbs[limb], equal_nan=True
     )}  # fmt: skip
     assert moved, "another reference gives other errors"
     trigger(window, qtbot, "errors_against_recording")
-    np.testing.assert_array_equal(window.judging.of(entry).limbs["left_forearm"], by_recording)
+    np.testing.assert_array_equal(
+        window.context.session.judging.of(entry).limbs["left_forearm"], by_recording
+    )
     trigger(window, qtbot, "errors_against_project")
-    folder = window.document.recording.folder
+    folder = window.context.session.document.recording.folder
     trigger(window, qtbot, "close")
-    window.files.open(folder)
-    qtbot.waitUntil(lambda: window.judging.has("project"), timeout=60_000)
-    qtbot.waitUntil(window.settled, timeout=60_000)
-    assert window.judging.truth.against == "project", "it is kept with the project"
+    window.context.session.opening.open(folder)
+    qtbot.waitUntil(lambda: window.context.session.judging.has("project"), timeout=60_000)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    assert window.context.session.judging.truth.against == "project", "it is kept with the project"
 
 
 @pytest.mark.window
 def test_views_draw_what_errors_are_measured_against_but_the_project_s_while_annotating(
     annotating, qtbot
 ):
-    window, project = annotating, annotating.project.project
-    recorded = window.document.recording.reference
+    window, project = annotating, annotating.context.session.project.project
+    recorded = window.context.session.document.recording.reference
     project.apply(save_reference("by hand", stating(recorded, shift=0.1)))
     project.apply(Choose(REFERENCE.name, "by hand"))
-    qtbot.waitUntil(lambda: window.judging.has("project"), timeout=30_000)
-    qtbot.waitUntil(window.settled, timeout=60_000)
-    np.testing.assert_allclose(window.instant.told.reference, recorded.points[0] + 0.1)
-    window.show_workspace_named("track")
-    qtbot.waitUntil(window.settled, timeout=60_000)
-    np.testing.assert_allclose(window.instant.told.reference, recorded.points[0])
+    qtbot.waitUntil(lambda: window.context.session.judging.has("project"), timeout=30_000)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    np.testing.assert_allclose(
+        window.context.session.instant.told.reference, recorded.points[0] + 0.1
+    )
+    window.context.docks.show_named("track")
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    np.testing.assert_allclose(window.context.session.instant.told.reference, recorded.points[0])
     trigger(window, qtbot, "errors_against_project")
-    np.testing.assert_allclose(window.instant.told.reference, recorded.points[0] + 0.1)
+    np.testing.assert_allclose(
+        window.context.session.instant.told.reference, recorded.points[0] + 0.1
+    )

@@ -164,8 +164,8 @@ def test_a_sweep_is_asked_for_and_computed_and_its_values_taken_over(
 ):
     w = opened
     monkeypatch.setattr(dialog_module, "measured_seconds", lambda wish, cancelled: 700.0)
-    w.actions_book.action("sweep").trigger()
-    dialog = w.sweeps.dialog
+    w.context.actions.action("sweep").trigger()
+    dialog = w.features.sweep.dialog
     qtbot.waitUntil(lambda: dialog.settled, timeout=20_000)
     form = dialog.form
     assert len(form.recordings()) == 1
@@ -188,28 +188,28 @@ def test_a_sweep_is_asked_for_and_computed_and_its_values_taken_over(
     qtbot.mouseClick(dialog.measure_button, Qt.MouseButton.LeftButton)
     qtbot.waitUntil(lambda: "That takes about 12 min" in dialog.count_label.text(), timeout=120_000)
     qtbot.mouseClick(dialog.begin_button, Qt.MouseButton.LeftButton)
-    assert w.sweeps.presenter.now.going
+    assert w.features.sweep.presenter.now.going
     assert not dialog.begin_button.isEnabled()
-    qtbot.waitUntil(lambda: not w.sweeps.presenter.now.going, timeout=120_000)
-    assert w.sweeps.presenter.now.phase == "done", w.sweeps.presenter.now.words
+    qtbot.waitUntil(lambda: not w.features.sweep.presenter.now.going, timeout=120_000)
+    assert w.features.sweep.presenter.now.phase == "done", w.features.sweep.presenter.now.words
     assert "1 run computed" in dialog.state_label.text()
     qtbot.waitUntil(
         lambda: "all of them are in the table already" in dialog.count_label.text(), timeout=20_000
     )
     qtbot.mouseClick(dialog.results_button, Qt.MouseButton.LeftButton)
-    assert "1 run" in w.sweeps.results.file_label.text()
-    w.sweeps.take_over({"preset": "fast", "iterations": "7", "views": "N"})
-    assert w.track.settings.tracking.iterations == 7
-    assert w.track.preset == "fast"
-    w.sweeps.take_over({"iterations": "many"})
+    assert "1 run" in w.features.sweep.results.file_label.text()
+    w.features.sweep.take_over({"preset": "fast", "iterations": "7", "views": "N"})
+    assert w.context.session.track.settings.tracking.iterations == 7
+    assert w.context.session.track.preset == "fast"
+    w.features.sweep.take_over({"iterations": "many"})
     assert "not a valid value" in w.messages.message.sentence()
     w.messages.clear()
     assert w.statusBar().currentMessage().startswith("Taken over")
     now = SweepNow("failed", 0.5, "No room on the disk.", tmp_path / "window.csv")
-    w.sweeps.presenter.changed.emit(now)
+    w.features.sweep.presenter.changed.emit(now)
     assert "the sweep has failed. No room" in w.messages.message.sentence()
     w.messages.clear()
-    w.sweeps.presenter.changed.emit(SweepNow("done", 1.0, "Done: 3 runs computed."))
+    w.features.sweep.presenter.changed.emit(SweepNow("done", 1.0, "Done: 3 runs computed."))
     assert w.statusBar().currentMessage() == "Sweep: Done: 3 runs computed."
 
 

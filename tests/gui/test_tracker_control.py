@@ -42,42 +42,54 @@ def second_frame(monkeypatch):
 
 
 def trigger(window, name):
-    action = window.actions_book.action(name)
+    action = window.context.actions.action(name)
     assert action.isEnabled(), action.statusTip()
     action.trigger()
 
 
 def tracked(window) -> int:
-    return len(window.track.entry.frames) if window.track.entry is not None else 0
+    return (
+        len(window.context.session.track.entry.frames)
+        if window.context.session.track.entry is not None
+        else 0
+    )
 
 
 def test_a_run_draws_while_it_works_and_ends_with_curves(opened, qtbot):
     seen = []
-    opened.track.advanced.connect(lambda frame: seen.append(frame.frame))
+    opened.context.session.track.advanced.connect(lambda frame: seen.append(frame.frame))
     QTest.keyClick(opened, Qt.Key.Key_F8)
     qtbot.waitUntil(
-        lambda: opened.track.entry is None and len(opened.runs.entries) == 1, timeout=90_000
+        lambda: (
+            opened.context.session.track.entry is None
+            and len(opened.context.session.runs.entries) == 1
+        ),
+        timeout=90_000,
     )
-    qtbot.waitUntil(opened.settled, timeout=30_000)
-    run = opened.runs.active
+    qtbot.waitUntil(opened.context.tasks.settled, timeout=30_000)
+    run = opened.context.session.runs.active
     assert sorted(run.frames) == list(range(8))
     assert seen == sorted(seen)
-    assert opened.document.frame == 7
-    judgement = opened.judging.of(run)
+    assert opened.context.session.document.frame == 7
+    judgement = opened.context.session.judging.of(run)
     assert judgement.measure == "error"
     assert np.nanmedian(judgement.limbs["torso"]) < 15
-    assert {lane.name for lane in opened.timeline._lanes} >= {"torso", "left forearm"}
-    assert opened.timeline.verticalScrollBar().maximum() == 0, (
+    assert {lane.name for lane in opened.context.docks.timeline._lanes} >= {"torso", "left forearm"}
+    assert opened.context.docks.timeline.verticalScrollBar().maximum() == 0, (
         "every lane is seen in a small window"
     )
-    assert opened.grid.tiles["N"].camera.picture.overlay.paths
+    assert opened.context.docks.views.tiles["N"].camera.picture.overlay.paths
 
 
 def test_the_window_s_run_is_the_command_line_s(opened, qtbot):
     trigger(opened, "run")
-    qtbot.waitUntil(lambda: opened.track.entry is None, timeout=90_000)
-    by_window = opened.runs.active.run()
-    by_core = track(opened.document.recording, opened.track.settings, preset="accurate")
+    qtbot.waitUntil(lambda: opened.context.session.track.entry is None, timeout=90_000)
+    by_window = opened.context.session.runs.active.run()
+    by_core = track(
+        opened.context.session.document.recording,
+        opened.context.session.track.settings,
+        preset="accurate",
+    )
     np.testing.assert_array_equal(by_window.landmarks, by_core.landmarks)
     np.testing.assert_array_equal(by_window.P, by_core.P)
     seconds = by_window.meta.pop("wall_seconds")
@@ -87,41 +99,47 @@ def test_the_window_s_run_is_the_command_line_s(opened, qtbot):
 
 
 def test_the_first_pose_is_found_without_help_or_taken_for_a_t_pose(opened, qtbot):
-    assert opened.actions_book.action("first_pose_auto").isChecked()
+    assert opened.context.actions.action("first_pose_auto").isChecked()
     trigger(opened, "first_pose_tpose")
-    opened.refresh()
-    assert not opened.actions_book.action("first_pose_auto").isChecked()
+    opened.context.actions.refresh()
+    assert not opened.context.actions.action("first_pose_auto").isChecked()
     trigger(opened, "step")
-    qtbot.waitUntil(lambda: tracked(opened) == 1 and opened.track.paused, timeout=60_000)
-    assert opened.runs.active.origin.init == "tpose"
-    assert opened.runs.active.frames[0].tracked
+    qtbot.waitUntil(
+        lambda: tracked(opened) == 1 and opened.context.session.track.paused, timeout=60_000
+    )
+    assert opened.context.session.runs.active.origin.init == "tpose"
+    assert opened.context.session.runs.active.frames[0].tracked
 
 
 def test_step_tracks_one_frame_and_holds(opened, qtbot):
     trigger(opened, "step")
-    qtbot.waitUntil(lambda: tracked(opened) == 1 and opened.track.paused, timeout=60_000)
-    opened.refresh()
+    qtbot.waitUntil(
+        lambda: tracked(opened) == 1 and opened.context.session.track.paused, timeout=60_000
+    )
+    opened.context.actions.refresh()
     trigger(opened, "step")
-    qtbot.waitUntil(lambda: tracked(opened) == 2 and opened.track.paused, timeout=60_000)
-    assert opened.document.frame == 1
-    opened.refresh()
-    assert "paused at 2 of 8" in opened.state_label.text()
+    qtbot.waitUntil(
+        lambda: tracked(opened) == 2 and opened.context.session.track.paused, timeout=60_000
+    )
+    assert opened.context.session.document.frame == 1
+    opened.context.actions.refresh()
+    assert "paused at 2 of 8" in opened.status.state.text()
 
 
 def test_pause_holds_and_run_goes_on_with_the_same_run(opened, qtbot, second_frame):
     trigger(opened, "run")
     qtbot.waitUntil(lambda: tracked(opened) == 1, timeout=60_000)
-    opened.track.pause()
-    assert not opened.track.paused, "a frame is in work"
+    opened.context.session.track.pause()
+    assert not opened.context.session.track.paused, "a frame is in work"
     second_frame.set()
-    qtbot.waitUntil(lambda: opened.track.paused, timeout=30_000)
-    run = opened.track.entry
+    qtbot.waitUntil(lambda: opened.context.session.track.paused, timeout=30_000)
+    run = opened.context.session.track.entry
     qtbot.wait(400)
     assert tracked(opened) == 2
-    opened.refresh()
+    opened.context.actions.refresh()
     trigger(opened, "run")
-    qtbot.waitUntil(lambda: opened.track.entry is None, timeout=90_000)
-    assert opened.runs.entries == (run,)
+    qtbot.waitUntil(lambda: opened.context.session.track.entry is None, timeout=90_000)
+    assert opened.context.session.runs.entries == (run,)
     assert len(run.frames) == 8
 
 
@@ -153,11 +171,13 @@ def test_a_tracker_is_held_when_its_frames_are_there(qtbot, small_recording, mon
 
 
 def test_iterations_show_the_prediction_and_then_the_corrected_model(opened, qtbot):
-    inside, shown = opened.inside, []
+    inside, shown = opened.features.inspect.inside, []
     for count in range(7):
-        opened.refresh()
+        opened.context.actions.refresh()
         trigger(opened, "iterate")
-        qtbot.waitUntil(lambda: inside.drawing is not None and opened.settled(), timeout=60_000)
+        qtbot.waitUntil(
+            lambda: inside.drawing is not None and opened.context.tasks.settled(), timeout=60_000
+        )
         assert inside.index == count
         shown.append(inside.drawing)
     assert inside.live
@@ -169,44 +189,53 @@ def test_iterations_show_the_prediction_and_then_the_corrected_model(opened, qtb
     inside.go(len(inside.known.steps) - 1)
     trigger(opened, "iterate")
     qtbot.waitUntil(lambda: tracked(opened) == 1, timeout=60_000)
-    found = opened.runs.active.frames[0].pose
-    np.testing.assert_array_equal(shown[0].body.cones.r1, opened.runs.active.body.cones.r1)
+    found = opened.context.session.runs.active.frames[0].pose
+    np.testing.assert_array_equal(
+        shown[0].body.cones.r1, opened.context.session.runs.active.body.cones.r1
+    )
     np.testing.assert_array_equal(found.rotations, inside.known.trace.after.pose.rotations)
 
 
 def test_changed_settings_apply_to_the_next_step_as_a_new_run(opened, qtbot):
     trigger(opened, "step")
-    qtbot.waitUntil(lambda: tracked(opened) == 1 and opened.track.paused, timeout=60_000)
-    first = opened.track.entry
-    opened.parameters.settings_changed.emit(opened.track.settings.replaced(iterations=2))
-    opened.refresh()
+    qtbot.waitUntil(
+        lambda: tracked(opened) == 1 and opened.context.session.track.paused, timeout=60_000
+    )
+    first = opened.context.session.track.entry
+    opened.features.tune.parameters.settings_changed.emit(
+        opened.context.session.track.settings.replaced(iterations=2)
+    )
+    opened.context.actions.refresh()
     trigger(opened, "step")
     qtbot.waitUntil(
-        lambda: opened.track.entry is not first and tracked(opened) == 1, timeout=60_000
+        lambda: opened.context.session.track.entry is not first and tracked(opened) == 1,
+        timeout=60_000,
     )
-    second = opened.track.entry
+    second = opened.context.session.track.entry
     assert sorted(first.frames) == [0]
     assert sorted(second.frames) == [1]
-    assert second.settings.tracking.iterations == 2
+    assert second.context.settings.tracking.iterations == 2
 
 
 def test_a_selection_is_tracked_alone(opened, qtbot):
-    opened.timeline.set_selection(range(2, 5))
-    opened.timeline.selection_changed.emit(range(2, 5))
-    opened.refresh()
+    opened.context.docks.timeline.set_selection(range(2, 5))
+    opened.context.docks.timeline.selection_changed.emit(range(2, 5))
+    opened.context.actions.refresh()
     trigger(opened, "run_selection")
-    qtbot.waitUntil(lambda: opened.track.entry is None, timeout=90_000)
-    assert sorted(opened.runs.active.frames) == [2, 3, 4]
+    qtbot.waitUntil(lambda: opened.context.session.track.entry is None, timeout=90_000)
+    assert sorted(opened.context.session.runs.active.frames) == [2, 3, 4]
 
 
 def test_a_run_is_saved_and_opened_again(opened, qtbot, tmp_path):
     trigger(opened, "step")
-    qtbot.waitUntil(lambda: tracked(opened) == 1 and opened.track.paused, timeout=60_000)
-    opened.track.stop()
-    made = opened.runs.active
-    opened.files.save_run(made, tmp_path / "run.npz")
-    opened.files.open_run(tmp_path / "run.npz")
-    again = opened.runs.active
+    qtbot.waitUntil(
+        lambda: tracked(opened) == 1 and opened.context.session.track.paused, timeout=60_000
+    )
+    opened.context.session.track.stop()
+    made = opened.context.session.runs.active
+    opened.features.files.save_run(made, tmp_path / "run.npz")
+    opened.features.files.open_run(tmp_path / "run.npz")
+    again = opened.context.session.runs.active
     assert again is not made
     np.testing.assert_array_equal(again.at(0).landmarks, made.at(0).landmarks)
     np.testing.assert_allclose(again.at(0).pose.position, made.at(0).pose.position)
@@ -217,4 +246,4 @@ def test_closing_while_tracking_ends_the_thread(opened, qtbot):
     trigger(opened, "run")
     qtbot.waitUntil(lambda: tracked(opened) == 1, timeout=60_000)
     opened.close()
-    assert opened.track.entry is None
+    assert opened.context.session.track.entry is None

@@ -50,8 +50,8 @@ def positions(window):
 
 def test_a_frame_of_four_views_needs_36_clicks_and_no_key(four, qtbot):
     for frame, order in ((0, "NOSW"), (1, "WSNO")):
-        four.document.go_to(frame)
-        qtbot.waitUntil(four.settled, timeout=60_000)
+        four.context.session.document.go_to(frame)
+        qtbot.waitUntil(four.context.tasks.settled, timeout=60_000)
         wanted = {}
         for name in order:
             wanted |= annotate_view(four, name)
@@ -59,8 +59,8 @@ def test_a_frame_of_four_views_needs_36_clicks_and_no_key(four, qtbot):
         assert len(found) == 36
         for place, pixel in wanted.items():
             assert found[place] == pytest.approx(pixel, abs=1e-9), place
-    assert four.project.project.clicks.count() == 72
-    assert len(four.project.project.history.entries()) == 72, "a click, an edit"
+    assert four.context.session.project.project.clicks.count() == 72
+    assert len(four.context.session.project.project.history.entries()) == 72, "a click, an edit"
 
 
 def test_views_in_any_order_with_flags_and_an_undo_in_between(four):
@@ -115,15 +115,15 @@ def test_the_name_stands_at_the_cursor_before_the_click(four, qtbot):
     assert said(four, "N") == ""
     point(four, 100.0, 100.0, "N")
     assert (said(four, "O"), said(four, "N")) == ("", "left shoulder")
-    place = four.timeline.mapTo(four, four.timeline.rect().center())
+    place = four.context.docks.timeline.mapTo(four, four.context.docks.timeline.rect().center())
     QTest.mouseMove(four.windowHandle(), place)
     QApplication.processEvents()
     assert said(four, "N") == "", "gone with the mouse"
-    four.grid.show_kind("N", "disparity")
-    qtbot.waitUntil(four.settled, timeout=60_000)
+    four.context.docks.views.show_kind("N", "disparity")
+    qtbot.waitUntil(four.context.tasks.settled, timeout=60_000)
     point(four, 100.0, 100.0, "N")
     assert said(four, "N") == "", "a computed picture takes no clicks"
-    four.show_workspace_named("track")
+    four.context.docks.show_named("track")
     point(four, 100.0, 100.0, "O")
     assert said(four, "O") == ""
 
@@ -133,7 +133,7 @@ def test_the_name_is_of_the_frame_that_is_shown(four, qtbot):
         point_and_click(four, *truth(four, landmark, "O"), "O")
     assert said(four, "O") == "left elbow"
     key(four, Qt.Key.Key_Period, name="O")
-    qtbot.waitUntil(four.settled, timeout=60_000)
+    qtbot.waitUntil(four.context.tasks.settled, timeout=60_000)
     assert said(four, "O") == "left shoulder", "without a move of the mouse"
 
 
@@ -174,13 +174,13 @@ def test_a_key_wins_for_one_click_in_whichever_view(four):
 
 
 def test_a_row_wins_for_one_click_also_the_one_that_is_chosen_already(four, qtbot):
-    table = four.landmarks_panel.table
+    table = four.features.annotate.clicking.landmarks.table
     point(four, 100.0, 100.0, "N")
     assert table.currentIndex().row() == 0
     for row in (0, 4):
         place = table.visualRect(table.model().index(row, 1)).center()
         qtbot.mouseClick(table.viewport(), LEFT, pos=place)
-        assert four.annotate.annotating.choice.asked
+        assert four.features.annotate.clicking.annotating.choice.asked
         assert table.currentIndex().row() == row
         point_and_click(four, 100.0 + 30.0 * row, 100.0, "S")
     assert {landmark for _, landmark in clicks(four)} == {"left_shoulder", "left_hand"}
@@ -189,20 +189,20 @@ def test_a_row_wins_for_one_click_also_the_one_that_is_chosen_already(four, qtbo
 
 def test_when_all_is_clicked_a_click_changes_nothing_and_it_is_said(four):
     annotate_view(four, "N")
-    before, edits = positions(four), len(four.project.project.history.entries())
+    before, edits = positions(four), len(four.context.session.project.project.history.entries())
     words = "all nine are clicked here: drag to move, 1-9 to click one again"
     point(four, 20.0, 200.0, "N")
     assert said(four, "N") == words
     point_and_click(four, 20.0, 200.0, "N")
     point_and_click(four, 20.0, 200.0, "N", CTRL)
     assert positions(four) == before
-    assert len(four.project.project.history.entries()) == edits
+    assert len(four.context.session.project.project.history.entries()) == edits
     assert words[1:] in four.statusBar().currentMessage()
     x, y = before[("N_right", "left_hand")]
     point(four, x, y, "N")
     assert said(four, "N") == "left hand: click to hold it, drag to move it"
     click(four, x, y)
-    assert four.annotate.annotating.held() == ClickKey(0, "N_right", "left_hand")
+    assert four.features.annotate.clicking.annotating.held() == ClickKey(0, "N_right", "left_hand")
     assert positions(four) == before
     key(four, Qt.Key.Key_Escape)
     start = at(four, x, y)
@@ -230,20 +230,20 @@ def test_outside_is_what_is_named_and_not_the_click_before(four):
 
 
 def test_the_choice_stays_where_the_person_wants_it_to(four):
-    four.actions_book.action("advance_none").trigger()
+    four.context.actions.action("advance_none").trigger()
     key(four, Qt.Key.Key_3)
     for name in "NS":
         point_and_click(four, 100.0, 100.0, name)
         assert said(four, name).startswith("left elbow: click to hold it")
         point(four, 160.0, 140.0, name)
         assert said(four, name) == "move left elbow here"
-    four.document.go_to(1)
-    assert four.annotate.annotating.choice.landmark == "left_elbow"
+    four.context.session.document.go_to(1)
+    assert four.features.annotate.clicking.annotating.choice.landmark == "left_elbow"
     assert {landmark for _, landmark in clicks(four, 0)} == {"left_elbow"}
 
 
 def test_a_landmark_goes_through_all_views_where_that_is_wanted(four):
-    four.actions_book.action("advance_view").trigger()
+    four.context.actions.action("advance_view").trigger()
     for name in "NOS":
         point_and_click(four, 100.0, 100.0, name)
     point(four, 160.0, 140.0, "S")
@@ -259,7 +259,7 @@ def test_a_landmark_goes_through_all_views_where_that_is_wanted(four):
 def test_a_second_click_on_a_picture_that_is_about_to_change_moves_nothing(four):
     camera, place = view(four, "N"), at(four, 100.0, 100.0)
     QTest.mouseClick(camera, LEFT, NONE, place)
-    four.document.go_to(2)  # its pictures are still on their way
+    four.context.session.document.go_to(2)  # its pictures are still on their way
     for shift in (QPoint(20, 0), QPoint(40, 0)):
         QTest.mouseClick(camera, LEFT, NONE, place + shift)
     found = {landmark: one.position for (_, landmark), one in clicks(four, 0).items()}
@@ -270,12 +270,12 @@ def test_a_second_click_on_a_picture_that_is_about_to_change_moves_nothing(four)
 
 def test_the_one_large_view_does_not_decide_what_is_clicked_in_a_small_one(four, qtbot):
     annotate_view(four, "N")
-    four.actions_book.action("arrange_one-and-more").trigger()
-    qtbot.waitUntil(four.settled, timeout=60_000)
-    four.grid.set_active("N")
+    four.context.actions.action("arrange_one-and-more").trigger()
+    qtbot.waitUntil(four.context.tasks.settled, timeout=60_000)
+    four.context.docks.views.set_active("N")
     point(four, 100.0, 100.0, "O")
     assert said(four, "O") == "left shoulder"
-    assert four.grid.active == "N", "nothing is arranged anew by a move of the mouse"
+    assert four.context.docks.views.active == "N", "nothing is arranged anew by a move of the mouse"
     key(four, Qt.Key.Key_X, name="O")
     assert clicks(four)[("O_right", "left_shoulder")].visibility == Visibility.OUTSIDE
     assert clicks(four)[("N_right", "left_shoulder")].visibility == Visibility.SEEN

@@ -9,15 +9,15 @@ from PySide6.QtGui import QDropEvent, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from app.shell.workspaces.layout import WORKSPACES
 from app.widgets.camera.camera_view import CameraView
+from app.workspace_names import WORKSPACE_NAMES
 
 pytestmark = pytest.mark.window
 
 
 def shown(window) -> set[int]:
     """Frames that the views have."""
-    return {tile.camera.picture.frame for tile in window.grid.tiles.values()}
+    return {tile.camera.picture.frame for tile in window.context.docks.views.tiles.values()}
 
 
 def press(qtbot, window, key, modifier=Qt.KeyboardModifier.NoModifier):
@@ -26,31 +26,31 @@ def press(qtbot, window, key, modifier=Qt.KeyboardModifier.NoModifier):
 
 
 def go(qtbot, window, frame):
-    window.document.go_to(frame)
+    window.context.session.document.go_to(frame)
     qtbot.waitUntil(lambda: shown(window) == {frame}, timeout=10_000)
 
 
 def test_the_welcome_page_offers_ways_to_begin(window):
-    assert window.stack.currentWidget() is window.welcome
+    assert window.context.docks.middle.currentWidget() is window.welcome
     assert window.welcome.open_button.isVisible()
     assert window.welcome.demo_button.isVisible()
-    assert "no recording" in window.state_label.text()
+    assert "no recording" in window.status.state.text()
 
 
 def test_opening_shows_all_views_at_frame_zero(opened):
-    assert set(opened.grid.tiles) == {"N", "S"}
+    assert set(opened.context.docks.views.tiles) == {"N", "S"}
     assert shown(opened) == {0}
     assert opened.windowTitle().startswith("small")
-    assert opened.findings.verdict.text()
+    assert opened.features.calibrate.findings.verdict.text()
 
 
 def test_a_folder_without_a_recording_is_said_and_nothing_is_lost(opened, qtbot, tmp_path):
-    opened.files.open(tmp_path)
+    opened.context.session.opening.open(tmp_path)
     qtbot.waitUntil(lambda: opened.messages.message is not None, timeout=10_000)
     words = opened.messages.text()
     assert str(tmp_path) in words
     assert "Traceback" not in words
-    assert opened.document.recording is not None
+    assert opened.context.session.document.recording is not None
 
 
 def test_a_dropped_folder_is_opened(window, qtbot, small_recording):
@@ -64,8 +64,8 @@ def test_a_dropped_folder_is_opened(window, qtbot, small_recording):
         Qt.KeyboardModifier.NoModifier,
     )
     window.dropEvent(event)
-    qtbot.waitUntil(lambda: window.document.recording is not None, timeout=30_000)
-    assert window.files.recent() == [small_recording.resolve()]
+    qtbot.waitUntil(lambda: window.context.session.document.recording is not None, timeout=30_000)
+    assert window.context.session.opening.recent() == [small_recording.resolve()]
 
 
 def test_arrow_keys_step_and_all_views_follow(opened, qtbot):
@@ -81,14 +81,16 @@ def test_arrow_keys_step_and_all_views_follow(opened, qtbot):
     ):
         press(qtbot, opened, key)
         qtbot.waitUntil(lambda frame=frame: shown(opened) == {frame}, timeout=10_000)
-        assert opened.document.frame == frame
-        assert opened.transport.number.value() == frame
-        assert opened.timeline.frame == frame
+        assert opened.context.session.document.frame == frame
+        assert opened.context.docks.transport.number.value() == frame
+        assert opened.context.docks.timeline.frame == frame
 
 
 def test_a_frame_is_the_same_whichever_way_it_was_reached(opened, qtbot):
     def pixels():
-        return {n: t.camera.picture.pixels.copy() for n, t in opened.grid.tiles.items()}
+        return {
+            n: t.camera.picture.pixels.copy() for n, t in opened.context.docks.views.tiles.items()
+        }
 
     go(qtbot, opened, 4)
     direct = pixels()
@@ -103,16 +105,16 @@ def test_a_frame_is_the_same_whichever_way_it_was_reached(opened, qtbot):
 
 def test_space_plays_to_the_end_and_stops_there(opened, qtbot):
     seen = []
-    opened.document.frame_changed.connect(seen.append)
+    opened.context.session.document.frame_changed.connect(seen.append)
     press(qtbot, opened, Qt.Key.Key_Space)
-    assert opened.document.playing
-    qtbot.waitUntil(lambda: not opened.document.playing, timeout=20_000)
-    assert opened.document.frame == 7
+    assert opened.context.session.document.playing
+    qtbot.waitUntil(lambda: not opened.context.session.document.playing, timeout=20_000)
+    assert opened.context.session.document.frame == 7
     assert seen == sorted(seen)
 
 
 def test_the_wheel_zooms_at_the_cursor(opened, qtbot):
-    camera: CameraView = opened.grid.tiles["N"].camera
+    camera: CameraView = opened.context.docks.views.tiles["N"].camera
     place = QPointF(camera.width() * 0.3, camera.height() * 0.4)
     before = camera.pixel_at(place)
     wheel = QWheelEvent(
@@ -135,7 +137,7 @@ def test_the_wheel_zooms_at_the_cursor(opened, qtbot):
 
 
 def test_dragging_moves_an_enlarged_picture(opened, qtbot):
-    camera = opened.grid.tiles["N"].camera
+    camera = opened.context.docks.views.tiles["N"].camera
     camera.zoom_by(4.0)
     before = camera.place_of(300.0, 200.0)
     start = camera.rect().center()
@@ -149,79 +151,81 @@ def test_dragging_moves_an_enlarged_picture(opened, qtbot):
 
 
 def test_the_pixel_under_the_cursor_is_told(opened, qtbot):
-    camera = opened.grid.tiles["S"].camera
+    camera = opened.context.docks.views.tiles["S"].camera
     place = camera.place_of(100.0, 50.0).toPoint()
     QTest.mouseMove(camera, place + QPoint(1, 1))
     QTest.mouseMove(camera, place)
-    qtbot.waitUntil(lambda: opened.pixel_label.text().startswith("S"), timeout=5_000)
+    qtbot.waitUntil(lambda: opened.status.pixel.text().startswith("S"), timeout=5_000)
     expected = camera.pixel_at(QPointF(place))
-    assert f"x {expected.x():.1f}" in opened.pixel_label.text()
+    assert f"x {expected.x():.1f}" in opened.status.pixel.text()
 
 
-@pytest.mark.parametrize("space", WORKSPACES, ids=lambda space: space.name)
-def test_every_workspace_fits_the_smallest_screen(opened, qtbot, space):
+@pytest.mark.parametrize("name", WORKSPACE_NAMES)
+def test_every_workspace_fits_the_smallest_screen(opened, qtbot, name):
+    space = next(one for one in opened.context.docks.workspaces if one.name == name)
     qtbot.mouseClick(
         opened.bars.workspaces.widgetForAction(
-            opened.actions_book.action(f"workspace_{space.name}")
+            opened.context.actions.action(f"workspace_{space.name}")
         ),
         Qt.MouseButton.LeftButton,
     )
-    qtbot.waitUntil(opened.settled, timeout=60_000)
-    assert opened.workspace is space
+    qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)
+    assert opened.context.docks.workspace == name
     assert opened.width() <= 1366
     assert opened.height() <= 768
     below = [(names,) if isinstance(names, str) else names for names in space.bottom]
     for panels in (*space.side, *below):
-        docks = [opened.docks[name] for name in panels]
+        docks = [opened.context.docks.dock(name) for name in panels]
         # those behind another tab lie outside the window
         seen = [dock for dock in docks if dock.geometry().intersects(opened.rect())]
         assert seen or not panels
         assert all(dock.height() > 60 and dock.width() > 150 for dock in seen)
-    for tile in opened.grid.tiles.values():
+    for tile in opened.context.docks.views.tiles.values():
         assert tile.camera.height() >= 100, "a view is squeezed"
 
 
 def test_a_changed_workspace_is_kept_and_can_be_reset(opened, qtbot):
-    book = opened.actions_book
+    book = opened.context.actions
     book.action("workspace_review").trigger()
-    assert not opened.docks["numbers"].isHidden()
+    assert not opened.context.docks.dock("numbers").isHidden()
     book.action("panel_numbers").trigger()
     book.action("workspace_tune").trigger()
     book.action("workspace_review").trigger()
-    assert opened.docks["numbers"].isHidden()
+    assert opened.context.docks.dock("numbers").isHidden()
     book.action("workspace_reset").trigger()
-    assert not opened.docks["numbers"].isHidden()
+    assert not opened.context.docks.dock("numbers").isHidden()
 
 
 def test_a_workspace_comes_back_as_it_was_left(opened):
     def shown():
-        return {name for name, dock in opened.docks.items() if not dock.isHidden()}
+        docks = opened.context.docks
+        return {name for name in docks.titles() if docks.is_shown(name)}
 
     first = {}
-    for space in (*WORKSPACES, *WORKSPACES[::-1]):
-        opened.show_workspace_named(space.name)
-        assert shown() == first.setdefault(space.name, shown()), space.name
+    for name in (*WORKSPACE_NAMES, *WORKSPACE_NAMES[::-1]):
+        opened.context.docks.show_named(name)
+        assert shown() == first.setdefault(name, shown()), name
 
 
 def test_m_shows_the_active_view_alone(opened, qtbot):
-    qtbot.mouseClick(opened.grid.tiles["S"].camera, Qt.MouseButton.LeftButton)
+    qtbot.mouseClick(opened.context.docks.views.tiles["S"].camera, Qt.MouseButton.LeftButton)
     press(qtbot, opened, Qt.Key.Key_M)
-    assert opened.grid.tiles["S"].isVisible()
-    assert not opened.grid.tiles["N"].isVisible()
+    assert opened.context.docks.views.tiles["S"].isVisible()
+    assert not opened.context.docks.views.tiles["N"].isVisible()
     press(qtbot, opened, Qt.Key.Key_M)
-    assert opened.grid.tiles["N"].isVisible()
+    assert opened.context.docks.views.tiles["N"].isVisible()
 
 
 def test_keys_switch_overlays_one_by_one(opened, qtbot):
-    before = opened.grid.display.overlays
+    before = opened.context.view_state.display.overlays
     press(qtbot, opened, Qt.Key.Key_R)
-    assert opened.grid.display.overlays == before ^ {"reference"}
+    assert opened.context.view_state.display.overlays == before ^ {"reference"}
     press(qtbot, opened, Qt.Key.Key_D)
-    assert opened.grid.display.overlays == before ^ {"reference", "points"}
+    assert opened.context.view_state.display.overlays == before ^ {"reference", "points"}
 
 
 def test_the_reference_is_painted_where_the_camera_sees_it(opened, qtbot):
-    camera = opened.grid.tiles["N"].camera
+    camera = opened.context.docks.views.tiles["N"].camera
     with_reference = camera.grab().toImage()
     head = camera.picture.overlay.reference[6]
     place = camera.place_of(*head).toPoint()
@@ -233,16 +237,20 @@ def test_the_reference_is_painted_where_the_camera_sees_it(opened, qtbot):
 def test_disparity_and_foreground_are_shown_at_the_same_instant(opened, qtbot):
     for key in (Qt.Key.Key_F3, Qt.Key.Key_F4, Qt.Key.Key_F5, Qt.Key.Key_F2, Qt.Key.Key_F1):
         press(qtbot, opened, key)
-        qtbot.waitUntil(opened.settled, timeout=60_000)
-        kinds = {tile.camera.picture.kind for tile in opened.grid.tiles.values()}
-        assert kinds == {opened.grid.tiles["N"].kind}
-        assert all(t.camera.picture.pixels is not None for t in opened.grid.tiles.values())
+        qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)
+        kinds = {tile.camera.picture.kind for tile in opened.context.docks.views.tiles.values()}
+        assert kinds == {opened.context.docks.views.tiles["N"].kind}
+        assert all(
+            t.camera.picture.pixels is not None for t in opened.context.docks.views.tiles.values()
+        )
         press(qtbot, opened, Qt.Key.Key_Right)
-        qtbot.waitUntil(lambda: shown(opened) == {opened.document.frame}, timeout=30_000)
+        qtbot.waitUntil(
+            lambda: shown(opened) == {opened.context.session.document.frame}, timeout=30_000
+        )
 
 
 def test_closing_the_recording_goes_back_to_the_welcome_page(opened, qtbot):
-    opened.actions_book.action("close").trigger()
-    assert opened.stack.currentWidget() is opened.welcome
+    opened.context.actions.action("close").trigger()
+    assert opened.context.docks.middle.currentWidget() is opened.welcome
     assert opened.welcome.recent.count() == 1
-    assert not opened.actions_book.action("run").isEnabled()
+    assert not opened.context.actions.action("run").isEnabled()

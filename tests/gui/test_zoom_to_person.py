@@ -24,10 +24,10 @@ def bare(window, qtbot, small_recording, tmp_path):
         if not line.startswith("reference")
     ]
     (folder / "recording.toml").write_text("\n".join(without), encoding="utf-8")
-    window.files.open(folder, workspace="annotate")
-    qtbot.waitUntil(lambda: window.document.frame_set is not None, timeout=30_000)
-    qtbot.waitUntil(window.settled, timeout=60_000)
-    assert window.document.recording.reference is None
+    window.context.session.opening.open(folder, workspace="annotate")
+    qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None, timeout=30_000)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    assert window.context.session.document.recording.reference is None
     return window
 
 
@@ -42,14 +42,14 @@ def seen(window, name, points):
 
 def press_z(window, qtbot):
     key(window, Qt.Key.Key_Z)
-    qtbot.waitUntil(window.settled, timeout=60_000)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
 
 
 def test_views_zoom_to_the_clicks_and_back(bare, qtbot):
     for name, places in PLACES.items():
         for x, y in places:
             click(bare, x, y, name)
-    qtbot.waitUntil(bare.settled, timeout=60_000)
+    qtbot.waitUntil(bare.context.tasks.settled, timeout=60_000)
     before = seen(bare, "N", PLACES["N"])[1]
     press_z(bare, qtbot)
     assert view(bare, "N").zoom > 1.5
@@ -57,7 +57,7 @@ def test_views_zoom_to_the_clicks_and_back(bare, qtbot):
     assert inside
     assert share > 1.5 * before
     press_z(bare, qtbot)
-    assert [tile.camera.zoom for tile in bare.grid.tiles.values()] == [1.0, 1.0]
+    assert [tile.camera.zoom for tile in bare.context.docks.views.tiles.values()] == [1.0, 1.0]
 
 
 def test_nothing_moves_while_clicks_are_placed(bare, qtbot):
@@ -66,7 +66,7 @@ def test_nothing_moves_while_clicks_are_placed(bare, qtbot):
     press_z(bare, qtbot)
     zoom, corner = view(bare, "N").zoom, view(bare, "N").place_of(0.0, 0.0)
     pixel = click(bare, *(PLACES["N"][0][0] - 20.0, PLACES["N"][0][1] + 30.0))
-    qtbot.waitUntil(bare.settled, timeout=60_000)
+    qtbot.waitUntil(bare.context.tasks.settled, timeout=60_000)
     assert view(bare, "N").zoom == zoom
     assert view(bare, "N").place_of(0.0, 0.0) == corner
     assert any(one.position == pytest.approx(pixel) for one in clicks(bare).values())
@@ -75,22 +75,22 @@ def test_nothing_moves_while_clicks_are_placed(bare, qtbot):
 def test_the_next_frame_follows_its_own_clicks(bare, qtbot):
     for x, y in PLACES["N"]:
         click(bare, x, y)
-    bare.document.go_to(1)
-    qtbot.waitUntil(bare.settled, timeout=60_000)
+    bare.context.session.document.go_to(1)
+    qtbot.waitUntil(bare.context.tasks.settled, timeout=60_000)
     elsewhere = [(x - 200.0, y + 150.0) for x, y in PLACES["N"]]
     for x, y in elsewhere:
         click(bare, x, y)
-    bare.document.go_to(0)
-    qtbot.waitUntil(bare.settled, timeout=60_000)
+    bare.context.session.document.go_to(0)
+    qtbot.waitUntil(bare.context.tasks.settled, timeout=60_000)
     press_z(bare, qtbot)
     assert not seen(bare, "N", elsewhere)[0]
-    bare.document.go_to(1)
-    qtbot.waitUntil(bare.settled, timeout=60_000)
+    bare.context.session.document.go_to(1)
+    qtbot.waitUntil(bare.context.tasks.settled, timeout=60_000)
     assert seen(bare, "N", elsewhere)[0]
 
 
 def test_it_says_where_nothing_tells_of_a_person(bare, qtbot):
-    bare.actions_book.action("keep_person").trigger()
+    bare.context.actions.action("keep_person").trigger()
     assert "click two landmarks" in bare.statusBar().currentMessage()
     assert view(bare, "N").zoom == 1.0
 
@@ -98,4 +98,4 @@ def test_it_says_where_nothing_tells_of_a_person(bare, qtbot):
 def test_the_reference_tells_where_the_person_is(annotating, qtbot):
     press_z(annotating, qtbot)
     assert view(annotating, "N").zoom > 1.0
-    assert "Zoom to the person" in annotating.actions_book.action("keep_person").text()
+    assert "Zoom to the person" in annotating.context.actions.action("keep_person").text()

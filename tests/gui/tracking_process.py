@@ -16,9 +16,9 @@ os.environ["QT_QPA_PLATFORM"] = "offscreen"
 from PySide6.QtCore import QSettings
 from PySide6.QtWidgets import QApplication
 
-from app.shell.main_window import MainWindow
 from app.widgets.style.theme import apply_theme
 from stereotrack_core.tracking.presets import preset
+from tests.gui.hands import window_with
 
 
 def until(app: QApplication, condition: Callable[[], bool]) -> None:
@@ -33,13 +33,22 @@ def track(recording: Path, folder: Path, frames: int) -> None:
     apply_theme(app, "dark")
     settings = QSettings(str(folder / "settings.ini"), QSettings.Format.IniFormat)
     settings.setValue("projects_folder", str(folder))
-    window = MainWindow(settings)
+    window = window_with(settings)
     window.show()
-    window.files.open(recording)
-    until(app, lambda: window.document.frame_set is not None and not window.project.why_no_edit())
-    window.track.choose("fast", preset("fast"))
-    opened, count = window.document.recording, window.document.frame_count
-    entry = window.track.begin(opened, range(count), "auto", None, allowed=frames)
+    window.context.session.opening.open(recording)
+    until(
+        app,
+        lambda: (
+            window.context.session.document.frame_set is not None
+            and not window.context.session.project.why_no_edit()
+        ),
+    )
+    window.context.session.track.choose("fast", preset("fast"))
+    opened, count = (
+        window.context.session.document.recording,
+        window.context.session.document.frame_count,
+    )
+    entry = window.context.session.track.begin(opened, range(count), "auto", None, allowed=frames)
     until(app, lambda: len(entry.frames) == frames)
     sys.stdout.write("held\n")
     sys.stdout.flush()

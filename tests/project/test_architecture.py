@@ -119,6 +119,21 @@ def test_the_core_keeps_no_global_state():
     assert not found
 
 
+def test_what_is_open_is_known_without_widgets():
+    """The import contracts see packages of others as a whole, not Qt's parts."""
+    widgets = ("PySide6.QtWidgets", "pyqtgraph")
+    found = [
+        name_of(path)
+        for path, node in nodes("app/session")
+        if (isinstance(node, ast.ImportFrom) and (node.module or "").startswith(widgets))
+        or (
+            isinstance(node, ast.Import)
+            and any(alias.name.startswith(widgets) for alias in node.names)
+        )
+    ]
+    assert not found
+
+
 WRITING = {
     *("write_text", "write_bytes", "tofile", "touch", "savetxt", "savez", "savez_compressed"),
     *("savefig", "save_slp", "imwrite", "imwritemulti", "FileStorage", "mkstemp"),

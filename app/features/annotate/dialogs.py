@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Qt, Slot
 from PySide6.QtWidgets import QDialog, QFileDialog
@@ -31,14 +30,12 @@ from .exchange.import_dialog import ImportDialog
 from .exchange.importing import LabelFile, labels_of, reference_in
 from .exchange.take_in_dialog import TakeInDialog
 from .exchange.taking_in import TakeIn
+from .panels import AnnotationPanels
 from .selection import Selection
 from .setup.landmark_set_dialog import LandmarkSetDialog
 from .setup.landmark_sets import LandmarkSets
 from .setup.subject_dialog import SubjectDialog
 from .setup.subjects import Subjects
-
-if TYPE_CHECKING:
-    from .panels import AnnotationPanels
 
 _PROJECTS = "Projects (*.stereotrack)"
 
@@ -49,6 +46,7 @@ class AnnotationDialogs(QObject):
     def __init__(self, panels: AnnotationPanels) -> None:
         super().__init__(panels)
         self._panels = panels
+        panels.leaving.connect(self.close_all)
         self._agreement: AgreementDialog | None = None
         self._other: Path | None = None
 

@@ -14,8 +14,9 @@ from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording
 
-from ...services.failures import Message, message_of
+from ...services.failures import message_of
 from ...services.tasks.task import TaskList
+from ...widgets.forms.message import Message
 from ...widgets.forms.repeat_bar import RepeatBar
 from ...widgets.tables.history_panel import HistoryPanel
 from ...widgets.tables.next_panel import NextPanel
@@ -24,9 +25,7 @@ from ...widgets.timeline.lane_filter import KINDS, LaneFilter
 from ...widgets.timeline.timeline_view import TimelineView
 from .annotation_lanes import AnnotationLanes
 from .clicking.blind_repeats import BlindRepeats
-from .dialogs import AnnotationDialogs
 from .edits import EditWork
-from .filling.predicting import PredictionWork
 from .filling.reference_work import ReferenceWork, ShownReference
 from .history import HistoryPresenter
 from .next_clicks import NextPresenter, Ranking
@@ -50,6 +49,8 @@ class AnnotationPanels(QObject):
 
     Signals
     -------
+    leaving : ()
+        Another project comes, or none: what works on the one before stops.
     frame_requested : int
     click_requested : int, str, str
         Frame, camera and landmark: go there and choose it.
@@ -67,6 +68,7 @@ class AnnotationPanels(QObject):
         Commands may be possible now that were not, or the other way round.
     """
 
+    leaving = Signal()
     frame_requested = Signal(int)
     click_requested = Signal(int, str, str)
     landmark_chosen = Signal(str)
@@ -94,8 +96,6 @@ class AnnotationPanels(QObject):
         self.next = NextPresenter(self)
         self.reference = ReferenceWork(tasks, self)
         self.edits = EditWork(tasks, self)
-        self.predicting = PredictionWork(self)
-        self.dialogs = AnnotationDialogs(self)
         self._back_to: int | None = None
         self._forget: Callable[[], None] | None = None
         self._soon = QTimer(self, singleShot=True, interval=_DELAY_MS)
@@ -126,8 +126,6 @@ class AnnotationPanels(QObject):
         self.reference.residuals_changed.connect(self._on_residuals)
         self.reference.busy_changed.connect(self.changed)
         self.repeat_bar.finish_requested.connect(self.finish_repeat)
-        self.predicting.found.connect(self._on_predicted)
-        self.predicting.busy_changed.connect(self.changed)
         self.edits.said.connect(self.said)
         self.edits.message.connect(self.message)
         for source in (self.history, self.next, self.reference):
@@ -142,8 +140,7 @@ class AnnotationPanels(QObject):
         if self._forget is not None:
             self._forget()
             self._forget = None
-        self.dialogs.close_all()
-        self.predicting.cancel()
+        self.leaving.emit()
         self.project = project if recording is not None else None
         self.recording, self.frame_count = recording, frame_count
         self._back_to = None
@@ -339,11 +336,6 @@ class AnnotationPanels(QObject):
             self.next_panel.show_ranking((), None, colours)
         else:
             self.next_panel.show_ranking(ranking.suggestions, ranking.sign, colours)
-
-    @Slot(str)
-    def _on_predicted(self, words: str) -> None:
-        self.said.emit(words)
-        self.repeat_changed.emit()
 
     # ---- blind repeats
 

@@ -11,11 +11,12 @@ from ...services.failures import message_of
 from ...services.tasks.newest import NewestWins
 from ...session.clouds import CloudPresenter
 from ...session.document import DocumentPresenter
+from ...session.pictures import StepDrawing
 from ...session.runs import RunList
 from ...session.tracking import TrackPresenter
 from ...widgets.plots.inside_content import StepContent
 from .inside_contents import content_of
-from .inside_drawing import StepDrawing, drawing_of
+from .inside_drawing import drawing_of
 from .inside_sources import (
     LIVE,
     Inside,

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
@@ -22,6 +20,7 @@ from stereotrack_core.tracking.trace import (
     StepTrace,
 )
 
+from ...session.pictures import StepDrawing
 from ...widgets.camera.inside_overlay import Ghosts, InsideScene, Marked, moved_ghosts
 from ...widgets.style.diverging import SHADES, shade_colours, shade_of
 from ...widgets.style.limb_colours import LIMB_COLOURS
@@ -36,30 +35,6 @@ UNUSED = {
     ON_PARTNER: "#009E73",
 }
 """Colours of points that are not used, by reason; what is only surplus is not drawn."""
-
-
-@dataclass(frozen=True, eq=False)
-class StepDrawing:
-    """One step as it is drawn.
-
-    Attributes
-    ----------
-    frame : int
-    words : str
-        For the status line.
-    body : BodyModel
-    pose : Pose
-        Of the model that is drawn as a whole.
-    scene : InsideScene
-    cloud : Cloud
-    """
-
-    frame: int
-    words: str
-    body: BodyModel
-    pose: Pose
-    scene: InsideScene
-    cloud: Cloud
 
 
 def drawing_of(trace: StepTrace, step: Step, cloud: Cloud) -> StepDrawing:

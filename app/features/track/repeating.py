@@ -15,10 +15,10 @@ from stereotrack_core.tracking.pipeline import track
 from stereotrack_core.tracking.repeating import Recipe, Sameness, recipe_of, sameness, what_differs
 from stereotrack_core.tracking.run import Run
 
-from ...services.failures import Message
 from ...services.tasks.task import Task, TaskList
 from ...session.document import DocumentPresenter
 from ...session.runs import RunEntry, RunList, entry_of_run
+from ...widgets.forms.message import Message
 
 
 @dataclass(frozen=True, eq=False)

@@ -252,7 +252,7 @@ class AttemptPresenter(QObject):
         recording, base = self._document.recording, self.base()
         subject = recording.subject if recording is not None else None
         if base is None:
-            name = self._runs.next_name(attempt.preset, changed=self._track.settings_changed)
+            name = self._runs.next_name(attempt.preset, changed=self._track.differs_from_preset)
         else:
             self._number += 1
             name = f"attempt {self._number}"

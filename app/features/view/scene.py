@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Literal, TypeAlias
 
 import cv2
 import numpy as np
@@ -15,10 +14,10 @@ from stereotrack_core.body.mesh import PartMesh
 from stereotrack_core.depth.cloud import Cloud
 
 from ...session.pictures import Instant
+from ...session.view_state import PointColour
 from ...widgets.scene.content import Ellipsoid, GhostBody, SceneContent
 from ...widgets.style.limb_colours import limb_rgb
 
-PointColour: TypeAlias = Literal["view", "limb", "distance"]
 POINT_COLOURS: dict[PointColour, str] = {
     "view": "Points by view",
     "limb": "Points by nearest limb",

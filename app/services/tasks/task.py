@@ -127,6 +127,15 @@ class TaskList(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._tasks: list[Task] = []
+        self._settled: list[Callable[[], bool]] = []
+
+    def watch(self, settled: Callable[[], bool]) -> None:
+        """Ask this too whether everything that was asked for is done."""
+        self._settled.append(settled)
+
+    def settled(self) -> bool:
+        """Whether everything that was asked for is done and shown."""
+        return not self._tasks and all(settled() for settled in self._settled)
 
     @property
     def tasks(self) -> tuple[Task, ...]:

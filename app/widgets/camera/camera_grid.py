@@ -22,9 +22,9 @@ from PySide6.QtWidgets import (
 
 from stereotrack_core.recording.description import View
 
-from .camera_view import CameraView, Display
+from .camera_view import CameraView
 from .click_marks import ClickMarks
-from .picture import PICTURE_KINDS, Picture, PictureKind
+from .picture import PICTURE_KINDS, Display, Picture, PictureKind
 
 Arrangement: TypeAlias = Literal["grid", "one-and-more", "single"]
 ARRANGEMENTS: tuple[Arrangement, ...] = ("grid", "one-and-more", "single")
@@ -164,8 +164,7 @@ class CameraGrid(QWidget):
         self._active = self._at_hand = ""
         self._arrangement: Arrangement = "grid"
         self._display = Display()
-        self._lights: dict[str, tuple[float, float]] = {}
-        self._hidden: frozenset[str] = frozenset()
+        self._lights: Mapping[str, tuple[float, float]] = {}
         self._clicking: tuple[bool, str] = (False, "")
         self._keys: Callable[[QKeySequence], Callable[[], None] | None] = lambda _keys: None
         self._layout = QGridLayout(self)
@@ -192,11 +191,6 @@ class CameraGrid(QWidget):
         """How the views are arranged."""
         return self._arrangement
 
-    @property
-    def display(self) -> Display:
-        """How pictures are displayed."""
-        return self._display
-
     def active_camera(self) -> CameraView | None:
         """The camera view that keys act on."""
         tile = self._tiles.get(self._active)
@@ -208,7 +202,7 @@ class CameraGrid(QWidget):
             self._layout.removeWidget(tile)
             tile.hide()
             tile.deleteLater()
-        self._tiles, self._lights = {}, {}
+        self._tiles = {}
         for view in views:
             tile = CameraTile(view, self)
             tile.kind_chosen.connect(self._on_kind)
@@ -258,38 +252,19 @@ class CameraGrid(QWidget):
             tile.set_kind(kind)
             self.kinds_changed.emit()
 
-    def set_display(self, display: Display) -> None:
-        """Change how pictures are displayed in all views."""
-        self._display = display
+    def set_display(
+        self, display: Display, lights: Mapping[str, tuple[float, float]] | None = None
+    ) -> None:
+        """Change how pictures are displayed; `lights` are brightness and contrast of some views."""
+        self._display, self._lights = display, lights or {}
         for name, tile in self._tiles.items():
             tile.camera.set_display(self._display_of(name))
 
-    def set_hidden(self, overlays: frozenset[str]) -> None:
-        """Show none of these overlays for now, whatever is switched on."""
-        if overlays != self._hidden:
-            self._hidden = overlays
-            self.set_display(self._display)
-
     def _display_of(self, view: str) -> Display:
-        brightness, contrast = self.light(view)
-        overlays = self._display.overlays - self._hidden
-        return dataclasses.replace(
-            self._display, overlays=overlays, brightness=brightness, contrast=contrast
-        )
-
-    def light(self, view: str) -> tuple[float, float]:
-        """Brightness and contrast of a view: its own, or that of all."""
-        return self._lights.get(view, (self._display.brightness, self._display.contrast))
-
-    def set_light(self, brightness: float, contrast: float, view: str = "") -> None:
-        """Show one view, or without a name all of them, brighter or darker."""
-        if view:
-            self._lights[view] = (brightness, contrast)
-            self.set_display(self._display)
-        else:
-            self._lights = {}
-            display = dataclasses.replace(self._display, brightness=brightness, contrast=contrast)
-            self.set_display(display)
+        light = self._lights.get(view)
+        if light is None:
+            return self._display
+        return dataclasses.replace(self._display, brightness=light[0], contrast=light[1])
 
     # ---- clicks
 

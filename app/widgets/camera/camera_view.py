@@ -28,9 +28,7 @@ from .cursor_label import CursorLabel
 from .loupe import loupe_size, paint_loupe
 from .overlays import paint_overlay
 from .picture import Picture
-from .picture_view import Display, PictureView
-
-__all__ = ["CameraView", "Display"]
+from .picture_view import PictureView
 
 _CLICK_PIXELS = 4
 _COMPUTED = (

@@ -10,6 +10,7 @@ import numpy as np
 
 from stereotrack_core.arrays import ImageArray
 
+from .click_marks import CLICK_OVERLAYS
 from .overlays import Overlay
 
 PictureKind: TypeAlias = Literal["image", "left", "disparity", "foreground", "depth"]
@@ -55,6 +56,36 @@ class Picture:
     overlay: Overlay = field(default_factory=Overlay)
     camera: str = ""
     value_at: Callable[[float, float], str] = field(default=lambda _x, _y: "")
+
+
+@dataclass(frozen=True)
+class Display:
+    """How pictures are displayed, the same for all views.
+
+    Attributes
+    ----------
+    overlays : frozenset of str
+        Names of the overlays that are switched on.
+    highlighted : str
+        Limb that is selected everywhere, or empty.
+    brightness : float
+        -1 to 1.
+    contrast : float
+        Factor.
+    loupe : bool
+    loupe_in_corner : bool
+        Whether the loupe is in a corner, so that it hides nothing around the cursor.
+    keep_person : bool
+        Whether views enlarge the person and follow it, until somebody zooms by hand.
+    """
+
+    overlays: frozenset[str] = frozenset({"outline", "others", "reference", *CLICK_OVERLAYS})
+    highlighted: str = ""
+    brightness: float = 0.0
+    contrast: float = 1.0
+    loupe: bool = False
+    loupe_in_corner: bool = False
+    keep_person: bool = False
 
 
 def brightened(pixels: ImageArray, brightness: float, contrast: float) -> ImageArray:

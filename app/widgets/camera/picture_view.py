@@ -2,50 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QTransform
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from .click_marks import CLICK_OVERLAYS
-from .picture import Picture, brightened
+from .picture import Display, Picture, brightened
 
 _MOST_ZOOM = 64.0
 _PERSON_SHARE, _LEAST_SHARE = 0.8, 0.5
 _LEAST_PERSON = 0.2
 """Share of the picture below which nothing counts as a person: two clicks are not one."""
-
-
-@dataclass(frozen=True)
-class Display:
-    """How pictures are displayed, the same for all views.
-
-    Attributes
-    ----------
-    overlays : frozenset of str
-        Names of the overlays that are switched on.
-    highlighted : str
-        Limb that is selected everywhere, or empty.
-    brightness : float
-        -1 to 1.
-    contrast : float
-        Factor.
-    loupe : bool
-    loupe_in_corner : bool
-        Whether the loupe is in a corner, so that it hides nothing around the cursor.
-    keep_person : bool
-        Whether views enlarge the person and follow it, until somebody zooms by hand.
-    """
-
-    overlays: frozenset[str] = frozenset({"outline", "others", "reference", *CLICK_OVERLAYS})
-    highlighted: str = ""
-    brightness: float = 0.0
-    contrast: float = 1.0
-    loupe: bool = False
-    loupe_in_corner: bool = False
-    keep_person: bool = False
 
 
 class PictureView(QWidget):

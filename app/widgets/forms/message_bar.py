@@ -13,9 +13,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ...services.failures import Message
 from ..style.icons import set_icon
 from ..style.theme import current_theme
+from .message import Message
 
 _ICONS = {"error": "warning", "warning": "warning", "note": "info"}
 

@@ -42,7 +42,7 @@ class ErrorPlot(FramePlot):
         title: str = "angular error",
         unit: str = "deg",
     ) -> None:
-        super().__init__(f"Plot of the {title} over frames", parent)
+        super().__init__(_name(title), parent)
         self._unit = unit
         self._headings = title, ""
         self._curves: tuple[Curve, ...] = ()
@@ -82,6 +82,10 @@ class ErrorPlot(FramePlot):
         """Curves of limbs that are not switched off."""
         hidden = self._legend.hidden_limbs
         return tuple(curve for curve in self._curves if curve.limb not in hidden)
+
+    def set_title(self, title: str) -> None:
+        """Show another measure."""
+        self.setAccessibleName(_name(title))
 
     def set_heading(self, words: str, brief: str = "", tip: str = "") -> None:
         """Say what is shown; `brief` is what stands there where `words` have no room."""
@@ -213,3 +217,7 @@ class ErrorPlot(FramePlot):
         self._threshold.label.setColor(QColor(theme.error))
         self._threshold.label.fill = pg.mkBrush(theme.plot_background)
         self._legend.refresh()
+
+
+def _name(title: str) -> str:
+    return f"Plot of the {title} over frames"

@@ -8,15 +8,17 @@ from PySide6.QtCore import QPoint, QSettings, Qt
 from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import QInputDialog, QMainWindow, QVBoxLayout, QWidget
 
-from app.features.annotate.commands import add_commands
+from app.features.annotate.actions import add_commands
+from app.features.annotate.dialogs import AnnotationDialogs
 from app.features.annotate.exchange.agreement_dialog import AgreementDialog
 from app.features.annotate.exchange.export_dialog import ExportDialog
 from app.features.annotate.exchange.import_dialog import ImportDialog
 from app.features.annotate.exchange.importing import LabelFile
 from app.features.annotate.exchange.take_in_dialog import TakeInDialog
+from app.features.annotate.filling.predicting import PredictionWork
 from app.features.annotate.panels import AnnotationPanels
 from app.features.annotate.setup.subject_dialog import SubjectDialog
-from app.services.actions import ActionBook
+from app.services.actions import ActionRegistry
 from app.services.tasks.task import TaskList
 from app.widgets.timeline.lane_filter import LaneFilter
 from app.widgets.timeline.lanes import Mark
@@ -44,9 +46,10 @@ class Stage(QMainWindow):
         super().__init__()
         self.timeline, self.tasks = TimelineView(), TaskList(self)
         self.panels = AnnotationPanels(self.timeline, self.tasks, self)
-        self.book = ActionBook(self, settings)
-        add_commands(self.panels, self.book)
-        self.book.fill(self.menuBar())
+        self.book = ActionRegistry(self, settings)
+        self.dialogs = AnnotationDialogs(self.panels)
+        add_commands(self.book, self.panels, self.dialogs, PredictionWork(self.panels))
+        self.book.fill(self.menuBar(), ())
         page = QWidget()
         column = QVBoxLayout(page)
         column.addWidget(self.panels.repeat_bar)
@@ -301,12 +304,12 @@ def test_labels_of_another_tool_are_imported(qtbot, project, stage, tmp_path):
 def test_a_trajectory_becomes_a_reference(qtbot, project, stage, make, tmp_path):
     points = np.stack([make.places_at(k) for k in range(10)])
     write_landmarks(tmp_path / "truth.csv", LandmarkTrajectory(np.arange(10), points))
-    stage.panels.dialogs.import_labels(LabelFile(tmp_path / "truth.csv"))
+    stage.dialogs.import_labels(LabelFile(tmp_path / "truth.csv"))
     settled(qtbot, stage)
     qtbot.waitUntil(lambda: stage.panels.reference.now is not None, timeout=20_000)
     assert project.chosen(project.references) == "truth"
     assert "does not say how good it is" in stage.panels.reference.words()
-    stage.panels.dialogs.import_labels(LabelFile(tmp_path / "truth.csv"))
+    stage.dialogs.import_labels(LabelFile(tmp_path / "truth.csv"))
     qtbot.waitUntil(lambda: bool(stage.problems), timeout=20_000)
     assert "there is a reference 'truth' already" in stage.problems[-1].what
 
@@ -320,7 +323,7 @@ def test_another_project_is_compared_and_merged(qtbot, project, stage, make, tmp
     qtbot.waitUntil(lambda: stage.findChild(AgreementDialog) is not None)
     dialog = stage.findChild(AgreementDialog)
     qtbot.waitUntil(lambda: "nothing to compare" in dialog.verdict.text(), timeout=20_000)
-    stage.panels.dialogs.compare_with(path)
+    stage.dialogs.compare_with(path)
     qtbot.waitUntil(lambda: "a click is good to" in dialog.verdict.text(), timeout=20_000)
     qtbot.mouseClick(dialog.look_button, LEFT)
     qtbot.waitUntil(lambda: stage.findChild(TakeInDialog) is not None, timeout=20_000)
@@ -337,7 +340,7 @@ def test_another_project_is_compared_and_merged(qtbot, project, stage, make, tmp
 
 
 def test_a_project_of_another_recording_is_refused(qtbot, project, stage, tmp_path):
-    stage.panels.dialogs.merge(project.path)
+    stage.dialogs.merge(project.path)
     qtbot.waitUntil(lambda: bool(stage.problems), timeout=20_000)
     assert "this is the project that is open" in str(stage.problems[0])
 
@@ -402,16 +405,16 @@ def test_the_reference_is_exported_with_and_without_its_uncertainty(qtbot, stage
     stage.trigger("fit")
     settled(qtbot, stage)
     stage.trigger("export-reference")
-    stage.panels.dialogs.export_reference(tmp_path / "reference")
+    stage.dialogs.export_reference(tmp_path / "reference")
     known = read_landmarks(tmp_path / "reference.csv")
     np.testing.assert_allclose(known.points, stage.panels.reference.now.fit.nine, atol=1e-5)
-    stage.panels.dialogs.export_reference(tmp_path / "reference.npz")
+    stage.dialogs.export_reference(tmp_path / "reference.npz")
     again = read_reference(tmp_path / "reference.npz")
     np.testing.assert_array_equal(
         again.limb_sigma_deg, stage.panels.reference.now.fit.limb_sigma_deg
     )
     assert stage.heard[-1].endswith("with its uncertainty.")
-    stage.panels.dialogs.export_reference(tmp_path / "reference.txt")
+    stage.dialogs.export_reference(tmp_path / "reference.txt")
     assert "cannot be written as .txt" in stage.problems[-1].what
 
 
@@ -428,7 +431,7 @@ def test_a_project_that_can_only_be_read_is_shown(qtbot, project, stage, make):
             assert not stage.book.action(f"annotate-{name}").isEnabled(), name
         for name in ("agreement", "export", "subject", "landmarks"):
             assert stage.book.action(f"annotate-{name}").isEnabled(), name
-        stage.panels.dialogs.show_subjects()
+        stage.dialogs.show_subjects()
         assert not stage.findChild(SubjectDialog).use_button.isEnabled()
         stage.panels.set_project(None, None, 0)
     assert not stage.problems

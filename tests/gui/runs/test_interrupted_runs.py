@@ -53,10 +53,10 @@ def killed(small_recording, tmp_path) -> Path:
 
 def opened(window, qtbot, recording):
     said = []
-    window.run_work.keeper.message.connect(said.append)
-    window.files.open(recording)
-    qtbot.waitUntil(lambda: window.document.frame_set is not None)
-    qtbot.waitUntil(window.settled)
+    window.features.track.keeper.message.connect(said.append)
+    window.context.session.opening.open(recording)
+    qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None)
+    qtbot.waitUntil(window.context.tasks.settled)
     return said
 
 
@@ -64,30 +64,30 @@ def test_it_is_found_kept_and_said_once(killed, window, qtbot, small_recording):
     said = opened(window, qtbot, small_recording)
     [message] = said
     assert (message.severity, message.where) == ("note", NAME)
-    assert window.project.path == killed
-    [kept] = kept_runs(window.project.project.runs)
+    assert window.context.session.project.path == killed
+    [kept] = kept_runs(window.context.session.project.project.runs)
     assert (kept.name, kept.facts.frames, kept.facts.asked) == (NAME, HELD, (0, FRAMES))
-    assert [entry.name for entry in window.runs.entries] == [NAME]
+    assert [entry.name for entry in window.context.session.runs.entries] == [NAME]
     done = iter(range(1, FRAMES))
-    settings, recording = preset("fast"), window.document.recording
+    settings, recording = preset("fast"), window.context.session.document.recording
     alone = track(recording, settings, preset="fast", cancelled=lambda: next(done) == HELD)
-    run = load_run(window.project.project.runs, NAME)
+    run = load_run(window.context.session.project.project.runs, NAME)
     np.testing.assert_array_equal(run.x, alone.x)
     assert unfinished_runs(killed) == ()
-    window.document.close()
+    window.context.session.document.close()
     assert opened(window, qtbot, small_recording)[1:] == []
-    assert len(kept_runs(window.project.project.runs)) == 1
+    assert len(kept_runs(window.context.session.project.project.runs)) == 1
 
 
 def test_a_run_that_ends_leaves_no_file(window, qtbot, small_recording):
     opened(window, qtbot, small_recording)
-    window.track.choose("fast", preset("fast"))
-    place = place_for_run(window.project.path)
-    window.tracker.set_selection(range(2))
-    window.tracker.run_selection()
-    qtbot.waitUntil(lambda: window.track.entry is None)
-    qtbot.waitUntil(window.settled)
-    [kept] = kept_runs(window.project.project.runs)
+    window.context.session.track.choose("fast", preset("fast"))
+    place = place_for_run(window.context.session.project.path)
+    window.context.session.tracker.set_selection(range(2))
+    window.context.session.tracker.run_selection()
+    qtbot.waitUntil(lambda: window.context.session.track.entry is None)
+    qtbot.waitUntil(window.context.tasks.settled)
+    [kept] = kept_runs(window.context.session.project.project.runs)
     assert kept.facts.frames == 2
     assert not place.exists()
 
@@ -99,4 +99,4 @@ def test_a_file_that_is_damaged_stays_and_is_said(killed, window, qtbot, small_r
     assert message.severity == "error"
     assert str(part) == message.where
     assert part.read_bytes() == b"something else"
-    assert kept_runs(window.project.project.runs) == ()
+    assert kept_runs(window.context.session.project.project.runs) == ()

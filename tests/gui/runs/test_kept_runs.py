@@ -34,39 +34,39 @@ MADE = {
 
 def finished(window, name, off=0.05, **changes) -> RunEntry:
     """A run as the tracker leaves it when it has come to its end."""
-    run = made_run(window.document.recording, off=off)
+    run = made_run(window.context.session.document.recording, off=off)
     parameters = preset("fast").replaced(**changes).values()
     run = replace(run, meta={**run.meta, **MADE, "parameters": parameters})
-    entry = entry_of_run(run, window.document.recording.folder)
+    entry = entry_of_run(run, window.context.session.document.recording.folder)
     entry.name, entry.path = name, None
-    window.runs.add(entry)
+    window.context.session.runs.add(entry)
     return entry
 
 
 def settle(window, qtbot):
-    qtbot.waitUntil(window.settled, timeout=60_000)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
 
 
 def names(window):
-    return [entry.name for entry in window.runs.entries]
+    return [entry.name for entry in window.context.session.runs.entries]
 
 
 def kept(window):
-    return [one.name for one in kept_runs(window.project.project.runs)]
+    return [one.name for one in kept_runs(window.context.session.project.project.runs)]
 
 
 def reopen(window, qtbot):
-    folder = window.document.recording.folder
-    window.document.close()
-    window.files.open(folder)
-    qtbot.waitUntil(lambda: window.document.frame_set is not None, timeout=30_000)
+    folder = window.context.session.document.recording.folder
+    window.context.session.document.close()
+    window.context.session.opening.open(folder)
+    qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None, timeout=30_000)
     settle(window, qtbot)
 
 
 @pytest.fixture
 def tracking(opened, qtbot):
     """The Track workspace with an empty project."""
-    opened.show_workspace_named("track")
+    opened.context.docks.show_named("track")
     settle(opened, qtbot)
     return opened
 
@@ -76,19 +76,21 @@ def test_a_finished_run_is_kept_by_itself_and_comes_back_with_the_project(tracki
     settle(tracking, qtbot)
     assert kept(tracking) == ["run", "run (2)"]
     assert (first.kept, second.kept, names(tracking)) == ("run", "run (2)", kept(tracking))
-    assert sameness(load_run(tracking.project.project.runs, "run"), first.run()).equal
-    tracking.runs.show(first, visible=False)
+    assert sameness(
+        load_run(tracking.context.session.project.project.runs, "run"), first.run()
+    ).equal
+    tracking.context.session.runs.show(first, visible=False)
     before = second.run()
     settle(tracking, qtbot)
     reopen(tracking, qtbot)
-    hidden, shown = tracking.runs.entries
+    hidden, shown = tracking.context.session.runs.entries
     assert (hidden.name, hidden.visible, hidden.waiting) == ("run", False, True)
-    assert shown is tracking.runs.active
+    assert shown is tracking.context.session.runs.active
     assert sameness(before, shown.run()).equal
-    row = tracking.run_work.row(hidden)
+    row = tracking.features.track.row(hidden)
     assert (row.frames, row.seed, row.time) == ("0 – 7", "5", "1:15 min")
-    assert "iterations 2 instead of 3" in tracking.run_work.row(shown).made
-    item = tracking.runs_panel.tree.topLevelItem(0)
+    assert "iterations 2 instead of 3" in tracking.features.track.row(shown).made
+    item = tracking.features.track.panel.tree.topLevelItem(0)
     item.setCheckState(0, Qt.CheckState.Checked)
     settle(tracking, qtbot)
     assert len(hidden.frames) == 8
@@ -97,26 +99,28 @@ def test_a_finished_run_is_kept_by_itself_and_comes_back_with_the_project(tracki
 def test_a_run_is_named_noted_and_deleted_and_each_is_taken_back(tracking, qtbot):
     entry = finished(tracking, "run")
     settle(tracking, qtbot)
-    panel = tracking.runs_panel
+    panel = tracking.features.track.panel
     panel.tree.topLevelItem(0).setText(0, "with the coat")
     assert (names(tracking), kept(tracking)) == (["with the coat"], ["with the coat"])
-    tracking.docks["runs"].raise_()
+    tracking.context.docks.dock("runs").raise_()
     panel.note.setFocus()
     QTest.keyClicks(panel.note, "loses the hand")
     QTest.keyClick(panel.note, Qt.Key.Key_Return)
-    assert kept_runs(tracking.project.project.runs)[0].facts.note == "loses the hand"
+    assert (
+        kept_runs(tracking.context.session.project.project.runs)[0].facts.note == "loses the hand"
+    )
     settle(tracking, qtbot)
-    tracking.run_work.remove_active()
+    tracking.features.track.remove_active()
     assert (names(tracking), kept(tracking)) == ([], [])
-    tracking.project.undo()
+    tracking.context.session.project.undo()
     settle(tracking, qtbot)
     assert kept(tracking) == names(tracking) == ["with the coat"]
-    assert len(tracking.runs.entries[0].frames) == 8
+    assert len(tracking.context.session.runs.entries[0].frames) == 8
     assert panel.note.text() == "loses the hand"
-    tracking.project.undo()
-    tracking.project.undo()
+    tracking.context.session.project.undo()
+    tracking.context.session.project.undo()
     assert names(tracking) == ["run"]
-    assert sameness(tracking.runs.entries[0].run(), entry.run()).equal
+    assert sameness(tracking.context.session.runs.entries[0].run(), entry.run()).equal
 
 
 def test_runs_are_changed_in_the_window_s_thread_alone(tracking, qtbot, monkeypatch):
@@ -131,7 +135,7 @@ def test_runs_are_changed_in_the_window_s_thread_alone(tracking, qtbot, monkeypa
     finished(tracking, "run")
     settle(tracking, qtbot)
     reopen(tracking, qtbot)
-    (entry,) = tracking.runs.entries
+    (entry,) = tracking.context.session.runs.entries
     assert (entry.kept, len(entry.frames)) == ("run", 8)
     assert elsewhere == []
 
@@ -148,22 +152,22 @@ def test_what_is_done_to_a_run_while_it_is_being_kept_holds(tracking, qtbot, mon
     entry = finished(tracking, "run")
     qtbot.waitUntil(begun.is_set)
     assert entry.kept == "", "the project does not have it yet"
-    tracking.run_work.keeper.rename(entry, "with the coat")
+    tracking.features.track.keeper.rename(entry, "with the coat")
     other = finished(tracking, "another")
     go.set()
     settle(tracking, qtbot)
-    assert tracking.runs.entries == (entry, other)
+    assert tracking.context.session.runs.entries == (entry, other)
     assert (names(tracking), kept(tracking)) == (["with the coat", "another"],) * 2
-    assert tracking.project.to_undo() == "rename run run to with the coat"
+    assert tracking.context.session.project.to_undo() == "rename run run to with the coat"
 
 
 def test_a_name_that_another_run_has_is_refused(tracking, qtbot):
     finished(tracking, "one")
     finished(tracking, "two")
     settle(tracking, qtbot)
-    tracking.runs_panel.tree.topLevelItem(1).setText(0, "one")
+    tracking.features.track.panel.tree.topLevelItem(1).setText(0, "one")
     assert names(tracking) == ["one", "two"]
-    assert tracking.runs_panel.tree.topLevelItem(1).text(0) == "two"
+    assert tracking.features.track.panel.tree.topLevelItem(1).text(0) == "two"
 
 
 def test_attempts_and_files_are_kept_only_when_that_is_asked_for(tracking, qtbot):
@@ -172,21 +176,21 @@ def test_attempts_and_files_are_kept_only_when_that_is_asked_for(tracking, qtbot
     attempt.kind = "attempt"
     settle(tracking, qtbot)
     assert kept(tracking) == []
-    tracking.runs.activate(opened)
-    tracking.run_work.keep_active()
+    tracking.context.session.runs.activate(opened)
+    tracking.features.track.keep_active()
     settle(tracking, qtbot)
     assert kept(tracking) == ["from a file"]
-    assert tracking.run_work.why_not_keep() == "The project keeps this run already."
+    assert tracking.features.track.why_not_keep() == "The project keeps this run already."
     attempt.kind = "run"
-    tracking.runs.tell()
+    tracking.context.session.runs.tell()
     settle(tracking, qtbot)
     assert kept(tracking) == ["from a file", "attempt"]
 
 
 def test_a_run_that_ends_when_the_window_closes_is_kept(tracking, qtbot):
     finished(tracking, "last")
-    path = tracking.project.path
-    tracking.document.close()
+    path = tracking.context.session.project.path
+    tracking.context.session.document.close()
     from stereotrack_core.project.project import Project
 
     with Project.open(path, read_only=True) as project:
@@ -195,14 +199,22 @@ def test_a_run_that_ends_when_the_window_closes_is_kept(tracking, qtbot):
 
 def test_a_run_in_progress_ends_with_its_recording_and_is_kept(tracking, qtbot):
     """Whatever opens another recording: its frames would be followed and its clouds be kept."""
-    tracking.track.preset, tracking.track.settings = "fast", preset("fast").replaced(iterations=2)
-    tracking.tracker.step()
-    qtbot.waitUntil(lambda: tracking.track.paused and len(tracking.track.entry.frames) == 1)
-    tracking.project.open_file(tracking.project.path)
-    qtbot.waitUntil(lambda: tracking.document.opening)
+    tracking.context.session.track.preset, tracking.context.session.track.settings = (
+        "fast",
+        preset("fast").replaced(iterations=2),
+    )
+    tracking.context.session.tracker.step()
+    qtbot.waitUntil(
+        lambda: (
+            tracking.context.session.track.paused
+            and len(tracking.context.session.track.entry.frames) == 1
+        )
+    )
+    tracking.context.session.project.open_file(tracking.context.session.project.path)
+    qtbot.waitUntil(lambda: tracking.context.session.document.opening)
     settle(tracking, qtbot)
-    assert tracking.track.entry is None
-    (entry,) = tracking.runs.entries
+    assert tracking.context.session.track.entry is None
+    (entry,) = tracking.context.session.runs.entries
     assert (entry.kept, sorted(entry.frames)) == (kept(tracking)[0], [0])
 
 
@@ -210,36 +222,38 @@ def test_runs_are_drawn_over_each_other_and_told_apart(tracking, qtbot):
     for name, off in (("a", 0.3), ("b", 0.6), ("c", 0.0)):
         finished(tracking, name, off=off)
     settle(tracking, qtbot)
-    told = tracking.instant.told
+    told = tracking.context.session.instant.told
     assert told.runs == (("c", "solid"), ("a", "dash"), ("b", "dot"))
     assert [ghost.name for ghost in told.ghosts] == ["a", "b"]
-    view = tracking.grid.tiles["N"].camera
+    view = tracking.context.docks.views.tiles["N"].camera
     overlay = view._picture.overlay
     assert [ghost.style for ghost in overlay.ghosts] == ["dash", "dot"]
     assert overlay.runs == told.runs
     with_others = view.grab().toImage()
-    content = tracking.scene.content
+    content = tracking.context.docks.scene.content
     assert [ghost.style for ghost in content.ghosts] == ["dash", "dot"]
     assert content.runs == told.runs
-    tracking.view.toggle_overlay("others")
+    tracking.features.view.toggle_overlay("others")
     settle(tracking, qtbot)
     assert view._picture.overlay.ghosts == ()
     assert view.grab().toImage() != with_others
-    tracking.view.toggle_overlay("others")
-    styles = {(curve.name, curve.style) for curve in tracking.plot._curves}
+    tracking.features.view.toggle_overlay("others")
+    styles = {(curve.name, curve.style) for curve in tracking.features.review.plot.plot._curves}
     assert styles == {("c", "solid"), ("a", "dash"), ("b", "dot")}
 
 
 def test_figures_of_a_run_that_is_gone_are_not_shown_for_another_one(tracking):
     """Memory is used again: a new run may lie where the old one was, with its name and length."""
-    truth = tracking.judging.truth
+    truth = tracking.context.session.judging.truth
     old, new = (
-        entry_of_run(made_run(tracking.document.recording, off=off), Path("again.npz"))
+        entry_of_run(
+            made_run(tracking.context.session.document.recording, off=off), Path("again.npz")
+        )
         for off in (0.6, 0.1)
     )
 
     def figures(entry):
-        found = tracking.run_work._found((entry,), judged(entry, truth))
+        found = tracking.features.track._found((entry,), judged(entry, truth))
         return [row.cells[0].value for row in found.rows]
 
     entry = replace(old)
@@ -257,8 +271,8 @@ def test_details_say_what_two_runs_were_made_with_differently(tracking, qtbot):
     finished(tracking, "one")
     finished(tracking, "two", iterations=2, data_points=400)
     settle(tracking, qtbot)
-    tracking.run_work.show_details()
-    details = tracking.run_work.details
+    tracking.features.track.show_details()
+    details = tracking.features.track.details
     assert (details.first.currentText(), details.second.currentText()) == ("one", "two")
     rows = {
         details.table.item(k, 0).text(): (
@@ -277,21 +291,24 @@ def test_details_say_what_two_runs_were_made_with_differently(tracking, qtbot):
 
 def test_a_run_is_repeated_and_said_to_be_equal(tracking, qtbot):
     said = []
-    tracking.run_work.repeater.message.connect(said.append)
-    tracking.track.preset, tracking.track.settings = "fast", preset("fast").replaced(iterations=2)
-    tracking.tracker.set_selection(range(1, 3))
-    tracking.tracker.run_selection()
-    qtbot.waitUntil(lambda: tracking.track.entry is None, timeout=60_000)
+    tracking.features.track.repeater.message.connect(said.append)
+    tracking.context.session.track.preset, tracking.context.session.track.settings = (
+        "fast",
+        preset("fast").replaced(iterations=2),
+    )
+    tracking.context.session.tracker.set_selection(range(1, 3))
+    tracking.context.session.tracker.run_selection()
+    qtbot.waitUntil(lambda: tracking.context.session.track.entry is None, timeout=60_000)
     settle(tracking, qtbot)
-    (first,) = tracking.runs.entries
-    assert tracking.actions_book.action("repeat_run").isEnabled()
-    tracking.actions_book.action("repeat_run").trigger()
-    assert "already" in tracking.run_work.why_not_repeat()
+    (first,) = tracking.context.session.runs.entries
+    assert tracking.context.actions.action("repeat_run").isEnabled()
+    tracking.context.actions.action("repeat_run").trigger()
+    assert "already" in tracking.features.track.why_not_repeat()
     qtbot.waitUntil(lambda: bool(said), timeout=60_000)
     settle(tracking, qtbot)
     assert "equal to the last bit" in said[0].what
-    again = tracking.runs.entries[1]
+    again = tracking.context.session.runs.entries[1]
     assert again.name == f"{first.name} again"
     assert kept(tracking) == [first.name, again.name]
     assert sameness(first.run(), again.run()).equal
-    np.testing.assert_array_equal(again.numbers(), [1, 2])
+    np.testing.assert_array_equal(again.features.track.numbers(), [1, 2])

@@ -14,12 +14,12 @@ pytestmark = pytest.mark.window
 def tracked(window, qtbot, **changes):
     """Messages of a run over two frames."""
     said = []
-    window.track.message.connect(said.append)
-    window.track.choose("fast", preset("fast").replaced(**changes))
-    window.tracker.set_selection(range(2))
-    window.tracker.run_selection()
-    qtbot.waitUntil(lambda: window.track.entry is None)
-    qtbot.waitUntil(window.settled)
+    window.context.session.track.message.connect(said.append)
+    window.context.session.track.choose("fast", preset("fast").replaced(**changes))
+    window.context.session.tracker.set_selection(range(2))
+    window.context.session.tracker.run_selection()
+    qtbot.waitUntil(lambda: window.context.session.track.entry is None)
+    qtbot.waitUntil(window.context.tasks.settled)
     return said
 
 
@@ -37,7 +37,7 @@ def test_a_run_in_which_nothing_fits_is_said_and_kept_with_it(opened, qtbot, mon
     assert message.severity == "warning"
     assert "explained by no part of the body" in message.what
     assert "info --deep" in message.remedy
-    runs = opened.project.project.runs
+    runs = opened.context.session.project.project.runs
     first, second = (load_run(runs, kept.name).meta["warnings"] for kept in kept_runs(runs))
     assert first == []
     assert second == [message.what]

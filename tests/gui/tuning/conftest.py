@@ -34,9 +34,9 @@ def quick_run_file(small_recording, tmp_path_factory):
 @pytest.fixture
 def tuning(opened, qtbot, quick_run_file):
     """The window in the workspace Tune, with that run and its settings."""
-    opened.runs.add(entry_of_run(read_run(quick_run_file), quick_run_file))
-    opened.follower.use_settings(preset("fast").replaced(**QUICK))
-    opened.show_workspace_named("tune")
-    opened.tuning.show_settings()
-    qtbot.waitUntil(opened.settled, timeout=60_000)
+    opened.context.session.runs.add(entry_of_run(read_run(quick_run_file), quick_run_file))
+    opened.context.session.track.use(preset("fast").replaced(**QUICK))
+    opened.context.docks.show_named("tune")
+    opened.features.tune.show_settings()
+    qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)
     return opened

@@ -19,10 +19,10 @@ pytestmark = pytest.mark.window
 
 def typed(window, name, text):
     """Give a parameter a value by real keys, as a person finds it by the search."""
-    window.parameters.search.setFocus()
-    window.parameters.search.selectAll()
-    QTest.keyClicks(window.parameters.search, name.replace("_", " "))
-    field = window.parameters.line(name).editor
+    window.features.tune.parameters.search.setFocus()
+    window.features.tune.parameters.search.selectAll()
+    QTest.keyClicks(window.features.tune.parameters.search, name.replace("_", " "))
+    field = window.features.tune.parameters.line(name).editor
     assert field.isVisible()
     field.setFocus()
     field.selectAll()
@@ -31,8 +31,8 @@ def typed(window, name, text):
 
 
 def trigger(window, name):
-    window.refresh()
-    action = window.actions_book.action(name)
+    window.context.actions.refresh()
+    action = window.context.actions.action(name)
     assert action.isEnabled(), action.statusTip()
     action.trigger()
 
@@ -40,8 +40,8 @@ def trigger(window, name):
 def tried(window, qtbot, name="sigma_joint", text="25"):
     """An attempt with one other value."""
     typed(window, name, text)
-    qtbot.waitUntil(window.settled, timeout=60_000)
-    return window.tuning.attempts.entries[-1]
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    return window.features.tune.attempts.entries[-1]
 
 
 @pytest.fixture
@@ -59,50 +59,50 @@ def endless(monkeypatch):
 
 
 def names(window):
-    return [entry.name for entry in window.tuning.attempts.entries]
+    return [entry.name for entry in window.features.tune.attempts.entries]
 
 
 def test_an_edit_by_keys_leads_to_an_attempt_beside_the_run(tuning, qtbot, quick_run_file):
-    run = tuning.runs.active
+    run = tuning.context.session.runs.active
     typed(tuning, "sigma_joint", "25")
-    assert tuning.tuning.attempts.waits, "a moment passes before the tracker starts"
-    assert "tracking" in tuning.attempts_panel.words.text()
-    qtbot.waitUntil(tuning.settled, timeout=60_000)
-    (attempt,) = tuning.tuning.attempts.entries
-    assert tuning.runs.active is run
+    assert tuning.features.tune.attempts.waits, "a moment passes before the tracker starts"
+    assert "tracking" in tuning.features.tune.panel.words.text()
+    qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
+    (attempt,) = tuning.features.tune.attempts.entries
+    assert tuning.context.session.runs.active is run
     assert (attempt.name, attempt.kind) == ("attempt 1", "attempt")
-    assert sorted(attempt.frames) == list(range(8)) == list(tuning.timeline.selection)
+    assert sorted(attempt.frames) == list(range(8)) == list(tuning.context.docks.timeline.selection)
     assert attempt.settings.tracking.sigma_joint == 25.0
     assert attempt.origin.seed == read_run(quick_run_file).meta["seed"] == 2
-    styles = {curve.name: curve.style for curve in tuning.plot.shown_curves}
+    styles = {curve.name: curve.style for curve in tuning.features.review.plot.plot.shown_curves}
     assert styles[run.name] == "solid" != styles["attempt 1"]
-    table = tuning.attempts_panel.table
+    table = tuning.features.tune.panel.table
     assert [table.item(k, 0).text().splitlines()[0] for k in range(2)] == ["◆ quick", "attempt 1"]
     assert "(" in table.item(1, 1).text(), "the difference from the run is stated"
-    assert tuning.attempts_panel.words.text() == "Attempt 1 has these settings."
-    assert len(tuning.instant.told.ghosts) == 1, "it is drawn in the views as well"
+    assert tuning.features.tune.panel.words.text() == "Attempt 1 has these settings."
+    assert len(tuning.context.session.instant.told.ghosts) == 1, "it is drawn in the views as well"
 
 
 def test_the_same_settings_are_not_tried_twice_and_the_run_s_own_not_at_all(tuning, qtbot):
-    before = tuning.track.settings
+    before = tuning.context.session.track.settings
     tried(tuning, qtbot)
     trigger(tuning, "attempt_now")
     assert names(tuning) == ["attempt 1"]
     typed(tuning, "sigma_joint", f"{before.tracking.sigma_joint:g}")
-    qtbot.waitUntil(tuning.settled, timeout=60_000)
+    qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
     assert names(tuning) == ["attempt 1"]
-    assert "the run's settings" in tuning.attempts_panel.words.text()
+    assert "the run's settings" in tuning.features.tune.panel.words.text()
 
 
 @pytest.mark.usefixtures("endless")
 def test_a_further_edit_ends_the_attempt_in_progress(tuning, qtbot):
     typed(tuning, "sigma_joint", "25")
-    qtbot.waitUntil(lambda: tuning.tuning.attempts.running is not None, timeout=10_000)
+    qtbot.waitUntil(lambda: tuning.features.tune.attempts.running is not None, timeout=10_000)
     typed(tuning, "sigma_joint", "30")
-    assert tuning.tuning.attempts.running is None
-    qtbot.waitUntil(tuning.settled, timeout=60_000)
+    assert tuning.features.tune.attempts.running is None
+    qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
     assert names(tuning) == ["attempt 1"]
-    assert tuning.tuning.attempts.entries[0].settings.tracking.sigma_joint == 30.0
+    assert tuning.features.tune.attempts.entries[0].settings.tracking.sigma_joint == 30.0
 
 
 def test_an_attempt_waits_for_one_that_cannot_end_yet(tuning, qtbot, monkeypatch):
@@ -122,11 +122,11 @@ def test_an_attempt_waits_for_one_that_cannot_end_yet(tuning, qtbot, monkeypatch
     qtbot.waitUntil(begun.is_set)
     for text in ("30", "35"):
         typed(tuning, "sigma_joint", text)
-        qtbot.waitUntil(lambda: tuning.tuning.attempts.running is not None)
+        qtbot.waitUntil(lambda: tuning.features.tune.attempts.running is not None)
     assert not others.wait(0.2), "two would use the clouds at once"
     go.set()
-    qtbot.waitUntil(tuning.settled)
-    (attempt,) = tuning.tuning.attempts.entries
+    qtbot.waitUntil(tuning.context.tasks.settled)
+    (attempt,) = tuning.features.tune.attempts.entries
     assert attempt.settings.tracking.sigma_joint == 35.0
     assert sorted(attempt.frames) == list(range(8))
 
@@ -143,17 +143,19 @@ def test_an_attempt_takes_the_place_of_a_series(tuning, qtbot, monkeypatch):
                     assert go.wait(300)
 
     monkeypatch.setattr(runner, "AttemptPipeline", Endless)
-    series = tuning.tuning.series
-    row = next(one for one in tuning.track.settings.rows() if one.name == "sigma_joint")
-    series.begin(row, (10.0, 15.0, 20.0), tuning.track.settings)
+    series = tuning.features.tune.series
+    row = next(
+        one for one in tuning.context.session.track.settings.rows() if one.name == "sigma_joint"
+    )
+    series.begin(row, (10.0, 15.0, 20.0), tuning.context.session.track.settings)
     qtbot.waitUntil(lambda: begun.is_set() and len(series.tried[1].entry.frames) == 1)
     typed(tuning, "sigma_joint", "25")
-    qtbot.waitUntil(lambda: tuning.tuning.attempts.running is not None)
+    qtbot.waitUntil(lambda: tuning.features.tune.attempts.running is not None)
     assert not series.running
     go.set()
-    qtbot.waitUntil(tuning.settled)
+    qtbot.waitUntil(tuning.context.tasks.settled)
     assert [(one.value, len(one.entry.frames)) for one in series.tried] == [(10.0, 8), (15.0, 1)]
-    (attempt,) = tuning.tuning.attempts.entries
+    (attempt,) = tuning.features.tune.attempts.entries
     assert len(attempt.frames) == 8
 
 
@@ -161,20 +163,24 @@ def test_attempts_stay_until_dismissed_one_or_all(tuning, qtbot):
     for text in ("20", "25", "30"):
         tried(tuning, qtbot, text=text)
     assert names(tuning) == ["attempt 1", "attempt 2", "attempt 3"]
-    tuning.attempts_panel.table.selectRow(2)
-    tuning.attempts_panel.table.setFocus()
+    tuning.features.tune.panel.table.selectRow(2)
+    tuning.features.tune.panel.table.setFocus()
     trigger(tuning, "attempt_dismiss")
     assert names(tuning) == ["attempt 1", "attempt 3"]
-    assert {c.name for c in tuning.plot.shown_curves} == {"quick", "attempt 1", "attempt 3"}
+    assert {c.name for c in tuning.features.review.plot.plot.shown_curves} == {
+        "quick",
+        "attempt 1",
+        "attempt 3",
+    }
     trigger(tuning, "attempt_dismiss_all")
     assert names(tuning) == []
-    assert {c.name for c in tuning.plot.shown_curves} == {"quick"}
+    assert {c.name for c in tuning.features.review.plot.plot.shown_curves} == {"quick"}
 
 
 def test_differences_are_from_the_run_or_from_any_attempt(tuning, qtbot):
     for text in ("20", "30"):
         tried(tuning, qtbot, text=text)
-    table = tuning.attempts_panel.table
+    table = tuning.features.tune.panel.table
     from_run = [table.item(k, 1).text() for k in range(3)]
     table.selectRow(1)
     trigger(tuning, "attempt_compare")
@@ -190,9 +196,9 @@ def test_differences_are_from_the_run_or_from_any_attempt(tuning, qtbot):
 def test_an_attempt_becomes_the_run(tuning, qtbot):
     attempt = tried(tuning, qtbot)
     trigger(tuning, "attempt_run")
-    assert tuning.runs.active is attempt
+    assert tuning.context.session.runs.active is attempt
     assert names(tuning) == []
-    qtbot.waitUntil(tuning.settled, timeout=60_000)
+    qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
     np.testing.assert_array_equal(attempt.run().frame, np.arange(8))
     assert attempt.run().meta["parameters"]["sigma_joint"] == 25.0
 
@@ -200,8 +206,8 @@ def test_an_attempt_becomes_the_run(tuning, qtbot):
 def test_an_attempt_is_adopted_as_a_preset_of_the_project(tuning, qtbot, tmp_path):
     attempt = tried(tuning, qtbot)
     typed(tuning, "sigma_joint", "40")
-    tuning.tuning.attempts.cancel()
-    tuning.attempts_panel.table.selectRow(1)
+    tuning.features.tune.attempts.cancel()
+    tuning.features.tune.panel.table.selectRow(1)
     trigger(tuning, "attempt_adopt")
     dialog = tuning.findChild(NameDialog)
     save = dialog.buttons.button(dialog.buttons.StandardButton.Save)
@@ -211,67 +217,69 @@ def test_an_attempt_is_adopted_as_a_preset_of_the_project(tuning, qtbot, tmp_pat
     dialog.name.selectAll()
     QTest.keyClicks(dialog.name, "wide joints")
     QTest.mouseClick(save, Qt.MouseButton.LeftButton)
-    shelf = tuning.tuning.presets.shelf
+    shelf = tuning.features.tune.presets.shelf
     assert shelf.own == ("wide joints",)
-    assert shelf.settings("wide joints") == attempt.settings == tuning.track.settings
-    assert tuning.parameters.preset_box.currentText() == "wide joints"
-    assert not tuning.track.settings_changed
+    assert (
+        shelf.settings("wide joints") == attempt.settings == tuning.context.session.track.settings
+    )
+    assert tuning.features.tune.parameters.preset_box.currentText() == "wide joints"
+    assert not tuning.context.session.track.settings_changed
     path = tmp_path / "wide.toml"
-    tuning.tuning.presets.write_file(path)
+    tuning.features.tune.presets.write_file(path)
     assert preset(str(path)) == attempt.settings
     trigger(tuning, "preset_delete")
     assert shelf.own == ()
-    tuning.tuning.presets.take_file(path)
+    tuning.features.tune.presets.take_file(path)
     assert shelf.own == ("wide joints",)
-    assert read_preset(path).settings == tuning.track.settings
+    assert read_preset(path).settings == tuning.context.session.track.settings
     trigger(tuning, "undo")
     assert shelf.own == ()
-    qtbot.waitUntil(tuning.settled, timeout=60_000)
+    qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
 
 
 def test_undo_after_a_change_leaves_a_run_that_was_kept(tuning, qtbot):
-    tuning.run_work.keep_active()
-    qtbot.waitUntil(tuning.settled, timeout=60_000)
-    run = tuning.runs.active
+    tuning.features.track.keep_active()
+    qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
+    run = tuning.context.session.runs.active
     assert run.kept == "quick"
     typed(tuning, "sigma_joint", "25")
-    tuning.refresh()
-    undo = tuning.actions_book.action("undo")
+    tuning.context.actions.refresh()
+    undo = tuning.context.actions.action("undo")
     assert not undo.isEnabled(), undo.text()
     undo.trigger()
-    tuning.project.undo()
-    assert run in tuning.runs.entries
-    assert tuning.project.project.runs.names() == ("quick",)
-    assert tuning.track.settings.tracking.sigma_joint == 25.0
-    tuning.run_work.remove_active()
-    assert run not in tuning.runs.entries
-    tuning.refresh()
+    tuning.context.session.project.undo()
+    assert run in tuning.context.session.runs.entries
+    assert tuning.context.session.project.project.runs.names() == ("quick",)
+    assert tuning.context.session.track.settings.tracking.sigma_joint == 25.0
+    tuning.features.track.remove_active()
+    assert run not in tuning.context.session.runs.entries
+    tuning.context.actions.refresh()
     assert undo.text() == "Undo: delete run quick"
     undo.trigger()
-    qtbot.waitUntil(tuning.settled, timeout=60_000)
-    assert tuning.project.project.runs.names() == ("quick",)
-    assert [entry.name for entry in tuning.runs.entries if entry.kept] == ["quick"]
+    qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
+    assert tuning.context.session.project.project.runs.names() == ("quick",)
+    assert [entry.name for entry in tuning.context.session.runs.entries if entry.kept] == ["quick"]
 
 
 def test_differences_of_settings_are_from_preset_run_or_thesis(tuning, qtbot):
-    tuning.tuning.toggle_live()
+    tuning.features.tune.toggle_live()
     typed(tuning, "sigma_joint", "25")
-    box = tuning.parameters.against_box
+    box = tuning.features.tune.parameters.against_box
     counts = {}
     for place in range(box.count()):
         box.setCurrentIndex(place)
         box.activated.emit(place)
-        tuning.parameters.search.clear()
-        counts[box.currentData()] = tuning.parameters.only_changed.text()
+        tuning.features.tune.parameters.search.clear()
+        counts[box.currentData()] = tuning.features.tune.parameters.only_changed.text()
     assert counts["run"] == "1 changed"
     assert len(set(counts.values())) == 3
-    assert tuning.parameters.line("sigma_joint").is_changed
-    tuning.tuning.toggle_live()
+    assert tuning.features.tune.parameters.line("sigma_joint").is_changed
+    tuning.features.tune.toggle_live()
 
 
 def test_values_of_one_parameter_beside_each_other(tuning, qtbot):
-    panel, series = tuning.series_panel, tuning.tuning.series
-    tuning.docks["series"].raise_()
+    panel, series = tuning.features.tune.series_panel, tuning.features.tune.series
+    tuning.context.docks.dock("series").raise_()
     panel.choose("sampling")
     assert panel.low.isHidden()
     assert panel.unit.text().startswith("each of: ")
@@ -287,33 +295,33 @@ def test_values_of_one_parameter_beside_each_other(tuning, qtbot):
     panel.by_factors.setChecked(True)
     QTest.mouseClick(panel.begin, Qt.MouseButton.LeftButton)
     assert series.running
-    qtbot.waitUntil(tuning.settled, timeout=90_000)
+    qtbot.waitUntil(tuning.context.tasks.settled, timeout=90_000)
     assert [one.value for one in series.tried] == [5.0, 15.0, 45.0]
     assert all(one.complete for one in series.tried)
     best = series.best()
     means = [one.summary.arms for one in series.tried]
     assert best == int(np.argmin(means))
     assert [m.best for m in series.multiples()].count(True) == 1
-    run = tuning.runs.active
+    run = tuning.context.session.runs.active
     panel.slider.setFocus()
     QTest.keyClick(panel.slider, Qt.Key.Key_Right)
     assert series.shown == 1
-    assert tuning.runs.active is run
-    assert series.tried[1].entry in tuning.runs.entries
+    assert tuning.context.session.runs.active is run
+    assert series.tried[1].entry in tuning.context.session.runs.entries
     area = panel.multiples.area(2).center().toPoint()
     QTest.mouseClick(panel.multiples, Qt.MouseButton.LeftButton, pos=area)
     assert series.shown == 2
-    assert series.tried[1].entry not in tuning.runs.entries
-    tuning.tuning.attempts.live = False
+    assert series.tried[1].entry not in tuning.context.session.runs.entries
+    tuning.features.tune.attempts.live = False
     QTest.mouseDClick(panel.multiples, Qt.MouseButton.LeftButton, pos=area)
-    assert tuning.track.settings.tracking.sigma_joint == 45.0
-    assert series.tried[2].entry not in tuning.runs.entries
-    qtbot.waitUntil(tuning.settled, timeout=60_000)
+    assert tuning.context.session.track.settings.tracking.sigma_joint == 45.0
+    assert series.tried[2].entry not in tuning.context.session.runs.entries
+    qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
 
 
 @pytest.mark.usefixtures("endless")
 def test_closing_while_trying_ends_the_threads(tuning, qtbot):
     typed(tuning, "sigma_joint", "25")
-    qtbot.waitUntil(lambda: tuning.tuning.attempts.running is not None, timeout=10_000)
+    qtbot.waitUntil(lambda: tuning.features.tune.attempts.running is not None, timeout=10_000)
     tuning.close()
-    assert tuning.tuning.settled()
+    assert tuning.features.tune.settled()

@@ -19,6 +19,7 @@ from stereotrack_core.project.history import Changed
 from stereotrack_core.recording.description import Recording
 
 from ....services.tasks.newest_answer import NewestAnswer
+from ....session.camera_doubts import view_names
 from ....session.clouds import CloudPresenter
 from ....session.document import DocumentPresenter
 from ....session.project_file import ProjectPresenter
@@ -289,13 +290,3 @@ class AnnotationFacts(QObject):
             found = project.predictions.at(frame) if project is not None and not blind else ()
             self._predictions = (frame, found)
         return self._predictions[1]
-
-
-def view_names(recording: Recording) -> dict[str, str]:
-    """How people call the cameras: the view's name, with ``left`` for the left image."""
-    names = {}
-    for view in recording.views:
-        names[view.image.camera] = view.name
-        if view.left is not None:
-            names[view.left.camera] = f"{view.name} left"
-    return names

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 from stereotrack_core.annotation.swaps import Swap
 
-from ....services.failures import Message
+from ....widgets.forms.message import Message
 from .click_hints import ClickHints
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
 from PySide6.QtCore import QObject, Signal, Slot
 
@@ -15,6 +15,7 @@ from stereotrack_core.recording.description import Recording
 
 from ....services.tasks.task import Task
 from ....session.runs import RunEntry
+from ..panels import AnnotationPanels
 from ..selection import Selection
 from .following import FollowedSelection, follow_selection
 from .prefilling import (
@@ -26,9 +27,6 @@ from .prefilling import (
     neighbour_filling,
     run_filling,
 )
-
-if TYPE_CHECKING:
-    from ..panels import AnnotationPanels
 
 Source: TypeAlias = Literal["following", "fit", "run", "neighbours"]
 
@@ -60,6 +58,10 @@ class PredictionWork(QObject):
     def __init__(self, panels: AnnotationPanels) -> None:
         super().__init__(panels)
         self._p = panels
+        panels.leaving.connect(self.cancel)
+        self.busy_changed.connect(panels.changed)
+        self.found.connect(panels.said)
+        self.found.connect(panels.repeat_changed)
         self._task: Task | None = None
         self._run: RunEntry | None = None
 

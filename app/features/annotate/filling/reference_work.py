@@ -33,8 +33,8 @@ from stereotrack_core.recording.description import Recording
 
 from ....services.tasks.helper_process import HelperProcess
 from ....services.tasks.task import Task, TaskList
+from ....session.camera_doubts import view_names
 from ....session.truth import arms_good_to
-from ..clicking.annotation_facts import view_names
 from .fitting import (
     FITTED,
     FitOrder,

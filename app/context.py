@@ -1,0 +1,45 @@
+"""What a feature may use, and nothing else."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from PySide6.QtCore import QSettings
+
+from .services.actions import ActionRegistry
+from .services.docks import Docks
+from .services.notifier import Notifier
+from .services.tasks.task import TaskList
+from .session.session import Session
+from .session.view_state import ViewState
+
+
+@dataclass(frozen=True, eq=False)
+class Context:
+    """The seven services of the workbench.
+
+    Attributes
+    ----------
+    session : Session
+        What is open and what is known about it.
+    view_state : ViewState
+        What is chosen of what is shown.
+    tasks : TaskList
+        Work in the background.
+    actions : ActionRegistry
+        Everything that can be done: menus, palette, toolbars and shortcuts follow from it.
+    docks : Docks
+        Views, panels and workspaces.
+    notifier : Notifier
+        Messages and the status line.
+    settings : QSettings
+        What is kept for the next start, apart from all data.
+    """
+
+    session: Session
+    view_state: ViewState
+    tasks: TaskList
+    actions: ActionRegistry
+    docks: Docks
+    notifier: Notifier
+    settings: QSettings

@@ -1,0 +1,295 @@
+"""Clicking in the window: from what a person does in the views to edits, and back to marks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from PySide6.QtCore import QObject, Slot
+from PySide6.QtGui import QKeySequence
+from PySide6.QtWidgets import QInputDialog
+
+from stereotrack_core.annotation.click import ClickKey, Visibility
+from stereotrack_core.annotation.prediction import Prediction
+
+from ....context import Context
+from ....services.stored import stored_text
+from ....session.pictures import FittedBody
+from ....widgets.camera.camera_grid import camera_of
+from ....widgets.camera.click_marks import Moved, Picked, Placed
+from ....widgets.forms.message import Message
+from ....widgets.tables.body_panel import BodyPanel
+from ....widgets.tables.landmarks_panel import LandmarksPanel
+from .annotating import Annotating
+from .annotation_facts import AnnotationFacts
+from .blind_repeats import BlindRepeats
+from .choosing import ADVANCES, Advance
+from .landmark_rows import fit_words, landmark_rows, length_rows, limb_rows
+from .marks import marks_of, predictions_in
+from .swap_offers import SwapOffers
+
+_KNOWN_BEFORE = frozenset({"outline", "shading", "wire", "reference", "correspondences"})
+"""Overlays that would tell in a blind reading what is known already."""
+
+_ADVANCE = "annotate/advance"
+_DEPTH = "annotate/depth"
+
+
+class ClickController(QObject):
+    """Brings views, panels and the presenters of clicking together.
+
+    Attributes
+    ----------
+    annotating : Annotating
+        The choice and the edits.
+    facts : AnnotationFacts
+        What is known about the clicks of the frame.
+    landmarks : LandmarksPanel
+    body : BodyPanel
+    """
+
+    def __init__(self, context: Context, repeats: Callable[[], BlindRepeats | None]) -> None:
+        super().__init__(context.session)
+        self._context, self._session = context, context.session
+        self._views = context.docks.views
+        session = context.session
+        self.landmarks, self.body = LandmarksPanel(), BodyPanel()
+        context.docks.add("landmarks", "Landmarks", self.landmarks)
+        context.docks.add("body", "Body", self.body)
+        self.annotating = Annotating(
+            session.document, session.project, repeats, self.camera_at_hand, self._cameras
+        )
+        self.facts = AnnotationFacts(
+            session.document, session.project, session.clouds, self.annotating, self._all_cameras,
+            lambda: session.cameras.now,
+        )  # fmt: skip
+        self._offers = SwapOffers(self.annotating.swap)
+        stored = stored_text(context.settings, _ADVANCE)
+        self.annotating.advance = next((name for name in ADVANCES if name == stored), "landmark")
+        self.facts.use_depth = bool(context.settings.value(_DEPTH, True, type=bool))
+        self.body.with_depth.setChecked(self.facts.use_depth)
+        self._views.set_keys(self._meaning)
+        self._connect()
+        context.tasks.watch(self.facts.settled)
+
+    def _connect(self) -> None:
+        context, session, views = self._context, self._session, self._views
+        views.clicked.connect(self._on_clicked)
+        views.refused.connect(self._say)
+        views.space_tapped.connect(session.document.toggle_playing)
+        views.at_hand_changed.connect(self._on_view_at_hand)
+        views.kinds_changed.connect(self.facts.ask)
+        views.kinds_changed.connect(self.annotating.follow)
+        context.docks.workspace_changed.connect(self._on_workspace)
+        session.project.opened.connect(self._on_workspace)
+        session.project.closed.connect(self._on_workspace)
+        session.instant.ready.connect(self.show)
+        session.document.playing_changed.connect(self.facts.ask)
+        session.cameras.changed.connect(self.show)
+        session.closing.connect(self.facts.close)
+        self.landmarks.chosen.connect(self.annotating.choose)
+        self.body.with_depth.toggled.connect(self._on_depth)
+        self.annotating.said.connect(self._say)
+        self.annotating.clicks_changed.connect(self._on_annotated)
+        self.annotating.choice_changed.connect(self._on_annotated)
+        self.facts.changed.connect(self.show)
+        self.facts.failed.connect(context.notifier.error)
+        context.notifier.dismissed.connect(self._offers.dismiss)
+
+    # ---- state, computed from facts
+
+    @property
+    def active(self) -> bool:
+        """Whether clicks are placed: in the workspace for that."""
+        return self._context.docks.workspace == "annotate"
+
+    def camera_at_hand(self) -> str:
+        """The camera whose image the view at hand shows; empty where that takes no clicks."""
+        return self._views.cameras().get(self._views.at_hand, "")
+
+    def _cameras(self) -> tuple[str, ...]:
+        return tuple(name for name in self._views.cameras().values() if name)
+
+    def _all_cameras(self) -> tuple[str, ...]:
+        """Cameras of all views, also those that are not shown now or show computed pictures."""
+        tiles = self._views.tiles.values()
+        return tuple(camera_of(tile.view, tile.kind) or tile.view.image.camera for tile in tiles)
+
+    # ---- showing
+
+    @Slot()
+    def show(self, _what: object = None) -> None:
+        """Draw the clicks of the frame, when its pictures are there; fill the panels."""
+        told, document = self._session.instant.told, self._session.document
+        recording = document.recording
+        if recording is None or told is None or told.frame_set.index != document.frame:
+            return
+        facts, state = self.facts.now(), self._context.view_state
+        shown = [recording.cameras[name] for name in self._cameras()]
+        self._views.set_marks(marks_of(facts, shown))
+        state.hide(_KNOWN_BEFORE if self.annotating.repeat() is not None else frozenset())
+        self._show_offers()
+        if self.active:
+            cameras, fit = self._all_cameras(), facts.fit
+            names = [(facts.views or {}).get(name, name) for name in cameras]
+            self.landmarks.show_rows(names, landmark_rows(facts, cameras))
+            self.body.show_body(fit_words(facts), limb_rows(facts), length_rows(facts))
+            state.show_fit(FittedBody(fit.question.frame, fit.meshes) if fit is not None else None)
+        self._context.actions.refresh_soon()
+
+    @Slot()
+    def _on_annotated(self) -> None:
+        self.show()
+        told = self._session.instant.told
+        if told is None or told.frame_set.index != self._session.document.frame:
+            return  # another frame is on its way
+        # keys that follow a click at once find their commands ready
+        for menu in ("&Annotate", "&Edit"):
+            self._context.actions.refresh(menu)
+
+    def _show_offers(self) -> None:
+        hints = self.facts.hints() if self.active else None
+        gone, new = self._offers.update(hints, self.facts.view_names())
+        for message in gone:
+            self._context.notifier.take_back(message)
+        for message in new:
+            self._context.notifier.show(message)
+
+    # ---- what a person does
+
+    @Slot(object)
+    def _on_clicked(self, what: Placed | Moved | Picked) -> None:
+        if isinstance(what, Placed):
+            seen = Visibility.GUESSED if what.guessed else Visibility.SEEN
+            key = ClickKey(what.frame, what.camera, what.landmark)
+            self.annotating.place(key, (what.x, what.y), seen)
+        elif isinstance(what, Moved):
+            key = ClickKey(what.frame, what.camera, what.landmark)
+            self.annotating.move(key, (what.x, what.y))
+        else:
+            self.annotating.pick(ClickKey(what.frame, what.camera, what.landmark))
+
+    def nudge(self, x: float, y: float) -> None:
+        """Move the click in hand in the direction that the person sees; picture pixels."""
+        held = self.annotating.held()
+        for tile in self._views.tiles.values():
+            picture = tile.camera.picture
+            if held is not None and picture is not None and picture.camera == held.camera:
+                self.annotating.nudge(*tile.camera.raw_direction(x, y))
+                return
+
+    def why_no_annotating(self) -> str:
+        """Why nothing can be clicked now, as a sentence."""
+        why_not = self._session.no_edit()
+        if why_not or self.active:
+            return why_not
+        return "This is done in the workspace Annotate (Alt+1)."
+
+    def no_recording(self) -> str:
+        """Why nothing can be chosen for later either."""
+        return self._session.no_recording()
+
+    def depth_available(self) -> bool:
+        """Whether there are measured points to be fitted to."""
+        return self._session.clouds.available
+
+    def why_no_camera(self) -> str:
+        """Why keys act on no image."""
+        return "" if self.camera_at_hand() else "This view shows no camera's own image."
+
+    def predictions_here(self) -> tuple[Prediction, ...]:
+        """Prediction of the chosen landmark in the view at hand, where nobody has clicked it."""
+        return self._predictions([self.camera_at_hand()])
+
+    def predictions_everywhere(self) -> tuple[Prediction, ...]:
+        """Predictions of the chosen landmark in all views where nobody has clicked it."""
+        return self._predictions(self._cameras())
+
+    def _predictions(self, cameras: Iterable[str]) -> tuple[Prediction, ...]:
+        facts = self.facts.now()
+        return tuple(
+            one
+            for camera in cameras
+            for one in predictions_in(facts, camera)
+            if one.landmark == facts.chosen and one.key not in self.annotating.clicks()
+        )
+
+    def accept_here(self) -> None:
+        """Accept the prediction of the chosen landmark in the view at hand."""
+        self.annotating.accept(self.predictions_here())
+
+    def accept_everywhere(self) -> None:
+        """Accept the predictions of the chosen landmark in all views."""
+        self.annotating.accept(self.predictions_everywhere())
+
+    def choose_advance(self, name: Advance) -> None:
+        """Say what follows when a click was placed, and keep it for next time."""
+        self.annotating.set_advance(name)
+        self._context.settings.setValue(_ADVANCE, name)
+
+    def advances_to(self, name: Advance) -> bool:
+        """Whether this is what follows."""
+        return self.annotating.advance == name
+
+    def ask_sigma(self) -> None:
+        """Let the person say how sure the click at hand is."""
+        click = self.annotating.at_hand()
+        if click is None:
+            return
+        dialog = QInputDialog(self._context.docks.dialog_parent)
+        dialog.setWindowTitle("How sure is this click?")
+        dialog.setLabelText("Standard deviation in pixels; 0: as usual for this landmark")
+        dialog.setInputMode(QInputDialog.InputMode.DoubleInput)
+        dialog.setDoubleDecimals(1)
+        dialog.setDoubleRange(0.0, 500.0)
+        dialog.setDoubleStep(0.5)
+        dialog.setDoubleValue(click.sigma or 0.0)
+        dialog.doubleValueSelected.connect(lambda px: self.annotating.set_sigma(px or None))
+        dialog.open()
+
+    def toggle_depth(self) -> None:
+        """Fit with or without measured points."""
+        box = self.body.with_depth
+        box.setChecked(not box.isChecked())
+
+    def pick_last(self) -> None:
+        """Take the click at hand in hand, and let keys go to its view."""
+        self.annotating.pick_last()
+        held = self.annotating.held()
+        for name, camera in self._views.cameras().items():
+            if held is not None and camera == held.camera:
+                self._views.set_active(name)
+                self._views.tiles[name].camera.setFocus()
+
+    # ---- following
+
+    @Slot()
+    def _on_workspace(self) -> None:
+        why_not = self._session.project.why_no_edit() if self.active else ""
+        self._views.set_clicking(self.active, why_not)
+        self.body.with_depth.setEnabled(self._session.clouds.available)
+        self.facts.set_active(self.active)
+        self.annotating.follow()
+        self.show()
+
+    @Slot(str)
+    def _on_view_at_hand(self, _name: str) -> None:
+        if self.active:
+            self.annotating.follow()
+            self.show()
+
+    @Slot(bool)
+    def _on_depth(self, wanted: bool) -> None:
+        self.facts.use_depth = wanted
+        self._context.settings.setValue(_DEPTH, wanted)
+        self.facts.ask()
+
+    def _meaning(self, keys: QKeySequence) -> Callable[[], None] | None:
+        command = self._context.actions.local_of(keys)
+        return self._context.actions.action(command.id).trigger if command is not None else None
+
+    @Slot(str)
+    def _say(self, words: str) -> None:
+        if words == self._session.project.why_no_edit():
+            self._context.notifier.show(Message("warning", "This cannot be changed", remedy=words))
+        else:
+            self._context.notifier.say(words, 6000)

@@ -1,0 +1,1 @@
+"""Calibrate: the rig, and what looks wrong about it."""

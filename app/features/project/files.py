@@ -1,0 +1,173 @@
+"""Opening and saving: dialogs, stored runs, the demo."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal, Slot
+from PySide6.QtWidgets import QFileDialog
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.run_file import read_run, write_run
+from stereotrack_core.simulation.demo import DemoPlaces, demo_places, make_demo
+from stereotrack_core.tracking.unfinished import INCOMPLETE
+
+from ...context import Context
+from ...services.tasks.task import Task
+from ...session.runs import RunEntry, entry_of_run
+from ...widgets.forms.message import Message
+
+_RUN_FILTER = "Complete run (*.npz);;Landmarks (*.csv);;OpenSim (*.trc);;C3D (*.c3d);;BVH (*.bvh)"
+
+
+class FileController(QObject):
+    """Everything between the window and the file system.
+
+    Signals
+    -------
+    saved : Path
+        A run was written.
+    """
+
+    saved = Signal(object)
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context.session)
+        self._context, self._session = context, context.session
+        self._demo_task: Task | None = None
+        self._demo_places: DemoPlaces | None = None
+        context.session.ready.connect(self._on_ready)
+
+    @property
+    def making_demo(self) -> bool:
+        """Whether the demo recording is being rendered."""
+        return self._demo_task is not None
+
+    @property
+    def demo_run(self) -> Path | None:
+        """Where the run of the demo that is open is kept."""
+        return self._demo_places.run if self._demo_places is not None else None
+
+    def ask_for_recording(self) -> None:
+        """Let the person choose a recording folder."""
+        recent = self._session.opening.recent()
+        start = str(recent[0].parent) if recent else str(Path.home())
+        chosen = QFileDialog.getExistingDirectory(
+            self._context.docks.dialog_parent, "Open a recording folder", start
+        )
+        if chosen:
+            self._session.opening.open(Path(chosen))
+
+    def close_recording(self) -> None:
+        """Go back to the welcome page."""
+        self._session.track.stop()
+        self._demo_places = None
+        self._session.document.close()
+
+    def begin_demo(self, folder: Path | None = None) -> None:
+        """Make the demo recording unless it is there, open it and track it."""
+        try:
+            places = demo_places(folder)
+        except InputError as error:
+            self._context.notifier.error(error)
+            return
+        self._demo_places = places
+        if places.made:
+            self._open_demo(places)
+            return
+
+        def work(task: Task) -> DemoPlaces:
+            make_demo(
+                places,
+                on_progress=lambda done, of: task.report(done / of, f"frame {done} of {of}"),
+                cancelled=task.token.cancelled,
+            )
+            return places
+
+        self._demo_task = self._context.tasks.begin("rendering the demo", work, self._open_demo)
+        self._demo_task.ended.connect(self._on_demo_ended)
+
+    @Slot()
+    def _on_demo_ended(self) -> None:
+        self._demo_task = None
+        self._context.actions.refresh()
+
+    @Slot(object)
+    def _open_demo(self, places: DemoPlaces) -> None:
+        self._session.opening.open(places.recording, workspace="track", tracks=True)
+
+    @Slot()
+    def _on_ready(self) -> None:
+        """Do what was asked for together with opening."""
+        asked = self._session.opening.due()
+        if asked.run is not None:
+            self.open_run(asked.run)
+        if asked.workspace:
+            self._context.docks.show_named(asked.workspace)
+        if asked.tracks:
+            self._session.tracker.run()
+
+    def ask_for_run(self) -> None:
+        """Let the person choose a stored run."""
+        chosen, _ = QFileDialog.getOpenFileName(
+            self._context.docks.dialog_parent, "Open a run", "", "Run (*.npz *.part)"
+        )
+        if chosen:
+            self.open_run(Path(chosen))
+
+    def open_run(self, path: Path) -> None:
+        """Show a stored run over the recording."""
+        try:
+            entry = entry_of_run(read_run(path), path)
+        except InputError as error:
+            self._context.notifier.error(error)
+            return
+        recording = self._session.document.recording
+        assert entry.stored is not None  # noqa: S101 - it was read a moment ago
+        made_of = entry.stored.meta.get("recording")
+        if recording is not None and made_of not in {None, recording.name}:
+            self._context.notifier.show(
+                Message(
+                    "warning",
+                    f"this run was tracked in the recording {made_of}, not in {recording.name}",
+                    path.name,
+                    "Its curves may mean nothing here.",
+                )
+            )
+        if entry.stored.meta.get(INCOMPLETE):
+            self._context.notifier.show(
+                Message(
+                    "note",
+                    f"this run was stopped after {len(entry.frames)} frames",
+                    path.name,
+                    "Where its file .part is there, `stereotrack track --resume` goes on with it.",
+                )
+            )
+        self._session.runs.add(entry)
+
+    def ask_where_to_save(self) -> None:
+        """Let the person choose where the active run is kept."""
+        active = self._session.runs.active
+        if active is None:
+            return
+        name = active.path or Path("run.npz")
+        chosen, _ = QFileDialog.getSaveFileName(
+            self._context.docks.dialog_parent, "Save the run", str(name), _RUN_FILTER
+        )
+        if chosen:
+            self.save_run(active, Path(chosen))
+
+    def save_run(self, entry: RunEntry, path: Path) -> None:
+        """Write a run; says so when it is done."""
+        run = entry.run()
+        if run is None:
+            return
+        path = path if path.suffix else path.with_suffix(".npz")
+        try:
+            write_run(path, run)
+        except (InputError, OSError) as error:
+            self._context.notifier.error(error)
+            return
+        entry.path = path
+        self._context.notifier.say(f"The run was saved as {path}.", 6000)
+        self.saved.emit(path)

@@ -1,0 +1,183 @@
+"""What is asked about projects: which file, where the recording is, who annotates."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtCore import QObject, QTimer, Slot
+from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.project.history import Changed
+from stereotrack_core.project.owner import user
+from stereotrack_core.project.rescue import Rescued, rescue
+from stereotrack_core.project.whereabouts import SUFFIX
+
+from ...context import Context
+from ...services.tasks.task import Task
+from ...widgets.forms.message import Message
+
+_FILTER = f"Projects (*{SUFFIX})"
+
+
+class ProjectController(QObject):
+    """Dialogs about projects."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context.session)
+        self._context, self._session = context, context.session
+        context.session.project.recording_missing.connect(self._on_missing)
+        context.session.project.history_moved.connect(self._show_what_moved)
+
+    def ask_for_project(self) -> None:
+        """Let the person choose a project file."""
+        recent = self._session.opening.recent()
+        start = str(recent[0].parent) if recent else str(Path.home())
+        chosen, _ = QFileDialog.getOpenFileName(
+            self._context.docks.dialog_parent, "Open a project", start, _FILTER
+        )
+        if chosen:
+            self._session.opening.open(Path(chosen))
+
+    def ask_for_copy(self) -> None:
+        """Let the person choose where a copy of the project goes, and write it."""
+        project = self._session.project.project
+        if project is None:
+            return
+        proposed = project.path.with_stem(f"{project.path.stem}-copy")
+        chosen, _ = QFileDialog.getSaveFileName(
+            self._context.docks.dialog_parent, "Save a copy of the project", str(proposed), _FILTER
+        )
+        if not chosen:
+            return
+        try:
+            project.save_copy(_with_suffix(chosen))
+        except InputError as error:
+            self._context.notifier.error(error)
+            return
+        self._context.notifier.say(f"The copy is {_with_suffix(chosen)}.", 6000)
+
+    def take_over(self) -> None:
+        """Open for writing what another program is said to have, if the person is sure."""
+        path = self._session.project.path
+        if path is None:
+            return
+        sure = QMessageBox.question(
+            self._context.docks.dialog_parent,
+            "Take the project over",
+            "If the other program still works on this project, edits can get lost. Is it gone "
+            "for certain?",
+        )
+        if sure == QMessageBox.StandardButton.Yes:
+            self._session.project.open_file(path, self._session.document.frame, take_over=True)
+
+    def ask_what_to_rescue(self) -> None:
+        """Let the person choose a damaged project and where to save what can be read."""
+        damaged, _ = QFileDialog.getOpenFileName(
+            self._context.docks.dialog_parent, "Rescue a project", "", _FILTER
+        )
+        if not damaged:
+            return
+        proposed = Path(damaged).with_stem(f"{Path(damaged).stem}-rescued")
+        target, _ = QFileDialog.getSaveFileName(
+            self._context.docks.dialog_parent, "Save what can be read", str(proposed), _FILTER
+        )
+        if not target:
+            return
+
+        def work(_task: Task) -> Rescued:
+            return rescue(Path(damaged), _with_suffix(target))
+
+        self._context.tasks.begin("rescuing the project", work, self._on_rescued)
+
+    @Slot(object)
+    def _on_rescued(self, rescued: Rescued) -> None:
+        rows = sum(rescued.rows.values())
+        history = "with its history" if rescued.history_whole else "its history was damaged"
+        self._context.notifier.show(
+            Message("note", f"{rows} rows were rescued, {history}", str(rescued.path))
+        )
+        self._session.opening.open(rescued.path)
+
+    def ask_for_home(self) -> None:
+        """Let the person choose where new projects go."""
+        home = self._session.project.wishes().home
+        chosen = QFileDialog.getExistingDirectory(
+            self._context.docks.dialog_parent, "Folder of new projects", str(home or Path.home())
+        )
+        if chosen:
+            self._session.project.set_home(Path(chosen))
+
+    def keep_beside(self) -> None:
+        """Let new projects lie beside their recordings."""
+        self._session.project.set_home(None)
+
+    def kept_beside(self) -> bool:
+        """Whether new projects lie beside their recordings."""
+        return self._session.project.wishes().home is None
+
+    def ask_annotator(self) -> None:
+        """Let the person say whose name edits get."""
+        dialog = QInputDialog(self._context.docks.dialog_parent)
+        dialog.setWindowTitle("Who annotates")
+        dialog.setLabelText("Name that edits are signed with:")
+        dialog.setTextValue(self._session.project.annotator or user())
+        dialog.textValueSelected.connect(self._session.project.set_annotator)
+        dialog.open()
+
+    @Slot(object)
+    def _on_missing(self, path: Path) -> None:
+        # the dialog comes when the message about it stands there already
+        QTimer.singleShot(0, lambda: self._ask_where_recording_is(path))
+
+    def _ask_where_recording_is(self, path: Path) -> None:
+        title = f"Where is the recording of {path.name}?"
+        chosen = QFileDialog.getExistingDirectory(
+            self._context.docks.dialog_parent, title, str(path.parent)
+        )
+        if not chosen:
+            self._session.project.give_up()
+            return
+        try:
+            self._session.project.use_recording(Path(chosen))
+        except InputError as error:
+            self._ask_about_another(path, Path(chosen), error)
+        else:
+            self._context.notifier.clear()
+
+    def _ask_about_another(self, path: Path, folder: Path, error: InputError) -> None:
+        """Where the folder holds another recording: take it all the same, or look elsewhere."""
+        button = QMessageBox.StandardButton
+        answer = QMessageBox.question(
+            self._context.docks.dialog_parent,
+            "Another recording",
+            f"{folder.name}: {error.what}.\n\nUse this folder all the same? Clicks that do not "
+            "belong to its pictures stay as they are.",
+            button.Yes | button.Retry | button.Cancel,
+        )
+        if answer == button.Retry:
+            self._ask_where_recording_is(path)
+            return
+        if answer != button.Yes:
+            self._session.project.give_up()
+            return
+        try:
+            self._session.project.use_recording(folder, even_another=True)
+        except InputError as still:
+            self._session.project.give_up()
+            self._context.notifier.error(still)
+
+    @Slot(object)
+    def _show_what_moved(self, changed: Changed) -> None:
+        """Go to the frame of what was taken back or made again, and say what it was."""
+        frames = changed.frames() | changed.frames("frame_flag") | changed.frames("keyframe")
+        document = self._session.document
+        if frames and document.frame not in frames:
+            document.pause()
+            document.go_to(min(frames))
+        self._context.notifier.say(f"{changed.how.capitalize()}: {changed.words}.", 5000)
+
+
+def _with_suffix(chosen: str) -> Path:
+    path = Path(chosen)
+    return path if path.suffix == SUFFIX else path.with_name(f"{path.name}{SUFFIX}")

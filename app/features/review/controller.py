@@ -1,0 +1,224 @@
+"""The panels of reviewing in the window: they follow runs, selection and threshold."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtCore import QObject, QTimer, Slot
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QFileDialog
+
+from stereotrack_core.atomic import write_file
+from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.joint_angles.motion import CUT_OFF_HZ, HIGHEST_SHARE
+from stereotrack_core.evaluation.joint_angles.table import frame_columns, frame_rows
+from stereotrack_core.recording.csv_table import csv_text
+from stereotrack_core.recording.description import Segment
+
+from ...context import Context
+from ...session.runs import RunEntry
+from . import angle_curves, limb_numbers
+from .angle_curves import Moved
+from .explaining import content_of
+from .joint_angles import AnglePresenter
+from .panels import REVIEW_PANELS, ReviewPanels
+from .sights import SightPresenter
+
+_DELAY_MS = 60
+_TABLES = "Tables (*.csv)"
+
+
+class ReviewController(QObject):
+    """Fills statistics, explanations and joint angles; only those that are seen."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context.session)
+        self._context, self._session, self._state = context, context.session, context.view_state
+        session, tasks = context.session, context.tasks
+        self.panels = ReviewPanels(context.docks)
+        self.angles = AnglePresenter(session.runs, tasks, lambda: session.track.entry)
+        self.sights = SightPresenter(tasks, lambda: session.track.entry)
+        self._timer = QTimer(self, singleShot=True, interval=_DELAY_MS)
+        self._timer.timeout.connect(self.show)
+        tasks.watch(lambda: not self._timer.isActive())
+        self._connect()
+
+    def _connect(self) -> None:
+        session, panels, timeline = self._session, self.panels, self._context.docks.timeline
+        for plot in (panels.explanations, panels.angles):
+            plot.frame_requested.connect(session.document.visit)
+        for signal in (
+            panels.explanations.kind_chosen, panels.angles.chosen, self.angles.changed,
+            self.sights.changed, session.judging.judged, session.judging.truth_changed,
+            self._state.selection_changed, self._state.threshold_changed, session.opened,
+            session.closed, session.track.finished, panels.motion.cut_off_changed,
+        ):  # fmt: skip
+            signal.connect(self.show_soon)
+        for name in REVIEW_PANELS:
+            self._context.docks.dock(name).visibilityChanged.connect(self.show_soon)
+        panels.motion.angle_chosen.connect(self._on_angle)
+        panels.angles.visible_range_changed.connect(timeline.set_visible_range)
+        timeline.visible_range_changed.connect(panels.angles.set_visible_range)
+        timeline.margins_changed.connect(panels.angles.set_margins)
+        panels.angles.set_margins(*timeline.margins)
+        session.document.frame_changed.connect(panels.angles.set_frame)
+        session.document.count_changed.connect(panels.angles.set_range)
+        session.opened.connect(self._on_opened)
+
+    @Slot()
+    def _on_opened(self) -> None:
+        recording = self._session.document.recording
+        if recording is not None:
+            highest = HIGHEST_SHARE * recording.fps
+            self.panels.motion.set_highest_cut_off(CUT_OFF_HZ, highest)
+            self.panels.angles.set_range(self._session.document.frame_count)
+
+    def add_buttons(self) -> None:
+        """Offer the commands in their panels, once they are made."""
+        actions = self._context.actions
+        for name in ("copy_statistics", "save_statistics"):
+            self.panels.statistics.add_action_button(actions.action(name))
+        self.panels.motion.add_action_button(actions.action("save_angles"))
+
+    @Slot()
+    def show_soon(self, _what: object = None) -> None:
+        """Bring the panels that are seen up to date, after what else happens now."""
+        self._timer.start()
+
+    @Slot()
+    def show(self) -> None:
+        """Bring the panels that are seen up to date."""
+        if self._session.document.recording is None:
+            return
+        if self.panels.statistics.isVisible():
+            self._show_statistics()
+        if self.panels.explanations.isVisible():
+            self._show_explanations()
+        if self.panels.angles.isVisible() or self.panels.motion.isVisible():
+            self._show_angles()
+
+    # ---- what is shown
+
+    def _entries(self) -> list[RunEntry]:
+        """Runs that are shown, the active one first."""
+        active = self._session.runs.active
+        others = [e for e in self._session.runs.entries if e.visible and e is not active]
+        return [*([active] if active is not None else []), *others]
+
+    def _stretches(self) -> tuple[Segment, ...]:
+        recording = self._session.document.recording
+        segments = () if recording is None else recording.segments
+        count = self._session.document.frame_count
+        return limb_numbers.stretches_of(self._state.selection, count, segments)
+
+    def _numbers(self) -> tuple[limb_numbers.StretchNumbers, ...]:
+        judgements, threshold = self._session.judging.all(), self._state.threshold
+        return limb_numbers.numbers_of(self._entries(), judgements, self._stretches(), threshold)
+
+    def _show_statistics(self) -> None:
+        judgement = self._session.judging.of(self._session.runs.active)
+        numbers = self._numbers()
+        if judgement is None or not numbers:
+            self.panels.statistics.show_statistics("", (), ())
+            return
+        self.panels.statistics.show_statistics(
+            limb_numbers.words(numbers, judgement),
+            limb_numbers.columns(self._state.threshold, judgement.measure),
+            limb_numbers.groups(numbers),
+        )
+
+    def _show_explanations(self) -> None:
+        recording, kind = self._session.document.recording, self.panels.explanations.kind_key
+        if recording is None:
+            return
+        judgements = self._session.judging.all()
+        explained = self.sights.explained(
+            self._entries(), judgements, recording, with_views=kind == "views"
+        )
+        content = content_of(kind, explained, self._state.selection)
+        self.panels.explanations.show_content(content)
+
+    def _moved(self) -> list[Moved]:
+        recording = self._session.document.recording
+        if recording is None:
+            return []
+        truth = self._session.judging.truth
+        return self.angles.shown(truth, recording.fps, self.panels.motion.cut_off.value())
+
+    def _show_angles(self) -> None:
+        self.angles.ask(self._session.judging.truth)
+        moved, plot = self._moved(), self.panels.angles
+        curves = angle_curves.curves_of(moved, plot.angle_key, plot.quantity_key)
+        words = angle_curves.plot_words(moved, plot.angle_key, plot.quantity_key)
+        plot.show_curves(curves, angle_curves.unit_of(plot.quantity_key), words)
+        plot.set_selection(self._state.selection)
+        stretch = self._stretches()[0]
+        rows = angle_curves.range_rows(moved[0], stretch) if moved else ()
+        said = angle_curves.table_words(moved[0], stretch) if moved else ""
+        self.panels.motion.show_rows(said, angle_curves.COLUMNS, rows)
+
+    # ---- what a person does
+
+    @Slot(str)
+    def _on_angle(self, key: str) -> None:
+        box = self.panels.angles.angle
+        box.setCurrentIndex(box.findData(key))
+        if self._context.docks.is_shown("angles"):
+            self._context.docks.bring_up("angles")
+
+    def move_threshold(self, degrees: float) -> None:
+        """Raise or lower the threshold of the plot of errors."""
+        self._state.set_threshold(min(max(self._state.threshold + degrees, 0.0), 180.0))
+        self._context.notifier.say(f"The threshold is {self._state.threshold:.0f}°.", 3000)
+
+    def copy_statistics(self) -> None:
+        """Put the statistics on the clipboard as a table."""
+        text = limb_numbers.as_csv(self._numbers(), self._state.threshold)
+        QGuiApplication.clipboard().setText(text)
+        self._context.notifier.say("The statistics are on the clipboard, as CSV.", 4000)
+
+    def ask_where_to_save_statistics(self) -> None:
+        """Ask for a file for the statistics."""
+        path = self._ask("Save the statistics", "statistics.csv")
+        if path is not None:
+            self.save_statistics(path)
+
+    def save_statistics(self, path: Path) -> None:
+        """Write the statistics as CSV."""
+        self._write(path, limb_numbers.as_csv(self._numbers(), self._state.threshold))
+
+    def ask_where_to_save_angles(self) -> None:
+        """Ask for a file for the joint angles of the active run, or of the reference."""
+        path = self._ask("Save the joint angles", "angles.csv")
+        if path is not None:
+            self.save_angles(path)
+
+    def save_angles(self, path: Path) -> None:
+        """Write joint angles of every frame as CSV."""
+        moved = self._moved()
+        if moved:
+            rows = frame_rows(moved[0].angles, moved[0].motion)
+            self._write(path, csv_text(frame_columns(), rows))
+
+    def why_no_angles(self) -> str:
+        """Why there are no joint angles to be saved."""
+        if self._moved():
+            return ""
+        return "Open the panel Joint angles or Motion first; it works them out."
+
+    def _ask(self, title: str, name: str) -> Path | None:
+        recording = self._session.document.recording
+        folder = Path.home() if recording is None else recording.folder.parent
+        chosen, _ = QFileDialog.getSaveFileName(
+            self._context.docks.dialog_parent, title, str(folder / name), _TABLES
+        )
+        return Path(chosen) if chosen else None
+
+    def _write(self, path: Path, text: str) -> None:
+        path = path if path.suffix else path.with_suffix(".csv")
+        try:
+            write_file(path, text)
+        except InputError as error:
+            self._context.notifier.error(error)
+            return
+        self._context.notifier.say(f"Written to {path}.", 6000)

@@ -1,0 +1,254 @@
+"""Connects the episodes with the panel, the timeline, playback and the files to write."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Slot
+
+from stereotrack_core.evaluation.episodes.episode import CAUSE_WORDS, FOUND_WORDS, Episode
+from stereotrack_core.evaluation.episodes.export import film_of, write_strips
+from stereotrack_core.evaluation.episodes.find import Subject
+from stereotrack_core.evaluation.episodes.matching import agreement
+from stereotrack_core.evaluation.episodes.rules import EpisodeRules
+from stereotrack_core.recording.description import Recording
+
+from ....context import Context
+from ....services.tasks.task import Task
+from ....session.judgement import MEASURED_LIMBS
+from ....widgets.tables.episodes_panel import EpisodesPanel
+from .export_dialog import ExportDialog, ExportWish
+from .listing import Filter, lanes_of_episodes, row_of
+from .pictures import EpisodePictures
+from .presenter import EpisodePresenter, Found
+
+_AROUND = 0.3
+"""Seconds before and after an episode that its loop shows as well."""
+
+
+class EpisodeController(QObject):
+    """What the window does with episodes."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context.session)
+        self._context, self._session = context, context.session
+        session = context.session
+        self.panel = EpisodesPanel()
+        context.docks.add("episodes", "Episodes", self.panel)
+        self._lanes: tuple[Episode, ...] = ()
+        self.presenter = EpisodePresenter(
+            session.document, session.runs, session.track, session.judging, context.tasks,
+            wants_pictures=self._seen, threshold=self._threshold,
+        )  # fmt: skip
+        self.pictures = EpisodePictures(lambda: session.document.reader)
+        causes = {str(cause): words for cause, words in CAUSE_WORDS.items()}
+        found = {str(how): words for how, words in FOUND_WORDS.items()}
+        self.panel.set_choices(MEASURED_LIMBS, causes, found)
+        self.panel.chosen.connect(self._on_chosen)
+        self.panel.activated.connect(self._on_activated)
+        self.panel.filtered.connect(self._on_filtered)
+        self.presenter.changed.connect(self.show)
+        self.pictures.drawn.connect(self.panel.evidence.show_picture)
+        self.pictures.failed.connect(context.notifier.error)
+        context.docks.dock("episodes").visibilityChanged.connect(self._on_seen)
+        context.view_state.threshold_changed.connect(self.presenter.ask_soon)
+        context.docks.workspace_changed.connect(self.show)
+        context.session.closed.connect(self.pictures.close)
+        context.session.closing.connect(self.pictures.close)
+        context.tasks.watch(self.settled)
+        self.show()
+
+    def settled(self) -> bool:
+        """Whether everything shown follows the facts."""
+        return self.presenter.settled() and self.pictures.settled()
+
+    # ---- facts
+
+    @property
+    def subject(self) -> Subject | None:
+        """What the episodes belong to."""
+        found = self.presenter.found
+        return found.subject if found is not None else None
+
+    def none_listed(self) -> str:
+        """Why there is no episode to do something with."""
+        if self._session.runs.active is None:
+            return "There is no run yet."
+        if self.presenter.working and self.presenter.found is None:
+            return "The episodes are still being looked for."
+        return "" if self.presenter.listed else "No episode is listed."
+
+    def none_chosen(self) -> str:
+        """Why there is no chosen episode."""
+        return self.none_listed() or ("" if self.presenter.chosen else "Choose an episode first.")
+
+    def looping(self) -> bool:
+        """Whether an episode is played again and again."""
+        return self._session.document.loop is not None
+
+    # ---- what commands do
+
+    def go(self, direction: int) -> None:
+        """Go to the worst frame of the next (1) or previous (-1) listed episode."""
+        found = self.presenter.beside(self._session.document.frame, direction)
+        if found is not None:
+            self._jump(found)
+            return
+        where = "after" if direction > 0 else "before"
+        self._context.notifier.say(f"No listed episode is {where} this one.", 4000)
+
+    def toggle_loop(self) -> None:
+        """Play the chosen episode, or the one at the playhead, again and again; or stop that."""
+        context, document = self._context, self._session.document
+        if document.loop is not None:
+            document.set_loop(None)
+            document.pause()
+            return
+        if self.presenter.chosen is None:
+            at = [e for e in self.presenter.listed if document.frame in e.frames]
+            if not at:
+                context.notifier.say("Choose an episode, or go into one.", 4000)
+                return
+            self.presenter.choose(at[0])
+        document.set_loop(self._stretch())
+        document.play()
+
+    def export(self, *, video: bool) -> None:
+        """Ask what to write, and write it in the background."""
+        subject, recording = self.subject, self._session.document.recording
+        listed = self.presenter.listed
+        if subject is None or recording is None or not listed:
+            return
+        views = [view.name for view in recording.views]
+        dialog = ExportDialog(
+            video=video, views=views, listed=len(listed), chosen=self.presenter.chosen is not None,
+            proposed=Path.home() / f"{recording.name}-episodes",
+            parent=self._context.docks.dialog_parent,
+        )  # fmt: skip
+        dialog.wished.connect(lambda wish: self._write(wish, subject, recording))
+        dialog.open()
+
+    def _write(self, wish: ExportWish, subject: Subject, recording: Recording) -> None:
+        one, listed = self.presenter.chosen, self.presenter.listed
+        episodes = (one,) if wish.only_chosen and one is not None else listed
+
+        def work(task: Task) -> str:
+            if wish.video:
+                film_of(wish.path, subject, recording, episodes, task.report, task.token.cancelled)
+                return f"The video is {wish.path}."
+            count = write_strips(
+                wish.path, subject, recording, episodes, view=wish.view, count=wish.count,
+                report=task.report, cancelled=task.token.cancelled,
+            )  # fmt: skip
+            return f"{count} strip{'s are' if count != 1 else ' is'} in {wish.path}."
+
+        what = "video" if wish.video else "strips"
+        task = self._context.tasks.begin(
+            f"writing the {what} of episodes",
+            work,
+            lambda words: self._context.notifier.say(words, 10_000),
+        )
+        task.stopped.connect(lambda: self._context.notifier.say("Nothing was written.", 4000))
+
+    # ---- following
+
+    @Slot()
+    def show(self) -> None:
+        """Show what is known in the panel and on the timeline."""
+        presenter, found = self.presenter, self.presenter.found
+        listed, fps = presenter.listed, self._fps()
+        place = listed.index(presenter.chosen) if presenter.chosen in listed else -1
+        words = self._words(found)
+        self.panel.show_rows([row_of(episode, fps) for episode in listed], place, words)
+        seen = self.panel.isVisible()
+        self.pictures.ask(self.subject, presenter.chosen if seen else None)
+        self._show_lanes()
+        if self.looping():
+            if presenter.chosen is None:
+                self._session.document.set_loop(None)
+            else:
+                self._session.document.set_loop(self._stretch())
+        self._context.actions.refresh_soon()
+
+    def _show_lanes(self) -> None:
+        listed = () if self._context.docks.workspace == "annotate" else self.presenter.listed
+        if listed != self._lanes:
+            self._lanes = listed
+            self._context.docks.timeline.set_lanes(lanes_of_episodes(listed), "episodes")
+
+    def _words(self, found: Found | None) -> str:
+        if self._session.runs.active is None:
+            return "Episodes are stretches in which a run fails. They are listed when there is one."
+        if found is None:
+            return "Looking for episodes …"
+        every, listed = found.episodes, self.presenter.listed
+        if found.subject is None:
+            return "The run does not say where it comes from."
+        if not every:
+            return "No limb is lost for long: there is no episode."
+        words = (
+            f"{len(listed)} of {len(every)} episodes"
+            if len(listed) < len(every)
+            else (f"{len(every)} episode{'s' if len(every) != 1 else ''}")
+        )
+        if found.subject.reference is not None:
+            agreed = agreement(
+                [e for e in every if e.found == "truth"], [e for e in every if e.found == "signs"]
+            )
+            words += (
+                f"; without truth {agreed.found} of {agreed.true} are found, {agreed.right} of "
+                f"{agreed.called} found are right"
+            )
+        if self.presenter.looking:
+            words += "; pictures are being looked at for causes"
+        return f"{words}."
+
+    def _fps(self) -> float:
+        recording = self._session.document.recording
+        return recording.fps if recording is not None else 1.0
+
+    def _stretch(self) -> range | None:
+        chosen = self.presenter.chosen
+        if chosen is None:
+            return None
+        around = round(_AROUND * self._fps())
+        last = min(chosen.last + around, self._session.document.frame_count - 1)
+        return range(max(0, chosen.first - around), last + 1)
+
+    def _threshold(self) -> float:
+        judgement = self._session.judging.of(self._session.runs.active)
+        if judgement is not None and judgement.measure == "error":
+            return self._context.view_state.threshold
+        return EpisodeRules().episode_error
+
+    def _seen(self) -> bool:
+        return self.panel.isVisible()
+
+    @Slot(bool)
+    def _on_seen(self, seen: bool) -> None:
+        if seen:
+            self.presenter.ask_soon()
+            self.show()
+
+    # ---- what a person does in the panel
+
+    @Slot(int)
+    def _on_chosen(self, place: int) -> None:
+        listed = self.presenter.listed
+        self.presenter.choose(listed[place] if 0 <= place < len(listed) else None)
+
+    @Slot(int)
+    def _on_activated(self, place: int) -> None:
+        listed = self.presenter.listed
+        if 0 <= place < len(listed):
+            self._jump(listed[place])
+
+    @Slot(str, str, str)
+    def _on_filtered(self, limb: str, cause: str, found: str) -> None:
+        self.presenter.set_filter(Filter(limb, cause, found))
+
+    def _jump(self, episode: Episode) -> None:
+        self.presenter.choose(episode)
+        if not self.looping():
+            self._session.document.pause()
+        self._session.document.go_to(episode.peak_frame)

@@ -1,0 +1,24 @@
+"""Commands of sweeps, in the menu Track."""
+
+from __future__ import annotations
+
+from ...services.actions import Command
+from .controller import SweepController
+
+_MENU = "&Track"
+
+
+def commands(sweeps: SweepController) -> list[Command]:
+    """Commands that begin a sweep and look at what came of one."""
+    return [
+        Command(
+            "sweep", _MENU, "Sweep …",
+            "Track with many values of parameters, recordings and seeds, in the background, and "
+            "compare them.", sweeps.show_dialog, "Ctrl+Alt+S", "grid", section=True,
+        ),
+        Command(
+            "sweep_results", _MENU, "Results of a sweep …",
+            "Plot the table of a sweep: a measure over a parameter, or a map over two.",
+            sweeps.ask_for_results, "Ctrl+Alt+R", "table",
+        ),
+    ]  # fmt: skip

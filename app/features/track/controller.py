@@ -1,0 +1,299 @@
+"""The panel of runs, their comparison and their details: what is asked for there is done."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from weakref import ref
+
+from PySide6.QtCore import QObject, Slot
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.project.project import Project
+from stereotrack_core.project.run_facts import RunFacts, beside
+
+from ...context import Context
+from ...session.comparison import ComparedRuns, compared, shown_beside_each_other
+from ...session.counting import counted
+from ...session.judgement import Judgement
+from ...session.runs import RunEntry
+from ...session.stated_errors import score_words
+from ...session.truth import Against
+from ...widgets.tables.comparison_panel import ComparisonPanel
+from ...widgets.tables.numbers_panel import NumbersPanel
+from ...widgets.tables.run_details import RunDetails
+from ...widgets.tables.runs_panel import RunRow, RunsPanel
+from .keeper import RunKeeper
+from .numbers import number_rows
+from .repeating import RunRepeater
+
+_AGAINST = "errors_against"
+
+
+class RunsController(QObject):
+    """Connects runs with the project, the panels and the commands."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context.session)
+        self._context, self._session = context, context.session
+        session, docks = context.session, context.docks
+        self.keeper = RunKeeper(
+            session.document, session.project, session.runs, session.track, context.tasks, self
+        )
+        self.repeater = RunRepeater(session.document, session.runs, context.tasks, self)
+        self.panel, self.numbers = RunsPanel(), NumbersPanel()
+        self.comparison = ComparisonPanel()
+        docks.add("runs", "Runs", self.panel)
+        docks.add("numbers", "Numbers", self.numbers)
+        docks.add("comparison", "Comparison", self.comparison)
+        self.details = RunDetails(docks.dialog_parent)
+        self._project: Project | None = None
+        self._offered: tuple[RunEntry, ...] = ()
+        self._compared: tuple[object, ComparedRuns] | None = None
+        self._connect()
+        context.tasks.watch(lambda: self.keeper.settled() and not self.repeater.busy)
+
+    def _connect(self) -> None:
+        session, runs, notifier = self._session, self._session.runs, self._context.notifier
+        self.keeper.message.connect(notifier.show)
+        self.repeater.message.connect(notifier.show)
+        self.panel.activated.connect(lambda i: runs.activate(runs.entries[i]))
+        self.panel.shown.connect(lambda i, shown: runs.show(runs.entries[i], visible=shown))
+        self.panel.renamed.connect(lambda i, name: self.keeper.rename(runs.entries[i], name))
+        self.panel.noted.connect(self._on_noted)
+        self.panel.details_wanted.connect(self.show_details)
+        self.details.asked.connect(self._on_details_asked)
+        session.judging.judged.connect(self.show)
+        session.opened.connect(self.show)
+        session.closed.connect(self.show)
+        session.document.frame_changed.connect(self._show_numbers)
+        session.track.finished.connect(self._on_finished)
+        session.project.opened.connect(self._on_project)
+        self._context.view_state.selection_changed.connect(self.show_comparison)
+
+    # ---- following
+
+    @Slot()
+    def show(self) -> None:
+        """Show the runs and their numbers as they are now."""
+        self.panel.show_rows([self.row(entry) for entry in self._session.runs.entries])
+        self._show_numbers()
+        self.show_comparison()
+
+    @Slot()
+    def _show_numbers(self) -> None:
+        active = self._session.runs.active
+        tracked = active.at(self._session.document.frame) if active is not None else None
+        self.numbers.show_rows(number_rows(tracked, self._session.judging.of(active)))
+
+    @Slot(object)
+    def _on_finished(self, entry: RunEntry) -> None:
+        """Say in the status line how a run has ended."""
+        judgement = self._session.judging.of(entry)
+        score = score_words(judgement)
+        known = judgement is not None and judgement.measure == "error"
+        whose = "off by" if known else "judged by the filter alone,"
+        arms = f", arms {whose} {score} in the median" if score else ""
+        frames = counted(len(entry.frames), "frame")
+        self._context.notifier.say(f"{entry.name}: {frames} tracked{arms}.", 8000)
+        self._context.actions.refresh_soon()
+
+    @Slot()
+    def _on_project(self) -> None:
+        """Measure errors as the project says."""
+        project = self._session.project.project
+        if project is not self._project:
+            self._project = project
+            stored = project.view_settings.get(_AGAINST) if project is not None else None
+            self._session.judging.judge_against("project" if stored == "project" else None)
+
+    def judge_against(self, against: Against) -> None:
+        """Measure errors of runs against another reference, and keep that with the project."""
+        project = self._session.project.project
+        if project is not None and not project.read_only:
+            project.view_settings.set(_AGAINST, against)
+        self._session.judging.judge_against(against)
+        self._context.actions.refresh_soon()
+
+    # ---- the list
+
+    def row(self, entry: RunEntry) -> RunRow:
+        """What the list says about a run."""
+        judgement, facts = self._session.judging.of(entry), self.keeper.facts(entry)
+        seconds = entry.wall_seconds or (facts.wall_seconds if facts is not None else None)
+        return RunRow(
+            name=entry.name,
+            style=self._session.runs.style(entry),
+            visible=entry.visible,
+            active=entry is self._session.runs.active,
+            frames=self._frames(entry, facts),
+            score=score_words(judgement, short=True),
+            hint=self._hint(entry),
+            time=_duration(seconds),
+            seed="" if facts is None or facts.seed is None else str(facts.seed),
+            when=_when(facts.made) if facts is not None else "",
+            made=self._made(entry, facts),
+            note=facts.note if facts is not None else "",
+            noted=bool(entry.kept) and not self._session.project.why_no_edit(),
+        )
+
+    def _frames(self, entry: RunEntry, facts: RunFacts | None) -> str:
+        if entry is self._session.track.entry:
+            return f"{len(entry.frames)} of {len(entry.wanted)}"
+        numbers = entry.numbers()
+        if len(numbers):
+            return f"{numbers[0]} – {numbers[-1]}"
+        if facts is not None and facts.first is not None:
+            return f"{facts.first} – {facts.last}"
+        return "none yet"
+
+    def _hint(self, entry: RunEntry) -> str:
+        fps = entry.frames_per_second() if entry.frames else None
+        speed = f" {fps:.1f} frames per second." if fps is not None else ""
+        place = f" From {entry.path}." if entry.path is not None else ""
+        if entry.waiting and not entry.visible:
+            place += " Tick it to read it from the project."
+        kept = self.keeper.why_not_kept(entry) or "Kept in the project."
+        return f"{kept}{place}{speed} F2 renames it."
+
+    def _made(self, entry: RunEntry, facts: RunFacts | None) -> str:
+        if facts is None:
+            return f"Preset {entry.preset or 'not known'}; in progress."
+        changed = facts.changed_words
+        words = [f"Preset {facts.preset or 'not known'}{f', {changed}' if changed else ''}"]
+        if facts.views:
+            words.append(f"views {'+'.join(facts.views)}")
+        words.append(f"first pose {_FIRST_POSES.get(facts.init, facts.init or 'not known')}")
+        if facts.smoothed:
+            words.append("gone over backwards as well")
+        return f"{'; '.join(words)}."
+
+    @Slot(int, str)
+    def _on_noted(self, place: int, note: str) -> None:
+        if place < len(self._session.runs.entries):
+            self.keeper.note(self._session.runs.entries[place], note)
+
+    # ---- commands
+
+    def keep_active(self) -> None:
+        """Put the active run into the project."""
+        active = self._session.runs.active
+        if active is not None:
+            self.keeper.keep(active)
+
+    def remove_active(self) -> None:
+        """Take the active run from the list; where the project keeps it, delete it there."""
+        active = self._session.runs.active
+        if active is not None:
+            self.keeper.remove(active)
+
+    def repeat_active(self) -> None:
+        """Track the active run again, as it was tracked."""
+        active = self._session.runs.active
+        if active is None:
+            return
+        try:
+            self.repeater.repeat(active)
+        except InputError as error:
+            self._context.notifier.error(error)
+
+    def why_not_repeat(self) -> str:
+        """Why the active run cannot be repeated now, as a sentence; empty where it can."""
+        active = self._session.runs.active
+        if self.repeater.busy:
+            return "A run is being repeated already."
+        if active is not None and active is self._session.track.entry:
+            return "This run is in progress; end it first."
+        if active is not None and active.run() is None:
+            return "Nothing is known of how this run was made."
+        return ""
+
+    def why_not_keep(self) -> str:
+        """Why the active run cannot be put into the project now."""
+        active = self._session.runs.active
+        if active is not None and active.kept:
+            return "The project keeps this run already."
+        if active is not None and active is self._session.track.entry:
+            return "The run is kept by itself when it has come to its end."
+        return ""
+
+    # ---- details
+
+    @Slot()
+    def show_details(self) -> None:
+        """Show all that the active run was made with, beside another one."""
+        self._offered = tuple(
+            one for one in self._session.runs.entries if self.keeper.facts(one) is not None
+        )
+        if not self._offered:
+            return
+        active = self._session.runs.active
+        first = self._offered.index(active) if active in self._offered else 0
+        others = [k for k, one in enumerate(self._offered) if k != first and one.visible]
+        others += [k for k in range(len(self._offered)) if k != first]
+        second = others[0] if others else first
+        self.details.everything.setChecked(second == first)
+        self.details.offer([one.name for one in self._offered], second, first)
+        self.details.show()
+        self.details.raise_()
+
+    @Slot(int, int, bool)
+    def _on_details_asked(self, first: int, second: int, everything: bool) -> None:
+        pair = [self.keeper.facts(self._offered[place]) for place in (first, second)]
+        if pair[0] is None or pair[1] is None:
+            return
+        rows = beside(pair[0], pair[1])
+        different = sum(row.differs for row in rows)
+        parameters = sum(row.differs and row.parameter for row in rows)
+        words = f"{different} things differ, {parameters} of them parameters."
+        if not different:
+            words = "Both were made with the same: parameters, seed, views, frames, versions."
+        self.details.show_rows(
+            words,
+            [(r.what, r.first, r.second, r.differs) for r in rows if everything or r.differs],
+        )
+
+    # ---- comparison
+
+    @Slot()
+    def show_comparison(self) -> None:
+        """Show the numbers of the active run beside those of all others that are shown."""
+        shown = shown_beside_each_other(
+            self._session.runs.entries, self._session.runs.active, self._session.judging.all()
+        )
+        judgement = self._session.judging.of(shown[0]) if shown else None
+        if judgement is None:
+            self.comparison.show_numbers("", (), ())
+            return
+        found = self._found(shown, judgement)
+        self.comparison.show_numbers(found.words, found.runs, found.rows, found.how)
+
+    def _found(self, shown: tuple[RunEntry, ...], judgement: Judgement) -> ComparedRuns:
+        """The comparison, worked out anew only where something about it has changed."""
+        selection = self._context.view_state.selection
+        runs = tuple((ref(one), one.name, len(one.frames)) for one in shown)
+        key = runs, judgement.truth, selection
+        if self._compared is None or self._compared[0] != key:
+            self._compared = (key, compared(shown, judgement, selection))
+        return self._compared[1]
+
+
+_FIRST_POSES = {"auto": "found without help", "tpose": "a T pose", "pose": "given"}
+
+
+def _duration(seconds: float | None) -> str:
+    if not seconds:
+        return ""
+    if seconds < 60:
+        return f"{seconds:.1f} s"
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes}:{rest:02d} min"
+
+
+def _when(made: str) -> str:
+    """When a run was tracked, by the clock here: the hour today, else the day."""
+    try:
+        then = datetime.fromisoformat(made).astimezone()
+    except ValueError:
+        return ""
+    today = datetime.now(UTC).astimezone().date()
+    return f"{then:%H:%M}" if then.date() == today else f"{then:%Y-%m-%d}"

@@ -1,0 +1,332 @@
+"""What the Tune workspace does: attempts beside the run, and values of one parameter."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QObject, Slot
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.parameters import ParameterRow
+from stereotrack_core.tracking.pipeline import FirstPose
+from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.tuning.attempt import Attempt
+from stereotrack_core.tracking.tuning.series import all_values, spread_values
+
+from ...context import Context
+from ...services.actions import ActionRegistry
+from ...session.runs import RunEntry
+from ...widgets.forms.parameter_panel import ParameterPanel
+from ...widgets.forms.series_panel import SeriesPanel
+from ...widgets.tables.attempts_panel import AttemptsPanel
+from .attempts import AttemptPresenter
+from .numbers import attempt_table
+from .preset_work import PresetWork
+from .runner import TrialRunner
+from .series import SeriesPresenter
+from .stores import StoreKeeper
+from .warming import CloudWarmer
+
+ATTEMPT_BUTTONS = ("attempt_use", "attempt_run", "attempt_adopt", "attempt_dismiss")
+"""Commands that stand below the table of attempts."""
+
+PRESET_BUTTONS = ("preset_save", "preset_load", "preset_export", "preset_delete")
+"""Commands that stand beside the list of presets."""
+
+SECONDS = 2.0
+"""Length of the stretch around the frame where neither a selection nor the zoom says another."""
+
+_LONGEST_SECONDS = 10.0
+
+
+class TuneController(QObject):
+    """Connects what is tried with the panels, the views and the project."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context.session)
+        self._context, self._session = context, context.session
+        session = context.session
+        self.parameters, self.panel = ParameterPanel(), AttemptsPanel()
+        self.series_panel = SeriesPanel()
+        context.docks.add("parameters", "Parameters", self.parameters)
+        context.docks.add("attempts", "Attempts", self.panel)
+        context.docks.add("series", "One parameter", self.series_panel)
+        self.stores = StoreKeeper(session.document, session.clouds)
+        self.runner = TrialRunner(self)
+        self.attempts = AttemptPresenter(
+            session.document, session.clouds, session.runs, session.track, session.judging,
+            self.runner, self.stores, self.stretch, self._first_pose,
+        )  # fmt: skip
+        self.series = SeriesPresenter(
+            session.document, session.runs, session.judging, context.tasks, self.runner,
+            self.attempts, self.stores, self.stretch, self._first_pose,
+        )  # fmt: skip
+        self.attempts.live = bool(context.settings.value("tune/live", True, type=bool))
+        self.warmer = CloudWarmer(self.runner, self.stores, self._to_warm)
+        self.presets = PresetWork(context, self.parameters, self.selected)
+        self._against: RunEntry | None = None
+        self._compared = "preset"
+        self._connect()
+        self._follow()
+        self.show_settings()
+
+    def _connect(self) -> None:
+        """What a person does in the panels."""
+        parameters, panel, series = self.parameters, self.panel, self.series_panel
+        parameters.settings_changed.connect(self._session.track.use)
+        parameters.preset_requested.connect(self.presets.use)
+        parameters.against_requested.connect(self._on_compared)
+        panel.chosen.connect(self._context.actions.refresh_soon)
+        panel.base_chosen.connect(self._on_base)
+        panel.dismissed.connect(self._on_dismissed)
+        series.row_chosen.connect(self._on_series_row)
+        series.begin_requested.connect(self._on_series)
+        series.cancel_requested.connect(self.series.cancel)
+        series.shown.connect(self.series.show)
+        series.taken.connect(self._on_taken)
+
+    def _follow(self) -> None:
+        """What the panels show."""
+        context, session = self._context, self._session
+        docks, selected = context.docks, context.view_state.selection_changed
+        self.attempts.changed.connect(self.show)
+        self.attempts.arrived.connect(session.instant.tell_soon)
+        for changed in (session.runs.active_changed, selected, docks.workspace_changed):
+            changed.connect(self.warmer.warm_soon)
+        self.series.changed.connect(self.show_series)
+        for presenter in (self.attempts, self.series):
+            presenter.message.connect(context.notifier.show)
+            presenter.changed.connect(context.actions.refresh_soon)
+        session.track.settings_changed.connect(self._on_settings)
+        session.judging.judged.connect(self.show)
+        session.runs.active_changed.connect(self.show_settings)
+        selected.connect(self.show)
+        session.document.frame_changed.connect(self.show)
+        docks.workspace_changed.connect(self._on_workspace)
+        docks.dock("attempts").visibilityChanged.connect(self.show)
+        session.leaving.connect(self.stop)
+        context.tasks.watch(self.settled)
+
+    # ---- facts
+
+    @property
+    def active(self) -> bool:
+        """Whether the Tune workspace is shown, where changes are tried."""
+        return self._context.docks.workspace == "tune"
+
+    def settled(self) -> bool:
+        """Whether everything that was changed has been tried."""
+        return self.attempts.settled() and not self.series.running
+
+    def stretch(self) -> range:
+        """Frames to try on: the selection, else what is visible, else two seconds here."""
+        context = self._context
+        recording, count = context.session.document.recording, context.session.document.frame_count
+        if recording is None or not count:
+            return range(0)
+        if context.view_state.selection:
+            return context.view_state.selection
+        scale = context.docks.timeline.scale
+        seen = range(max(int(scale.first), 0), min(round(scale.last), count))
+        if not scale.is_whole and len(seen) and len(seen) <= _LONGEST_SECONDS * recording.fps:
+            return seen
+        length = min(max(round(SECONDS * recording.fps), 2), count)
+        first = min(max(context.session.document.frame - length // 2, 0), count - length)
+        return range(first, first + length)
+
+    def _mark(self) -> None:
+        """Select the stretch on which something is going to be tried, so that it stays."""
+        stretch = self.stretch()
+        if not self._context.view_state.selection and len(stretch):
+            self._context.view_state.select(stretch)
+
+    def selected(self) -> RunEntry | None:
+        """The attempt that is selected in the table; else the newest."""
+        attempts = self.attempts.entries
+        entries = self._entries()
+        row = self.panel.row
+        if 0 <= row < len(entries) and entries[row] in attempts:
+            return entries[row]
+        return attempts[-1] if attempts else None
+
+    def _entries(self) -> tuple[RunEntry, ...]:
+        """The run and its attempts, as the table has them."""
+        run = self._session.runs.active
+        attempts = tuple(entry for entry in self.attempts.entries if entry is not run)
+        return (run, *attempts) if run is not None else attempts
+
+    def _to_warm(self) -> Attempt | None:
+        """What is going to be tried, if nothing else is being done."""
+        idle = self.active and self.settled() and not self._session.track.running
+        return self.attempts.wanted() if idle and self.attempts.base() is not None else None
+
+    def _first_pose(self) -> FirstPose:
+        return self._session.tracker.first_pose
+
+    # ---- showing
+
+    @Slot()
+    def show(self, _what: object = None) -> None:
+        """Say what is tried, and how good it is."""
+        context, panel = self._context, self.panel
+        if not panel.isVisible() or context.session.document.recording is None:
+            return
+        running = self.attempts.running
+        panel.show_words(self.attempts.words(), self._stretch_words())
+        panel.show_progress(
+            len(running.frames) if running is not None else 0,
+            len(running.wanted) if running is not None else 0,
+        )
+        run, *others = self._entries() or (None,)
+        panel.show_table(
+            attempt_table(
+                run, others, context.session.judging.all(), self._against, self.attempts.changes
+            )
+        )
+
+    def _stretch_words(self) -> str:
+        stretch, context = self.stretch(), self._context
+        if not len(stretch):
+            return ""
+        frames = f"Frames {stretch.start} to {stretch.stop - 1}"
+        if context.view_state.selection:
+            return f"{frames}, which are selected in the timeline."
+        return f"{frames}. Shift+drag in the timeline selects others."
+
+    @Slot()
+    def show_series(self) -> None:
+        """Show what the values of one parameter give."""
+        series = self.series
+        self.series_panel.show_series(
+            series.multiples(), series.shown, series.share, running=series.running
+        )
+
+    @Slot()
+    def show_settings(self) -> None:
+        """Show the settings, and how they differ from what they are compared with."""
+        track, panel = self._session.track, self.parameters
+        base, against = track.base, "preset"
+        if self._compared == "thesis":
+            base, against = preset("thesis"), "thesis"
+        elif self._compared == "run":
+            run = self.attempts.base()
+            if run is not None and run.settings is not None:
+                base, against = run.settings, "run"
+        panel.set_settings(track.settings, base, against)
+        panel.set_preset(track.preset)
+        self.series_panel.set_rows(track.settings.rows())
+
+    @Slot(str)
+    def _on_compared(self, word: str) -> None:
+        self._compared = word
+        self.show_settings()
+        if self.parameters.against_box.currentData() != word:
+            self._context.notifier.say("There is no run whose settings are known.", 4000)
+
+    # ---- what a person does
+
+    @Slot()
+    def _on_settings(self) -> None:
+        """Show and try other settings, whoever has chosen them."""
+        if self.parameters.settings is not self._session.track.settings:
+            self.show_settings()
+        self._context.actions.refresh_soon()
+        if self.active:
+            if self.attempts.live:
+                self._mark()
+            self.attempts.on_settings()
+        elif self.attempts.running is not None:
+            self.attempts.cancel()
+
+    @Slot()
+    def _on_workspace(self) -> None:
+        if not self.active:
+            self.attempts.cancel()
+        self.show()
+
+    def toggle_live(self) -> None:
+        """Try changes at once, or only when asked to."""
+        self.attempts.live = not self.attempts.live
+        self._context.settings.setValue("tune/live", self.attempts.live)
+        self.show()
+
+    @Slot(int)
+    def _on_base(self, row: int) -> None:
+        entries = self._entries()
+        self._against = entries[row] if 0 <= row < len(entries) else None
+        self.show()
+
+    @Slot(int)
+    def _on_dismissed(self, row: int) -> None:
+        entries = self._entries()
+        if 0 <= row < len(entries):
+            self.attempts.dismiss(entries[row])
+
+    def compare_with_selected(self) -> None:
+        """State the differences from the selected attempt."""
+        self._against = self.selected()
+        self.show()
+
+    def dismiss_selected(self) -> None:
+        """Take the selected attempt away."""
+        entry = self.selected()
+        if entry is not None:
+            self.attempts.dismiss(entry)
+
+    def make_selected_the_run(self) -> None:
+        """Make the selected attempt the active run."""
+        entry = self.selected()
+        if entry is not None:
+            self.attempts.make_run(entry)
+
+    def take_settings_of_selected(self) -> None:
+        """Go on with the settings of the selected attempt."""
+        entry = self.selected()
+        if entry is not None and entry.settings is not None:
+            self._session.track.use(entry.settings)
+
+    # ---- one parameter
+
+    @Slot(object)
+    def _on_series_row(self, row: ParameterRow) -> None:
+        self.series_panel.set_value(self._session.track.settings.values()[row.name])
+
+    @Slot(object, float, float, int, bool)
+    def _on_series(
+        self, row: ParameterRow, low: float, high: float, count: int, by_factors: bool
+    ) -> None:
+        try:
+            values = all_values(row) or spread_values(row, low, high, count, by_factors=by_factors)
+        except InputError as refusal:
+            self.series_panel.refuse(f"{refusal.what}. {refusal.remedy}")
+            return
+        self._mark()
+        self.series.begin(row, values, self._session.track.settings)
+
+    @Slot(int)
+    def _on_taken(self, place: int) -> None:
+        row, tried = self.series.row, self.series.tried
+        if row is not None and 0 <= place < len(tried):
+            self.series.show(None)
+            self._session.track.use(
+                self._session.track.settings.replaced(**{row.name: tried[place].value})
+            )
+
+    # ---- coming and going
+
+    def offer(self, actions: ActionRegistry) -> None:
+        """Put the commands where they are needed."""
+        self.panel.set_actions([actions.action(name) for name in ATTEMPT_BUTTONS])
+        self.parameters.set_menu([actions.action(name) for name in PRESET_BUTTONS])
+
+    def search_parameters(self) -> None:
+        """Show the parameters, and let the person type what is looked for."""
+        self._context.docks.bring_up("parameters")
+        self.parameters.focus_search()
+
+    def stop(self) -> None:
+        """End everything, as another recording comes or the window closes; waits for nothing."""
+        self._against = None
+        self.warmer.cancel()
+        self.attempts.stop()
+        self.series.clear()
+        self.runner.close()
+        self.stores.close()

@@ -1,0 +1,233 @@
+"""Commands about what the views and the scene show."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from ...context import Context
+from ...services.actions import Command
+from ...session.session import Session
+from ...session.view_state import PointColour, ViewState
+from ...widgets.camera.camera_grid import Arrangement, CameraGrid
+from ...widgets.camera.click_marks import CLICK_OVERLAYS
+from ...widgets.camera.display_panel import DisplayPanel
+from ...widgets.camera.overlays import OVERLAYS
+from ...widgets.camera.picture import PICTURE_KINDS, PictureKind
+from ...widgets.scene.scene_view import SceneView
+from .controller import ViewController
+from .scene import POINT_COLOURS
+
+_MENU = "&View"
+_OVERLAY_KEYS = {
+    "outline": "O", "others": "Alt+O", "shading": "S", "wire": "W",
+    "reference": "R", "points": "D", "correspondences": "C",
+    "clicks": "Shift+C", "predictions": "Shift+X", "epipolar": "Shift+E",
+    "residuals": "Shift+R", "fit": "Shift+O",
+}  # fmt: skip
+_OVERLAY_ICONS = {
+    "outline": "model", "others": "compare", "reference": "reference", "points": "points",
+    "correspondences": "correspondences", "clicks": "clicks", "predictions": "prediction",
+    "epipolar": "epipolar", "residuals": "ruler", "fit": "fitted",
+}  # fmt: skip
+_KIND_KEYS: dict[PictureKind, str] = {
+    "image": "F1", "left": "F2", "disparity": "F3", "foreground": "F4", "depth": "F5"
+}  # fmt: skip
+_LAYER_TIPS = {
+    "ellipsoids": "Show or hide, in the scene, two standard deviations of the places of hands and "
+    "elbows, as the tracker sees them.",
+}
+_KIND_TIPS: dict[PictureKind, str] = {
+    "image": "Show the reference images: the right one of a stereo view.",
+    "left": "Show the left images of the stereo views.",
+    "disparity": "Show the measured disparities: near is bright.",
+    "foreground": "Show what is in front of the learned background.",
+    "depth": "Show the measured depth: near is bright.",
+}
+_ARRANGEMENTS: dict[Arrangement, tuple[str, str, str, str]] = {
+    "grid": ("All views", "Show all views in the same size.", "G", "grid"),
+    "one-and-more": (
+        "One large, others small", "Show the active view large.", "Shift+M", "one-and-more",
+    ),
+}  # fmt: skip
+
+
+SCENE_LAYERS = {
+    "cloud": "points", "model": "model", "reference": "reference", "cameras": "camera",
+    "floor": "grid", "ellipsoids": "ellipsoid",
+}  # fmt: skip
+"""Icons of the scene's layers."""
+
+SCENE_SIDES = ("home", "front", "side", "top")
+
+
+def commands(context: Context, view: ViewController) -> list[Command]:
+    """Commands of the menu View."""
+    session, docks, state = context.session, context.docks, context.view_state
+    return [
+        *_pictures(session, docks.views),
+        *_overlays(session, view),
+        *_arrangements(session, docks.views, view),
+        *_zoom(session, state, view),
+        *_light(session, view.light),
+        *_scene(session, state, docks.scene, view),
+    ]
+
+
+def _pictures(session: Session, views: CameraGrid) -> list[Command]:
+    def why_not(kind: PictureKind) -> str:
+        if kind == "image":
+            return session.no_recording()
+        if session.no_depth():
+            return session.no_depth()
+        stereo = any(tile.view.kind == "stereo" for tile in views.tiles.values())
+        only_stereo = kind in {"left", "disparity"} and not stereo
+        return "This recording has no stereo view." if only_stereo else ""
+
+    return [
+        Command(
+            f"show_{kind}", f"{_MENU}/Picture", text, _KIND_TIPS[kind],
+            partial(views.set_kind, kind), _KIND_KEYS[kind],
+            "disparity" if kind == "disparity" else "foreground" if kind == "foreground" else "",
+            partial(why_not, kind),
+        )
+        for kind, text in PICTURE_KINDS.items()
+    ]  # fmt: skip
+
+
+def _overlays(session: Session, view: ViewController) -> list[Command]:
+    def why_not(name: str) -> str:
+        return (
+            session.no_depth() if name in {"points", "correspondences"} else session.no_recording()
+        )
+
+    return [
+        Command(
+            f"overlay_{name}", f"{_MENU}/Overlay", text, f"Switch {text.lower()} on or off.",
+            partial(view.toggle_overlay, name), _OVERLAY_KEYS[name],
+            _OVERLAY_ICONS.get(name, ""), partial(why_not, name),
+            partial(view.overlay_on, name),
+        )
+        for name, text in (*OVERLAYS.items(), *CLICK_OVERLAYS.items())
+    ]  # fmt: skip
+
+
+def _arrangements(session: Session, views: CameraGrid, view: ViewController) -> list[Command]:
+    fixed = [
+        Command(
+            f"arrange_{kind}", _MENU, text, tip, partial(views.set_arrangement, kind),
+            keys, icon, session.no_recording, partial(view.arranged, kind),
+        )
+        for kind, (text, tip, keys, icon) in _ARRANGEMENTS.items()
+    ]  # fmt: skip
+    return [
+        *fixed,
+        Command(
+            "arrange_single", _MENU, "One view alone", "Show the active view alone, or all again.",
+            view.toggle_single, "M", "single", session.no_recording,
+            lambda: views.arrangement == "single",
+        ),
+        Command(
+            "next_view", _MENU, "Next view", "Make the next view the active one.",
+            lambda: views.activate_next(1), "V", why_not=session.no_recording,
+        ),
+        Command(
+            "previous_view", _MENU, "Previous view", "Make the view before the active one.",
+            lambda: views.activate_next(-1), "Shift+V", why_not=session.no_recording,
+        ),
+    ]  # fmt: skip
+
+
+def _zoom(session: Session, state: ViewState, view: ViewController) -> list[Command]:
+    return [
+        Command(
+            "zoom_in", _MENU, "Zoom in", "Enlarge the active view.", lambda: view.zoom(1.25),
+            "+", why_not=session.no_recording, section=True,
+        ),
+        Command(
+            "zoom_out", _MENU, "Zoom out", "Make the active view smaller.",
+            lambda: view.zoom(0.8), "-", why_not=session.no_recording,
+        ),
+        Command(
+            "zoom_fit", _MENU, "Whole picture", "Show the whole picture in every view.",
+            view.zoom_fit, "0", "", session.no_recording,
+        ),
+        Command(
+            "keep_person", _MENU, "Zoom to the person",
+            "Enlarge the person in every view, where clicks, the fit, a run or the reference show "
+            "it, and follow it until you zoom by hand; once more shows whole pictures.",
+            view.toggle_keep_person, "Z", "fit", session.no_recording,
+            lambda: state.display.keep_person,
+        ),
+        Command(
+            "loupe", _MENU, "Loupe", "Enlarge what is under the cursor.", view.toggle_loupe,
+            "L", "loupe", session.no_recording, lambda: state.display.loupe,
+        ),
+        Command(
+            "loupe_corner", _MENU, "Loupe in the corner", "Keep the loupe in a corner of the view, "
+            "so that it hides nothing around the cursor.", view.toggle_loupe_corner, "Shift+L",
+            "", session.no_recording, lambda: state.display.loupe_in_corner,
+        ),
+    ]  # fmt: skip
+
+
+def _light(session: Session, light: DisplayPanel) -> list[Command]:
+    rows = [
+        ("brighter", "Brighter", "Ctrl+Up", {"brightness": 5}),
+        ("darker", "Darker", "Ctrl+Down", {"brightness": -5}),
+        ("more_contrast", "More contrast", "Ctrl+Right", {"contrast": 10}),
+        ("less_contrast", "Less contrast", "Ctrl+Left", {"contrast": -10}),
+    ]
+    commands = [
+        Command(
+            name, f"{_MENU}/Light", text, f"{text}, for the display only.",
+            partial(light.change, **change), keys,
+            why_not=session.no_recording,
+        )
+        for name, text, keys, change in rows
+    ]  # fmt: skip
+    reset = Command(
+        "light_reset", f"{_MENU}/Light", "As recorded", "Show the pictures as they were recorded.",
+        light.reset, icon="brightness", why_not=session.no_recording,
+    )  # fmt: skip
+    return [*commands, reset]
+
+
+def _scene(
+    session: Session, state: ViewState, scene: SceneView, view: ViewController
+) -> list[Command]:
+    def colour(kind: PointColour, text: str) -> Command:
+        return Command(
+            f"points_{kind}", f"{_MENU}/3-D scene", text,
+            f"Colour the scene's {text[0].lower()}{text[1:]}.",
+            lambda: state.colour_points(kind), why_not=session.no_depth,
+            checked=lambda: state.point_colour == kind, icon="points",
+        )  # fmt: skip
+
+    layers = [
+        Command(
+            f"scene_{layer}", f"{_MENU}/3-D scene", f"Show {words}",
+            _LAYER_TIPS.get(layer, f"Show or hide {words} in the scene."),
+            partial(view.toggle_layer, layer), section=layer == "cloud",
+            icon=SCENE_LAYERS[layer], checked=partial(scene.layer_visible, layer),
+        )
+        for layer, words in (
+            ("cloud", "the measured points"), ("model", "the model"),
+            ("reference", "the reference"), ("cameras", "the cameras"), ("floor", "the floor"),
+            ("ellipsoids", "where hands and elbows may be"),
+        )
+    ]  # fmt: skip
+    sides = [
+        Command(
+            f"scene_from_{view}", f"{_MENU}/3-D scene", text, f"{tip} Key {key} in the scene.",
+            partial(scene.set_view, view), icon="scene", section=view == "home",
+            why_not=session.no_recording,
+        )
+        for view, text, tip, key in (
+            ("home", "Look from the corner", "Look from ahead and a little aside.", "R"),
+            ("front", "Look from the front", "Look south, at a person who faces north.", "F"),
+            ("side", "Look from the side", "Look west.", "S"),
+            ("top", "Look from above", "Look down; north is up.", "T"),
+        )
+    ]  # fmt: skip
+    colours = [colour(kind, text) for kind, text in POINT_COLOURS.items()]
+    return [*colours, *layers, *sides]

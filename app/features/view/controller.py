@@ -1,0 +1,258 @@
+"""Views, scene and timeline follow what is known, and tell what a person does there."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Slot
+
+from stereotrack_core.body.mesh import PartMesh
+
+from ...context import Context
+from ...services.stored import stored_texts
+from ...session.pictures import Instant, pictures_of
+from ...widgets.camera.click_marks import CLICK_OVERLAYS
+from ...widgets.camera.display_panel import DisplayPanel
+from ...widgets.camera.overlays import OVERLAYS
+from ...widgets.scene.content import Ellipsoid
+from ...widgets.scene.surroundings import frustum_corners, frustum_depth
+from ...widgets.style.theme import current_theme
+from .certainty import ellipsoids_of
+from .scene import scene_of
+
+_SCENE_DELAY_MS = 30
+_SCENE_PATIENCE_MS = 150
+_NOBODY_KNOWN = (
+    "Nothing tells yet where the person is: click two landmarks in a view, or track. The views "
+    "zoom with the next frame then."
+)
+
+
+class ViewController(QObject):
+    """Brings views, scene, timeline and light panel together with the facts.
+
+    Attributes
+    ----------
+    light : DisplayPanel
+    """
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context.session)
+        self._context, self._session = context, context.session
+        self._state, self._docks = context.view_state, context.docks
+        self.light = DisplayPanel()
+        context.docks.add("display", "Light", self.light)
+        self._scene_timer = QTimer(self, singleShot=True, interval=_SCENE_DELAY_MS)
+        self._scene_timer.timeout.connect(self._show_scene)
+        self._scene_waits = QElapsedTimer()
+        self._rig_held = False
+        self._state.wanted = self._docks.views.wanted
+        self._state.points_wanted = self._points_wanted
+        self._connect()
+        self._switch_on_as_stored()
+        context.tasks.watch(lambda: not self._scene_timer.isActive())
+
+    def _connect(self) -> None:
+        session, state, docks = self._session, self._state, self._docks
+        session.opened.connect(self._show_recording)
+        session.closed.connect(self._show_recording)
+        session.instant.ready.connect(self._on_instant)
+        session.document.frame_changed.connect(self._on_frame_changed)
+        session.document.count_changed.connect(self._on_count_changed)
+        state.display_changed.connect(self._on_display)
+        state.scene_changed.connect(self._show_scene_soon)
+        state.selection_changed.connect(self._on_selection)
+        docks.views.kinds_changed.connect(session.instant.tell_soon)
+        docks.views.limb_clicked.connect(state.highlight)
+        docks.views.active_changed.connect(self._show_light)
+        docks.views.arranged.connect(self._context.actions.refresh_soon)
+        docks.scene.limb_clicked.connect(state.highlight)
+        docks.timeline.frame_requested.connect(session.document.visit)
+        docks.timeline.selection_changed.connect(state.select)
+        docks.transport.frame_requested.connect(session.document.visit)
+        docks.dock("scene").visibilityChanged.connect(session.instant.tell_soon)
+        docks.panel_toggled.connect(session.instant.tell_soon)
+        docks.workspace_changed.connect(self._on_workspace)
+        self.light.changed.connect(self._on_light)
+
+    # ---- following
+
+    @Slot()
+    def _show_recording(self) -> None:
+        """Show another recording, or none."""
+        recording = self._session.document.recording
+        self._docks.views.set_views(recording.views if recording is not None else ())
+        self._docks.scene.begin_anew()
+        self._rig_held = False
+        self._on_count_changed(self._session.document.frame_count)
+
+    @Slot(object)
+    def _on_instant(self, instant: Instant) -> None:
+        views = self._docks.views
+        overlays = self._state.display.overlays
+        views.show_pictures(pictures_of(instant, views.wanted(), overlays))
+        self._show_scene_soon()
+        self._context.actions.refresh_soon()
+
+    @Slot(int)
+    def _on_frame_changed(self, frame: int) -> None:
+        self._docks.timeline.set_frame(frame)
+        self._docks.transport.set_frame(frame)
+
+    @Slot(int)
+    def _on_count_changed(self, count: int) -> None:
+        recording = self._session.document.recording
+        fps = recording.fps if recording is not None else 1.0
+        self._docks.timeline.set_range(count, fps)
+        self._docks.transport.set_range(count, fps)
+
+    @Slot(object)
+    def _on_selection(self, frames: range | None) -> None:
+        timeline = self._docks.timeline
+        if timeline.selection != frames:  # what was chosen elsewhere
+            timeline.set_selection(frames)
+            timeline.selection_changed.emit(frames)
+        self._context.actions.refresh_soon()
+
+    @Slot()
+    def _on_display(self) -> None:
+        self._docks.views.set_display(self._state.displayed, self._state.lights)
+        self._docks.scene.set_highlighted(self._state.display.highlighted)
+        self._show_light(self._docks.views.active)
+
+    @Slot()
+    def _on_workspace(self) -> None:
+        if self._docks.workspace:
+            self._look_at(cameras=self._docks.workspace == "calibrate")
+            self._session.instant.tell_soon()
+            self._context.actions.refresh_soon()
+
+    # ---- the scene
+
+    def _points_wanted(self) -> bool:
+        scene = self._docks.scene
+        seen = scene.is_seen() and scene.layer_visible("cloud")
+        return seen or "points" in self._state.display.overlays
+
+    @Slot()
+    def _show_scene_soon(self) -> None:
+        """Draw the scene when the views are painted; while a key is held down, now and then."""
+        if not self._scene_timer.isActive():
+            self._scene_waits.start()
+        if not self._scene_timer.isActive() or self._scene_waits.elapsed() < _SCENE_PATIENCE_MS:
+            self._scene_timer.start()
+
+    @Slot()
+    def _show_scene(self) -> None:
+        instant, scene, state = self._session.instant.told, self._docks.scene, self._state
+        if instant is None or not scene.is_seen():
+            return
+        if state.hidden:  # nobody shall see what is known already
+            instant = dataclasses.replace(instant, reference=None, meshes=())
+        entry = self._session.runs.active
+        tracked = entry.at(instant.frame_set.index) if entry is not None else None
+        ellipsoids: tuple[Ellipsoid, ...] = ()
+        if entry is not None and tracked is not None and scene.layer_visible("ellipsoids"):
+            ellipsoids = ellipsoids_of(entry, tracked)
+        highlighted, dark = state.display.highlighted, current_theme().is_dark
+        meshes = self._meshes(instant)
+        scene.show_scene(
+            scene_of(instant, meshes, state.point_colour, highlighted, ellipsoids, dark=dark)
+        )
+
+    def _meshes(self, instant: Instant) -> tuple[PartMesh, ...]:
+        """The body fitted to clicks while annotating, else the active run's."""
+        fit = self._state.fit if self._docks.workspace == "annotate" else None
+        fits = fit is not None and fit.frame == instant.frame_set.index
+        return fit.meshes if fit is not None and fits else instant.meshes
+
+    def _look_at(self, *, cameras: bool) -> None:
+        """Let the scene hold the whole rig, or the person."""
+        recording = self._session.document.recording
+        if cameras and recording is not None:
+            rig = tuple(recording.cameras.values())
+            places = [camera.position_world for camera in rig]
+            middle = np.mean(places, axis=0) * (1.0, 1.0, 0.0)
+            pictures = [frustum_corners(camera, frustum_depth(rig)) for camera in rig]
+            self._docks.scene.hold(np.vstack([places, middle, *pictures]))
+        elif self._rig_held:
+            self._docks.scene.hold(None)
+        self._rig_held = cameras
+
+    def toggle_layer(self, layer: str) -> None:
+        """Show or hide a part of the scene."""
+        scene = self._docks.scene
+        scene.set_layer_visible(layer, not scene.layer_visible(layer))
+        self._session.instant.tell_soon()
+
+    # ---- light
+
+    @Slot(float, float)
+    def _on_light(self, brightness: float, contrast: float) -> None:
+        self._state.set_light(brightness, contrast, self.light.view)
+
+    @Slot(str)
+    def _show_light(self, view: str) -> None:
+        self.light.show_light(view, *self._state.light(view))
+
+    # ---- what commands do
+
+    def _switch_on_as_stored(self) -> None:
+        """Switch on what was on last time; overlays that came since are as usual."""
+        names = stored_texts(self._context.settings, "overlays_shown")
+        keep = bool(self._context.settings.value("keep_person", False, type=bool))
+        self._state.change_display(keep_person=keep)
+        if names is not None:
+            known = frozenset(names) & frozenset((*OVERLAYS, *CLICK_OVERLAYS))
+            self._state.change_display(overlays=known)
+
+    def toggle_overlay(self, name: str) -> None:
+        """Switch an overlay."""
+        overlays = self._state.display.overlays ^ {name}
+        self._state.change_display(overlays=overlays)
+        self._context.settings.setValue("overlays_shown", sorted(overlays))
+
+    def overlay_on(self, name: str) -> bool:
+        """Whether an overlay is switched on."""
+        return name in self._state.display.overlays
+
+    def arranged(self, arrangement: str) -> bool:
+        """Whether the views are arranged this way."""
+        return self._docks.views.arrangement == arrangement
+
+    def toggle_loupe(self) -> None:
+        """Switch the loupe."""
+        self._state.change_display(loupe=not self._state.display.loupe)
+
+    def toggle_loupe_corner(self) -> None:
+        """Keep the loupe in a corner, or at the cursor; switches it on where it is off."""
+        corner = not self._state.display.loupe_in_corner
+        self._state.change_display(loupe_in_corner=corner, loupe=True)
+
+    def toggle_keep_person(self) -> None:
+        """Enlarge and follow the person, or show whole pictures."""
+        keep = not self._state.display.keep_person
+        self._state.change_display(keep_person=keep)
+        self._context.settings.setValue("keep_person", keep)
+        tiles = self._docks.views.tiles.values()
+        if keep and all(tile.camera.person_box() is None for tile in tiles):
+            self._context.notifier.say(_NOBODY_KNOWN)
+
+    def toggle_single(self) -> None:
+        """Show the active view alone, or all."""
+        views = self._docks.views
+        views.set_arrangement("grid" if views.arrangement == "single" else "single")
+
+    def zoom(self, factor: float) -> None:
+        """Zoom the active view about its middle."""
+        camera = self._docks.views.active_camera()
+        if camera is not None:
+            camera.zoom_by(factor)
+
+    def zoom_fit(self) -> None:
+        """Show whole pictures."""
+        if self._state.display.keep_person:
+            self.toggle_keep_person()
+        for tile in self._docks.views.tiles.values():
+            tile.camera.fit()

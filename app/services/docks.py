@@ -1,0 +1,275 @@
+"""What stands in the window: the views, the panels around them, and workspaces of panels."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QObject, QSettings, Qt, QTimer, Signal, Slot
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QStackedWidget, QVBoxLayout, QWidget
+
+from stereotrack_core.errors import InputError
+
+from ..widgets.camera.camera_grid import CameraGrid
+from ..widgets.forms.message import Message
+from ..widgets.scene.scene_view import SceneView
+from ..widgets.timeline.timeline_view import TimelineView
+from ..widgets.timeline.transport import Transport
+from .layout import Workspace, arrange, forget_layout, restore_layout, save_layout
+from .notifier import Notifier
+from .stored import stored_text
+
+_CORNER = Qt.Corner.BottomRightCorner
+
+
+class Docks(QObject):
+    """Panels by name, the workspaces that arrange them, and the parts that all features share.
+
+    Parameters
+    ----------
+    host : QMainWindow
+        Holds the panels.
+    settings : QSettings
+        Keeps how a person has arranged them.
+    notifier : Notifier
+
+    Attributes
+    ----------
+    views : CameraGrid
+        The cameras' pictures in the middle.
+    timeline : TimelineView
+    scene : SceneView
+    transport : Transport
+    middle : QStackedWidget
+        The views, or what is there while nothing is open.
+
+    Signals
+    -------
+    workspace_changed : ()
+        Another workspace is shown.
+    leaving : ()
+        The arrangement is about to be kept: what has moved panels for a while puts them back.
+    panel_toggled : ()
+        A panel was shown or hidden.
+    """
+
+    workspace_changed = Signal()
+    leaving = Signal()
+    panel_toggled = Signal()
+
+    def __init__(self, host: QMainWindow, settings: QSettings, notifier: Notifier) -> None:
+        super().__init__(host)
+        self._host, self._settings, self._notifier = host, settings, notifier
+        self._docks: dict[str, QDockWidget] = {}
+        self._workspaces: dict[str, Workspace] = {}
+        self._shown: Workspace | None = None
+        self._room: _Room | None = None
+        self.views, self.scene = CameraGrid(), SceneView()
+        self.timeline, self.transport = TimelineView(), Transport()
+        self.middle = QStackedWidget()
+        self.middle.addWidget(self.views)
+        self._centre, self._centre_column = _column(self.middle)
+        host.setCentralWidget(self._centre)
+        self.add("scene", "3-D scene", self.scene)
+        both, self._timeline_column = _column(self.timeline)
+        self.add("timeline", "Timeline", both, titled=False)
+        # the timeline is the scrubber: it stays where it is
+        self.dock("timeline").setFeatures(QDockWidget.DockWidgetFeature.NoDockWidgetFeatures)
+
+    @property
+    def dialog_parent(self) -> QWidget:
+        """What dialogs belong to."""
+        return self._centre
+
+    # ---- panels
+
+    def add(self, name: str, title: str, widget: QWidget, *, titled: bool = True) -> QDockWidget:
+        """Add a panel; one that says by itself what it shows needs no title."""
+        dock = QDockWidget(title, self._host)
+        dock.setObjectName(name)
+        dock.setWidget(widget)
+        if not titled:
+            dock.setTitleBarWidget(QWidget())
+        self._docks[name] = dock
+        return dock
+
+    def add_above_views(self, widget: QWidget) -> None:
+        """Let a bar stand above the views."""
+        self._centre_column.insertWidget(self._centre_column.count() - 1, widget)
+
+    def add_above_timeline(self, widget: QWidget) -> None:
+        """Let a bar stand above the timeline."""
+        self._timeline_column.insertWidget(self._timeline_column.count() - 1, widget)
+
+    def dock(self, name: str) -> QDockWidget:
+        """The dock of a panel."""
+        return self._docks[name]
+
+    def titles(self) -> dict[str, str]:
+        """Titles of all panels, by name."""
+        return {name: dock.windowTitle() for name, dock in self._docks.items()}
+
+    def is_shown(self, name: str) -> bool:
+        """Whether a panel is there, be it behind another one."""
+        return not self._docks[name].isHidden()
+
+    def toggle(self, name: str) -> None:
+        """Show or hide a panel; one that was never placed comes to the right."""
+        dock = self._docks[name]
+        if dock.isHidden():
+            self.bring_up(name)
+        else:
+            dock.hide()
+        self.panel_toggled.emit()
+
+    def bring_up(self, name: str) -> None:
+        """Show a panel before those that share its place."""
+        dock = self._docks[name]
+        if dock.isHidden():
+            if self._host.dockWidgetArea(dock) == Qt.DockWidgetArea.NoDockWidgetArea:
+                self._host.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, dock)
+            dock.show()
+            self.panel_toggled.emit()
+        dock.raise_()
+
+    def hide_all(self) -> None:
+        """Hide all panels, while nothing is open."""
+        for dock in self._docks.values():
+            dock.hide()
+
+    def make_room(self, name: str, share: float) -> None:
+        """Let a panel's column go down to the lower end, and give the panel so much of it."""
+        dock = self._docks[name]
+        if self._room is None and not dock.isHidden():
+            self._room = _Room(self._host, self._docks, dock, share)
+
+    def give_room_back(self) -> None:
+        """Take back what :meth:`make_room` did."""
+        if self._room is not None:
+            self._room.restore()
+            self._room = None
+
+    # ---- workspaces
+
+    @property
+    def workspaces(self) -> tuple[Workspace, ...]:
+        """All of them, in the order of their features."""
+        return tuple(self._workspaces.values())
+
+    @property
+    def workspace(self) -> str:
+        """Name of the workspace that is shown; empty while nothing is open."""
+        return self._shown.name if self._shown is not None else ""
+
+    def add_workspace(self, space: Workspace) -> None:
+        """Offer an arrangement of panels."""
+        self._workspaces[space.name] = space
+
+    def show_workspace(self, name: str) -> None:
+        """Arrange the panels as a workspace has them, as the person left it."""
+        self._keep()
+        space = self._shown = self._workspaces[name]
+        self._settings.setValue("workspace", space.name)
+        if not restore_layout(self._host, self._settings, space):
+            arrange(self._host, self._docks, space)
+        self.workspace_changed.emit()
+
+    def show_named(self, name: str) -> None:
+        """Show a workspace by its name; one that has nothing to show says why."""
+        space = self._workspaces.get(name.strip().lower())
+        if space is None:
+            known = ", ".join(self._workspaces)
+            unknown = InputError(f"there is no workspace {name!r}", remedy=f"Known are: {known}.")
+            self._notifier.error(unknown)
+        elif why_not := space.why_not():
+            what = f"The workspace {space.title} has nothing to show"
+            self._notifier.show(Message("note", what, remedy=why_not))
+        else:
+            self.show_workspace(space.name)
+
+    def show_first(self) -> None:
+        """Show the workspace that was used last, or the first that has something to show."""
+        self._shown = None
+        wanted = self._workspaces.get(stored_text(self._settings, "workspace") or "track")
+        every = (*([wanted] if wanted is not None else []), *self.workspaces)
+        fits = next((space for space in every if not space.why_not()), self.workspaces[0])
+        self.show_workspace(fits.name)
+
+    def leave(self) -> None:
+        """Show no workspace any more; how it was arranged is kept."""
+        self._keep()
+        self._shown = None
+        self.workspace_changed.emit()
+
+    def reset(self) -> None:
+        """Put the panels of this workspace back where they belong."""
+        if self._shown is not None:
+            forget_layout(self._settings, self._shown)
+            self.arrange()
+
+    def arrange(self) -> None:
+        """Put the panels of this workspace where they are by default, for now."""
+        if self._shown is not None:
+            arrange(self._host, self._docks, self._shown)
+
+    def _keep(self) -> None:
+        if self._shown is not None:
+            self.leaving.emit()
+            self.give_room_back()
+            save_layout(self._host, self._settings, self._shown)
+
+
+class _Room(QObject):
+    """The room that one panel has got for a while from that above it and from those below."""
+
+    def __init__(
+        self, host: QMainWindow, docks: dict[str, QDockWidget], dock: QDockWidget, share: float
+    ) -> None:
+        super().__init__()
+        self._host, self._share = host, share
+        self._corner = host.corner(_CORNER)
+        self._column = _column_of(host, docks, dock)
+        self._heights = [each.height() for each in self._column]
+        host.setCorner(_CORNER, Qt.DockWidgetArea.RightDockWidgetArea)
+        QTimer.singleShot(0, self, self._share_column)
+
+    @Slot()
+    def _share_column(self) -> None:
+        if len(self._column) == 2:
+            whole = sum(each.height() for each in self._column)
+            self._resize([round((1.0 - self._share) * whole), round(self._share * whole)])
+
+    def restore(self) -> None:
+        """Put everything back."""
+        self._host.setCorner(_CORNER, self._corner)
+        if layout := self._host.layout():
+            layout.activate()
+        self._resize(self._heights)
+        self._column = []
+
+    def _resize(self, heights: list[int]) -> None:
+        self._host.resizeDocks(self._column, heights, Qt.Orientation.Vertical)
+
+
+def _column_of(
+    host: QMainWindow, docks: dict[str, QDockWidget], dock: QDockWidget
+) -> list[QDockWidget]:
+    """The panel above, and the panel itself; none where it floats."""
+    behind = host.tabifiedDockWidgets(dock)
+    above = [
+        each
+        for each in docks.values()
+        if each is not dock
+        and each not in behind
+        and each.isVisible()
+        and not each.isFloating()
+        and each.geometry().left() == dock.geometry().left()
+    ]
+    return [*above, dock] if not dock.isFloating() else []
+
+
+def _column(widget: QWidget) -> tuple[QWidget, QVBoxLayout]:
+    """A widget that others can be put above."""
+    whole = QWidget()
+    column = QVBoxLayout(whole)
+    column.setContentsMargins(0, 0, 0, 0)
+    column.setSpacing(0)
+    column.addWidget(widget, 1)
+    return whole, column

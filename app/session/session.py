@@ -1,0 +1,180 @@
+"""What is open and what is known about it, brought together."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QObject, QSettings, Signal, Slot
+
+from stereotrack_core.errors import InputError
+
+from ..services.failures import message_of
+from ..services.tasks.task import TaskList
+from .camera_doubts import CameraDoubts
+from .clouds import CloudPresenter
+from .document import DocumentPresenter
+from .instant import InstantPresenter
+from .judging import JudgementPresenter
+from .opening import Opening
+from .project_file import ProjectPresenter
+from .runs import RunList
+from .track_control import TrackControl
+from .tracking import TrackPresenter
+from .view_state import ViewState
+
+
+class Session(QObject):
+    """The open recording with its project, its runs and what follows from them.
+
+    Attributes
+    ----------
+    document : DocumentPresenter
+        Recording, frame and playback.
+    project : ProjectPresenter
+    opening : Opening
+        Opens recordings and projects.
+    runs : RunList
+    clouds : CloudPresenter
+    track : TrackPresenter
+        The tracker at work.
+    tracker : TrackControl
+        What its commands mean in the state that the session is in.
+    judging : JudgementPresenter
+        How good the runs are.
+    cameras : CameraDoubts
+        Whether a camera contradicts the others.
+    instant : InstantPresenter
+        Everything known about the frame that is shown.
+
+    Signals
+    -------
+    leaving : ()
+        The recording is about to change or to be closed: what works on it stops.
+    opened : ()
+        Another recording is open; nothing is left of the one before.
+    ready : ()
+        All that shows the recording follows it.
+    closed : ()
+        There is no recording any more.
+    closing : ()
+        The window closes: whoever has a thread ends it.
+    message : Message
+        Something that the person should read.
+    """
+
+    leaving = Signal()
+    opened = Signal()
+    ready = Signal()
+    closed = Signal()
+    closing = Signal()
+    message = Signal(object)
+
+    def __init__(
+        self, tasks: TaskList, view_state: ViewState, settings: QSettings, parent: QObject
+    ) -> None:
+        super().__init__(parent)
+        self._tasks, self._view_state = tasks, view_state
+        self.runs = RunList(self)
+        self.document = DocumentPresenter(tasks, self)
+        self.document.opened.connect(self._on_opened)  # before that of its project
+        self.project = ProjectPresenter(self.document, tasks, settings, self)
+        self.clouds = CloudPresenter(self)
+        self.track = TrackPresenter(self.runs, self)
+        self.opening = Opening(self.document, self.project, self.track, settings, self)
+        self.judging = JudgementPresenter(self.document, self.runs, self)
+        self.cameras = CameraDoubts(self.document, self.project, self)
+        self.instant = InstantPresenter(
+            self.document, self.clouds, self.runs, self.track, view_state, self
+        )
+        self.tracker = TrackControl(
+            self.document, self.clouds, self.runs, self.track, view_state, self
+        )
+        self.clouds.set_parameters(self.track.settings.depth)
+        self.document.closed.connect(self._on_closed)
+        self.track.settings_changed.connect(self._on_settings)
+        self.track.finished.connect(self.judging.judge)
+        for source in (self.document, self.project, self.clouds, self.track):
+            source.message.connect(self.message)
+        tasks.watch(self.settled)
+
+    def settled(self) -> bool:
+        """Whether everything that was asked for is there."""
+        parts = (self.document, self.judging, self.cameras, self.instant)
+        return not self.track.running and all(part.settled() for part in parts)
+
+    def close(self) -> None:
+        """End all work and close what is open, with the window."""
+        self.document.pause()
+        self.track.stop()
+        self.leaving.emit()
+        self._tasks.shutdown()
+        self.document.close()
+        self.closing.emit()
+        self.cameras.close()
+        self.project.shutdown()
+        self.clouds.set_recording(None)
+
+    # ---- why something cannot be done now, in sentences
+
+    def no_recording(self) -> str:
+        """Nothing is open."""
+        if self.document.opening:
+            return "The recording is still being opened."
+        return "" if self.document.recording is not None else "Open a recording first."
+
+    def no_project(self) -> str:
+        """No project is open, be it for reading."""
+        there = self.project.project is not None
+        return self.no_recording() or ("" if there else self.project.why_no_edit())
+
+    def no_edit(self) -> str:
+        """Nothing can be changed in the project."""
+        return self.no_recording() or self.project.why_no_edit()
+
+    def no_frames(self) -> str:
+        """There is no frame to go to."""
+        none = "" if self.document.frame_count else "The recording has no frames."
+        return self.no_recording() or none
+
+    def no_depth(self) -> str:
+        """No view gives depth."""
+        none = "No view of this recording gives depth; tracking needs a stereo or depth view."
+        return self.no_frames() or ("" if self.clouds.available else none)
+
+    def no_run(self) -> str:
+        """There is no run."""
+        active = self.runs.active
+        there = active is not None and bool(active.frames)
+        return self.no_recording() or ("" if there else "There is no run yet.")
+
+    def tracker_works(self) -> str:
+        """The tracker is running."""
+        return "The tracker is running; pause it first." if self.track.running else ""
+
+    # ---- following
+
+    @Slot()
+    def _on_opened(self) -> None:
+        refused = None
+        try:
+            self.clouds.set_recording(self.document.recording)
+        except InputError as error:
+            self.clouds.set_recording(None)
+            refused = error
+        self.opened.emit()
+        self.ready.emit()
+        if refused is not None:
+            self.message.emit(message_of(refused))
+
+    @Slot()
+    def _on_closed(self) -> None:
+        self.track.stop()
+        self.leaving.emit()
+        self.runs.clear()
+        self.instant.clear()
+        self._view_state.begin_anew()
+        self.clouds.set_recording(None)
+        self.closed.emit()
+
+    @Slot()
+    def _on_settings(self) -> None:
+        self.clouds.set_parameters(self.track.settings.depth)
+        self.instant.tell_soon()

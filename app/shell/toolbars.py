@@ -1,0 +1,85 @@
+"""The toolbars, made from what is registered."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QMainWindow, QToolBar, QWidget
+
+from ..context import Context
+from ..widgets.camera.click_marks import CLICK_OVERLAYS
+
+_ICON = QSize(20, 20)
+_GO = ("first", "previous", "play", "next", "last")
+_TRACK = ("run", "pause", "step", "iterate", "run_here", "stop")
+_ANNOTATE = ("undo", "redo", "accept", "", *(f"overlay_{name}" for name in CLICK_OVERLAYS))
+_VIEWS = (
+    *("overlay_outline", "overlay_reference", "overlay_points", "overlay_correspondences", ""),
+    *("arrange_grid", "arrange_one-and-more", "arrange_single", "keep_person", "loupe"),
+)
+
+
+class Toolbars:
+    """Workspaces, playback, tracker or annotation, and views.
+
+    Attributes
+    ----------
+    workspaces, play, track, annotate, view : QToolBar
+    """
+
+    def __init__(self, window: QMainWindow, context: Context) -> None:
+        self._window, self._context = window, context
+        spaces = [f"workspace_{space.name}" for space in context.docks.workspaces]
+        self.workspaces = self._bar("Workspaces", spaces, words=True)
+        self.play = self._bar("Playback", _GO, widget=context.docks.transport)
+        self.track = self._bar("Tracker", _TRACK)
+        self.annotate = self._bar("Annotation", _ANNOTATE)
+        self.view = self._bar("Views", _VIEWS)
+        context.docks.workspace_changed.connect(self.follow)
+        self.follow()
+
+    @property
+    def all(self) -> tuple[QToolBar, ...]:
+        """All toolbars of the window."""
+        return (self.workspaces, self.play, self.track, self.annotate, self.view)
+
+    def follow(self) -> None:
+        """Show what the workspace needs; nothing while there is none."""
+        workspace = self._context.docks.workspace
+        annotating = workspace == "annotate"
+        for bar in self.all:
+            fits = {self.annotate: annotating, self.track: not annotating}.get(bar, True)
+            bar.setVisible(bool(workspace) and fits)
+
+    def _bar(
+        self,
+        name: str,
+        actions: Sequence[str],
+        *,
+        words: bool = False,
+        widget: QWidget | None = None,
+    ) -> QToolBar:
+        """Add a toolbar with these actions (an empty name separates), with words or icons."""
+        bar = QToolBar(name, self._window)
+        bar.setObjectName(f"toolbar {name}")
+        bar.setMovable(False)
+        bar.setFloatable(False)
+        bar.setIconSize(_ICON)
+        style = Qt.ToolButtonStyle
+        bar.setToolButtonStyle(style.ToolButtonTextOnly if words else style.ToolButtonIconOnly)
+        for action in actions:
+            bar.addAction(self._action(action, bar))
+        if widget is not None:
+            bar.addWidget(widget)
+        bar.setContextMenuPolicy(Qt.ContextMenuPolicy.PreventContextMenu)
+        self._window.addToolBar(bar)
+        return bar
+
+    def _action(self, name: str, bar: QToolBar) -> QAction:
+        if name:
+            return self._context.actions.action(name)
+        separator = QAction(bar)
+        separator.setSeparator(True)
+        return separator

@@ -1,1 +1,0 @@
-"""Named arrangements of panels that a person can change and reset."""
