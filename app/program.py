@@ -36,7 +36,7 @@ from .features.view import feature as view
 from .features.view.controller import ViewController
 from .services.failures import FailureRelay, leave_out_noise, open_log
 from .services.tasks.garbage import GarbageTimer
-from .services.tasks.threaded import wait_for_threads
+from .services.tasks.task import wait_for_threads
 from .session.runs import RunEntry
 from .shell.main_window import MainWindow
 from .shell.picture_file import write_picture

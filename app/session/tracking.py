@@ -28,7 +28,7 @@ from stereotrack_core.tracking.untracked import Untracked
 
 from ..services.failures import message_of
 from ..services.tasks.shared import Shared
-from ..services.tasks.threaded import WorkThread
+from ..services.tasks.task import WorkThread
 from ..widgets.forms.message import Message
 from .runs import RunEntry, RunList
 

@@ -23,7 +23,7 @@ from ..widgets.forms.welcome import WelcomePage
 from ..widgets.style.icons import set_icon
 from .actions import MENUS, commands
 from .dialogs import Dialogs
-from .status_line import StatusLine
+from .status import StatusLine
 from .toolbars import Toolbars
 
 

@@ -8,9 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.features.annotate.clicking.blind_edits import second_reading
-from app.features.annotate.clicking.bone_lengths import bone_lengths
-from app.features.annotate.clicking.click_hints import HintQuestion, hints_of
+from app.features.annotate.clicking.blind_repeats import second_reading
+from app.features.annotate.clicking.click_hints import HintQuestion, bone_lengths, hints_of
 from app.features.annotate.clicking.landmark_rows import (
     fit_words,
     landmark_rows,

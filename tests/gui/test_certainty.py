@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.features.view.certainty import SHOWN, ellipsoids_of
+from app.features.view.scene import SHOWN, ellipsoids_of
 from app.session.runs import RunEntry
 from stereotrack_core.body.angles import ALL_JOINTS, THESIS_JOINTS, pose_of_state, state_of_pose
 from stereotrack_core.body.manifold import displaced

@@ -10,9 +10,8 @@ import pytest
 from app.features.review.curves import lanes_of
 from app.features.track.numbers import number_rows
 from app.session.comparison import compared
-from app.session.judgement import judged
+from app.session.judgement import heading_words, judged, score_words
 from app.session.runs import RunEntry, entry_of_run
-from app.session.stated_errors import heading_words, score_words
 from app.session.truth import project_truth, recorded_truth
 from app.widgets.plots.error_plot import ErrorPlot
 from stereotrack_core.annotation.reference import Reference

@@ -8,8 +8,7 @@ from PySide6.QtCore import QCoreApplication
 
 from app.services.tasks.newest import NewestWins
 from app.services.tasks.shared import Shared
-from app.services.tasks.task import TaskList
-from app.services.tasks.threaded import wait_for_threads
+from app.services.tasks.task import TaskList, wait_for_threads
 from stereotrack_core.errors import Cancelled, InputError
 
 PATIENCE_S = 300.0

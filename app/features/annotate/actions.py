@@ -14,8 +14,7 @@ from ...services.actions import ActionRegistry, Command
 from ...session.counting import frames_in_words
 from .clicking.blind_repeats import USUAL_SHARE
 from .dialogs import AnnotationDialogs
-from .filling.predicting import PredictionWork
-from .filling.prediction_commands import prediction_commands
+from .filling.predicting import PredictionWork, prediction_commands
 from .panels import AnnotationPanels
 from .selection import (
     Selection,

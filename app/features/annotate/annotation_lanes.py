@@ -18,8 +18,7 @@ from stereotrack_core.project.references import Reference
 from stereotrack_core.project.schema import CLICK
 
 from ...widgets.style.limb_colours import LIMB_COLOURS, limb_words
-from ...widgets.timeline.lane_filter import KINDS, LaneFilter
-from ...widgets.timeline.lanes import Lane, Mark, MarkArray
+from ...widgets.timeline.lanes import KINDS, Lane, LaneFilter, Mark, MarkArray
 
 GAP = "gap"
 """Kind of the flag on frames over which nothing is interpolated."""

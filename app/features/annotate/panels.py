@@ -21,7 +21,7 @@ from ...widgets.forms.repeat_bar import RepeatBar
 from ...widgets.tables.history_panel import HistoryPanel
 from ...widgets.tables.next_panel import NextPanel
 from ...widgets.timeline.annotation_bar import AnnotationBar
-from ...widgets.timeline.lane_filter import KINDS, LaneFilter
+from ...widgets.timeline.lanes import KINDS, LaneFilter
 from ...widgets.timeline.timeline_view import TimelineView
 from .annotation_lanes import AnnotationLanes
 from .clicking.blind_repeats import BlindRepeats

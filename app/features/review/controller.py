@@ -16,12 +16,16 @@ from stereotrack_core.recording.csv_table import csv_text
 from stereotrack_core.recording.description import Segment
 
 from ...context import Context
+from ...services.docks import Docks
 from ...session.runs import RunEntry
+from ...widgets.plots.angle_plot import AnglePlot
+from ...widgets.plots.cloud_plot import CloudPlot
+from ...widgets.tables.motion_table import MotionTable
+from ...widgets.tables.statistics_panel import StatisticsPanel
 from . import angle_curves, limb_numbers
-from .angle_curves import Moved
-from .explaining import content_of
+from .angle_curves import QUANTITIES, Moved, choices
+from .explaining import KINDS, content_of
 from .joint_angles import AnglePresenter
-from .panels import REVIEW_PANELS, ReviewPanels
 from .sights import SightPresenter
 
 _DELAY_MS = 60
@@ -222,3 +226,21 @@ class ReviewController(QObject):
             self._context.notifier.error(error)
             return
         self._context.notifier.say(f"Written to {path}.", 6000)
+
+
+REVIEW_PANELS = ("statistics", "explanations", "angles", "motion")
+
+
+class ReviewPanels:
+    """Widgets in their docks, not yet connected."""
+
+    def __init__(self, docks: Docks) -> None:
+        self.statistics = StatisticsPanel()
+        self.explanations = CloudPlot(KINDS)
+        self.angles = AnglePlot(choices(), QUANTITIES)
+        self.motion = MotionTable(CUT_OFF_HZ)
+        docks.add("statistics", "Statistics", self.statistics)
+        # these share the place of the plot of errors, and say by themselves what they show
+        docks.add("explanations", "Explanations", self.explanations, titled=False)
+        docks.add("angles", "Joint angles", self.angles, titled=False)
+        docks.add("motion", "Motion", self.motion)

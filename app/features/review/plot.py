@@ -6,7 +6,7 @@ from PySide6.QtCore import QObject, Qt, Slot
 from PySide6.QtWidgets import QLabel, QStackedWidget
 
 from ...context import Context
-from ...session.stated_errors import heading_words
+from ...session.judgement import heading_words
 from ...widgets.plots.error_plot import ErrorPlot
 from .curves import curves_of, lanes_of
 

@@ -34,7 +34,6 @@ from stereotrack_core.interop.table_file import read_csv_table
 
 from ...session.counting import counted
 from ...widgets.plots.sweep_plot import SweepPlot
-from .sweep_best import AVERAGED, best_rows
 
 _LOOK_MS = 1000
 _MOST_COLOURS = 8
@@ -329,3 +328,19 @@ def parameters_of(values: Mapping[str, str]) -> dict[str, str]:
     from stereotrack_core.experiments.sweep.points import SPECIAL
 
     return {name: value for name, value in values.items() if name not in SPECIAL and value}
+
+
+AVERAGED = ("recording", "seed")
+"""Columns that a point is averaged over, unless somebody asks for them."""
+
+
+def best_rows(table: SweepTable, measure: str) -> tuple[int, ...]:
+    """Rows of the point with the best mean of a measure; empty where nothing is known."""
+    columns = [table.columns.index(name) for name in table.parameters if name not in AVERAGED]
+    known, values = measure_named(measure), table.numbers(measure)
+    sign = -1.0 if known is not None and known.more_is_better else 1.0
+    points: dict[tuple[str, ...], list[int]] = {}
+    for row in np.flatnonzero(np.isfinite(values)).tolist():
+        points.setdefault(tuple(table.rows[row][i] for i in columns), []).append(row)
+    best = min(points.values(), key=lambda rows: sign * float(values[rows].mean()), default=[])
+    return tuple(best)

@@ -14,9 +14,8 @@ from stereotrack_core.project.run_facts import RunFacts, beside
 from ...context import Context
 from ...session.comparison import ComparedRuns, compared, shown_beside_each_other
 from ...session.counting import counted
-from ...session.judgement import Judgement
+from ...session.judgement import Judgement, score_words
 from ...session.runs import RunEntry
-from ...session.stated_errors import score_words
 from ...session.truth import Against
 from ...widgets.tables.comparison_panel import ComparisonPanel
 from ...widgets.tables.numbers_panel import NumbersPanel

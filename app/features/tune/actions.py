@@ -7,7 +7,7 @@ from stereotrack_core.tracking.presets import PRESETS
 from ...services.actions import Command
 from ...session.session import Session
 from .controller import TuneController
-from .preset_work import PresetWork
+from .presets import PresetWork
 
 _MENU = "T&une"
 _PRESETS = f"{_MENU}/Presets"

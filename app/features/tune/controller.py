@@ -19,11 +19,10 @@ from ...widgets.forms.series_panel import SeriesPanel
 from ...widgets.tables.attempts_panel import AttemptsPanel
 from .attempts import AttemptPresenter
 from .numbers import attempt_table
-from .preset_work import PresetWork
+from .presets import PresetWork
 from .runner import TrialRunner
 from .series import SeriesPresenter
-from .stores import StoreKeeper
-from .warming import CloudWarmer
+from .stores import CloudWarmer, StoreKeeper
 
 ATTEMPT_BUTTONS = ("attempt_use", "attempt_run", "attempt_adopt", "attempt_dismiss")
 """Commands that stand below the table of attempts."""

@@ -18,8 +18,7 @@ from ...widgets.camera.overlays import OVERLAYS
 from ...widgets.scene.content import Ellipsoid
 from ...widgets.scene.surroundings import frustum_corners, frustum_depth
 from ...widgets.style.theme import current_theme
-from .certainty import ellipsoids_of
-from .scene import scene_of
+from .scene import ellipsoids_of, scene_of
 
 _SCENE_DELAY_MS = 30
 _SCENE_PATIENCE_MS = 150

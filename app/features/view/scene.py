@@ -9,14 +9,21 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from stereotrack_core.arrays import FloatArray, ImageArray
+from stereotrack_core.body.angles import THESIS_JOINTS, pose_of_state
 from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.mesh import PartMesh
+from stereotrack_core.body.model import landmarks
+from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.recording.landmarks import LANDMARKS
+from stereotrack_core.tracking.frame import TrackedFrame
 
 from ...session.pictures import Instant
+from ...session.runs import RunEntry
 from ...session.view_state import PointColour
 from ...widgets.scene.content import Ellipsoid, GhostBody, SceneContent
-from ...widgets.style.limb_colours import limb_rgb
+from ...widgets.style.limb_colours import LANDMARK_LIMBS, limb_rgb
 
 POINT_COLOURS: dict[PointColour, str] = {
     "view": "Points by view",
@@ -109,3 +116,35 @@ def _small_images(instant: Instant) -> Mapping[str, ImageArray]:
         code = cv2.COLOR_GRAY2RGB if shrunk.ndim == 2 else cv2.COLOR_BGR2RGB
         small[view.image.camera] = np.asarray(cv2.cvtColor(shrunk, code), dtype=np.uint8)
     return small
+
+
+SHOWN = ("left_elbow", "right_elbow", "left_hand", "right_hand")
+_STEP = 1e-4
+
+
+def ellipsoids_of(entry: RunEntry, tracked: TrackedFrame) -> tuple[Ellipsoid, ...]:
+    """Covariances of the landmarks in :data:`SHOWN`, to first order.
+
+    Nothing where the frame has no pose or its covariance is not known.
+    """
+    pose, covariance = tracked.pose, tracked.P
+    if pose is None or not np.isfinite(covariance).all():
+        return ()
+    steps = _STEP * np.eye(len(covariance))
+    ahead = landmarks(entry.body, _moved(entry, tracked, pose, steps))
+    behind = landmarks(entry.body, _moved(entry, tracked, pose, -steps))
+    slopes = (ahead - behind) / (2.0 * _STEP)
+    places = landmarks(entry.body, pose)
+    result = []
+    for name in SHOWN:
+        at = LANDMARKS.index(name)
+        J = slopes[:, at].T
+        result.append(Ellipsoid(LANDMARK_LIMBS[name], places[at], J @ covariance @ J.T))
+    return tuple(result)
+
+
+def _moved(entry: RunEntry, tracked: TrackedFrame, pose: Pose, delta: FloatArray) -> Pose:
+    """Poses after errors (k, n), which the thesis's state adds to its angles."""
+    if delta.shape[-1] == 6 + 2 * len(THESIS_JOINTS):
+        return pose_of_state(tracked.x + delta, THESIS_JOINTS)
+    return displaced(pose, delta, entry.body.joints)

@@ -2,9 +2,24 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QModelIndex, Qt, Signal, Slot
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import datetime
+from typing import Any, TypeAlias
+
+from PySide6.QtCore import (
+    QAbstractTableModel,
+    QModelIndex,
+    QPersistentModelIndex,
+    QSize,
+    Qt,
+    Signal,
+    Slot,
+)
+from PySide6.QtGui import QColor, QFont, QFontMetrics
 from PySide6.QtWidgets import (
     QAbstractItemView,
+    QApplication,
     QHBoxLayout,
     QHeaderView,
     QLabel,
@@ -14,7 +29,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from .history_model import Fetch, HistoryModel
+from stereotrack_core.project.history import Entry, How
+
+from ..style.theme import current_theme
 
 _NOTHING = "The edits of a project are listed here; a click on one goes back or forward to it."
 
@@ -103,3 +120,182 @@ class HistoryPanel(QWidget):
             return
         self._steps = self.model.steps_to(row)
         self.jump_requested.emit(0 if entry is None else entry.number)
+
+
+Fetch: TypeAlias = Callable[[int, int | None], tuple[Entry, ...]]
+"""From a number of edits and the number that they are older than to these edits, newest first."""
+
+_PAGE = 200
+_HEADINGS = ("Edit", "Who", "When")
+_TIPS = {
+    "done": "In effect. A click takes back everything after it.",
+    "undone": "Taken back. A click makes it, and everything before it, again.",
+    "dropped": "Taken back, and then followed by another edit; it cannot be made again.",
+    "kept": "A run that was kept. Undo passes it by; it is deleted in the panel Runs.",
+}
+_MOVED = {"done", "undone"}
+_Index: TypeAlias = QModelIndex | QPersistentModelIndex
+_NOWHERE = QModelIndex()
+
+
+class HistoryModel(QAbstractTableModel):
+    """Edits in words, who made them and when; the last row is the state before all of them."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._fetch: Fetch | None = None
+        self._rows: list[Entry] = []
+        self._whole = True
+        self._current = 0
+
+    def show(self, fetch: Fetch | None) -> None:
+        """Show another project's edits, or none."""
+        self.beginResetModel()
+        self._fetch = fetch
+        self._rows = list(fetch(_PAGE, None)) if fetch is not None else []
+        self._whole = len(self._rows) < _PAGE
+        self._current = self._border()
+        self.endResetModel()
+
+    def entry(self, row: int) -> Entry | None:
+        """The edit of a row; None for the state before all edits."""
+        return self._rows[row] if 0 <= row < len(self._rows) else None
+
+    def is_beginning(self, row: int) -> bool:
+        """Whether a row stands for the state before all edits."""
+        return self._fetch is not None and self._whole and row == len(self._rows)
+
+    def current_row(self) -> int:
+        """Row of the last edit in effect that undo would take back."""
+        return self._current
+
+    def steps_to(self, row: int) -> int:
+        """How many edits have to be undone or redone to come to a row."""
+        here = self.current_row()
+        passed = self._rows[min(here, row) : max(here, row)]
+        return sum(entry.state in _MOVED for entry in passed)
+
+    def follow(self) -> None:
+        """Take over an edit, an undo or a redo; what is loaded further down is not read again."""
+        if self._fetch is None:
+            return
+        newest = self._fetch(1, None)
+        if newest and (not self._rows or newest[0].number > self._rows[0].number):
+            self._take_in(newest[0])
+        elif newest and newest[0] != self._rows[0] and newest[0].state == "done":
+            self._rows[0] = newest[0]
+            self._tell(0, 0)
+        self._state_again()
+
+    def _take_in(self, newest: Entry) -> None:
+        assert self._fetch is not None  # noqa: S101 - there is a newest edit
+        known = self._rows[0].number if self._rows else 0
+        found = self._fetch(newest.number - known + self._current, None)
+        added = tuple(entry for entry in found if entry.number > known)
+        states = [entry.state for entry in found[len(added) :]]
+        for row, state in zip(range(len(self._rows)), states, strict=False):
+            self._set_state(row, state)  # what was taken back may be given up now
+        self.beginInsertRows(QModelIndex(), 0, len(added) - 1)
+        self._rows[:0] = added
+        self.endInsertRows()
+
+    def _state_again(self) -> None:
+        """Let the rows around the last edit in effect say what the project says."""
+        assert self._fetch is not None  # noqa: S101 - asked by the caller
+        while True:
+            border = self._current = self._border()
+            above = (row for row in range(border - 1, -1, -1) if self._rows[row].state == "undone")
+            first = max(next(above, border) - 2, 0)
+            before = self._rows[first - 1].number if first else None
+            for row, entry in enumerate(self._fetch(border - first + 3, before), start=first):
+                if row < len(self._rows) and entry.number == self._rows[row].number:
+                    self._set_state(row, entry.state)
+            if self._border() == border:
+                return
+
+    def _border(self) -> int:
+        states = (row for row, entry in enumerate(self._rows) if entry.state == "done")
+        return next(states, len(self._rows))
+
+    def _set_state(self, row: int, state: How) -> None:
+        if self._rows[row].state != state:
+            self._rows[row] = replace(self._rows[row], state=state)
+            self._tell(row, row)
+
+    def _tell(self, first: int, last: int) -> None:
+        self.dataChanged.emit(self.index(first, 0), self.index(last, len(_HEADINGS) - 1))
+
+    # ---- Qt's questions
+
+    def rowCount(self, parent: _Index = _NOWHERE) -> int:
+        if parent.isValid() or self._fetch is None:
+            return 0
+        return len(self._rows) + int(self._whole)
+
+    def columnCount(self, parent: _Index = _NOWHERE) -> int:
+        return 0 if parent.isValid() else len(_HEADINGS)
+
+    def canFetchMore(self, parent: _Index) -> bool:
+        return not parent.isValid() and not self._whole
+
+    def fetchMore(self, parent: _Index) -> None:
+        if parent.isValid() or self._fetch is None:
+            return
+        older = self._fetch(_PAGE, self._rows[-1].number if self._rows else None)
+        whole = len(older) < _PAGE
+        if older or whole:
+            first = len(self._rows)
+            self.beginInsertRows(QModelIndex(), first, first + len(older) + int(whole) - 1)
+            self._rows.extend(older)
+            self._whole = whole
+            self._current = self._border()
+            self.endInsertRows()
+
+    def headerData(
+        self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
+    ) -> Any:
+        if orientation == Qt.Orientation.Horizontal and role == Qt.ItemDataRole.DisplayRole:
+            return _HEADINGS[section]
+        return None
+
+    def flags(self, index: _Index) -> Qt.ItemFlag:
+        entry = self.entry(index.row())
+        if entry is not None and entry.state not in _MOVED:
+            return Qt.ItemFlag.NoItemFlags
+        return Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
+
+    def data(self, index: _Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        if role == Qt.ItemDataRole.SizeHintRole:
+            return QSize(0, QFontMetrics(QApplication.font()).height() + 6)
+        entry = self.entry(index.row())
+        if entry is None:
+            return self._beginning(index, role)
+        if role == Qt.ItemDataRole.DisplayRole:
+            return (entry.words, entry.who, when_in_words(entry.at))[index.column()]
+        if role == Qt.ItemDataRole.ToolTipRole:
+            local = datetime.fromisoformat(entry.at).astimezone()
+            return f"{entry.words}\n{entry.who}, {local:%Y-%m-%d %H:%M:%S}\n{_TIPS[entry.state]}"
+        if role == Qt.ItemDataRole.ForegroundRole and entry.state != "done":
+            theme = current_theme()
+            return QColor(theme.disabled if entry.state == "dropped" else theme.muted)
+        if role == Qt.ItemDataRole.FontRole:
+            font = QFont()
+            font.setItalic(entry.state == "undone")
+            font.setStrikeOut(entry.state == "dropped")
+            font.setBold(index.row() == self.current_row())
+            return font
+        return None
+
+    def _beginning(self, index: _Index, role: int) -> Any:
+        if role == Qt.ItemDataRole.DisplayRole and index.column() == 0:
+            return "before the first edit"
+        if role == Qt.ItemDataRole.ForegroundRole:
+            return QColor(current_theme().muted)
+        return None
+
+
+def when_in_words(at: str) -> str:
+    """A stored time as a clock of this place shows it; its day where that is not today."""
+    local = datetime.fromisoformat(at).astimezone()
+    today = datetime.now().astimezone().date()
+    return f"{local:%H:%M:%S}" if local.date() == today else f"{local:%d %b}"

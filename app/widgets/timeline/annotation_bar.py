@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QMenu, QSizePolicy, QToolButt
 
 from ..style.icons import set_icon
 from ..style.theme import current_theme
-from .lane_filter import KIND_WORDS, KINDS, LaneFilter
+from .lanes import KIND_WORDS, KINDS, LaneFilter
 
 
 class ProgressStrip(QWidget):

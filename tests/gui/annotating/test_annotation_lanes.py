@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from app.features.annotate.annotation_lanes import AnnotationLanes
-from app.widgets.timeline.lane_filter import LaneFilter
-from app.widgets.timeline.lanes import Mark
+from app.widgets.timeline.lanes import LaneFilter, Mark
 from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Visibility
 from stereotrack_core.annotation.landmark_set import NINE, Landmark, LandmarkSet
 from stereotrack_core.project.click_edits import DeleteClicks, MarkClicks, MoveClicks, PlaceClicks

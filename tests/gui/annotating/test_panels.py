@@ -20,8 +20,7 @@ from app.features.annotate.panels import AnnotationPanels
 from app.features.annotate.setup.subject_dialog import SubjectDialog
 from app.services.actions import ActionRegistry
 from app.services.tasks.task import TaskList
-from app.widgets.timeline.lane_filter import LaneFilter
-from app.widgets.timeline.lanes import Mark
+from app.widgets.timeline.lanes import LaneFilter, Mark
 from app.widgets.timeline.painting import RULER_HEIGHT
 from app.widgets.timeline.timeline_view import TimelineView
 from stereotrack_core.annotation.click import ClickKey

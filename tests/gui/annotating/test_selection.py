@@ -22,7 +22,7 @@ from app.features.annotate.selection import (
     unmark_gap,
 )
 from app.widgets.timeline.annotation_bar import AnnotationBar
-from app.widgets.timeline.lane_filter import LaneFilter
+from app.widgets.timeline.lanes import LaneFilter
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.click_edits import PlaceClicks

@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from app.features.tune import runner
-from app.features.tune.dialogs import NameDialog
+from app.features.tune.presets import NameDialog
 from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.tracking.presets import preset, read_preset
 from stereotrack_core.tracking.tuning.attempt import AttemptPipeline
@@ -223,7 +223,7 @@ def test_an_attempt_is_adopted_as_a_preset_of_the_project(tuning, qtbot, tmp_pat
         shelf.settings("wide joints") == attempt.settings == tuning.context.session.track.settings
     )
     assert tuning.features.tune.parameters.preset_box.currentText() == "wide joints"
-    assert not tuning.context.session.track.settings_changed
+    assert not tuning.context.session.track.differs_from_preset
     path = tmp_path / "wide.toml"
     tuning.features.tune.presets.write_file(path)
     assert preset(str(path)) == attempt.settings

@@ -28,8 +28,7 @@ from stereotrack_core.project.history import Changed
 
 from ....session.document import DocumentPresenter
 from ....session.project_file import ProjectPresenter
-from .blind_edits import second_reading
-from .blind_repeats import BlindRepeats, Repeat
+from .blind_repeats import BlindRepeats, Repeat, second_reading
 from .choosing import Advance, Annotated, Choice, landmark_at_hand, next_landmark
 
 _CLICKS = frozenset({"click", "repeat_click"})

@@ -18,7 +18,7 @@ from stereotrack_core.project.click_sigma import measured_sigmas
 from stereotrack_core.project.history import Changed
 from stereotrack_core.recording.description import Recording
 
-from ....services.tasks.newest_answer import NewestAnswer
+from ....services.tasks.newest import NewestAnswer
 from ....session.camera_doubts import view_names
 from ....session.clouds import CloudPresenter
 from ....session.document import DocumentPresenter
