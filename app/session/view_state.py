@@ -31,6 +31,8 @@ class ViewState(QObject):
         Other frames are selected.
     threshold_changed : float
         Another error counts as a failure, in degrees.
+    active_view_changed : str
+        Keys act on another view.
     display_changed : ()
         Overlays, light or loupe are others, or another limb is selected.
     scene_changed : ()
@@ -41,6 +43,7 @@ class ViewState(QObject):
 
     selection_changed = Signal(object)
     threshold_changed = Signal(float)
+    active_view_changed = Signal(str)
     display_changed = Signal()
     scene_changed = Signal()
     drawing_changed = Signal()
@@ -49,6 +52,7 @@ class ViewState(QObject):
         super().__init__(parent)
         self._selection: range | None = None
         self._threshold = THRESHOLD_DEG
+        self._active_view = ""
         self._display = Display()
         self._lights: dict[str, tuple[float, float]] = {}
         self._hidden: frozenset[str] = frozenset()
@@ -85,6 +89,18 @@ class ViewState(QObject):
             self.threshold_changed.emit(degrees)
 
     # ---- pictures
+
+    @property
+    def active_view(self) -> str:
+        """Name of the view that keys act on; empty without views."""
+        return self._active_view
+
+    @Slot(str)
+    def activate(self, view: str) -> None:
+        """Let keys act on another view."""
+        if view != self._active_view:
+            self._active_view = view
+            self.active_view_changed.emit(view)
 
     @property
     def display(self) -> Display:

@@ -107,7 +107,7 @@ class AnnotateController(QObject):
             for kind, name in cameras.items():
                 if name == camera:
                     views.show_kind(view.name, kind)
-                    views.set_active(view.name)
+                    self._context.view_state.activate(view.name)
                     views.tiles[view.name].camera.setFocus()
         self._clicking.annotating.choose(landmark)
 

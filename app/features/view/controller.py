@@ -64,7 +64,9 @@ class ViewController(QObject):
         state.selection_changed.connect(self._on_selection)
         docks.views.kinds_changed.connect(session.instant.tell_soon)
         docks.views.limb_clicked.connect(state.highlight)
-        docks.views.active_changed.connect(self._show_light)
+        docks.views.active_changed.connect(state.activate)
+        state.active_view_changed.connect(docks.views.set_active)
+        state.active_view_changed.connect(self._show_light)
         docks.views.arranged.connect(self._context.actions.refresh_soon)
         docks.scene.limb_clicked.connect(state.highlight)
         docks.timeline.frame_requested.connect(session.document.visit)
@@ -82,6 +84,7 @@ class ViewController(QObject):
         """Show another recording, or none."""
         recording = self._session.document.recording
         self._docks.views.set_views(recording.views if recording is not None else ())
+        self._state.activate(self._docks.views.active)
         self._docks.scene.begin_anew()
         self._rig_held = False
         self._on_count_changed(self._session.document.frame_count)
@@ -118,7 +121,7 @@ class ViewController(QObject):
     def _on_display(self) -> None:
         self._docks.views.set_display(self._state.displayed, self._state.lights)
         self._docks.scene.set_highlighted(self._state.display.highlighted)
-        self._show_light(self._docks.views.active)
+        self._show_light(self._state.active_view)
 
     @Slot()
     def _on_workspace(self) -> None:

@@ -257,7 +257,7 @@ class ClickController(QObject):
         held = self.annotating.held()
         for name, camera in self._views.cameras().items():
             if held is not None and camera == held.camera:
-                self._views.set_active(name)
+                self._context.view_state.activate(name)
                 self._views.tiles[name].camera.setFocus()
 
     # ---- following
