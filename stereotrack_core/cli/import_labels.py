@@ -139,18 +139,11 @@ def _labels(args: Namespace, project: Project, names: dict[str, str]) -> Labels:
 
 def _reference(args: Namespace, project: Project) -> dict[str, Any]:
     """Keep a trajectory as a reference of the project."""
-    from stereotrack_core.annotation.reference import Reference
-    from stereotrack_core.interop.reference_npz import is_reference, read_reference
-    from stereotrack_core.interop.run_file import read_trajectory
+    from stereotrack_core.interop.run_file import reference_in
     from stereotrack_core.project.references import save_reference
 
     _refuse_options(args, "a trajectory is of no camera and has its own names")
-    if is_reference(args.file):
-        reference = read_reference(args.file)
-    else:
-        trajectory = read_trajectory(args.file)
-        meta = {"imported_from": args.file.name}
-        reference = Reference(trajectory.frame, trajectory.points, meta=meta)
+    reference = reference_in(args.file)
     name = args.file.stem
     replacing = args.conflicts == "theirs"
     if name in project.references.names() and not replacing:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.reference_npz import (
@@ -191,3 +192,17 @@ def _suffix(path: Path, known: tuple[str, ...]) -> str:
             remedy=f"Name a file that ends in {', '.join(known[:-1])} or {known[-1]}.",
         )
     return suffix
+
+
+def reference_in(path: Path) -> Reference:
+    """The reference that a file of a trajectory holds.
+
+    Raises
+    ------
+    InputError
+        Where it cannot be read.
+    """
+    if is_reference(path):
+        return read_reference(path)
+    trajectory = read_trajectory(path)
+    return Reference(trajectory.frame, trajectory.points, meta={"imported_from": path.name})

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -101,3 +102,83 @@ def _residuals(
             key = ClickKey(int(found.frame[own[row]]), camera.name, landmarks.names[column])
             residuals[key] = away[row, column]
     return residuals
+
+
+def without_gaps(
+    fit: TrajectoryFit,
+    gaps: Mapping[str, Collection[int]],
+    clicked: Collection[tuple[int, str]] = (),
+) -> TrajectoryFit:
+    """The fit without what it has filled in of single landmarks over their gaps.
+
+    Parameters
+    ----------
+    fit : TrajectoryFit
+    gaps : mapping from landmark to frames
+    clicked : collection of (frame, landmark)
+        These are known all the same.
+    """
+    if not gaps:
+        return fit
+    landmarks, covariance, nine = fit.landmarks.copy(), fit.covariance.copy(), fit.nine.copy()
+    for name, frames in gaps.items():
+        unknown = [frame for frame in frames if (frame, name) not in clicked]
+        rows = np.isin(fit.frame, unknown)
+        if name in fit.names:
+            landmarks[rows, fit.names.index(name)] = np.nan
+            covariance[rows, fit.names.index(name)] = np.nan
+        if name in LANDMARKS:
+            nine[rows, LANDMARKS.index(name)] = np.nan
+    return replace(fit, landmarks=landmarks, covariance=covariance, nine=nine)
+
+
+def merged_reference(old: Reference | None, new: Reference, frames: range) -> Reference:
+    """The old reference with these frames taken from the new one.
+
+    Without an old one of the same landmarks, the new one's frames alone.
+    """
+    inside = (new.frame >= frames.start) & (new.frame < frames.stop)
+    taken = _chosen(new, inside)
+    if old is None or not _fits(old, new):
+        return taken
+    kept = _chosen(old, (old.frame < frames.start) | (old.frame >= frames.stop))
+    order = np.argsort(np.concatenate([kept.frame, taken.frame]), kind="stable")
+
+    def both(name: str) -> FloatArray:
+        joined: FloatArray = np.concatenate([getattr(kept, name), getattr(taken, name)])[order]
+        return joined
+
+    return Reference(
+        frame=both("frame").astype(np.int64),
+        points=both("points"),
+        covariance=both("covariance"),
+        limb_sigma_deg=both("limb_sigma_deg"),
+        filled=both("filled").astype(np.bool_),
+        landmark_names=new.landmark_names,
+        meta={**old.meta, **new.meta, "mistakes": _mistakes(old, new, frames)},
+    )
+
+
+def _fits(old: Reference, new: Reference) -> bool:
+    parts = (old.covariance, old.limb_sigma_deg, old.filled)
+    return old.landmark_names == new.landmark_names and all(part is not None for part in parts)
+
+
+def _chosen(reference: Reference, rows: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Reference:
+    def part(array: FloatArray | None) -> FloatArray | None:
+        return None if array is None else array[rows]
+
+    return Reference(
+        frame=reference.frame[rows],
+        points=reference.points[rows],
+        covariance=part(reference.covariance),
+        limb_sigma_deg=part(reference.limb_sigma_deg),
+        filled=None if reference.filled is None else reference.filled[rows],
+        landmark_names=reference.landmark_names,
+        meta=reference.meta,
+    )
+
+
+def _mistakes(old: Reference, new: Reference, frames: range) -> list[list[object]]:
+    before = [one for one in old.meta.get("mistakes", ()) if one[0] not in frames]
+    return before + [one for one in new.meta.get("mistakes", ()) if one[0] in frames]

@@ -14,6 +14,7 @@ from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.labels import is_trajectory
+from stereotrack_core.interop.run_file import reference_in
 from stereotrack_core.project.click_sigma import repeat_differences
 from stereotrack_core.project.entries import Choose
 from stereotrack_core.project.incoming import clicks_of_project, incoming
@@ -27,7 +28,7 @@ from .exchange.agreement_dialog import AgreementDialog
 from .exchange.export_dialog import ExportDialog
 from .exchange.exporting import REFERENCE_FILES, export_reference
 from .exchange.import_dialog import ImportDialog
-from .exchange.importing import LabelFile, labels_of, reference_in
+from .exchange.importing import LabelFile, labels_of
 from .exchange.take_in_dialog import TakeInDialog
 from .exchange.taking_in import TakeIn
 from .panels import AnnotationPanels

@@ -7,11 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from stereotrack_core.annotation.click import Click
-from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.labels import read_labels
-from stereotrack_core.interop.reference_npz import is_reference, read_reference
-from stereotrack_core.interop.run_file import read_trajectory
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording
 
@@ -87,17 +84,3 @@ def labels_of(
         for name in found.left_out
     )
     return found.clicks, (*left_out, *found.problems)
-
-
-def reference_in(path: Path) -> Reference:
-    """The reference that a file of a trajectory holds.
-
-    Raises
-    ------
-    InputError
-        Where it cannot be read.
-    """
-    if is_reference(path):
-        return read_reference(path)
-    trajectory = read_trajectory(path)
-    return Reference(trajectory.frame, trajectory.points, meta={"imported_from": path.name})

@@ -6,8 +6,8 @@ import tempfile
 import threading
 import time
 from collections import defaultdict
-from collections.abc import Callable, Collection, Mapping
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -27,11 +27,10 @@ from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.geometry.camera_agreement import Disagreement
 from stereotrack_core.project.click_sigma import measured_sigmas
-from stereotrack_core.project.fitted import reference_of_fit
+from stereotrack_core.project.fitted import reference_of_fit, without_gaps
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.references import Reference
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.landmarks import LANDMARKS
 
 from ....services.tasks.helper_process import HelperProcess
 from ....session.counting import counted
@@ -150,34 +149,6 @@ def fit_recording(
     )
 
 
-def without_gaps(
-    fit: TrajectoryFit,
-    gaps: Mapping[str, Collection[int]],
-    clicked: Collection[tuple[int, str]] = (),
-) -> TrajectoryFit:
-    """The fit without what it has filled in of single landmarks over their gaps.
-
-    Parameters
-    ----------
-    fit : TrajectoryFit
-    gaps : mapping from landmark to frames
-    clicked : collection of (frame, landmark)
-        These are known all the same.
-    """
-    if not gaps:
-        return fit
-    landmarks, covariance, nine = fit.landmarks.copy(), fit.covariance.copy(), fit.nine.copy()
-    for name, frames in gaps.items():
-        unknown = [frame for frame in frames if (frame, name) not in clicked]
-        rows = np.isin(fit.frame, unknown)
-        if name in fit.names:
-            landmarks[rows, fit.names.index(name)] = np.nan
-            covariance[rows, fit.names.index(name)] = np.nan
-        if name in LANDMARKS:
-            nine[rows, LANDMARKS.index(name)] = np.nan
-    return replace(fit, landmarks=landmarks, covariance=covariance, nine=nine)
-
-
 def residuals_of(fit: TrajectoryFit, clicks: tuple[Click, ...], order: FitOrder) -> FloatArray:
     """Residuals (F, 6) of each limb's clicks in pixels, over the frames of the fit."""
     pixels = click_pixels(clicks, order.recording.cameras, fit.names)
@@ -229,33 +200,6 @@ def fit_words(
     return words if doubtful is None else f"{words} {what_to_do(doubtful)}"
 
 
-def merged_reference(old: Reference | None, new: Reference, frames: range) -> Reference:
-    """The old reference with these frames taken from the new one.
-
-    Without an old one of the same landmarks, the new one's frames alone.
-    """
-    inside = (new.frame >= frames.start) & (new.frame < frames.stop)
-    taken = _chosen(new, inside)
-    if old is None or not _fits(old, new):
-        return taken
-    kept = _chosen(old, (old.frame < frames.start) | (old.frame >= frames.stop))
-    order = np.argsort(np.concatenate([kept.frame, taken.frame]), kind="stable")
-
-    def both(name: str) -> FloatArray:
-        joined: FloatArray = np.concatenate([getattr(kept, name), getattr(taken, name)])[order]
-        return joined
-
-    return Reference(
-        frame=both("frame").astype(np.int64),
-        points=both("points"),
-        covariance=both("covariance"),
-        limb_sigma_deg=both("limb_sigma_deg"),
-        filled=both("filled").astype(np.bool_),
-        landmark_names=new.landmark_names,
-        meta={**old.meta, **new.meta, "mistakes": _mistakes(old, new, frames)},
-    )
-
-
 def how_far(done: int, of: int, seconds: float) -> tuple[float, str]:
     """How far a fit is: the share, 0 where nobody knows it, and words.
 
@@ -289,31 +233,6 @@ def around(frames: range, clicked: tuple[int, ...], last: int) -> range:
     return range(
         max(before, default=frames.start), min(min(after, default=frames.stop - 1), last) + 1
     )
-
-
-def _fits(old: Reference, new: Reference) -> bool:
-    parts = (old.covariance, old.limb_sigma_deg, old.filled)
-    return old.landmark_names == new.landmark_names and all(part is not None for part in parts)
-
-
-def _chosen(reference: Reference, rows: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Reference:
-    def part(array: FloatArray | None) -> FloatArray | None:
-        return None if array is None else array[rows]
-
-    return Reference(
-        frame=reference.frame[rows],
-        points=reference.points[rows],
-        covariance=part(reference.covariance),
-        limb_sigma_deg=part(reference.limb_sigma_deg),
-        filled=None if reference.filled is None else reference.filled[rows],
-        landmark_names=reference.landmark_names,
-        meta=reference.meta,
-    )
-
-
-def _mistakes(old: Reference, new: Reference, frames: range) -> list[list[object]]:
-    before = [one for one in old.meta.get("mistakes", ()) if one[0] not in frames]
-    return before + [one for one in new.meta.get("mistakes", ()) if one[0] in frames]
 
 
 def _by_frame(clicks: tuple[Click, ...]) -> dict[int, list[Click]]:

@@ -24,7 +24,7 @@ from stereotrack_core.project.click_edits import (
     SwapLandmarks,
 )
 from stereotrack_core.project.entries import Choose
-from stereotrack_core.project.fitted import fit_of_reference
+from stereotrack_core.project.fitted import fit_of_reference, merged_reference
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.references import Reference, load_reference, save_reference
@@ -43,7 +43,6 @@ from .fitting import (
     fit_process,
     fit_recording,
     fit_words,
-    merged_reference,
     residuals_of,
 )
 
