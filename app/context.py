@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from PySide6.QtCore import QSettings
+from PySide6.QtWidgets import QMainWindow
 
 from .services.actions import ActionRegistry
 from .services.docks import Docks
@@ -43,3 +44,13 @@ class Context:
     docks: Docks
     notifier: Notifier
     settings: QSettings
+
+
+def make_context(window: QMainWindow, settings: QSettings) -> Context:
+    """Make the services for a window, which holds panels and actions."""
+    tasks, view_state, notifier = TaskList(window), ViewState(window), Notifier(window)
+    docks = Docks(window, settings, notifier)
+    session = Session(tasks, view_state, settings, window)
+    actions = ActionRegistry(window, settings)
+    tasks.watch(actions.settled)
+    return Context(session, view_state, tasks, actions, docks, notifier, settings)

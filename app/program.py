@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -68,6 +69,8 @@ class Features:
 
 def make_window(settings: QSettings) -> tuple[MainWindow, Features]:
     """Make the window with all its features."""
+    # work in the background takes turns with painting every half millisecond, not every five
+    sys.setswitchinterval(0.0005)
     window = MainWindow(settings)
     context = window.context
     features = Features(

@@ -6,7 +6,7 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-from PySide6.QtCore import QObject, QSettings, Signal
+from PySide6.QtCore import QMimeData, QObject, QSettings, Signal
 
 from stereotrack_core.project.whereabouts import SUFFIX
 
@@ -116,3 +116,14 @@ class Opening(QObject):
 def is_project(path: Path) -> bool:
     """Whether a path looks like a project file."""
     return path.suffix == SUFFIX and os.path.isfile(path)
+
+
+def dropped_path(data: QMimeData) -> Path | None:
+    """Recording folder, recording.toml or project that was dragged into the window."""
+    for url in data.urls():
+        path = Path(url.toLocalFile())
+        if not url.isLocalFile():
+            continue
+        if path.is_dir() or path.name == "recording.toml" or is_project(path):
+            return path
+    return None

@@ -54,6 +54,8 @@ class Session(QObject):
         All that shows the recording follows it.
     closed : ()
         There is no recording any more.
+    changed : ()
+        Something that can be seen of all this is another.
     closing : ()
         The window closes: whoever has a thread ends it.
     message : Message
@@ -64,6 +66,7 @@ class Session(QObject):
     opened = Signal()
     ready = Signal()
     closed = Signal()
+    changed = Signal()
     closing = Signal()
     message = Signal(object)
 
@@ -93,6 +96,13 @@ class Session(QObject):
         self.track.finished.connect(self.judging.judge)
         for source in (self.document, self.project, self.clouds, self.track):
             source.message.connect(self.message)
+        document, project, runs = self.document, self.project, self.runs
+        for changed in (
+            document.frame_changed, document.playing_changed, document.count_changed,
+            document.findings_changed, self.track.state_changed, runs.changed, runs.grew,
+            runs.active_changed, project.opened, project.closed, project.changed,
+        ):  # fmt: skip
+            changed.connect(self._tell_change)
         tasks.watch(self.settled)
 
     def settled(self) -> bool:
@@ -150,6 +160,10 @@ class Session(QObject):
         return "The tracker is running; pause it first." if self.track.running else ""
 
     # ---- following
+
+    @Slot()
+    def _tell_change(self, _what: object = None) -> None:
+        self.changed.emit()
 
     @Slot()
     def _on_opened(self) -> None:

@@ -2,22 +2,13 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
-from PySide6.QtCore import QMimeData, QSettings, Qt, Slot
+from PySide6.QtCore import QSettings, Qt, Slot
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QResizeEvent
 from PySide6.QtWidgets import QMainWindow
 
-from ..context import Context
-from ..services.actions import ActionRegistry
-from ..services.docks import Docks
-from ..services.notifier import Notifier
+from ..context import make_context
 from ..services.stored import stored_bytes
-from ..services.tasks.task import TaskList
-from ..session.opening import is_project
-from ..session.session import Session
-from ..session.view_state import ViewState
+from ..session.opening import dropped_path
 from ..widgets.forms.message_bar import MessageBar
 from ..widgets.forms.welcome import WelcomePage
 from ..widgets.style.icons import set_icon
@@ -40,22 +31,12 @@ class MainWindow(QMainWindow):
 
     def __init__(self, settings: QSettings) -> None:
         super().__init__()
-        # work in the background takes turns with painting every half millisecond, not every five
-        sys.setswitchinterval(0.0005)
-        tasks, view_state, notifier = TaskList(self), ViewState(self), Notifier(self)
-        docks = Docks(self, settings, notifier)
-        session = Session(tasks, view_state, settings, self)
-        actions = ActionRegistry(self, settings)
-        self.context = Context(session, view_state, tasks, actions, docks, notifier, settings)
+        self.context = make_context(self, settings)
         self.messages, self.welcome = MessageBar(), WelcomePage()
-        docks.add_above_views(self.messages)
-        docks.middle.addWidget(self.welcome)
+        self.context.docks.add_above_views(self.messages)
+        self.context.docks.middle.addWidget(self.welcome)
         self.status = StatusLine(self.statusBar(), self.context)
-        tasks.watch(actions.settled)
-        self._connect_messages()
-        session.opened.connect(self.write_title)
-        session.ready.connect(self._on_ready)
-        session.closed.connect(self._show_welcome)
+        self._connect()
 
     def draw(self) -> None:
         """Draw menus, toolbars and the welcome page, when all features have registered."""
@@ -63,33 +44,25 @@ class MainWindow(QMainWindow):
         context.actions.add(commands(context, Dialogs(self, context), self.messages))
         context.actions.fill(self.menuBar(), MENUS)
         self.bars = Toolbars(self, context)
-        self._refresh_with_facts()
         self._connect_welcome()
         self._lay_out()
         self._show_welcome()
 
-    def _connect_messages(self) -> None:
-        notifier, messages = self.context.notifier, self.messages
+    def _connect(self) -> None:
+        context, session = self.context, self.context.session
+        notifier, messages = context.notifier, self.messages
         notifier.shown.connect(messages.show_message)
         notifier.taken_back.connect(messages.take_back)
         notifier.cleared.connect(messages.clear)
         messages.dismissed.connect(notifier.dismissed)
-        self.context.session.message.connect(notifier.show)
-        self.context.tasks.failed.connect(notifier.error)
-
-    def _refresh_with_facts(self) -> None:
-        context, session = self.context, self.context.session
-        document, project, runs = session.document, session.project, session.runs
-        for changed in (
-            document.frame_changed, document.playing_changed, document.count_changed,
-            document.findings_changed, session.track.state_changed, runs.changed, runs.grew,
-            runs.active_changed, context.tasks.changed, project.opened, project.closed,
-            project.changed,
-        ):  # fmt: skip
-            changed.connect(context.actions.refresh_soon)
-        for changed in (project.opened, project.closed):
+        session.message.connect(notifier.show)
+        context.tasks.failed.connect(notifier.error)
+        context.tasks.changed.connect(context.actions.refresh_soon)
+        session.changed.connect(context.actions.refresh_soon)
+        session.ready.connect(self._on_ready)
+        session.closed.connect(self._show_welcome)
+        for changed in (session.opened, session.project.opened, session.project.closed):
             changed.connect(self.write_title)
-        document.playing_changed.connect(self._show_playing)
 
     def _connect_welcome(self) -> None:
         actions, opening = self.context.actions, self.context.session.opening
@@ -97,6 +70,7 @@ class MainWindow(QMainWindow):
         self.welcome.demo_wanted.connect(actions.action("demo").trigger)
         self.welcome.recent_chosen.connect(opening.open)
         opening.recent_changed.connect(self._list_recent)
+        self.context.session.document.playing_changed.connect(self._show_playing)
 
     def _lay_out(self) -> None:
         self.setAcceptDrops(True)
@@ -172,14 +146,3 @@ class MainWindow(QMainWindow):
         if path is not None:
             event.acceptProposedAction()
             self.context.session.opening.open(path)
-
-
-def dropped_path(data: QMimeData) -> Path | None:
-    """Recording folder, recording.toml or project that was dragged into the window."""
-    for url in data.urls():
-        path = Path(url.toLocalFile())
-        if not url.isLocalFile():
-            continue
-        if path.is_dir() or path.name == "recording.toml" or is_project(path):
-            return path
-    return None
