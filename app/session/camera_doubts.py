@@ -22,7 +22,7 @@ from stereotrack_core.recording.finding import Finding
 
 from ..services.tasks.newest import NewestWins
 from .document import DocumentPresenter
-from .project_file import ProjectPresenter
+from .project import ProjectPresenter
 
 _PAUSE_MS = 400
 

@@ -12,7 +12,7 @@ from stereotrack_core.project.whereabouts import SUFFIX
 
 from ..services.stored import stored_texts
 from .document import DocumentPresenter
-from .project_file import ProjectPresenter
+from .project import ProjectPresenter
 from .tracking import TrackPresenter
 
 _RECENT = "recent"

@@ -14,9 +14,9 @@ from .document import DocumentPresenter
 from .instant import InstantPresenter
 from .judging import JudgementPresenter
 from .opening import Opening
-from .project_file import ProjectPresenter
+from .project import ProjectPresenter
 from .runs import RunList
-from .track_control import TrackControl
+from .tracker import TrackControl
 from .tracking import TrackPresenter
 from .view_state import ViewState
 

@@ -9,11 +9,9 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from app.features.sweep import dialog as dialog_module
-from app.features.sweep import sweeps as sweeps_module
+from app.features.sweep import presenter as sweeps_module
 from app.features.sweep.dialog import SweepDialog
-from app.features.sweep.points import SweepPoints
-from app.features.sweep.results import SweepResults
-from app.features.sweep.sweep_plan import (
+from app.features.sweep.plan import (
     PointsWish,
     SweepWish,
     count_of_wish,
@@ -21,7 +19,9 @@ from app.features.sweep.sweep_plan import (
     hint_for,
     measured_seconds,
 )
-from app.features.sweep.sweeps import SweepNow, SweepPresenter
+from app.features.sweep.points import SweepPoints
+from app.features.sweep.presenter import SweepNow, SweepPresenter
+from app.features.sweep.results import SweepResults
 from app.services.tasks.task import TaskList
 from app.widgets.forms.sweep_values import SweepValues
 from stereotrack_core.errors import InputError

@@ -160,7 +160,7 @@ WRITES_BY_ITSELF = {
     "app/shell/picture_file.py": {"save"},
     "app/features/tune/presets.py": {"save"},  # a preset, into the project
     "app/features/annotate/filling/fit_job.py": {"write_text"},  # how far it is, for the window
-    "app/features/sweep/sweeps.py": {"touch", "TemporaryFile"},  # a sign to stop; what it says
+    "app/features/sweep/presenter.py": {"touch", "TemporaryFile"},  # a sign to stop; what it says
 }
 """What does not go through :mod:`stereotrack_core.atomic`, and need not."""
 

@@ -23,11 +23,11 @@ from ...widgets.tables.next_panel import NextPanel
 from ...widgets.timeline.annotation_bar import AnnotationBar
 from ...widgets.timeline.lanes import KINDS, LaneFilter
 from ...widgets.timeline.timeline_view import TimelineView
-from .annotation_lanes import AnnotationLanes
 from .clicking.blind_repeats import BlindRepeats
 from .edits import EditWork
 from .filling.reference_work import ReferenceWork, ShownReference
 from .history import HistoryPresenter
+from .lanes import AnnotationLanes
 from .next_clicks import NextPresenter, Ranking
 from .selection import Selection, selection_of
 

@@ -13,7 +13,7 @@ from stereotrack_core.project.marks import FrameFlag, SetFlags, SetKeyframes
 from stereotrack_core.project.project import Project
 
 from ...session.counting import counted, frames_in_words
-from .annotation_lanes import GAP
+from .lanes import GAP
 
 _LOOK_AGAIN = "look again"
 

@@ -14,7 +14,7 @@ from ...context import Context
 from ...services.actions import ActionRegistry
 from ...widgets.plots.inside_content import StepName
 from ...widgets.plots.inside_panel import InsidePanel
-from .inside import InsidePresenter
+from .presenter import InsidePresenter
 
 _SHARE = 0.68
 """Share of its column that the panel gets while a frame is looked into."""

@@ -15,8 +15,8 @@ from ...context import Context
 from ...widgets.forms.message import Message
 from ...widgets.forms.parameter_editor import value_text
 from .dialog import SweepDialog
+from .presenter import SweepNow, SweepPresenter
 from .results import SweepResults, parameters_of
-from .sweeps import SweepNow, SweepPresenter
 
 _SAID_MS = 10_000
 

@@ -23,8 +23,8 @@ from stereotrack_core.experiments.sweep.plan import SweepCount
 
 from ...services.tasks.task import Task, TaskList
 from .form import SweepForm
-from .sweep_plan import SweepWish, count_of_wish, count_words, measured_seconds
-from .sweeps import SweepNow, SweepPresenter
+from .plan import SweepWish, count_of_wish, count_words, measured_seconds
+from .presenter import SweepNow, SweepPresenter
 
 _COUNT_AFTER_MS = 350
 

@@ -25,8 +25,8 @@ from PySide6.QtWidgets import (
 
 from stereotrack_core.worker_processes import usable_cores
 
+from .plan import SweepWish
 from .points import SweepPoints
-from .sweep_plan import SweepWish
 
 
 class SweepForm(QWidget):

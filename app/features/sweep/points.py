@@ -23,7 +23,7 @@ from PySide6.QtWidgets import (
 )
 
 from ...widgets.forms.sweep_values import SweepValues
-from .sweep_plan import PointsWish, hint_for, measures_to_judge_by, names_to_vary
+from .plan import PointsWish, hint_for, measures_to_judge_by, names_to_vary
 
 _WAYS = (
     ("grid", "Every combination of values", "Each value of a line with each of all others."),

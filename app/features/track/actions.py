@@ -7,7 +7,7 @@ from functools import partial
 from ...context import Context
 from ...services.actions import Command
 from ...session.session import Session
-from ...session.track_control import FIRST_POSES
+from ...session.tracker import FIRST_POSES
 from ...session.truth import Against
 from .controller import RunsController
 

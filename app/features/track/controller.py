@@ -21,7 +21,7 @@ from ...widgets.tables.comparison_panel import ComparisonPanel
 from ...widgets.tables.numbers_panel import NumbersPanel
 from ...widgets.tables.run_details import RunDetails
 from ...widgets.tables.runs_panel import RunRow, RunsPanel
-from .keeper import RunKeeper
+from .keeping import RunKeeper
 from .numbers import number_rows
 from .repeating import RunRepeater
 

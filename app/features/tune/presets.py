@@ -25,7 +25,7 @@ from stereotrack_core.tracking.presets import PRESETS, UserPreset, named, preset
 from stereotrack_core.tracking.settings import Settings
 
 from ...context import Context
-from ...session.project_file import ProjectPresenter
+from ...session.project import ProjectPresenter
 from ...session.runs import RunEntry
 from ...widgets.forms.message import Message
 from ...widgets.forms.parameter_panel import ParameterPanel

@@ -7,7 +7,7 @@ import time
 import numpy as np
 import pytest
 
-from app.features.annotate.annotation_lanes import AnnotationLanes
+from app.features.annotate.lanes import AnnotationLanes
 from app.widgets.timeline.lanes import LaneFilter, Mark
 from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Visibility
 from stereotrack_core.annotation.landmark_set import NINE, Landmark, LandmarkSet

@@ -6,7 +6,7 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 
-from app.features.annotate.annotation_lanes import GAP
+from app.features.annotate.lanes import GAP
 from app.features.annotate.selection import (
     Selection,
     clear_clicks,

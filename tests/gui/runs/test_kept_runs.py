@@ -12,7 +12,7 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from app.features.track import keeper
+from app.features.track import keeping as keeper
 from app.session.judgement import judged
 from app.session.runs import RunEntry, entry_of_run
 from stereotrack_core.project.runs import keep_run, kept_runs, load_run

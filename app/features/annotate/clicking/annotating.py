@@ -27,7 +27,7 @@ from stereotrack_core.project.edit import Edit, Together
 from stereotrack_core.project.history import Changed
 
 from ....session.document import DocumentPresenter
-from ....session.project_file import ProjectPresenter
+from ....session.project import ProjectPresenter
 from .blind_repeats import BlindRepeats, Repeat, second_reading
 from .choosing import Advance, Annotated, Choice, landmark_at_hand, next_landmark
 

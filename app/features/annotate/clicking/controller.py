@@ -20,9 +20,9 @@ from ....widgets.forms.message import Message
 from ....widgets.tables.body_panel import BodyPanel
 from ....widgets.tables.landmarks_panel import LandmarksPanel
 from .annotating import Annotating
-from .annotation_facts import AnnotationFacts
 from .blind_repeats import BlindRepeats
 from .choosing import ADVANCES, Advance
+from .facts import AnnotationFacts
 from .landmark_rows import fit_words, landmark_rows, length_rows, limb_rows
 from .marks import marks_of, predictions_in
 from .swap_offers import SwapOffers

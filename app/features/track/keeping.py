@@ -45,7 +45,7 @@ from stereotrack_core.tracking.stored import body_of_run
 from ...services.failures import message_of
 from ...services.tasks.task import Task, TaskList
 from ...session.document import DocumentPresenter
-from ...session.project_file import ProjectPresenter
+from ...session.project import ProjectPresenter
 from ...session.runs import RunEntry, RunList, RunNow, frames_of_run
 from ...session.tracking import TrackPresenter
 from ...widgets.forms.message import Message

@@ -34,7 +34,7 @@ from stereotrack_core.tracking.tuning.attempt import stoppable
 from stereotrack_core.tracking.ukf import ThesisTracker
 
 from ...session.runs import RunEntry
-from .inside_steps import Step, steps_of
+from .steps import Step, steps_of
 
 LIVE = (
     "Begins with the tracker in progress itself: a copy of it does this frame, and the tracker "

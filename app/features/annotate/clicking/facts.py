@@ -22,7 +22,7 @@ from ....services.tasks.newest import NewestAnswer
 from ....session.camera_doubts import view_names
 from ....session.clouds import CloudPresenter
 from ....session.document import DocumentPresenter
-from ....session.project_file import ProjectPresenter
+from ....session.project import ProjectPresenter
 from .annotating import Annotating
 from .click_hints import ClickHints, HintQuestion, hints_of
 from .live_fit import FEWEST, FitProcess, FitQuestion, ShownFit

@@ -8,18 +8,11 @@ from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import limb_of_part
-from stereotrack_core.tracking.trace import (
-    REASONS,
-    Correction,
-    Points,
-    Rows,
-    StepTrace,
-    movement,
-)
+from stereotrack_core.tracking.trace import REASONS, Correction, Points, Rows, StepTrace, movement
 
 from ...widgets.plots.inside_content import StepContent, Table
 from ...widgets.style.limb_colours import limb_words
-from .inside_numbers import (
+from .numbers import (
     covariance_maps,
     cross_maps,
     deviations_table,
@@ -27,8 +20,8 @@ from .inside_numbers import (
     residual_histogram,
     states_of,
 )
-from .inside_search import pairs_table, proposals_table, search_words
-from .inside_steps import Step, name_of
+from .search import pairs_table, proposals_table, search_words
+from .steps import Step, name_of
 
 _KINDS = {
     "elbow": "Limit of the elbows",

@@ -24,7 +24,7 @@ from ...session.pictures import StepDrawing
 from ...widgets.camera.inside_overlay import Ghosts, InsideScene, Marked, moved_ghosts
 from ...widgets.style.diverging import SHADES, shade_colours, shade_of
 from ...widgets.style.limb_colours import LIMB_COLOURS
-from .inside_steps import Step, name_of
+from .steps import Step, name_of
 
 _AROUND = 8
 _LEGS = "#b5b5b5"

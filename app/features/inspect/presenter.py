@@ -15,9 +15,9 @@ from ...session.pictures import StepDrawing
 from ...session.runs import RunList
 from ...session.tracking import TrackPresenter
 from ...widgets.plots.inside_content import StepContent
-from .inside_contents import content_of
-from .inside_drawing import drawing_of
-from .inside_sources import (
+from .contents import content_of
+from .drawing import drawing_of
+from .sources import (
     LIVE,
     Inside,
     Question,
@@ -27,7 +27,7 @@ from .inside_sources import (
     run_question,
     settings_of,
 )
-from .inside_steps import Step, same_step
+from .steps import Step, same_step
 
 _SOON_MS = 60
 
