@@ -164,14 +164,6 @@ class AnnotationLanes:
         found = found[found < frame][-1:] if backwards else found[found > frame][:1]
         return int(found[0]) if len(found) else None
 
-    def clicked_landmarks(self, frame: int) -> tuple[str, ...]:
-        """Landmarks that count as clicked at a frame."""
-        return tuple(
-            name
-            for name, marks in zip(self._set.names, self._marks, strict=True)
-            if marks[frame] == Mark.CLICKED
-        )
-
     def _flagged_at(self, place: int) -> BoolArray:
         flagged: BoolArray = self._marks[place] == Mark.FLAGGED
         return flagged

@@ -12,7 +12,7 @@ from stereotrack_core.project.edit import Edit
 from stereotrack_core.project.marks import FrameFlag, SetFlags, SetKeyframes
 from stereotrack_core.project.project import Project
 
-from ...session.counting import counted, frames_in_words
+from ...session.counting import frames_in_words
 from .lanes import GAP
 
 _LOOK_AGAIN = "look again"
@@ -160,11 +160,6 @@ def no_keyframes(project: Project, selection: Selection) -> Edit:
     if not frames:
         raise _nothing(f"there is no keyframe in {frames_in_words(selection.frames)}")
     return SetKeyframes(frames, "none")
-
-
-def selection_summary(project: Project, selection: Selection) -> str:
-    """What is selected, and how many clicks that are."""
-    return f"{selection.words()}: {counted(len(selected_clicks(project, selection)), 'click')}"
 
 
 def gaps_of(project: Project) -> tuple[range, ...]:

@@ -25,13 +25,10 @@ class MessageBar(QFrame):
 
     Signals
     -------
-    emptied : ()
-        The last message was closed.
     dismissed : Message
         A person has closed this message without doing what it offers.
     """
 
-    emptied = Signal()
     dismissed = Signal(object)
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -83,8 +80,6 @@ class MessageBar(QFrame):
         if self._messages:
             self._messages.pop()
         self._refresh()
-        if not self._messages:
-            self.emptied.emit()
 
     def dismiss(self) -> None:
         """Close the message that is shown, because the person does not want it."""

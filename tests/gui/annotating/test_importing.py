@@ -6,7 +6,7 @@ import threading
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, Signal
 
 from app.features.annotate import dialogs
 from app.features.annotate.dialogs import AnnotationDialogs
@@ -20,6 +20,8 @@ PATIENCE_S = 300.0
 
 class Panels(QObject):
     """In place of the panels: a project and a recording, and what works in the background."""
+
+    leaving = Signal()
 
     def __init__(self, project, recording):
         super().__init__()

@@ -17,7 +17,6 @@ from app.features.annotate.selection import (
     mark_gap,
     no_keyframes,
     selection_of,
-    selection_summary,
     unflag_frames,
     unmark_gap,
 )
@@ -51,7 +50,6 @@ def test_without_a_selection_commands_work_on_the_frame_shown():
 
 def test_clicks_are_cleared_and_come_back(annotated):
     chosen = Selection(range(5, 16), ("left_elbow", "head"))
-    assert selection_summary(annotated, chosen) == ("frames 5 – 15, left elbow and head: 24 clicks")
     before = annotated.clicks.all()
     annotated.apply(clear_clicks(annotated, chosen))
     assert annotated.clicks.count() == len(before) - 24

@@ -78,10 +78,6 @@ class EpisodeController(QObject):
             return "The episodes are still being looked for."
         return "" if self.presenter.listed else "No episode is listed."
 
-    def none_chosen(self) -> str:
-        """Why there is no chosen episode."""
-        return self.none_listed() or ("" if self.presenter.chosen else "Choose an episode first.")
-
     def looping(self) -> bool:
         """Whether an episode is played again and again."""
         return self._session.document.loop is not None
