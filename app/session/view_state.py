@@ -34,7 +34,9 @@ class ViewState(QObject):
     active_view_changed : str
         Keys act on another view.
     display_changed : ()
-        Overlays, light or loupe are others, or another limb is selected.
+        Overlays or loupe are others, or another limb is selected.
+    light_changed : ()
+        Views are brighter or darker.
     scene_changed : ()
         Colour of the points, selected limb or fitted body.
     drawing_changed : ()
@@ -45,6 +47,7 @@ class ViewState(QObject):
     threshold_changed = Signal(float)
     active_view_changed = Signal(str)
     display_changed = Signal()
+    light_changed = Signal()
     scene_changed = Signal()
     drawing_changed = Signal()
 
@@ -141,10 +144,11 @@ class ViewState(QObject):
         """Show one view, or without a name all of them, brighter or darker."""
         if view:
             self._lights[view] = (brightness, contrast)
-            self.display_changed.emit()
         else:
             self._lights.clear()
-            self.change_display(brightness=brightness, contrast=contrast)
+            now = dataclasses.replace(self._display, brightness=brightness, contrast=contrast)
+            self._display = now
+        self.light_changed.emit()
 
     def begin_anew(self) -> None:
         """Forget what belongs to a recording that is no longer shown."""

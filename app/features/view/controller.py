@@ -60,6 +60,7 @@ class ViewController(QObject):
         session.document.frame_changed.connect(self._on_frame_changed)
         session.document.count_changed.connect(self._on_count_changed)
         state.display_changed.connect(self._on_display)
+        state.light_changed.connect(self._on_display)
         state.scene_changed.connect(self._show_scene_soon)
         state.selection_changed.connect(self._on_selection)
         docks.views.kinds_changed.connect(session.instant.tell_soon)

@@ -36,7 +36,7 @@ class ViewMemory(QObject):
         context.session.project.closing.connect(self._on_closing)
         for changed in (
             context.session.document.frame_changed, context.docks.workspace_changed,
-            context.docks.views.kinds_changed, context.view_state.display_changed,
+            context.docks.views.kinds_changed, context.view_state.light_changed,
         ):  # fmt: skip
             changed.connect(self._note)
 
