@@ -151,9 +151,7 @@ def test_a_tracker_is_held_when_its_frames_are_there(qtbot, small_recording, mon
             pass
 
         def frames(self, frames):
-            kept = SimpleNamespace(
-                tracked=True, unexplained_fraction=0.0, estimate=SimpleNamespace(aside=0.0)
-            )
+            kept = SimpleNamespace(tracked=True, unexplained_fraction=0.0, contradicted=np.nan)
             return (SimpleNamespace(frame=k, without_cloud=lambda: kept) for k in frames)
 
     monkeypatch.setattr(tracking, "Pipeline", Quick)
@@ -214,7 +212,7 @@ def test_changed_settings_apply_to_the_next_step_as_a_new_run(opened, qtbot):
     second = opened.context.session.track.entry
     assert sorted(first.frames) == [0]
     assert sorted(second.frames) == [1]
-    assert second.context.settings.tracking.iterations == 2
+    assert second.settings.tracking.iterations == 2
 
 
 def test_a_selection_is_tracked_alone(opened, qtbot):

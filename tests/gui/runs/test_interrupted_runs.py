@@ -83,7 +83,7 @@ def test_a_run_that_ends_leaves_no_file(window, qtbot, small_recording):
     opened(window, qtbot, small_recording)
     window.context.session.track.choose("fast", preset("fast"))
     place = place_for_run(window.context.session.project.path)
-    window.context.session.tracker.set_selection(range(2))
+    window.context.view_state.select(range(2))
     window.context.session.tracker.run_selection()
     qtbot.waitUntil(lambda: window.context.session.track.entry is None)
     qtbot.waitUntil(window.context.tasks.settled)

@@ -296,7 +296,7 @@ def test_a_run_is_repeated_and_said_to_be_equal(tracking, qtbot):
         "fast",
         preset("fast").replaced(iterations=2),
     )
-    tracking.context.session.tracker.set_selection(range(1, 3))
+    tracking.context.view_state.select(range(1, 3))
     tracking.context.session.tracker.run_selection()
     qtbot.waitUntil(lambda: tracking.context.session.track.entry is None, timeout=60_000)
     settle(tracking, qtbot)
@@ -311,4 +311,4 @@ def test_a_run_is_repeated_and_said_to_be_equal(tracking, qtbot):
     assert again.name == f"{first.name} again"
     assert kept(tracking) == [first.name, again.name]
     assert sameness(first.run(), again.run()).equal
-    np.testing.assert_array_equal(again.features.track.numbers(), [1, 2])
+    np.testing.assert_array_equal(again.numbers(), [1, 2])

@@ -16,7 +16,7 @@ def tracked(window, qtbot, **changes):
     said = []
     window.context.session.track.message.connect(said.append)
     window.context.session.track.choose("fast", preset("fast").replaced(**changes))
-    window.context.session.tracker.set_selection(range(2))
+    window.context.view_state.select(range(2))
     window.context.session.tracker.run_selection()
     qtbot.waitUntil(lambda: window.context.session.track.entry is None)
     qtbot.waitUntil(window.context.tasks.settled)
