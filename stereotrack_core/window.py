@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from stereotrack_core.recording.description import Recording
     from stereotrack_core.recording.landmarks import LandmarkTrajectory
-    from stereotrack_core.tracking.settings import Settings
+    from stereotrack_core.tracking.parameters import Settings
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 import pytest
 
 from stereotrack_core.errors import InputError, did_you_mean, visible
-from stereotrack_core.tracking.settings import Settings
+from stereotrack_core.tracking.parameters import Settings
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 ``python tools/fit_lost_limbs.py FOLDER`` simulates the recordings below into the folder (those that
 are there already are taken as they are), tracks each with several presets and choices of views, so
-that limbs are really lost, and rewrites ``stereotrack_core/tracking/lost/coefficients.py``. It
+that limbs are really lost, and rewrites ``stereotrack_core/tracking/failure/coefficients.py``. It
 takes about half an hour.
 """
 
@@ -21,14 +21,14 @@ from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.simulation.make import simulate
+from stereotrack_core.tracking.failure.classifier import LOST_DEG, with_neighbours
+from stereotrack_core.tracking.failure.features import SIGNS
 from stereotrack_core.tracking.frame import TrackedFrame
-from stereotrack_core.tracking.lost.judge import LOST_DEG, with_neighbours
-from stereotrack_core.tracking.lost.signs import SIGNS
 from stereotrack_core.tracking.pipeline import track
 from stereotrack_core.tracking.presets import preset
 
 PRESETS = ("accurate", "fast", "ekf", "thesis")
-WRITTEN = Path(__file__).parents[1] / "stereotrack_core/tracking/lost/coefficients.py"
+WRITTEN = Path(__file__).parents[1] / "stereotrack_core/tracking/failure/coefficients.py"
 
 SHRINKAGE = 3.0
 """Examples that speak for slopes of 0 in units of the signs' own spread."""

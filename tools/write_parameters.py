@@ -8,8 +8,8 @@ from itertools import groupby
 from pathlib import Path
 
 from stereotrack_core.parameters import ParameterRow, Value
-from stereotrack_core.tracking.presets import PEERS, PRESETS, preset
-from stereotrack_core.tracking.settings import Settings
+from stereotrack_core.tracking.parameters import Settings
+from stereotrack_core.tracking.presets import BASELINES, PRESETS, preset
 
 ABOUT = """\
 # Parameters
@@ -18,16 +18,16 @@ Made by `make docs` from the rows that the code declares; do not edit it by hand
 with `--set name=value` on the command line or in the panel of the workbench. The columns under the
 presets give their values; the last column names what the thesis decides, by its section 4.2.1 or by
 its method (chapters 2 and 3). Preset `thesis` is made of these, with the defaults elsewhere. The
-presets {peers} are peers to measure against: they differ from `accurate` in `estimator` alone.
+presets {baselines} are baselines to compare with: they differ from `accurate` in `estimator` alone.
 """
-OWN = tuple(name for name in PRESETS if name not in PEERS)
+OWN = tuple(name for name in PRESETS if name not in BASELINES)
 HEADINGS = ("parameter", "what it does", "unit", "accepted", *OWN, "in the thesis")
 
 
 def parameters_page() -> str:
     """Text of docs/parameters.md."""
     settings = [preset(name).values() for name in OWN]
-    parts = [ABOUT.format(peers=", ".join(f"`{name}`" for name in PEERS))]
+    parts = [ABOUT.format(baselines=", ".join(f"`{name}`" for name in BASELINES))]
     for group, rows in groupby(Settings.rows(), key=lambda row: row.group):
         lines = [_line(row, [values[row.name] for values in settings]) for row in rows]
         rule = _joined(["---"] * len(HEADINGS))

@@ -20,11 +20,10 @@ from stereotrack_core.interop.run_journal import RunJournal
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.frame import Origin, TrackedFrame
-from stereotrack_core.tracking.misfit import CHECK, misfits
+from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.pipeline import FirstPose, Pipeline
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.settings import Settings
-from stereotrack_core.tracking.untracked import Untracked
+from stereotrack_core.tracking.run_checks import CHECK, Untracked, misfits
 
 from ..services.failures import message_of
 from ..services.tasks.shared import Shared

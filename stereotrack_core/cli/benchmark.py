@@ -1,4 +1,4 @@
-"""``stereotrack benchmark``: presets and peers on recordings, in one table."""
+"""``stereotrack benchmark``: presets and baselines on recordings, in one table."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ def run(args: Namespace) -> int:
         for name, speed in _speeds(recording, contestants, args).items():
             speeds[recording.name, name] = speed
     rows = pooled(scores)
-    what = "What each part brings" if args.ablation else "Presets and peers"
+    what = "What each part brings" if args.ablation else "Presets and baselines"
     table = readable(rows, speeds, seeds, what)
     if args.output is not None:
         _write(args.output, table, rows, speeds)
@@ -280,7 +280,7 @@ def _write(path: Path, table: Table, rows: Sequence[Row], speeds: Speeds) -> Non
 
 COMMAND = Command(
     name="benchmark",
-    summary="presets and peers on recordings with a reference, in one table",
+    summary="presets and baselines on recordings with a reference, in one table",
     description=(
         "Track every recording with every preset and every seed, and print one table: errors "
         "against the reference, their spread over the seeds, and the speed of the whole chain. "

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from stereotrack_core.recording.description import Recording
     from stereotrack_core.recording.landmarks import LandmarkTrajectory
     from stereotrack_core.simulation.demo import DemoPlaces
-    from stereotrack_core.tracking.settings import Settings
+    from stereotrack_core.tracking.parameters import Settings
 
 _SHOWN_FRAME = 60
 """Of the demo, when it has been tracked."""

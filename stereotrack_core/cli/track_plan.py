@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     from stereotrack_core.cli.unfinished import UnfinishedOutput
     from stereotrack_core.recording.description import Recording
     from stereotrack_core.recording.detections import Detections
+    from stereotrack_core.tracking.parameters import Settings
     from stereotrack_core.tracking.pipeline import FirstPose
     from stereotrack_core.tracking.repeating import Recipe
     from stereotrack_core.tracking.run import Run
-    from stereotrack_core.tracking.settings import Settings
     from stereotrack_core.tracking.unfinished import UnfinishedRun
 
 PRESET, SEED, INIT = "accurate", 0, "auto"

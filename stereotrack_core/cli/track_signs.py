@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 def say_signs(job: TrackingJob) -> None:
     """Say why nobody was tracked, or that nothing fits, and what to do about it."""
-    from stereotrack_core.tracking.misfit import CHECK
+    from stereotrack_core.tracking.run_checks import CHECK
 
     for warning in job.run.meta["warnings"]:
         say(f"warning: {warning}. {CHECK}")

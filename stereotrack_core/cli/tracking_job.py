@@ -17,16 +17,16 @@ from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.cli.tracking_gaps import Blindness, Gap, ViewProblems, gaps_of
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.interop.run_journal import RunJournal, Wish
+from stereotrack_core.tracking.run_checks import Untracked
 from stereotrack_core.tracking.unfinished import INCOMPLETE
-from stereotrack_core.tracking.untracked import Untracked
 
 if TYPE_CHECKING:
     from stereotrack_core.recording.description import Recording
     from stereotrack_core.recording.detections import Detections
     from stereotrack_core.tracking.frame import TrackedFrame
+    from stereotrack_core.tracking.parameters import Settings
     from stereotrack_core.tracking.pipeline import FirstPose
     from stereotrack_core.tracking.run import Run
-    from stereotrack_core.tracking.settings import Settings
     from stereotrack_core.tracking.unfinished import UnfinishedRun
 
 

@@ -20,9 +20,9 @@ from stereotrack_core.report.html import (
 )
 from stereotrack_core.report.reported import Reported
 from stereotrack_core.report.tables import Row, number, table
+from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import PRESETS
 from stereotrack_core.tracking.repeating import changed_parameters
-from stereotrack_core.tracking.settings import Settings
 
 _OF_CAMERAS = ("calibration", "camera", "view")
 

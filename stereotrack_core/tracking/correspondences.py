@@ -7,10 +7,9 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.tracking.colours.features import colour_features
-from stereotrack_core.tracking.colours.model import PartColours
-from stereotrack_core.tracking.data_to_model import SurfaceResidual, Trust, surface_residual
 from stereotrack_core.tracking.estimate import Memory
+from stereotrack_core.tracking.residuals.colour import PartColours, colour_features
+from stereotrack_core.tracking.residuals.surface import SurfaceResidual, Trust, surface_residual
 from stereotrack_core.tracking.state import Setup
 
 _TRUSTED = 0.25

@@ -103,7 +103,7 @@ class Estimate:
     limb_lost : (6,) float64
         Probability that the limb is lost, more than 45 deg off; NaN where that is not known.
     limb_signs : (6, S) float64 or None
-        What that was said by, in the order of ``SIGNS``; see :mod:`tracking.lost.signs`.
+        What that was said by, in the order of ``SIGNS``; see :mod:`tracking.failure.features`.
     """
 
     tracked: bool

@@ -1,16 +1,114 @@
-"""From a frame's measurements to a pose: what every way of estimating is given, and gives."""
+"""All that one frame says about a pose, and what every way from it to the pose gives."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
+import numpy as np
+
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.pose import Pose
-from stereotrack_core.tracking.data_to_model import SurfaceResidual
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.tracking.correction import (
+    Observation,
+    Residual,
+    Sensor,
+    information_of,
+    linearise,
+    linearise_by_sigma_points,
+    solved,
+)
+from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.estimate import Memory
-from stereotrack_core.tracking.measurements import Measurements
+from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.residuals.keypoints import DetectionSensor
+from stereotrack_core.tracking.residuals.limits import limit_residuals
+from stereotrack_core.tracking.residuals.silhouette import SilhouetteSensor
+from stereotrack_core.tracking.residuals.surface import (
+    SurfaceResidual,
+    surface_distances,
+    unexplained_fraction,
+)
 from stereotrack_core.tracking.state import Belief, Setup
+from stereotrack_core.tracking.step_recorder import StepRecorder
+
+
+@dataclass(frozen=True, eq=False)
+class Measurements:
+    """What one frame measures; paired anew with every pose.
+
+    Attributes
+    ----------
+    setup : Setup
+    cloud : Cloud
+    data : (N, 3) or (N, 6) float64
+        Points of the cloud that look for the model.
+    correspondences : DataToModel
+    observed : tuple of Observation
+        What sensors beside the cloud's points saw.
+    trace : StepRecorder or None
+        Records what is done with them.
+    """
+
+    setup: Setup
+    cloud: Cloud
+    data: FloatArray
+    correspondences: DataToModel
+    observed: tuple[Observation, ...] = ()
+    trace: StepRecorder | None = None
+
+    def surface(self, pose: Pose, *, wide: bool, every: int = 1) -> SurfaceResidual:
+        """Distances of the data, or of every so many, from the surface that is nearest."""
+        data = self.data[::every]
+        surface = self.correspondences.surface(data, pose, wide=wide)
+        if self.trace is not None:
+            self.trace.corresponded(data, surface)
+        return surface
+
+    def beside(self, pose: Pose) -> tuple[Residual, ...]:
+        """What the sensors say about a pose."""
+        body = self.setup.body
+        return tuple(row for seen in self.observed for row in seen.residuals(body, pose))
+
+    def corrected(self, prior: Belief, at: Belief, surface: SurfaceResidual) -> Belief:
+        """Correct a prior by all measurements, linearised elsewhere.
+
+        Iterated posterior linearisation (DOI 10.1109/TSP.2015.2454485): `at` is the posterior of
+        the iteration before, and `prior` is always the frame's.
+        """
+        setup = self.setup
+        residuals = (surface, *self.beside(at.pose), *self.limits(at.pose))
+        if setup.parameters.linearisation == "sigma_points":
+            weights, joints = setup.weights, setup.joints
+            lines = linearise_by_sigma_points(residuals, setup.body, at, weights, joints)
+        else:
+            lines = linearise(residuals, setup.body, at.pose, setup.columns)
+        found = information_of(lines, setup.columns.n)
+        after, dx = solved(setup.joints, prior, at.pose, found)
+        if self.trace is not None:
+            self.trace.corrected(prior, at, after, dx, surface, lines)
+        return after
+
+    def limits(self, pose: Pose) -> tuple[Residual, ...]:
+        """Limits of joints and collisions at a pose."""
+        return limit_residuals(self.setup.body, pose, self.setup.parameters, self.setup.joints)
+
+    def unexplained_fraction(self, pose: Pose) -> float:
+        """Share of the data that the body in a pose leaves unexplained."""
+        return unexplained_fraction(surface_distances(self.data, self.setup.body, pose))
+
+    def random(self, purpose: int) -> np.random.Generator:
+        """Source of what is random in the frame; the same for the same frame and purpose."""
+        return np.random.default_rng((self.setup.seed, self.cloud.frame, purpose))
+
+
+def sensors_for(p: TrackingParameters) -> tuple[Sensor, ...]:
+    """The sensors that the parameters ask for, beside the cloud's points."""
+    sensors: list[Sensor] = [DetectionSensor(p.detections)]
+    if p.silhouette.measure_outlines:
+        sensors.append(SilhouetteSensor(p.silhouette))
+    return tuple(sensors)
 
 
 @dataclass(frozen=True, eq=False)

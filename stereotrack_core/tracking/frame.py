@@ -17,15 +17,15 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.fingerprint import calibration_fingerprint
 from stereotrack_core.recording.landmarks import LANDMARKS
-from stereotrack_core.tracking.chain_covariance import (
+from stereotrack_core.tracking.estimate import Correspondences, Estimate
+from stereotrack_core.tracking.parameters import Settings
+from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.stored import (
     AXES_KEY,
     CHAIN_AXES,
     in_chain_axes,
     joints_named,
 )
-from stereotrack_core.tracking.estimate import Correspondences, Estimate
-from stereotrack_core.tracking.run import Run
-from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.version import __version__
 from stereotrack_core.versions import versions
 

@@ -18,17 +18,21 @@ from stereotrack_core.body.pose import Pose, orthonormal, t_pose
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.filtering.sigma_points import sigma_deviations
+from stereotrack_core.tracking.arm_search.search import ArmSearch
 from stereotrack_core.tracking.correction import innovation_of
 from stereotrack_core.tracking.correspondences import DataToModel
-from stereotrack_core.tracking.data_to_model import SurfaceResidual
-from stereotrack_core.tracking.detections.scaat import predicted_by_detections
 from stereotrack_core.tracking.estimate import Correspondences, Estimate, Memory, Prior
-from stereotrack_core.tracking.estimator import Estimator, Posterior, Prediction
-from stereotrack_core.tracking.lost.judge import Unjudged, judged
-from stereotrack_core.tracking.measurements import Measurements, sensors_for
-from stereotrack_core.tracking.process import elapsed, time_array, time_in
-from stereotrack_core.tracking.search.search import ArmSearch
-from stereotrack_core.tracking.state import Belief, Setup, State
+from stereotrack_core.tracking.estimator import (
+    Estimator,
+    Measurements,
+    Posterior,
+    Prediction,
+    sensors_for,
+)
+from stereotrack_core.tracking.failure.classifier import Unjudged, judged
+from stereotrack_core.tracking.residuals.asynchronous import predicted_by_detections
+from stereotrack_core.tracking.residuals.surface import SurfaceResidual
+from stereotrack_core.tracking.state import Belief, Setup, State, elapsed, time_array, time_in
 from stereotrack_core.tracking.step_recorder import StepRecorder
 
 _COARSE = 2

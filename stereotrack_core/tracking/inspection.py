@@ -15,13 +15,11 @@ from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.estimate import Estimate
-from stereotrack_core.tracking.estimators import seeker, tracker_for
-from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.settings import Settings
+from stereotrack_core.tracking.parameters import Settings, TrackingParameters
 from stereotrack_core.tracking.state import Belief
 from stereotrack_core.tracking.step_recorder import StepRecorder
 from stereotrack_core.tracking.trace import StepTrace
-from stereotrack_core.tracking.tracker import PersonTracker
+from stereotrack_core.tracking.tracker import PersonTracker, seeker, tracker_for
 from stereotrack_core.tracking.ukf import ThesisTracker
 
 STORED = (
@@ -156,7 +154,7 @@ def look_inside(tracker: ThesisTracker | PersonTracker, cloud: Cloud) -> StepTra
     Parameters
     ----------
     tracker : ThesisTracker or PersonTracker
-        Peers, which share the interface, are watched as far as they do.
+        Baselines record what they share with it.
     cloud : Cloud
     """
     return traced_step(copy_of(tracker), cloud)

@@ -1,14 +1,18 @@
-"""Parameters of the tracker; the thesis's values are those of section 4.2.1."""
+"""Parameters of the tracker, and of a run; the thesis's values are those of section 4.2.1."""
 
 import dataclasses
 from dataclasses import dataclass
 
+from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.parameters import ParameterGroup, parameter
-from stereotrack_core.tracking.colours.parameters import ColourParameters
-from stereotrack_core.tracking.detections.parameters import DetectionParameters
-from stereotrack_core.tracking.outlines.parameters import OutlineTrust
-from stereotrack_core.tracking.peers.parameters import PeerParameters
-from stereotrack_core.tracking.search.parameters import SearchParameters
+from stereotrack_core.tracking.arm_search.parameters import SearchParameters
+from stereotrack_core.tracking.baselines.parameters import BaselineParameters
+from stereotrack_core.tracking.residuals.parameters import (
+    ColourParameters,
+    DetectionParameters,
+    SilhouetteParameters,
+)
 
 _METHOD, _NOISE, _DATA = "Method", "Noise", "Measurements"
 _LIMITS = "Limits and collisions"
@@ -29,7 +33,7 @@ class TrackingParameters(ParameterGroup):
     estimator: str = parameter(
         "iterated",
         "How data that look for the model give a pose: by the tracker's own iterated correction, "
-        "or by one of the peers that it is measured against.",
+        "or by one of the baselines that it is compared with.",
         group=_METHOD,
         choices=(
             "iterated",
@@ -243,13 +247,22 @@ class TrackingParameters(ParameterGroup):
         minimum=0.0,
         maximum=10.0,
     )
-    outlines: OutlineTrust = dataclasses.field(default_factory=OutlineTrust)
+    silhouette: SilhouetteParameters = dataclasses.field(default_factory=SilhouetteParameters)
     search: SearchParameters = dataclasses.field(default_factory=SearchParameters)
     colours: ColourParameters = dataclasses.field(default_factory=ColourParameters)
     detections: DetectionParameters = dataclasses.field(default_factory=DetectionParameters)
-    peers: PeerParameters = dataclasses.field(default_factory=PeerParameters)
+    baselines: BaselineParameters = dataclasses.field(default_factory=BaselineParameters)
 
     @property
     def wants_colour(self) -> bool:
         """Whether anything looks at colours, so that they have to be read."""
         return self.colours.colour_weight > 0.0 or self.detections.detect == "skin"
+
+
+@dataclass(frozen=True)
+class Settings(ParameterGroup):
+    """Parameters from the images to the pose, in the order in which they act."""
+
+    depth: DepthParameters = dataclasses.field(default_factory=DepthParameters)
+    body: BodyParameters = dataclasses.field(default_factory=BodyParameters)
+    tracking: TrackingParameters = dataclasses.field(default_factory=TrackingParameters)

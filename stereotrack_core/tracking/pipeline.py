@@ -26,25 +26,23 @@ from stereotrack_core.recording.fingerprint import fingerprint
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.estimate import Estimate, Tracker
-from stereotrack_core.tracking.estimators import seeker_for, tracker_for
-from stereotrack_core.tracking.first_pose import first_pose_from_images, first_pose_in
 from stereotrack_core.tracking.frame import Origin, TrackedFrame, run_of
-from stereotrack_core.tracking.initialise import t_pose_in_cloud
+from stereotrack_core.tracking.initialise.first_pose import first_pose_from_images, first_pose_in
+from stereotrack_core.tracking.initialise.seeds import t_pose_in_cloud
 from stereotrack_core.tracking.lengths_fit import (
     EstimatedLengths,
     WellSeenFrames,
     lengths_by_height,
 )
-from stereotrack_core.tracking.misfit import with_warnings
-from stereotrack_core.tracking.outlines.edges import edge_maps
-from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.parameters import Settings, TrackingParameters
+from stereotrack_core.tracking.residuals.silhouette import edge_maps
 from stereotrack_core.tracking.run import Run
-from stereotrack_core.tracking.settings import Settings
+from stereotrack_core.tracking.run_checks import with_warnings
 from stereotrack_core.tracking.shape_fit import SeenPose, fitted_shape
 from stereotrack_core.tracking.shared_clouds import SharedClouds, read_cloud
 from stereotrack_core.tracking.smoothing import error_state_of, smoothed
 from stereotrack_core.tracking.stored import subject_of_meta
-from stereotrack_core.tracking.tracker import PersonTracker
+from stereotrack_core.tracking.tracker import PersonTracker, seeker_for, tracker_for
 from stereotrack_core.tracking.unfinished import Checkpoint, RunKeeper, UnfinishedRun, recall
 
 FirstPose: TypeAlias = str | Pose

@@ -1,4 +1,4 @@
-"""Named settings: ``thesis``, ``accurate``, ``fast``, peers to measure against, a person's own."""
+"""Named settings: ``thesis``, ``accurate``, ``fast``, baselines to compare with, a person's own."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any
 from stereotrack_core.errors import InputError
 from stereotrack_core.parameters import Value, parsed_settings
 from stereotrack_core.recording.toml_table import load_toml
-from stereotrack_core.tracking.settings import Settings
+from stereotrack_core.tracking.parameters import Settings
 
 _CHANGES: Mapping[str, Mapping[str, Value]] = MappingProxyType(
     {
@@ -47,7 +47,7 @@ _CHANGES: Mapping[str, Mapping[str, Value]] = MappingProxyType(
 
 PRESETS: tuple[str, ...] = tuple(_CHANGES)
 
-PEERS: tuple[str, ...] = ("ekf", "annealed", "limb-icp", "scalar")
+BASELINES: tuple[str, ...] = ("ekf", "annealed", "limb-icp", "scalar")
 """Presets that differ from ``accurate`` in the estimator alone."""
 
 

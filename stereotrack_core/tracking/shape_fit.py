@@ -14,20 +14,20 @@ import numpy as np
 import scipy.linalg
 
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.cones import OUTLINE_NAMES
 from stereotrack_core.body.manifold import displaced
-from stereotrack_core.body.model import body_model, placed_cones
+from stereotrack_core.body.model import BodyModel, body_model, placed_cones
 from stereotrack_core.body.parameters import BodyParameters
-from stereotrack_core.body.pose import REST, Pose
+from stereotrack_core.body.pose import REST, PartFrames, Pose
 from stereotrack_core.body.proportions import Proportions
-from stereotrack_core.body.skeleton import CLAVICLES
+from stereotrack_core.body.skeleton import CLAVICLES, TORSO, UPPER_ARMS
 from stereotrack_core.body.surface import nearest_on_surface
-from stereotrack_core.tracking.data_to_model import SurfaceResidual, Trust, surface_residual
 from stereotrack_core.tracking.free_body import FreeBody
-from stereotrack_core.tracking.limits import limit_residuals
-from stereotrack_core.tracking.outlines.edges import EdgeMap
-from stereotrack_core.tracking.outlines.fit import fitted_outline
 from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.upright import UprightResidual, upright
+from stereotrack_core.tracking.residuals.limits import limit_residuals
+from stereotrack_core.tracking.residuals.parameters import SilhouetteParameters
+from stereotrack_core.tracking.residuals.silhouette import EdgeMap, contours_of
+from stereotrack_core.tracking.residuals.surface import SurfaceResidual, Trust, surface_residual
 
 _STEP = 1e-3
 """Metres, radians and parts by which derivatives are taken."""
@@ -65,7 +65,9 @@ def fitted_shape(
     surface, poses = fitted_surface(proportions, shape, seen, parameters, joints)
     edges = [frame.edges for frame in seen]
     body = body_model(proportions, surface)
-    return fitted_outline(body, surface, tuple(zip(poses, edges, strict=True)), parameters.outlines)
+    return fitted_outline(
+        body, surface, tuple(zip(poses, edges, strict=True)), parameters.silhouette
+    )
 
 
 def fitted_surface(
@@ -218,3 +220,129 @@ def _change(
         sides.append(feet.distance)
     change = (sides[0] - sides[1]) / (2.0 * _STEP)
     return np.where(np.abs(change) < 3.0, change, 0.0)
+
+
+_PRIOR_SIGMA = 0.015
+"""Metres by which margins differ from person to person and camera to camera."""
+
+_NOISE, _TOGETHER = 0.015, 6.0
+"""Metres of one outline's distance, and how many of them are one independent measurement."""
+
+_ROUNDS = 8
+
+
+def fitted_outline(
+    body: BodyModel,
+    shape: BodyParameters,
+    seen: Sequence[tuple[Pose, tuple[EdgeMap, ...]]],
+    trust: SilhouetteParameters,
+) -> BodyParameters:
+    """Shape with the margins that the outlines of some frames show.
+
+    Both sides of a limb are in the pictures, so a pose that is a little wrong shifts one side as
+    far out as the other side in, and the margins come out right.
+
+    Parameters
+    ----------
+    body : BodyModel
+        Made from `shape`.
+    shape : BodyParameters
+    seen : sequence of (Pose, tuple of EdgeMap)
+    trust : SilhouetteParameters
+    """
+    names = list(dict.fromkeys(name for pair in OUTLINE_NAMES for name in pair))
+    start = np.array([float(shape.values()[name]) for name in names])
+    A, e = _rows(body, names, seen, trust)
+    if not len(e):
+        return shape
+    prior = np.eye(len(names)) / _PRIOR_SIGMA**2
+    left: FloatArray = e
+    for _ in range(_ROUNDS):
+        weight = 1.0 / ((1.0 + (left / _NOISE) ** 2) * _NOISE**2 * _TOGETHER)
+        theta: FloatArray = scipy.linalg.solve(prior + (A.T * weight) @ A, (A.T * weight) @ e)
+        left = e - A @ theta
+    known = {row.name: row for row in shape.rows()}
+    return shape.replaced(
+        **{
+            name: float(np.clip(value, known[name].minimum, known[name].maximum))
+            for name, value in zip(names, start + theta, strict=True)
+        }
+    )
+
+
+def _rows(
+    body: BodyModel,
+    names: list[str],
+    seen: Sequence[tuple[Pose, tuple[EdgeMap, ...]]],
+    trust: SilhouetteParameters,
+) -> tuple[FloatArray, FloatArray]:
+    """Shares (m, n) of the margins in the outlines' distances, and the distances (m,)."""
+    columns = np.array([[names.index(name) for name in pair] for pair in OUTLINE_NAMES])
+    shares, distances = [], []
+    for pose, edges in seen:
+        frames = body.frames(pose)
+        placed = placed_cones(body, frames)
+        found = contours_of(edges, body, frames, trust)
+        rotation, origin = placed.rotations[found.cone], placed.origins[found.cone]
+        local = np.einsum("mji,mj->mi", rotation, found.foot - origin)[:, :2] ** 2
+        part = local / np.maximum(local.sum(axis=1, keepdims=True), 1e-12)
+        A = np.zeros((len(part), len(names)))
+        at = np.arange(len(part))
+        for axis in range(2):
+            np.add.at(A, (at, columns[found.cone, axis]), part[:, axis])
+        shares.append(A)
+        distances.append(found.distance)
+    if not shares:
+        return np.empty((0, len(names))), np.empty(0)
+    return np.concatenate(shares), np.concatenate(distances)
+
+
+_LEAN, _LEAN_SIGMA = np.radians(2.0), np.radians(1.0)
+"""Radians by which the line from the hips to the shoulders leans forward in people who stand, and
+their spread: shoulder joints lie a little in front of hip joints."""
+
+_LEVEL = np.cos(np.radians(30.0))
+_ERECT = np.cos(np.radians(12.0))
+"""Cosines of the largest angles of arms from sideways and of the trunk from vertical."""
+
+
+@dataclass(frozen=True, eq=False)
+class UprightResidual:
+    """Components of the trunk's long axis along two horizontal directions.
+
+    Attributes
+    ----------
+    across : (2, 3) float64, world
+        Unit vectors to the person's right and forward.
+    measured, variance : (2,) float64
+    """
+
+    across: FloatArray
+    measured: FloatArray
+    variance: FloatArray
+
+    def predicted(self, frames: PartFrames) -> FloatArray:
+        """Components (S, 2) for stacked poses."""
+        result: FloatArray = frames.rotations[:, TORSO, :, 2] @ self.across.T
+        return result
+
+
+def upright(pose: Pose, frames: int) -> tuple[UprightResidual, ...]:
+    """One row pair for a pose that is a T pose, none for any other.
+
+    Parameters
+    ----------
+    pose : Pose
+    frames : int
+        Of the same person standing; all of them together count as one measurement.
+    """
+    torso = pose.rotations[TORSO]
+    sideways = np.abs([pose.rotations[part, 0, 2] for part in UPPER_ARMS])
+    if torso[2, 2] < _ERECT or sideways.min() < _LEVEL:
+        return ()
+    right = np.array([torso[0, 0], torso[1, 0], 0.0])
+    right /= np.linalg.norm(right)
+    forward = np.cross([0.0, 0.0, 1.0], right)
+    measured = np.array([0.0, np.sin(_LEAN)])
+    variance = np.full(2, frames * _LEAN_SIGMA**2)
+    return (UprightResidual(np.stack([right, forward]), measured, variance),)

@@ -25,7 +25,7 @@ from stereotrack_core.filtering.smoothing import backward_step
 from stereotrack_core.tracking.estimate import OVERCONFIDENCE, Estimate, Prior, limb_sigma_deg
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.process import process_noise
+from stereotrack_core.tracking.state import process_noise
 
 _ARMS = (slice(6, 10), slice(10, 14))
 """Numbers of each arm in the states of both trackers."""

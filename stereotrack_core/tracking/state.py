@@ -17,7 +17,6 @@ from stereotrack_core.body.skeleton import CLAVICLES
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.filtering.sigma_points import SigmaWeights, scaled_weights
 from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.process import elapsed, process_noise
 
 _ARM = np.radians(40.0) ** 2
 _START = np.array([0.1, 0.1, 0.1, *np.radians([20.0, 20.0, 20.0])]) ** 2
@@ -134,3 +133,50 @@ class Setup:
             return belief
         expected = gone * self.parameters.velocity * movement
         return Belief(displaced(belief.pose, expected, self.joints), belief.P + gone * self.Q)
+
+
+_STATED_AT = 10.0
+"""Frame sets per second for which the parameters state the standard deviations."""
+
+
+def process_noise(
+    parameters: TrackingParameters, joints: tuple[int, ...], fps: float
+) -> FloatArray:
+    """Diagonal covariance Q (6 + 2 J, 6 + 2 J) of one step: a symmetric random walk.
+
+    Parameters
+    ----------
+    parameters : TrackingParameters
+    joints : tuple of int
+        Parts whose two numbers follow three of position and three of rotation in the state.
+    fps : float
+        Frame sets per second; variances grow with the time between them.
+    """
+    p = parameters
+    turns = [p.sigma_girdle if joint in CLAVICLES else p.sigma_joint for joint in joints]
+    rotations = np.radians([p.sigma_rotation] * 3 + [turn for turn in turns for _ in range(2)])
+    sigma = np.concatenate([np.full(3, p.sigma_position), rotations])
+    return np.diag(sigma**2 * _STATED_AT / fps)
+
+
+def elapsed(since: float | None, time: float) -> float:
+    """Frames between two times, never negative: a random walk is alike forwards and backwards.
+
+    Parameters
+    ----------
+    since : float or None
+        In frames; where it is not known, the frame before `time`.
+    time : float
+        In frames.
+    """
+    return 1.0 if since is None else abs(time - since)
+
+
+def time_array(time: float | None) -> FloatArray:
+    """A time in frames as an array () to be kept; NaN where it is not known."""
+    return np.array(np.nan if time is None else time, dtype=np.float64)
+
+
+def time_in(array: FloatArray) -> float | None:
+    """The time that :func:`time_array` was given."""
+    return None if np.isnan(array) else float(array)

@@ -18,15 +18,15 @@ from stereotrack_core.body.sampling import SurfacePoints
 from stereotrack_core.body.skeleton import FOREARMS, TORSO, UPPER_ARMS
 from stereotrack_core.filtering.sigma_points import sigma_deviations
 from stereotrack_core.geometry.rotation import angle_between
-from stereotrack_core.tracking.arms_apart import ApartResidual
-from stereotrack_core.tracking.collisions import Clearance, pushed_out
+from stereotrack_core.tracking.arm_search.arms import Arms
 from stereotrack_core.tracking.correction import Line, Residual
-from stereotrack_core.tracking.data_to_model import SurfaceResidual
-from stereotrack_core.tracking.detections.residual import DetectionResidual
 from stereotrack_core.tracking.estimate import Estimate
-from stereotrack_core.tracking.limits import ClearanceResidual, DirectionResidual
-from stereotrack_core.tracking.search.arms import Arms
+from stereotrack_core.tracking.residuals.collisions import ApartResidual
+from stereotrack_core.tracking.residuals.keypoints import DetectionResidual
+from stereotrack_core.tracking.residuals.limits import ClearanceResidual, DirectionResidual
+from stereotrack_core.tracking.residuals.surface import SurfaceResidual
 from stereotrack_core.tracking.state import Belief, Setup
+from stereotrack_core.tracking.thesis_collisions import Clearance, pushed_out
 from stereotrack_core.tracking.trace import (
     HIDDEN,
     INSIDE,
@@ -47,7 +47,7 @@ from stereotrack_core.tracking.trace import (
 )
 
 if TYPE_CHECKING:
-    from stereotrack_core.tracking.search.search import ArmSearch, Evidence
+    from stereotrack_core.tracking.arm_search.search import ArmSearch, Evidence
     from stereotrack_core.tracking.ukf import Projection
 
 SOUGHT = (

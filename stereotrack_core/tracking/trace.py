@@ -311,7 +311,7 @@ class StepTrace:
     ----------
     frame : int
     method : str
-        "thesis", "manifold", or the estimator's name for a peer.
+        "thesis", "manifold", or the estimator's name for a baseline.
     body : BodyModel
     state_names : tuple of str
         Of the n numbers of covariances and corrections.

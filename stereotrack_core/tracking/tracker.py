@@ -2,16 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
+
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.angles import state_names
+from stereotrack_core.body.model import BodyModel, body_model
 from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.tracking.estimate import Estimate, Memory
-from stereotrack_core.tracking.iekf import PoseFilter
-from stereotrack_core.tracking.seeking.facing import turned_round
-from stereotrack_core.tracking.seeking.finder import (
+from stereotrack_core.depth.points import Volume
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.tracking.baselines.annealed import AnnealedParticles
+from stereotrack_core.tracking.baselines.base import ExtendedKalman
+from stereotrack_core.tracking.baselines.limb_icp import LimbIcp
+from stereotrack_core.tracking.baselines.scalar_distance import ScalarDistance
+from stereotrack_core.tracking.correspondences import DataToModel
+from stereotrack_core.tracking.estimate import Estimate, Memory, Tracker
+from stereotrack_core.tracking.estimator import Estimator
+from stereotrack_core.tracking.iekf import IteratedEstimator, PoseFilter
+from stereotrack_core.tracking.initialise.finder import (
     TURN_GAIN,
     Candidate,
     PoseFinder,
@@ -19,9 +31,12 @@ from stereotrack_core.tracking.seeking.finder import (
     differ,
     distinct,
 )
-from stereotrack_core.tracking.seeking.people import own_points
-from stereotrack_core.tracking.seeking.support import share_at_sides, trunk_support
+from stereotrack_core.tracking.initialise.people import own_points, share_at_sides, trunk_support
+from stereotrack_core.tracking.initialise.trunk import turned_round
+from stereotrack_core.tracking.parameters import Settings, TrackingParameters
+from stereotrack_core.tracking.state import Setup
 from stereotrack_core.tracking.step_recorder import StepRecorder
+from stereotrack_core.tracking.ukf import ThesisTracker
 
 _RIVALS = 3
 """Poses besides the best that are kept on trial."""
@@ -233,3 +248,45 @@ class PersonTracker:
         if cut > doubt * _HALF_CUT or (support < _WHOLE and cut > doubt * _CUT):
             return "the body is partly outside of the working volume"
         return ""
+
+
+_ESTIMATORS: Mapping[str, type[Estimator]] = MappingProxyType(
+    {
+        "iterated": IteratedEstimator,
+        "extended_kalman": ExtendedKalman,
+        "annealed_particles": AnnealedParticles,
+        "limb_icp": LimbIcp,
+        "scalar_distance": ScalarDistance,
+    }
+)
+
+
+def tracker_for(
+    body: BodyModel, settings: Settings, cameras: FloatArray, fps: float, seed: int
+) -> Tracker:
+    """Make the tracker that the settings ask for; `cameras` (V, 3) are optical centres, world."""
+    p = settings.tracking
+    setup = Setup(body, p, cameras, fps, seed, Volume.of(settings.depth))
+    if p.matching == "model_to_data":
+        return ThesisTracker(setup)
+    estimator, correspondences = _ESTIMATORS[p.estimator](setup), DataToModel(setup, coloured=True)
+    return PersonTracker(PoseFilter(setup, estimator, correspondences, listens=True))
+
+
+def seeker_for(
+    body: BodyModel, settings: Settings, cameras: FloatArray, recording: Recording, seed: int
+) -> PersonTracker:
+    """A tracker that only looks for first poses: without colours and detections between frames.
+
+    The thesis begins from a known pose; its body, without legs, is not made for search, so for
+    it another body of the same lengths is looked for.
+    """
+    p = settings.tracking
+    if p.matching == "model_to_data":
+        p, body = TrackingParameters(), body_model(proportions_of(recording.subject))
+    return seeker(Setup(body, p, cameras, recording.fps, seed, Volume.of(settings.depth)))
+
+
+def seeker(setup: Setup) -> PersonTracker:
+    """A tracker of the iterated estimator alone."""
+    return PersonTracker(PoseFilter(setup, IteratedEstimator(setup), DataToModel(setup)))

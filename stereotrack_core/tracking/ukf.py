@@ -16,12 +16,11 @@ from stereotrack_core.body.sampling import SurfacePoints, visible_points
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.filtering.correction import correct, normalised
 from stereotrack_core.filtering.sigma_points import sigma_deviations
-from stereotrack_core.tracking.collisions import Clearance, collisions_avoided
 from stereotrack_core.tracking.estimate import Correspondences, Estimate, Memory, Prior
-from stereotrack_core.tracking.lost.judge import Unjudged, judged
-from stereotrack_core.tracking.process import elapsed, time_array, time_in
-from stereotrack_core.tracking.state import Belief, Setup
+from stereotrack_core.tracking.failure.classifier import Unjudged, judged
+from stereotrack_core.tracking.state import Belief, Setup, elapsed, time_array, time_in
 from stereotrack_core.tracking.step_recorder import StepRecorder
+from stereotrack_core.tracking.thesis_collisions import Clearance, collisions_avoided
 from stereotrack_core.tracking.trace import SigmaPoints
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from stereotrack_core.cli import main
 from stereotrack_core.interop.run_file import read_run
+from stereotrack_core.program import main
 
 SMALL = ("--set", "width=320", "--set", "height=240", "--set", "focal=200")
 

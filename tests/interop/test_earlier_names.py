@@ -6,9 +6,9 @@ import numpy as np
 
 from stereotrack_core.experiments.sweep.table import table_of_cells
 from stereotrack_core.interop.run_npz import read_npz, write_npz
+from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import read_preset
 from stereotrack_core.tracking.repeating import changed_parameters
-from stereotrack_core.tracking.settings import Settings
 
 
 def test_a_run_keeps_its_unexplained_fraction_under_the_key_of_the_format(

@@ -5,9 +5,9 @@ import pytest
 
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
-from stereotrack_core.tracking import estimators
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.state import Setup
+from stereotrack_core.tracking.tracker import seeker as looking
 from tests.tracking.scenes import (
     CAMERAS,
     POSES,
@@ -24,7 +24,7 @@ def seeker(make_tracker):
     body = make_tracker("manifold").setup.body
     volume = Volume.of(DepthParameters())
     setup = Setup(body, preset("fast").tracking, CAMERAS, 10.0, 0, volume)
-    tracker = estimators.seeker(setup)
+    tracker = looking(setup)
     tracker.seek()
     return tracker
 
@@ -92,7 +92,7 @@ def test_the_same_seed_finds_the_same(make_tracker, rng):
 
     def found():
         body = make_tracker("manifold").setup.body
-        tracker = estimators.seeker(Setup(body, preset("fast").tracking, CAMERAS, 10.0, 3))
+        tracker = looking(Setup(body, preset("fast").tracking, CAMERAS, 10.0, 3))
         tracker.seek()
         return tracker.step(cloud_of(points)).x
 

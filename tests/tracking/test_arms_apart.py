@@ -11,10 +11,10 @@ from stereotrack_core.body.pose import PartFrames
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.filtering.linearisation import posterior
 from stereotrack_core.geometry.segments import segment_distance
-from stereotrack_core.tracking.arms_apart import PAIRS, ROOM, arms_apart
+from stereotrack_core.tracking.arm_search.arms import LEFT, RIGHT, arm_of_pose, arm_shape
+from stereotrack_core.tracking.arm_search.score import crossing_cost
 from stereotrack_core.tracking.correction import gathered
-from stereotrack_core.tracking.search.arms import LEFT, RIGHT, arm_of_pose, arm_shape
-from stereotrack_core.tracking.search.score import crossing_cost
+from stereotrack_core.tracking.residuals.collisions import PAIRS, ROOM, arms_apart
 from tests.tracking.scenes import POSES, pose_with_arms
 
 BODY = body_model(AVERAGE)

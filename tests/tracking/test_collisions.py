@@ -11,8 +11,8 @@ from stereotrack_core.body.pose import hanging_pose
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.recording.landmarks import LANDMARKS
-from stereotrack_core.tracking.collisions import Clearance, collisions_avoided
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.thesis_collisions import Clearance, collisions_avoided
 from tests.tracking.scenes import POSES, pose_with_arms
 
 BODY = body_model(AVERAGE, preset("thesis").body)

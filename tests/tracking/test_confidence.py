@@ -8,8 +8,11 @@ from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.filtering.sigma_points import scaled_weights, sigma_deviations
-from stereotrack_core.tracking.confidence import unexplained_fraction, unexplained_fraction_of
 from stereotrack_core.tracking.estimate import limb_directions, limb_sigma_deg
+from stereotrack_core.tracking.residuals.surface import (
+    unexplained_fraction,
+    unexplained_fraction_of,
+)
 from tests.tracking.scenes import POSES, surface_points
 
 BODY = body_model(AVERAGE)

@@ -16,7 +16,7 @@ from stereotrack_core.tracking.correction import (
     information_of,
     linearise_by_sigma_points,
 )
-from stereotrack_core.tracking.data_to_model import Trust, surface_residual
+from stereotrack_core.tracking.residuals.surface import Trust, surface_residual
 from stereotrack_core.tracking.state import Belief
 from tests.tracking.scenes import POSES, surface_points
 

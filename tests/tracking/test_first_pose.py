@@ -6,12 +6,12 @@ import pytest
 from stereotrack_core.body.manifold import difference
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.geometry.rotation import angle_between
-from stereotrack_core.tracking import estimators
-from stereotrack_core.tracking.first_pose import facing_right, first_pose_in
-from stereotrack_core.tracking.initialise import t_pose_in_cloud
+from stereotrack_core.tracking.initialise.first_pose import facing_right, first_pose_in
+from stereotrack_core.tracking.initialise.seeds import t_pose_in_cloud
+from stereotrack_core.tracking.initialise.trunk import turned_round
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.seeking.facing import turned_round
 from stereotrack_core.tracking.state import Setup
+from stereotrack_core.tracking.tracker import seeker as looking
 from tests.tracking.scenes import CAMERAS, POSES, axis_off, cloud_of, surface_points, turned
 
 SHAPE = BodyParameters()
@@ -20,7 +20,7 @@ SHAPE = BodyParameters()
 @pytest.fixture
 def seeker(make_tracker):
     body = make_tracker("manifold").setup.body
-    return estimators.seeker(Setup(body, preset("fast").tracking, CAMERAS, 10.0, 0))
+    return looking(Setup(body, preset("fast").tracking, CAMERAS, 10.0, 0))
 
 
 def test_the_first_pose_is_that_of_the_first_cloud(seeker, rng):

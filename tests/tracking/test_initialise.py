@@ -6,7 +6,7 @@ import pytest
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.pose import t_pose
 from stereotrack_core.body.proportions import AVERAGE
-from stereotrack_core.tracking.initialise import crown_over_hips, t_pose_in_cloud
+from stereotrack_core.tracking.initialise.seeds import crown_over_hips, t_pose_in_cloud
 from tests.tracking.scenes import surface_points
 
 BODY = body_model(AVERAGE)

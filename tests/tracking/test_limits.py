@@ -16,8 +16,12 @@ from stereotrack_core.tracking.correction import (
     information_of,
     linearise_by_sigma_points,
 )
-from stereotrack_core.tracking.limits import ClearanceResidual, DirectionResidual, limit_residuals
 from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.residuals.limits import (
+    ClearanceResidual,
+    DirectionResidual,
+    limit_residuals,
+)
 from stereotrack_core.tracking.state import Belief
 from tests.tracking.scenes import POSES, pose_with_arms
 

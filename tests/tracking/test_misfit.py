@@ -6,8 +6,8 @@ import pytest
 from stereotrack_core.body.pose import hanging_pose
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.frame import TrackedFrame, cloudless
-from stereotrack_core.tracking.misfit import MOST_CONTRADICTED, MOST_UNEXPLAINED, misfits
 from stereotrack_core.tracking.presets import PRESETS, preset
+from stereotrack_core.tracking.run_checks import MOST_CONTRADICTED, MOST_UNEXPLAINED, misfits
 
 POSE = hanging_pose(np.zeros(3))
 SOUND = (MOST_UNEXPLAINED - 0.01, MOST_CONTRADICTED - 0.01)

@@ -3,8 +3,8 @@
 import pytest
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.tracking.presets import PEERS, PRESETS, preset
-from stereotrack_core.tracking.settings import Settings
+from stereotrack_core.tracking.parameters import Settings
+from stereotrack_core.tracking.presets import BASELINES, PRESETS, preset
 
 THESIS = {
     "matching": "model_to_data",
@@ -34,7 +34,7 @@ THESIS = {
 
 def test_the_presets_are_there():
     assert PRESETS[:3] == ("accurate", "thesis", "fast")
-    assert PRESETS[3:] == PEERS
+    assert PRESETS[3:] == BASELINES
     assert preset("accurate") == Settings()
     assert preset("fast").values() != preset("accurate").values()
 

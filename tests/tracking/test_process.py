@@ -6,7 +6,7 @@ import pytest
 from stereotrack_core.body.angles import THESIS_JOINTS
 from stereotrack_core.body.skeleton import CLAVICLES
 from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.process import process_noise
+from stereotrack_core.tracking.state import process_noise
 
 
 def test_sigmas_are_those_of_the_parameters_at_ten_frames_per_second():

@@ -6,9 +6,9 @@ import pytest
 from stereotrack_core.body.model import placed_cones
 from stereotrack_core.body.skeleton import LEFT_FOREARM, LEFT_UPPER_ARM
 from stereotrack_core.body.surface import nearest_on_surface, parts_of_cones
-from stereotrack_core.tracking.estimators import tracker_for
 from stereotrack_core.tracking.presets import preset
-from tests.tracking.detections.cases import BODY
+from stereotrack_core.tracking.tracker import tracker_for
+from tests.tracking.keypoints.cases import BODY
 from tests.tracking.recordings import camera_towards_the_middle, rendered_depth
 from tests.tracking.scenes import CAMERAS, POSES, angle_errors, cloud_of
 

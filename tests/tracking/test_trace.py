@@ -8,9 +8,9 @@ import pytest
 from stereotrack_core.body.angles import THESIS_JOINTS
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
-from stereotrack_core.tracking.estimators import tracker_for
 from stereotrack_core.tracking.inspection import look_inside
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.tracker import tracker_for
 from tests.tracking.scenes import CAMERAS, POSES, cloud_of, disturbed, surface_points
 
 _QUICK = {"data_points": 500, "iterations": 3, "search_refined": 2}

@@ -6,8 +6,8 @@ import pytest
 from stereotrack_core.body.angles import THESIS_JOINTS, pose_of_state, state_of_pose
 from stereotrack_core.body.manifold import difference, displaced
 from stereotrack_core.body.skeleton import LEFT_FOREARM, LEFT_UPPER_ARM
+from stereotrack_core.tracking.arm_search.search import ArmSearch
 from stereotrack_core.tracking.inspection import look_inside
-from stereotrack_core.tracking.search.search import ArmSearch
 from stereotrack_core.tracking.trace import HIDDEN, INSIDE, SURPLUS, TOO_FAR, movement
 from tests.tracking.scenes import POSES, cloud_of, pose_with_arms, surface_points
 from tests.tracking.test_trace import followed

@@ -10,7 +10,7 @@ from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.recording.writing import write_png
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.untracked import Untracked
+from stereotrack_core.tracking.run_checks import Untracked
 from tests.tracking.recordings import HEIGHT, VIEWS, WIDTH, write_depth_recording
 from tests.tracking.scenes import pose_with_arms
 

@@ -25,9 +25,9 @@ from stereotrack_core.tracking.inspection import (
     copy_of,
     traced_step,
 )
+from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.repeating import recipe_of
-from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.trace import StepTrace, movement
 from stereotrack_core.tracking.tracker import PersonTracker
 from stereotrack_core.tracking.tuning.attempt import stoppable

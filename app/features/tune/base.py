@@ -9,8 +9,8 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.errors import InputError
 from stereotrack_core.parameters import ParametersT, Value
+from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.pipeline import FirstPose
-from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.tuning.attempt import Attempt, Start
 from stereotrack_core.tracking.tuning.stages import changed_names, shape_stands
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.tracking.outlines.edges import EdgeMap, edge_maps
+from stereotrack_core.tracking.residuals.silhouette import EdgeMap, edge_maps
 
 _FARTHEST = 1.0e4
 """Pixels and metres beyond what half precision must hold."""

@@ -25,8 +25,8 @@ from stereotrack_core.annotation.fit.state import FitState, Freedom
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.filtering.linearisation import information
-from stereotrack_core.tracking.limits import Limit, limit_residuals
 from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.residuals.limits import Limit, limit_residuals
 
 _FIRST_DAMPING = 1e-2
 _LEAST_DAMPING, _MOST_DAMPING = 1e-5, 1e6

@@ -14,7 +14,7 @@ from stereotrack_core.body.jacobian import Columns
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import PartFrames
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.tracking.data_to_model import SurfaceResidual
+from stereotrack_core.tracking.residuals.surface import SurfaceResidual
 
 _NEAREST = 0.05
 """Metres in front of a camera; nearer points, and those behind it, are drawn at this distance."""

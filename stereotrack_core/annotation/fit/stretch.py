@@ -26,12 +26,16 @@ from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.filtering.linearisation import Information, posterior
 from stereotrack_core.filtering.smoothing import smooth
-from stereotrack_core.tracking.confidence import surface_distances
 from stereotrack_core.tracking.correction import Residual, gathered
-from stereotrack_core.tracking.data_to_model import SurfaceResidual, Trust, surface_residual
-from stereotrack_core.tracking.limits import limit_residuals
-from stereotrack_core.tracking.outlines.sensor import OutlineObservation
 from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.residuals.limits import limit_residuals
+from stereotrack_core.tracking.residuals.silhouette import SilhouetteObservation
+from stereotrack_core.tracking.residuals.surface import (
+    SurfaceResidual,
+    Trust,
+    surface_distances,
+    surface_residual,
+)
 
 _LEAST_SIGMAS = (20.0, 12.0, 6.0)
 """Pixels that clicks are taken to scatter at least in the first rounds, before gross mistakes
@@ -94,7 +98,7 @@ class Stretch:
         self.settings = settings
         self.movement = movement
         self._limits = TrackingParameters()
-        self._outlines = self._limits.outlines.replaced(outline_points=settings.outline_effective)
+        self._outlines = self._limits.silhouette.replaced(outline_points=settings.outline_effective)
 
     def fit(
         self,
@@ -224,7 +228,7 @@ class Stretch:
         self, depth: MeasuredDepth, body: BodyModel, pose: Pose, off: PartFrames
     ) -> list[SlippingSurface]:
         """Measure the body's outlines against the edges of the person."""
-        seen = OutlineObservation(depth.edges(), self._outlines).residuals(body, pose)
+        seen = SilhouetteObservation(depth.edges(), self._outlines).residuals(body, pose)
         return [SlippingSurface(row, self.freedom, off) for row in seen]
 
     def weighed(self, clicks: Clicks, state: FitState) -> Judgement:

@@ -22,10 +22,9 @@ from stereotrack_core.body.skeleton import CLAVICLES, HEAD, LIMB_OF_PART
 from stereotrack_core.evaluation.joint_angles.definitions import NAMES
 from stereotrack_core.evaluation.joint_angles.geometry import raw_angles, wrapped
 from stereotrack_core.recording.landmarks import LANDMARKS
-from stereotrack_core.tracking.chain_covariance import AXES_KEY, CHAIN_AXES, joints_named
 from stereotrack_core.tracking.estimate import OVERCONFIDENCE
 from stereotrack_core.tracking.run import Run
-from stereotrack_core.tracking.stored import body_of_run
+from stereotrack_core.tracking.stored import AXES_KEY, CHAIN_AXES, body_of_run, joints_named
 
 _OF_INTEREST = (*THESIS_JOINTS, HEAD, *CLAVICLES)
 

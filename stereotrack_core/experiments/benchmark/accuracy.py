@@ -21,8 +21,8 @@ from stereotrack_core.evaluation.summary import Summary, evaluate
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.frame import TrackedFrame
+from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.pipeline import FirstPose, Pipeline
-from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.shared_clouds import SharedClouds
 
 

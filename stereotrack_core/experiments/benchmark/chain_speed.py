@@ -13,8 +13,8 @@ from stereotrack_core.experiments.benchmark.clock import median, seconds_of
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.frame import TrackedFrame
+from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.pipeline import Pipeline
-from stereotrack_core.tracking.settings import Settings
 
 DISPARITIES, WINDOW = 64, 15
 _WARM_UP = 3

@@ -15,11 +15,11 @@ from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.experiments.benchmark.clock import median
 from stereotrack_core.recording.depth_views import usable_views
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.tracking.estimators import tracker_for
-from stereotrack_core.tracking.initialise import t_pose_in_cloud
+from stereotrack_core.tracking.initialise.seeds import t_pose_in_cloud
+from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.pipeline import Pipeline
-from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.shared_clouds import read_cloud
+from stereotrack_core.tracking.tracker import tracker_for
 
 DATA_POINTS = (500, 1000, 2000, 4000, 8000)
 

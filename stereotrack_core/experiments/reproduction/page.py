@@ -32,8 +32,8 @@ from stereotrack_core.report.html import (
     picture,
 )
 from stereotrack_core.report.tables import number, table
+from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.settings import Settings
 
 
 @dataclass(frozen=True)

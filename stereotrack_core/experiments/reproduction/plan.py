@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.recording.description import Recording, Subject
+from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.settings import Settings
 
 THESIS = "thesis"
 FEW_VIEWS = ("N", "S")

@@ -9,8 +9,8 @@ from types import MappingProxyType
 
 from stereotrack_core.errors import InputError, did_you_mean
 from stereotrack_core.parameters import ParameterRow, Value
+from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.settings import Settings
 
 SPECIAL: Mapping[str, str] = MappingProxyType(
     {

@@ -17,8 +17,8 @@ from stereotrack_core.recording.chroma import has_colours
 from stereotrack_core.tracking.estimate import Estimate, Tracker
 from stereotrack_core.tracking.frame import Origin, TrackedFrame
 from stereotrack_core.tracking.lengths_fit import EstimatedLengths
+from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.pipeline import FirstPose, Pipeline
-from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.tuning.clouds import CloudKey, CloudStore, never
 from stereotrack_core.tracking.tuning.stages import shape_key
 from stereotrack_core.tracking.tuning.work import Work, fits_shape

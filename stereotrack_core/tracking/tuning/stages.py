@@ -10,7 +10,7 @@ from typing import TypeAlias
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.parameters import Value
-from stereotrack_core.tracking.settings import Settings
+from stereotrack_core.tracking.parameters import Settings
 
 StageKey: TypeAlias = tuple[tuple[str, Value], ...]
 """Parameters on which a stage and all stages before it depend, with their values."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stereotrack_core.tracking.settings import Settings
+from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.tuning.stages import Stage, changed_names, stage_of
 
 

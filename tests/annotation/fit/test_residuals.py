@@ -17,7 +17,7 @@ from stereotrack_core.annotation.fit.residuals import (
 from stereotrack_core.annotation.fit.state import FitState, Freedom, slipped
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.body.pose import PartFrames
-from stereotrack_core.tracking.data_to_model import Trust, surface_residual
+from stereotrack_core.tracking.residuals.surface import Trust, surface_residual
 from tests.annotation.fit.scenes import BODY, CAMERAS, clicked, places, pose
 from tests.tracking.scenes import surface_points
 

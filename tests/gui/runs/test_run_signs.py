@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from stereotrack_core.project.runs import kept_runs, load_run
-from stereotrack_core.tracking import misfit
+from stereotrack_core.tracking import run_checks
 from stereotrack_core.tracking.presets import preset
 
 pytestmark = pytest.mark.window
@@ -32,7 +32,7 @@ def test_where_nobody_is_tracked_the_step_is_named(opened, qtbot):
 
 def test_a_run_in_which_nothing_fits_is_said_and_kept_with_it(opened, qtbot, monkeypatch):
     assert tracked(opened, qtbot) == []
-    monkeypatch.setattr(misfit, "MOST_UNEXPLAINED", 0.0)
+    monkeypatch.setattr(run_checks, "MOST_UNEXPLAINED", 0.0)
     [message] = tracked(opened, qtbot)
     assert message.severity == "warning"
     assert "explained by no part of the body" in message.what

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.tracking.settings import Settings
+from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.tuning.series import all_values, spread_values, usual_range
 
 ROWS = {row.name: row for row in Settings.rows()}

@@ -3,8 +3,8 @@
 import pytest
 
 from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.tuning.stages import (
     Stage,
     changed_names,

@@ -1,0 +1,296 @@
+"""Propose arms, score both jointly, hand the best pairs on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.model import BodyModel, placed_cones
+from stereotrack_core.body.pose import PartFrames, Pose
+from stereotrack_core.body.skeleton import FOREARMS, TORSO, UPPER_ARMS
+from stereotrack_core.body.surface import nearest_on_surface
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.tracking.arm_search.arms import (
+    LEFT,
+    RIGHT,
+    Arms,
+    ArmShape,
+    arm_of_pose,
+    arm_shape,
+    with_arm,
+)
+from stereotrack_core.tracking.arm_search.kernels import arm_distances, pair_sums, unexplained_sums
+from stereotrack_core.tracking.arm_search.parameters import SearchParameters
+from stereotrack_core.tracking.arm_search.picture import (
+    Likeness,
+    SeenPicture,
+    outline_table,
+    seen_pictures,
+)
+from stereotrack_core.tracking.arm_search.proposals import proposals
+from stereotrack_core.tracking.arm_search.score import (
+    Scene,
+    anatomy_cost,
+    change_cost,
+    crossing_cost,
+    sight_cost,
+)
+
+if TYPE_CHECKING:
+    from stereotrack_core.tracking.step_recorder import StepRecorder
+
+_UNEXPLAINED = 0.09
+"""Metres from every cone beyond which a datum is unexplained."""
+
+_SQUARED_SCALE = 0.035**2
+"""Square of the metres at which a datum counts as half unexplained: less than an arm's radius, so
+that an arm on the torso is told from the torso."""
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """Data that speak about the arms at one instant.
+
+    Attributes
+    ----------
+    points : (N, 3) float64, torso's frame
+        Within reach of a shoulder.
+    body_distance : (N,) float64, metres
+        From torso, head and legs.
+    shapes : tuple of ArmShape
+        Of the left and the right arm, from where the shoulders are.
+    scene : Scene
+    weight : float
+        Of one datum, so that at most the wanted number counts.
+    pictures : tuple of SeenPicture
+        What the views saw, thinned out; none where they are not compared.
+    """
+
+    points: FloatArray
+    body_distance: FloatArray
+    shapes: tuple[ArmShape, ArmShape]
+    scene: Scene
+    weight: float
+    pictures: tuple[SeenPicture, ...]
+
+    @cached_property
+    def side_by_side(self) -> FloatArray:
+        """The points' coordinates (3, N)."""
+        return np.ascontiguousarray(self.points.T)
+
+
+class ArmSearch:
+    """Search for arms of one body.
+
+    Parameters
+    ----------
+    body : BodyModel
+    parameters : SearchParameters
+    arms_apart : float, metres
+        Least distance of the forearms' axes; 0: arms may go through each other.
+    """
+
+    def __init__(
+        self, body: BodyModel, parameters: SearchParameters, arms_apart: float = 0.0
+    ) -> None:
+        self.body = body
+        self.parameters = parameters
+        self._apart = arms_apart
+        self._shapes = (arm_shape(body, LEFT), arm_shape(body, RIGHT))
+        self._likeness = Likeness(parameters.picture_sigma, parameters.picture_unknown)
+        of_arm = [np.isin(body.cones.part, [UPPER_ARMS[s], FOREARMS[s]]) for s in (LEFT, RIGHT)]
+        self._arms = [body.cones[chosen] for chosen in of_arm]
+        self._trunk = replace(body, cones=body.cones[~(of_arm[LEFT] | of_arm[RIGHT])])
+        self._reach = max(shape.reach for shape in self._shapes) + 0.1
+
+    def evidence(self, cloud: Cloud, pose: Pose, rng: np.random.Generator) -> Evidence:
+        """Choose the data near the shoulders and measure how the rest of the body explains them."""
+        frames = self.body.frames(pose)
+        torso = (cloud.points - frames.origins[TORSO]) @ frames.rotations[TORSO]
+        shapes = self.placed_shapes(frames)
+        off = [np.linalg.norm(torso - shape.shoulder, axis=1) for shape in shapes]
+        near = np.flatnonzero(np.minimum(*off) < self._reach)
+        p = self.parameters
+        wanted = p.search_data
+        if len(near) > wanted:
+            near = np.sort(rng.choice(near, wanted, replace=False))
+        feet = nearest_on_surface(cloud.points[near], placed_cones(self._trunk, frames), np.inf)
+        return Evidence(
+            np.ascontiguousarray(torso[near]),
+            np.abs(feet.distance),
+            shapes,
+            Scene.of(cloud, self.body, frames),
+            min(1.0, wanted / max(1, len(near))),
+            seen_pictures(cloud, p.picture_step) if p.picture_cost > 0.0 else (),
+        )
+
+    def best_pairs(
+        self,
+        evidence: Evidence,
+        predicted: Pose,
+        pose: Pose,
+        rng: np.random.Generator,
+        trace: StepRecorder | None = None,
+    ) -> list[tuple[float, Pose]]:
+        """Cost and pose of the best pairs of arms, best first; the body stays as in `pose`."""
+        frames, before = self.body.frames(pose), self.body.frames(predicted)
+        present = [arm_of_pose(frames, side) for side in (LEFT, RIGHT)]
+        expected = [arm_of_pose(before, side) for side in (LEFT, RIGHT)]
+        at_present = [self._distances(evidence, s, present[s.side])[0] for s in evidence.shapes]
+        explained = np.minimum(evidence.body_distance, np.minimum(*at_present))
+        unexplained = evidence.points[explained > _UNEXPLAINED]
+        kept = []
+        for shape in evidence.shapes:
+            proposed = proposals(
+                shape,
+                expected[shape.side],
+                present[shape.side],
+                unexplained,
+                self.parameters.search_proposals,
+                rng,
+            )
+            other = at_present[1 - shape.side]
+            kept.append(self._best_of(evidence, shape, proposed, expected[shape.side], other))
+            if trace is not None:
+                trace.proposed(shape.side, proposed, kept[-1][0], expected[shape.side], other)
+        return self._pairs(evidence, kept, pose)
+
+    def cost(self, evidence: Evidence, predicted: Pose, pose: Pose) -> float:
+        """Cost of one pose by the same measure, with the body where `pose` has it."""
+        frames, before = self.body.frames(pose), self.body.frames(predicted)
+        arms = [arm_of_pose(frames, side) for side in (LEFT, RIGHT)]
+        total, nearest = float(self._crossing(evidence, *arms)[0, 0]), evidence.body_distance
+        for shape, arm in zip(evidence.shapes, arms, strict=True):
+            total += self._own_cost(evidence, shape, arm, arm_of_pose(before, shape.side))[0]
+            nearest = np.minimum(nearest, self._distances(evidence, shape, arm)[0])
+        squared = nearest**2
+        total += evidence.weight * np.sum(squared / (squared + _SQUARED_SCALE))
+        if not evidence.pictures:
+            return float(total)
+        return float(total + self._unlike(evidence, frames, frames, frames)[0, 0])
+
+    def terms(self, evidence: Evidence, predicted: Pose, pose: Pose) -> dict[str, float]:
+        """What :meth:`cost` of a pose is made of, by name."""
+        frames, before = self.body.frames(pose), self.body.frames(predicted)
+        arms = [arm_of_pose(frames, side) for side in (LEFT, RIGHT)]
+        far = [self._distances(evidence, s, arms[s.side])[0] for s in evidence.shapes]
+        found = {"data": 0.0, "sight": 0.0, "anatomy": 0.0, "change": 0.0}
+        for shape, arm in zip(evidence.shapes, arms, strict=True):
+            expected = arm_of_pose(before, shape.side)
+            of_arm = self.arm_terms(evidence, shape.side, arm, expected, far[1 - shape.side])
+            found["data"] = float(of_arm.pop("data")[0])  # of both arms together, either way
+            for name, cost in of_arm.items():
+                found[name] += float(cost[0])
+        found["crossing"] = float(self._crossing(evidence, *arms)[0, 0])
+        found["pictures"] = float(self._unlike(evidence, frames, frames, frames)[0, 0])
+        return found
+
+    def arm_terms(
+        self, evidence: Evidence, side: int, arms: Arms, expected: Arms, other: FloatArray
+    ) -> dict[str, FloatArray]:
+        """Costs (K,) of places of one arm by name; the other one is so far (N,) from the data."""
+        shape = evidence.shapes[side]
+        explained = np.empty(len(arms))
+        others = np.minimum(evidence.body_distance, other)
+        distances = self._distances(evidence, shape, arms)
+        unexplained_sums(others, distances, _SQUARED_SCALE, explained)
+        return {
+            "data": evidence.weight * explained,
+            "sight": sight_cost(evidence.scene, shape, arms, self.parameters),
+            "anatomy": anatomy_cost(evidence.scene, shape, arms),
+            "change": change_cost(expected, arms),
+        }
+
+    def _unlike(
+        self, evidence: Evidence, frames: PartFrames, left: PartFrames, right: PartFrames
+    ) -> FloatArray:
+        """Cost (K, L) of what views should see of K left and L right arms and do not."""
+        rest = outline_table(self._trunk.cones, frames)
+        arms = [
+            outline_table(cones, posed).reshape(-1, len(cones), 18)
+            for cones, posed in zip(self._arms, (left, right), strict=True)
+        ]
+        total: FloatArray = np.zeros((len(arms[LEFT]), len(arms[RIGHT])))
+        for seen in evidence.pictures:
+            drawn = [seen.drawn_each(tables) for tables in arms]
+            pixels = self._likeness.unlike_pairs(seen, seen.drawn(rest), *drawn)
+            total += seen.area(frames.origins[TORSO]) * pixels
+        return self.parameters.picture_cost * total
+
+    def _best_of(
+        self,
+        evidence: Evidence,
+        shape: ArmShape,
+        arms: Arms,
+        expected: Arms,
+        other: FloatArray,
+    ) -> tuple[Arms, FloatArray, FloatArray]:
+        """Best arms with their distances and own costs, with and without the other arm there."""
+        distances = self._distances(evidence, shape, arms)
+        own = self._own_cost(evidence, shape, arms, expected)
+        chosen: dict[int, None] = {0: None}
+        for others in (evidence.body_distance, np.minimum(evidence.body_distance, other)):
+            explained = np.empty(len(arms))
+            unexplained_sums(others, distances, _SQUARED_SCALE, explained)
+            order = np.argsort(own + evidence.weight * explained, kind="stable")
+            chosen |= dict.fromkeys(int(k) for k in order[: self.parameters.search_kept])
+        index = list(chosen)
+        return arms[index], distances[index], own[index]
+
+    def _pairs(
+        self,
+        evidence: Evidence,
+        kept: list[tuple[Arms, FloatArray, FloatArray]],
+        pose: Pose,
+    ) -> list[tuple[float, Pose]]:
+        (left, left_distance, left_own), (right, right_distance, right_own) = kept
+        cost = np.empty((len(left), len(right)))
+        pair_sums(evidence.body_distance, left_distance, right_distance, _SQUARED_SCALE, cost)
+        cost *= evidence.weight
+        cost += left_own[:, None] + right_own
+        cost += self._crossing(evidence, left, right)
+        cost += self._unlike_pairs(evidence, pose, left, right)
+        best = np.argsort(cost, axis=None, kind="stable")[: self.parameters.search_refined]
+        result = []
+        for flat in best:
+            k, m = np.unravel_index(flat, cost.shape)
+            moved = with_arm(pose, LEFT, left.upper[k], left.fore[k])
+            moved = with_arm(moved, RIGHT, right.upper[m], right.fore[m])
+            result.append((float(cost[k, m]), moved))
+        return result
+
+    def _unlike_pairs(self, evidence: Evidence, pose: Pose, left: Arms, right: Arms) -> FloatArray:
+        """Cost (K, L) of what views should see of the pairs and do not."""
+        if not evidence.pictures:
+            return np.zeros((len(left), len(right)))
+        posed = [
+            self.body.frames(with_arm(pose, side, arms.upper, arms.fore))
+            for side, arms in ((LEFT, left), (RIGHT, right))
+        ]
+        return self._unlike(evidence, self.body.frames(pose), *posed)
+
+    def placed_shapes(self, frames: PartFrames) -> tuple[ArmShape, ArmShape]:
+        """Shapes of both arms, from where the shoulders are in one pose."""
+        away = frames.origins[list(UPPER_ARMS)] - frames.origins[TORSO]
+        shoulders = away @ frames.rotations[TORSO]
+        left, right = self._shapes
+        return replace(left, shoulder=shoulders[LEFT]), replace(right, shoulder=shoulders[RIGHT])
+
+    def _crossing(self, evidence: Evidence, left: Arms, right: Arms) -> FloatArray:
+        nodes = evidence.shapes[LEFT].nodes(left), evidence.shapes[RIGHT].nodes(right)
+        return crossing_cost(*nodes, self._apart)
+
+    def _own_cost(
+        self, evidence: Evidence, shape: ArmShape, arms: Arms, expected: Arms
+    ) -> FloatArray:
+        seen = sight_cost(evidence.scene, shape, arms, self.parameters)
+        return seen + anatomy_cost(evidence.scene, shape, arms) + change_cost(expected, arms)
+
+    def _distances(self, evidence: Evidence, shape: ArmShape, arms: Arms) -> FloatArray:
+        result = np.empty((len(arms), len(evidence.points)))
+        arm_distances(evidence.side_by_side, shape.nodes(arms), shape.radii, result)
+        return result

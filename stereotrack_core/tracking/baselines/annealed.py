@@ -1,0 +1,155 @@
+"""The annealed particle filter as a baseline."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.optimize
+
+from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.body.manifold import difference, displaced
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.skeleton import PARENTS, TORSO
+from stereotrack_core.tracking.baselines.base import RANDOM, Baseline
+from stereotrack_core.tracking.baselines.energy import PoseEnergy
+from stereotrack_core.tracking.estimate import Memory
+from stereotrack_core.tracking.estimator import Measurements, Prediction
+from stereotrack_core.tracking.state import Belief
+
+_LEAST_SIGMA = 1e-4
+"""Metres and radians; particles that all agree are not taken for certainty."""
+
+
+_ELSEWHERE = 0.5
+"""Length of the error state by which the pose may differ from where the particles left it; beyond,
+somebody was found again elsewhere and the particles are of no use."""
+
+
+class AnnealedParticles(Baseline):
+    """Particles that are weighed in layers (Deutscher, Blake, Reid, DOI 10.1109/CVPR.2000.854758).
+
+    Every layer weighs the particles by exp(-beta E), with beta such that the wanted share of them
+    survives, and draws them anew by their weights. E is the tracker's own measure; see
+    :class:`PoseEnergy`; colours say nothing in it. Between two layers limbs are exchanged among
+    the particles, and each number is scattered in proportion to how far the particles still
+    disagree about it (Deutscher, Reid, DOI 10.1023/B:VISI.0000043757.18370.9c); without these two,
+    28 numbers are too many for some hundred particles. The pose is the weighted mean of the last
+    layer, whose particles go on to the next frame.
+    """
+
+    def begin(self, pose: Pose) -> None:
+        """Draw the next frame's particles around its prediction."""
+        self._particles: FloatArray | None = None
+        self._centre = self._left = pose
+
+    def memory(self) -> Memory:
+        """The particles."""
+        if self._particles is None:
+            return {}
+        return {
+            "particles": self._particles,
+            "centre_position": self._centre.position,
+            "centre_rotations": self._centre.rotations,
+            "left_position": self._left.position,
+            "left_rotations": self._left.rotations,
+        }
+
+    def recall(self, memory: Memory) -> None:
+        """Go on with the particles of this memory."""
+        if "particles" in memory:
+            self._particles = memory["particles"]
+            self._centre = Pose(memory["centre_position"], memory["centre_rotations"])
+            self._left = Pose(memory["left_position"], memory["left_rotations"])
+
+    def settle(self, measured: Measurements, predicted: Prediction) -> Belief:
+        """Scatter, weigh and draw the particles, layer by layer."""
+        setup, p, rng = self.setup, self.setup.parameters.baselines, measured.random(RANDOM)
+        energy = PoseEnergy(setup.body, setup.parameters, setup.joints)
+        data = measured.data[:, :3]
+        if len(data) > p.annealed_data:
+            data = data[np.sort(rng.choice(len(data), p.annealed_data, replace=False))]
+        particles, beta, pose = self._scattered(predicted, rng), 0.0, predicted.pose
+        for layer in range(p.annealed_layers):
+            if layer:
+                particles = limbs_exchanged(particles, self._limbs(), rng)
+                scatter = p.annealed_diffusion * particles.std(axis=0)
+                particles = particles + scatter * rng.normal(size=particles.shape)
+            E = energy.of(data, predicted.pose, particles, measured.beside(pose))
+            beta = max(beta, exponent(E, p.annealed_survival))
+            weights = normalised(E, beta)
+            mean, weighed = weights @ particles, particles
+            pose = displaced(predicted.pose, mean, setup.joints)
+            particles = particles[systematic(weights, float(rng.random()))]
+        off = weighed - mean
+        self._particles, self._centre, self._left = particles, predicted.pose, pose
+        return Belief(pose, (off.T * weights) @ off + _LEAST_SIGMA**2 * np.eye(len(predicted.P)))
+
+    def _scattered(self, predicted: Prediction, rng: np.random.Generator) -> FloatArray:
+        """Particles (K, n) as displacements of the predicted pose, before the first layer."""
+        setup, p, P0 = self.setup, self.setup.parameters.baselines, predicted.P
+        taken_elsewhere = difference(predicted.pose, self._left, setup.joints)
+        if self._particles is None or np.linalg.norm(taken_elsewhere) > _ELSEWHERE:
+            drawn = rng.normal(size=(p.annealed_particles, len(P0)))
+            result: FloatArray = drawn @ np.linalg.cholesky(P0).T
+            return result
+        seen = displaced(self._centre, self._particles, setup.joints)
+        moved = [
+            difference(seen[k], predicted.pose, setup.joints) for k in range(len(self._particles))
+        ]
+        scatter = p.annealed_spread * np.sqrt(predicted.gone * np.diagonal(setup.Q))
+        return np.array(moved) + scatter * rng.normal(size=self._particles.shape)
+
+    def _limbs(self) -> list[IntArray]:
+        """Columns of each chain of parts that hangs on the torso."""
+        chains: dict[int, list[int]] = {}
+        for joint in self.setup.joints:
+            root = joint
+            while PARENTS[root] != TORSO:
+                root = PARENTS[root]
+            at = int(self.setup.columns.first[joint])
+            chains.setdefault(root, []).extend((at, at + 1))
+        return [np.array(columns) for columns in chains.values()]
+
+
+def limbs_exchanged(
+    particles: FloatArray, limbs: list[IntArray], rng: np.random.Generator
+) -> FloatArray:
+    """Particles (K, n) each of whose limbs, given by their columns, comes from some particle."""
+    result = particles.copy()
+    for columns in limbs:
+        result[:, columns] = particles[rng.permutation(len(particles))][:, columns]
+    return result
+
+
+def survival(E: FloatArray, beta: float) -> float:
+    """Share (0 to 1) of particles with energies E that weights exp(-beta E) let survive.
+
+    (sum w)^2 / (K sum w^2), the survival diagnostic of the paper's section 4.
+    """
+    w = np.exp(-beta * (E - E.min()))
+    return float(w.sum() ** 2 / (len(w) * (w @ w)))
+
+
+def exponent(E: FloatArray, wanted: float) -> float:
+    """Exponent beta with which the wanted share survives; found in its logarithm."""
+    spread = float(np.ptp(E))
+    if not spread > 0.0:
+        return 0.0
+    low, high = np.log(1e-6 / spread), np.log(1e6 / spread)
+    if survival(E, float(np.exp(high))) > wanted:
+        return float(np.exp(high))
+    root = scipy.optimize.brentq(lambda log: survival(E, float(np.exp(log))) - wanted, low, high)
+    return float(np.exp(root))
+
+
+def normalised(E: FloatArray, beta: float) -> FloatArray:
+    """Weights (K,) exp(-beta E), which sum up to 1."""
+    w = np.exp(-beta * (E - E.min()))
+    result: FloatArray = w / w.sum()
+    return result
+
+
+def systematic(weights: FloatArray, offset: float) -> IntArray:
+    """Indices (K,) drawn by weights at K evenly spaced places, shifted by one random number."""
+    places = (np.arange(len(weights)) + offset) / len(weights)
+    cumulated = np.cumsum(weights)
+    return np.minimum(np.searchsorted(cumulated, places, side="right"), len(weights) - 1)

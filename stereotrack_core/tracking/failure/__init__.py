@@ -1,0 +1,1 @@
+"""Which limbs of a pose are probably wrong, told without truth."""

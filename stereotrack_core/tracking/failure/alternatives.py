@@ -1,0 +1,138 @@
+"""Whether an arm elsewhere would explain the pictures as well as the arm where it is."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.body.model import BodyModel
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.geometry.rotation import skew
+from stereotrack_core.tracking.arm_search.arms import (
+    LEFT,
+    RIGHT,
+    Arms,
+    arm_of_pose,
+    arm_shape,
+    with_arm,
+)
+from stereotrack_core.tracking.arm_search.picture import (
+    Likeness,
+    SeenPicture,
+    outline_table,
+    seen_pictures,
+)
+from stereotrack_core.tracking.arm_search.score import Scene, anatomy_cost
+
+_STEP = 5
+_LIKENESS = Likeness(sigma=0.8, unknown=0.1)
+
+_OFF = np.radians([60.0, 110.0])
+"""How far the alternatives lie from the arm: an arm that is right has none among them."""
+
+_AROUND = 4
+"""Directions in which they lie, for each angle."""
+
+_ALLOWED = 4.0
+"""Cost of its anatomy by which an alternative may exceed the arm as it is."""
+
+_TEMPERATURE = 0.1
+"""Share of a limb's own area by which one place must be better to be clearly better."""
+
+
+def elsewhere(cloud: Cloud, body: BodyModel, pose: Pose, own: FloatArray) -> FloatArray:
+    """How much better (6,) than the arms as they are the best and all alternatives are.
+
+    For an upper arm the whole arm is turned by 60 and 110 degrees in four directions each, for a
+    forearm it alone; what views should then see is compared with what they saw. Returned are two
+    columns (6, 2): the least area that disagrees, of an alternative that anatomy allows, against
+    that of the arm where it is; and a soft count of the alternatives that are as good. Both are
+    in shares of the limb's own area; 0 for torso and head.
+
+    Parameters
+    ----------
+    cloud : Cloud
+    body : BodyModel
+    pose : Pose
+    own : (6,) float64, square metres
+        Areas of the limbs.
+    """
+    result = np.zeros((len(LIMBS), 2))
+    pictures = seen_pictures(cloud, _STEP)
+    frames = body.frames(pose)
+    scene, here = Scene.of(cloud, body, frames), outline_table(body.cones, frames)
+    for side in (LEFT, RIGHT):
+        present, shape = arm_of_pose(frames, side), arm_shape(body, side)
+        upper, fore = present.upper[0], present.fore[0]
+        turned = _around(upper)
+        carried = _carried(upper, turned, fore)
+        still = np.broadcast_to(upper, (2 * _AROUND, 3))
+        of_upper = Arms(turned, carried)
+        of_fore = Arms(still, _around(fore))
+        least = float(anatomy_cost(scene, shape, present)[0]) + _ALLOWED
+        for limb, arms, moved in (
+            (UPPER_ARMS[side], of_upper, (UPPER_ARMS[side], FOREARMS[side])),
+            (FOREARMS[side], of_fore, (FOREARMS[side],)),
+        ):
+            arms = arms[np.flatnonzero(anatomy_cost(scene, shape, arms) < least).tolist()]
+            if not len(arms):
+                continue
+            poses = with_arm(pose, side, arms.upper, arms.fore)
+            gain = _gains(pictures, body, here, poses, moved) / own[list(moved)].sum()
+            result[limb] = gain.max(), np.log(np.mean(np.exp(np.minimum(gain, 1.0) / _TEMPERATURE)))
+    return result
+
+
+def _gains(
+    pictures: tuple[SeenPicture, ...],
+    body: BodyModel,
+    here: FloatArray,
+    poses: Pose,
+    moved: tuple[int, ...],
+) -> FloatArray:
+    """Square metres (K,), a mean over views, by which less disagrees in each of the poses.
+
+    They are compared with the pose whose table of cones is `here`, in the same place.
+    """
+    chosen = np.isin(body.cones.part, moved)
+    there = outline_table(body.cones, body.frames(poses))
+    rest = here[~chosen]
+    limbs = np.concatenate([here[None, chosen], there[:, chosen]])
+    total = np.zeros(len(limbs))
+    for seen in pictures:
+        behind = seen.drawn(rest)
+        nothing = np.zeros_like(behind)[None]
+        unlike = _LIKENESS.unlike_pairs(seen, behind, seen.drawn_each(limbs), nothing)
+        total += seen.area(poses.position[0]) * unlike[:, 0]
+    gains: FloatArray = (total[0] - total[1:]) / len(pictures)
+    return gains
+
+
+def _around(direction: FloatArray) -> FloatArray:
+    """Unit vectors (2 * _AROUND, 3) at two angles around a unit vector."""
+    aside = np.cross(direction, np.eye(3)[np.argmin(np.abs(direction))])
+    aside /= np.linalg.norm(aside)
+    other = np.cross(direction, aside)
+    turns = 2.0 * np.pi * np.arange(_AROUND) / _AROUND
+    found = []
+    for k, off in enumerate(_OFF):
+        ring = turns + k * np.pi / _AROUND
+        out = np.outer(np.cos(ring), aside) + np.outer(np.sin(ring), other)
+        found.append(np.cos(off) * direction + np.sin(off) * out)
+    result: FloatArray = np.vstack(found)
+    return result
+
+
+def _carried(a: FloatArray, b: FloatArray, vector: FloatArray) -> FloatArray:
+    """Turn a vector (3,) as the smallest rotations turn unit vector a (3,) to each of b (K, 3).
+
+    None of b may be opposite to a.
+    """
+    across = skew(np.cross(a, b))
+    once = across @ vector
+    twice = np.einsum("kij,kj->ki", across, once)
+    result: FloatArray = vector + once + twice / (1.0 + b @ a)[:, None]
+    return result

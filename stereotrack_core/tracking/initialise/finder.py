@@ -1,0 +1,214 @@
+"""Poses of somebody of whom nothing is known, and how much speaks against each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.geometry.rotation import angle_between, vector_from_rotation
+from stereotrack_core.tracking.arm_search.arms import arm_of_pose
+from stereotrack_core.tracking.arm_search.score import Scene, anatomy_cost
+from stereotrack_core.tracking.arm_search.search import Evidence
+from stereotrack_core.tracking.correspondences import DataToModel
+from stereotrack_core.tracking.estimator import Measurements
+from stereotrack_core.tracking.iekf import IteratedEstimator, PoseFilter
+from stereotrack_core.tracking.initialise.arms import FreeArmSearch
+from stereotrack_core.tracking.initialise.people import people_in
+from stereotrack_core.tracking.initialise.seeds import seeds_in
+from stereotrack_core.tracking.initialise.trunk import (
+    facing_cost,
+    trunk_sight_cost,
+    turned_round,
+    unexplained_by_trunk,
+)
+from stereotrack_core.tracking.residuals.surface import surface_distances, unexplained_fraction
+from stereotrack_core.tracking.state import Setup
+
+_ALL_DATA = 450.0
+"""Weight of all data against the search's cost, which counts those near the shoulders."""
+
+_COARSE_DATA, _FINE_DATA = 300, 600
+"""Data that seeds are judged by, and that the best of them are followed with."""
+
+_TRIED, _SEARCHED, _REPEATED = 10, 5, 2
+"""Seeds that are followed, those of them whose arms are looked for, and those whose arms are
+looked for again."""
+
+_PAIRS = 4
+"""Pairs of arms that differ and are refined."""
+
+_FAR = np.radians(40.0)
+"""Angle from which two limbs are taken to be in different places."""
+
+_NATURAL_ARMS = 3.0
+"""Factor on what speaks against the anatomy of arms, as in the search for them."""
+
+TURN_GAIN = 3.0
+"""Cost by which a pose must be more natural the other way round to be turned."""
+
+
+@dataclass(eq=False)
+class Candidate:
+    """A pose on trial: the filter that follows it, and the sum of what speaks against it."""
+
+    filter: PoseFilter
+    cost: float
+
+    @property
+    def pose(self) -> Pose:
+        """Where the filter is."""
+        return self.filter.state.pose
+
+
+class PoseFinder:
+    """Finds poses in single clouds, and compares poses by how well they explain one.
+
+    Parameters
+    ----------
+    setup : Setup
+    """
+
+    def __init__(self, setup: Setup) -> None:
+        self.setup = setup
+        p = setup.parameters
+        self._arms = FreeArmSearch(setup.body, p.search, p.arms_apart)
+        self._estimator = IteratedEstimator(setup)
+        self._correspondences = DataToModel(setup)
+
+    def poses_in(self, cloud: Cloud, last: Pose) -> list[Candidate]:
+        """Find poses of everybody in a cloud that differ, best first."""
+        found = [
+            candidate
+            for members in people_in(cloud.points, self.setup.parameters.least_points)
+            for candidate in self.poses_of(cloud.part(members), last)
+        ]
+        return distinct(found)
+
+    def poses_of(self, cloud: Cloud, last: Pose) -> list[Candidate]:
+        """Find poses of the one person in a cloud, from coarse to fine."""
+        coarse = _thinned(cloud.points, _COARSE_DATA)
+        fine = self._measured(cloud, _thinned(cloud.points, _FINE_DATA))
+        seeds = [last, *seeds_in(self.setup.body, cloud.points)]
+        order = np.argsort(self._coarse_cost(cloud, coarse, seeds), kind="stable")
+        tried = _spread([seeds[k] for k in order], _TRIED, _trunks_differ)
+        followed = [self._followed(pose, fine) for pose in tried]
+        order = np.argsort(self._coarse_cost(cloud, coarse, followed), kind="stable")
+        spread = _spread([followed[k] for k in order], _SEARCHED, _trunks_differ)
+        found = sorted((self._with_arms(pose, fine) for pose in spread), key=by_cost)
+        return found + [self._with_arms(each.pose, fine) for each in found[:_REPEATED]]
+
+    def follower(self, pose: Pose, time: float | None = None) -> PoseFilter:
+        """A filter of the same body that follows a pose, without colours and detections between."""
+        follower = PoseFilter(self.setup, self._estimator, self._correspondences)
+        follower.start(pose, time)
+        return follower
+
+    def cost(self, pose: Pose, cloud: Cloud) -> float:
+        """What speaks against a pose in a cloud."""
+        rng = np.random.default_rng((self.setup.seed, cloud.frame, 2))
+        return self._cost_at(pose, cloud, self._arms.evidence(cloud, pose, rng))
+
+    def turned_if_natural(self, pose: Pose, cloud: Cloud) -> Pose:
+        """The pose, or that of the other side where it is clearly more natural."""
+        return turned_round(pose) if self.gain_of_turning(pose, cloud) > TURN_GAIN else pose
+
+    def gain_of_turning(self, pose: Pose, cloud: Cloud) -> float:
+        """How much more natural a pose is the other way round; negative where it is less."""
+        return self._unnatural(pose, cloud) - self._unnatural(turned_round(pose), cloud)
+
+    def _measured(self, cloud: Cloud, data: FloatArray) -> Measurements:
+        return Measurements(self.setup, cloud, data, self._correspondences)
+
+    def _coarse_cost(self, cloud: Cloud, data: FloatArray, poses: Sequence[Pose]) -> FloatArray:
+        body, cameras = self.setup.body, self.setup.cameras
+        unexplained = unexplained_by_trunk(data, body, poses)
+        facing = [facing_cost(body, pose, cloud.points, cameras) for pose in poses]
+        return _ALL_DATA * unexplained + trunk_sight_cost(cloud, body, poses) + facing
+
+    def _followed(self, pose: Pose, measured: Measurements) -> Pose:
+        start = self.setup.first_state(pose)
+        return self._estimator.follow(measured, start, start)[1].pose
+
+    def _with_arms(self, pose: Pose, measured: Measurements) -> Candidate:
+        """Look for the arms of a body whose trunk is where a pose has it."""
+        cloud, P = measured.cloud, self.setup.first_state(pose).P
+        rng = measured.random(1)
+        evidence = self._arms.evidence(cloud, pose, rng)
+        best, least = pose, self._cost_at(pose, cloud, evidence)
+        pairs = [proposed for _, proposed in self._arms.best_pairs(evidence, pose, pose, rng)]
+        for proposed in _spread(pairs, _PAIRS, _arms_differ):
+            refined = self._estimator.refine(measured, proposed, P).pose
+            cost = self._cost_at(refined, cloud, evidence)
+            if cost < least:
+                best, least = refined, cost
+        found = self.turned_if_natural(self._followed(best, measured), cloud)
+        return Candidate(self.follower(found, cloud.frame), self.cost(found, cloud))
+
+    def _unnatural(self, pose: Pose, cloud: Cloud) -> float:
+        body = self.setup.body
+        frames = body.frames(pose)
+        scene = Scene.of(cloud, body, frames)
+        shapes = self._arms.placed_shapes(frames)
+        arms = [anatomy_cost(scene, s, arm_of_pose(frames, s.side))[0] for s in shapes]
+        facing = facing_cost(body, pose, cloud.points, self.setup.cameras)
+        return _NATURAL_ARMS * float(np.sum(arms)) + facing
+
+    def _cost_at(self, pose: Pose, cloud: Cloud, evidence: Evidence) -> float:
+        body = self.setup.body
+        data = _thinned(cloud.points, self.setup.parameters.data_points)
+        return float(
+            self._arms.cost(evidence, pose, pose)
+            + _ALL_DATA * unexplained_fraction(surface_distances(data, body, pose))
+            + trunk_sight_cost(cloud, body, [pose])[0]
+            + facing_cost(body, pose, cloud.points, self.setup.cameras)
+        )
+
+
+def distinct(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """The best of all candidates whose poses are nearly the same, best first."""
+    result: list[Candidate] = []
+    for candidate in sorted(candidates, key=by_cost):
+        if all(differ(candidate.pose, other.pose) for other in result):
+            result.append(candidate)
+    return result
+
+
+def by_cost(candidate: Candidate) -> float:
+    """What speaks against a candidate."""
+    return candidate.cost
+
+
+def differ(a: Pose, b: Pose) -> bool:
+    """Whether two poses differ by more than following would make up for."""
+    return _trunks_differ(a, b) or _arms_differ(a, b)
+
+
+def _thinned(points: FloatArray, count: int) -> FloatArray:
+    return points[:: max(1, len(points) // count)]
+
+
+def _spread(poses: Sequence[Pose], count: int, differ: Callable[[Pose, Pose], bool]) -> list[Pose]:
+    """The first poses that differ from each other."""
+    result: list[Pose] = []
+    for pose in poses:
+        if all(differ(pose, other) for other in result):
+            result.append(pose)
+        if len(result) == count:
+            break
+    return result
+
+
+def _trunks_differ(a: Pose, b: Pose) -> bool:
+    turn = float(np.linalg.norm(vector_from_rotation(a.torso @ b.torso.T)))
+    return turn > np.radians(20.0) or float(np.linalg.norm(a.position - b.position)) > 0.15
+
+
+def _arms_differ(a: Pose, b: Pose) -> bool:
+    arms = [*UPPER_ARMS, *FOREARMS]
+    return bool(np.max(angle_between(a.rotations[arms, :, 2], b.rotations[arms, :, 2])) > _FAR)

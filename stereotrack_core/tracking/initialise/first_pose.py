@@ -1,0 +1,176 @@
+"""The pose with which a track begins, found without help in its first clouds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from stereotrack_core.body.model import body_model
+from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.depth.chain import DepthChain
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.tracking.estimate import Estimate
+from stereotrack_core.tracking.initialise.finder import PoseFinder
+from stereotrack_core.tracking.initialise.seeds import t_pose_in_cloud
+from stereotrack_core.tracking.initialise.trunk import turned_round
+from stereotrack_core.tracking.shape_fit import SeenPose, fitted_surface
+from stereotrack_core.tracking.tracker import PersonTracker
+
+_BETTER = 6.0
+"""Cost by which a pose that is not the usual one must be better to be taken."""
+
+_UNUSUAL = 20.0
+"""Cost by which a first pose that faces away from the usual one must be better: front and back look
+much alike."""
+
+_TURN_GAIN = 3.0
+"""Cost by which a body fitted the other way round must be more natural to be taken."""
+
+_FITTED = 8
+"""Clouds that both ways of facing are followed over; every second one is fitted to."""
+
+
+def first_pose_in(
+    seeker: PersonTracker, clouds: Sequence[Cloud], shape: BodyParameters
+) -> Pose | None:
+    """Pose in the first of successive clouds in which somebody is tracked; None without anybody.
+
+    The clouds are followed forwards, until it has shown which of the poses that explain the first
+    one is right, and then back to it. Where the pose in which recordings usually begin, the T
+    pose facing north, explains the clouds about as well, it is taken. At last it is looked at
+    from both sides with bodies of their own shape.
+
+    Parameters
+    ----------
+    seeker : PersonTracker
+        Of which nothing is left as it was.
+    clouds : sequence of Cloud
+    shape : BodyParameters
+        Of the seeker's body.
+    """
+    seeker.seek()
+    estimates = [seeker.step(cloud) for cloud in clouds]
+    tracked = [k for k, estimate in enumerate(estimates) if estimate.tracked]
+    if not tracked:
+        return None
+    first, last = tracked[0], tracked[-1]
+    usual = t_pose_in_cloud(seeker.setup.body, clouds[first].points)
+    if _explains_as_well(seeker, usual, clouds[first:], estimates[first:]):
+        return usual
+    found = _followed_back(seeker, clouds, estimates, first, last)
+    return facing_right(seeker, found, clouds[first : last + 1], shape)
+
+
+def first_pose_from_images(
+    seeker: PersonTracker,
+    reader: FrameReader,
+    views: Sequence[str],
+    frames: Sequence[int],
+    learned_from: range,
+) -> Pose | None:
+    """First pose for a tracker whose own clouds are not made for search, followed to its place.
+
+    Parameters
+    ----------
+    seeker : PersonTracker
+        Of the default shape; nothing of it is left as it was.
+    reader : FrameReader
+    views : sequence of str
+    frames : sequence of int
+        Successive frames.
+    learned_from : range
+        Frames from which the background is learned where there are no images of it.
+    """
+    chain = DepthChain(reader.recording, DepthParameters(), views=views)
+    try:
+        chain.learn_background(reader, learned_from)
+        clouds = [chain.process(reader.frame_set(frame)) for frame in frames]
+    finally:
+        chain.close()
+    found = first_pose_in(seeker, clouds, BodyParameters())
+    if found is None:
+        return None
+    seeker.start(found)
+    estimates = [seeker.step(cloud) for cloud in clouds]
+    return next((estimate.pose for estimate in estimates if estimate.tracked), found)
+
+
+def _followed_back(
+    seeker: PersonTracker,
+    clouds: Sequence[Cloud],
+    estimates: Sequence[Estimate],
+    first: int,
+    last: int,
+) -> Pose:
+    seeker.start(estimates[last].pose, clouds[last].frame)
+    for cloud in reversed(clouds[first:last]):
+        estimate = seeker.step(cloud)
+        if not estimate.tracked:
+            return estimates[first].pose
+    return seeker.pose
+
+
+def facing_right(
+    seeker: PersonTracker, found: Pose, clouds: Sequence[Cloud], shape: BodyParameters
+) -> Pose:
+    """The pose, or the one that looks most alike from the other side if that is more natural.
+
+    Parameters
+    ----------
+    seeker : PersonTracker
+    found : Pose
+        In the first of the clouds.
+    clouds : sequence of Cloud
+        At least one.
+    shape : BodyParameters
+        Of the seeker's body.
+
+    Notes
+    -----
+    A body of average shape that faces the wrong way may explain the data better than one that
+    faces the right way. With shapes of their own both explain them about as well, but the one
+    that faces the wrong way then bends its knees and elbows as nobody can.
+    """
+    away = turned_round(found)
+    here = _gain_of_turning(seeker, found, clouds[:_FITTED], shape)
+    there = _gain_of_turning(seeker, away, clouds[:_FITTED], shape)
+    return away if here - there > 2.0 * _TURN_GAIN else found
+
+
+def _gain_of_turning(
+    seeker: PersonTracker, pose: Pose, clouds: Sequence[Cloud], shape: BodyParameters
+) -> float:
+    """How much more natural the other way round is, for a body fitted to this way of facing."""
+    follower = seeker.finder.follower(pose)
+    poses = [follower.step(cloud).pose for cloud in clouds]
+    pairs = list(zip(clouds, poses, strict=True))[len(clouds) > 1 :: 2]
+    lengths, joints = seeker.setup.body.skeleton.proportions, seeker.setup.joints
+    seen = [SeenPose(seeker.leader.correspondences.choose(cloud), pose) for cloud, pose in pairs]
+    surface, fitted = fitted_surface(lengths, shape, seen, seeker.setup.parameters, joints)
+    judge = PoseFinder(replace(seeker.setup, body=body_model(lengths, surface)))
+    gains = [judge.gain_of_turning(p, c) for p, (c, _) in zip(fitted, pairs, strict=True)]
+    return float(np.mean(gains))
+
+
+def _explains_as_well(
+    seeker: PersonTracker, usual: Pose, clouds: Sequence[Cloud], found: Sequence[Estimate]
+) -> bool:
+    """Whether following from the usual pose costs no more than what was found, or little more."""
+    seeker.start(usual)
+    more = []
+    for cloud, other in zip(clouds, found, strict=True):
+        estimate = seeker.step(cloud)
+        if not estimate.tracked:
+            return False
+        if other.tracked:
+            cost = seeker.finder.cost
+            here, there = cost(estimate.pose, cloud), cost(other.pose, cloud)
+            more.append(here - there)
+    forward = [other.pose.torso[:, 1] @ usual.torso[:, 1] for other in found if other.tracked]
+    turned_away = min(forward) < 0.0
+    return float(np.mean(more)) < (_UNUSUAL if turned_away else _BETTER)

@@ -1,0 +1,164 @@
+"""Poses to begin from when nothing is known: postures, headings, heights."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.model import BodyModel, placed_cones
+from stereotrack_core.body.pose import Pose, hanging_pose, rotation_towards, t_pose
+from stereotrack_core.body.skeleton import (
+    FOREARMS,
+    HEAD,
+    LEFT_SHANK,
+    LEFT_THIGH,
+    RIGHT_SHANK,
+    RIGHT_THIGH,
+    TORSO,
+    UPPER_ARMS,
+)
+from stereotrack_core.geometry.rotation import rotation_from_vector
+
+_CROWN = 98.5
+"""Percentile of the height over the middle that is taken for the top of the head."""
+
+_AROUND = 0.3
+"""Metres around the middle in which the head is looked for; strays lie elsewhere."""
+
+
+def t_pose_in_cloud(body: BodyModel, points: FloatArray) -> Pose:
+    """T pose facing north, put where the cloud is: its middle, and its top for the head.
+
+    Parameters
+    ----------
+    body : BodyModel
+    points : (N, 3) float64, world
+        Cloud with at least one point.
+    """
+    middle = np.median(points[:, :2], axis=0)
+    return t_pose(_hips_under(body, points, middle))
+
+
+def standing_poses(body: BodyModel, points: FloatArray, headings: int) -> list[Pose]:
+    """Upright poses with hanging arms in the middle of the cloud, facing all around.
+
+    Parameters
+    ----------
+    body : BodyModel
+    points : (N, 3) float64, world
+        Cloud with at least one point.
+    headings : int
+        Number of directions, evenly spread; the first is north.
+    """
+    position = _hips_under(body, points, np.median(points[:, :2], axis=0))
+    turns = 2.0 * np.pi * np.arange(headings) / headings
+    up = np.array([0.0, 0.0, 1.0])
+    return [hanging_pose(position, rotation_from_vector(turn * up)) for turn in turns]
+
+
+def _hips_under(body: BodyModel, points: FloatArray, middle: FloatArray) -> FloatArray:
+    """Hip midpoint (3,) of a body that stands at `middle` (2,) with its head at the cloud's top."""
+    around = np.linalg.norm(points[:, :2] - middle, axis=1) < _AROUND
+    heights = points[around, 2] if around.any() else points[:, 2]
+    top = float(np.percentile(heights, _CROWN))
+    return np.append(middle, top - crown_over_hips(body))
+
+
+def crown_over_hips(body: BodyModel) -> float:
+    """Height of the top of the head over the hip midpoint of an upright body, metres."""
+    cones = body.cones
+    head = np.flatnonzero((cones.part == HEAD) & cones.round_end)[0]
+    crown = cones.origins[head, 2] + cones.height[head] + cones.r2[head]
+    return float(body.skeleton.joints[HEAD, 2] + crown)
+
+
+_HEADINGS = 12
+
+_NEAR_MIDDLE = 0.35
+"""Metres around the middle in which the top is looked for; strays and hands lie elsewhere."""
+
+_TOP, _BOTTOM = 98.5, 1.0
+"""Percentiles of the heights that are taken for the upper and the lower end."""
+
+_SOLE = 0.06
+"""Metres from the ankle down to where data of a foot end."""
+
+
+@dataclass(frozen=True)
+class _Posture:
+    """Trunk, thighs and shanks in the plane that the body bends in, degrees from upright."""
+
+    lean: float
+    thigh: float
+    shank: float
+
+
+_POSTURES = (
+    _Posture(0.0, 0.0, 0.0),
+    _Posture(35.0, 5.0, 5.0),
+    _Posture(75.0, 10.0, 5.0),
+    _Posture(25.0, 70.0, 35.0),
+    _Posture(75.0, 60.0, 30.0),
+)
+"""Standing, bent, bent deeply, squatting, squatting bent deeply."""
+
+
+def seeds_in(body: BodyModel, points: FloatArray) -> list[Pose]:
+    """Postures in all headings, put where a group of points is.
+
+    Parameters
+    ----------
+    body : BodyModel
+    points : (N, 3) float64, world
+        Of one person, at least one.
+    """
+    middle = np.median(points[:, :2], axis=0)
+    around = np.linalg.norm(points[:, :2] - middle, axis=1) < _NEAR_MIDDLE
+    heights = points[around, 2] if around.any() else points[:, 2]
+    top, bottom = np.percentile(heights, [_TOP, _BOTTOM])
+    seeds = []
+    for posture in _POSTURES:
+        plain = _posed(posture)
+        low, high, centre = _extent(body, plain)
+        heights_of_hips = {round(top - high, 2), round(bottom - low, 2)}
+        for turn in 2.0 * np.pi * np.arange(_HEADINGS) / _HEADINGS:
+            Rz = rotation_from_vector(np.array([0.0, 0.0, turn]))
+            rotations = plain.rotations.copy()
+            rotations[TORSO] = Rz @ plain.torso
+            place = middle - (Rz @ centre)[:2]
+            seeds += [Pose(np.append(place, z), rotations) for z in sorted(heights_of_hips)]
+    return seeds
+
+
+def _posed(posture: _Posture) -> Pose:
+    """The posture facing north with its hips at the origin; arms hang down."""
+    lean, thigh, shank = np.radians([posture.lean, posture.thigh, posture.shank])
+    torso = rotation_from_vector(np.array([-lean, 0.0, 0.0]))
+    pose = hanging_pose(np.zeros(3), torso)
+    rotations = pose.rotations.copy()
+    down = np.array([0.0, 0.0, -1.0])
+    ahead = np.array([0.0, np.sin(thigh), -np.cos(thigh)])
+    behind = np.array([0.0, -np.sin(shank), -np.cos(shank)])
+    for part, direction in ((LEFT_THIGH, ahead), (RIGHT_THIGH, ahead)):
+        rotations[part] = rotation_towards(rotations[part], torso.T @ direction)
+    for part, parent in ((LEFT_SHANK, LEFT_THIGH), (RIGHT_SHANK, RIGHT_THIGH)):
+        local = (torso @ rotations[parent]).T @ behind
+        rotations[part] = rotation_towards(rotations[part], local)
+    for part in UPPER_ARMS:
+        rotations[part] = rotation_towards(rotations[part], torso.T @ down)
+    return Pose(pose.position, rotations)
+
+
+def _extent(body: BodyModel, pose: Pose) -> tuple[float, float, FloatArray]:
+    """Lower end, upper end and middle (3,) of torso, head and legs, relative to the hips."""
+    frames = body.frames(pose)
+    cones = placed_cones(body, frames)[~np.isin(body.cones.part, [*UPPER_ARMS, *FOREARMS])]
+    ends = cones.origins + cones.rotations[:, :, 2] * cones.cones.height[:, None]
+    radius = np.where(cones.cones.round_end, cones.cones.r2, 0.0)
+    high = float(np.max(np.maximum(ends[:, 2] + radius, cones.origins[:, 2])))
+    low = float(np.min(ends[:, 2])) - _SOLE
+    weight = cones.cones.height * (cones.cones.r1 + cones.cones.r2)
+    centre = np.average(0.5 * (ends + cones.origins), axis=0, weights=weight)
+    return low, high, centre - pose.position

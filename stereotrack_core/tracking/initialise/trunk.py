@@ -1,0 +1,222 @@
+"""What speaks for and against a place of the whole body, and for the way that it faces.
+
+Bodies look much the same from behind, but do not bend that way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.body.model import BodyModel, placed_cones
+from stereotrack_core.body.pose import PartFrames, Pose
+from stereotrack_core.body.skeleton import (
+    CLAVICLES,
+    FOREARMS,
+    HEAD,
+    LEFT_FOREARM,
+    LEFT_SHANK,
+    LEFT_THIGH,
+    LEFT_UPPER_ARM,
+    RIGHT_FOREARM,
+    RIGHT_SHANK,
+    RIGHT_THIGH,
+    RIGHT_UPPER_ARM,
+    TORSO,
+    UPPER_ARMS,
+)
+from stereotrack_core.body.surface import nearest_on_surface
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.tracking.arm_search.kernels import count_sight
+
+_SQUARED_SCALE = 0.06**2
+
+_SEE_THROUGH_PX, _SUPPORT_PX = 1.3, 0.9
+"""Pixels of disparity from which a view looks through a place, and up to which it supports it."""
+
+_MAYBE_ARM = 0.5
+"""Weight of data that an arm could explain."""
+
+_SEEN_THROUGH, _NOTHING_THERE = 2.5, 1.5
+"""Costs of a place inside the body that a view looks through, or that nothing is in front of."""
+
+
+def unexplained_by_trunk(points: FloatArray, body: BodyModel, poses: Sequence[Pose]) -> FloatArray:
+    """Mean (S,) of d^2 / (d^2 + 60 mm^2), d the distance of points from torso, head and legs.
+
+    Points in reach of a shoulder count less, because arms may explain them.
+    """
+    rest = ~np.isin(body.cones.part, [*UPPER_ARMS, *FOREARMS])
+    reach = sum(float(body.skeleton.lengths[part]) for part in (UPPER_ARMS[0], FOREARMS[0]))
+    result = np.empty(len(poses))
+    for k, pose in enumerate(poses):
+        frames = body.frames(pose)
+        placed = placed_cones(body, frames)[rest]
+        squared = np.minimum(nearest_on_surface(points, placed, np.inf).distance, 1e3) ** 2
+        unexplained = squared / (squared + _SQUARED_SCALE)
+        off = [np.linalg.norm(points - frames.origins[part], axis=1) for part in UPPER_ARMS]
+        result[k] = np.mean(np.where(np.minimum(*off) < reach, _MAYBE_ARM, 1.0) * unexplained)
+    return result
+
+
+def trunk_sight_cost(cloud: Cloud, body: BodyModel, poses: Sequence[Pose]) -> FloatArray:
+    """Cost (S,) of places inside torso, head and legs where views see that nobody is."""
+    places = np.stack([_places(body, body.frames(pose)) for pose in poses])
+    through, supported, hidden, filled = sight_of(cloud, places.reshape(-1, 3)).T
+    nothing = (supported + hidden + filled == 0) & (through == 0)
+    cost = _SEEN_THROUGH * np.minimum(through, 2) + _NOTHING_THERE * nothing
+    result: FloatArray = cost.reshape(len(poses), -1).sum(axis=1)
+    return result
+
+
+def sight_of(cloud: Cloud, places: FloatArray) -> IntArray:
+    """How many views look through, support, hide or have no range at each place (M, 4).
+
+    See :func:`count_sight`.
+    """
+    seen = np.zeros((len(places), 4), dtype=np.int64)
+    nothing = np.zeros((0, 0), dtype=np.bool_)
+    for depth in cloud.depths.values():
+        g = depth.geometry
+        pinhole = np.array([g.focal, g.c_x, g.c_y])
+        scale = g.disparity_scale
+        in_camera = g.world_from_depth.inverse().apply(places)
+        silhouette = nothing if depth.silhouette is None else depth.silhouette
+        count_sight(
+            in_camera,
+            np.zeros(len(places)),
+            depth.range_z,
+            silhouette,
+            pinhole,
+            _SEE_THROUGH_PX / scale,
+            _SUPPORT_PX / scale,
+            seen,
+        )
+    return seen
+
+
+def _places(body: BodyModel, frames: PartFrames) -> FloatArray:
+    """Places (M, 3), world, deep inside torso, head and legs."""
+    length, half = body.skeleton.lengths, 0.35 * body.skeleton.proportions.shoulder_width
+    in_torso = np.array([[x, 0.0, z] for z in (0.15, 0.5, 0.85) for x in (-half, 0.0, half)])
+    in_torso *= [1.0, 1.0, length[TORSO]]
+    along = [(HEAD, 0.5), (HEAD, 1.0)]
+    along += [(part, t) for part in (LEFT_THIGH, RIGHT_THIGH) for t in (0.4, 0.9)]
+    along += [(part, t) for part in (LEFT_SHANK, RIGHT_SHANK) for t in (0.5,)]
+    parts = np.array([part for part, _ in along])
+    reach = np.array([t * length[part] for part, t in along])
+    on_limbs = frames.origins[parts] + reach[:, None] * frames.rotations[parts, :, 2]
+    trunk = in_torso @ frames.rotations[TORSO].T + frames.origins[TORSO]
+    return np.concatenate([trunk, on_limbs])
+
+
+_HALF_TURN = np.diag([-1.0, -1.0, 1.0])
+
+_PAIRS = (
+    (LEFT_UPPER_ARM, RIGHT_UPPER_ARM),
+    (LEFT_FOREARM, RIGHT_FOREARM),
+    (LEFT_THIGH, RIGHT_THIGH),
+    (LEFT_SHANK, RIGHT_SHANK),
+    CLAVICLES,
+)
+
+_LEGS = ((LEFT_THIGH, LEFT_SHANK), (RIGHT_THIGH, RIGHT_SHANK))
+
+_KNEE, _THIGH, _LEAN, _FEET = 10.0, 5.0, 8.0, 8.0
+"""Costs of one knee bent forward, one thigh far behind, a trunk bent backward, two feet turned
+backward; in data explained, as those of the search for arms."""
+
+_STRAIGHT = 0.2
+"""Radians up to which a knee that is bent forward may be a straight one of another shape."""
+
+_TURNED_AWAY = 20.0
+"""Cost of turning one's back on the only camera: people are filmed where one sees what they do."""
+
+_HEADLONG = 20.0
+"""Cost of a trunk whose head hangs under its hips."""
+
+_ANKLE, _ROUND_ANKLE = 0.06, 0.22
+"""Metres over the ankle, and around it, in which data are a foot's."""
+
+_LEAST_ON_FOOT = 8
+
+
+def turned_round(pose: Pose) -> Pose:
+    """The pose that looks most alike from the other side: half a turn, left and right exchanged."""
+    rotations = pose.rotations.copy()
+    for left, right in _PAIRS:
+        rotations[left], rotations[right] = pose.rotations[right], pose.rotations[left]
+    rotations[1:] = _HALF_TURN @ rotations[1:] @ _HALF_TURN
+    rotations[TORSO] = pose.torso @ _HALF_TURN
+    return Pose(pose.position, rotations)
+
+
+def facing_cost(body: BodyModel, pose: Pose, points: FloatArray, cameras: FloatArray) -> float:
+    """What speaks against the direction that a pose faces, apart from its arms.
+
+    Parameters
+    ----------
+    body : BodyModel
+    pose : Pose
+    points : (N, 3) float64, world
+        The body's data.
+    cameras : (V, 3) float64, world
+        Optical centres. Where they stand all around they say nothing.
+    """
+    frames = body.frames(pose)
+    legs = _legs_cost(frames) + _feet_cost(body, frames, points)
+    return legs + _lean_cost(frames) + _away_cost(frames, cameras)
+
+
+def _legs_cost(frames: PartFrames) -> float:
+    """Knees bend backward, and thighs rise to the front."""
+    total, torso = 0.0, frames.rotations[TORSO]
+    for thigh, shank in _LEGS:
+        along = torso.T @ frames.rotations[[thigh, shank], :, 2].T
+        swing = np.arctan2(along[1], -along[2])
+        bend = float((swing[0] - swing[1] + np.pi) % (2.0 * np.pi) - np.pi)
+        total += _KNEE * float(np.clip((-bend - _STRAIGHT) / 0.25, 0.0, 2.0))
+        total += _THIGH * float(np.clip((-swing[0] - 0.5) / 0.3, 0.0, 2.0))
+    return total
+
+
+def _lean_cost(frames: PartFrames) -> float:
+    """Trunks bend to the front."""
+    forward = _on_floor(frames)
+    up = frames.rotations[TORSO, :, 2]
+    lean = float(np.degrees(np.arctan2(up @ forward, max(up[2], 1e-3))))
+    headlong = _HEADLONG * float(np.clip((-0.15 - up[2]) / 0.3, 0.0, 2.0))
+    return headlong + _LEAN * float(np.clip((-lean - 12.0) / 12.0, 0.0, 3.0))
+
+
+def _feet_cost(body: BodyModel, frames: PartFrames, points: FloatArray) -> float:
+    """Toes lie in front of the ankles; nothing is said where no foot is seen."""
+    forward, total = _on_floor(frames), 0.0
+    for _, shank in _LEGS:
+        along = frames.rotations[shank, :, 2]
+        ankle = frames.origins[shank] + body.skeleton.lengths[shank] * along
+        off = points[points[:, 2] < ankle[2] + _ANKLE] - ankle
+        near = np.hypot(off[:, 0], off[:, 1]) < _ROUND_ANKLE
+        if np.count_nonzero(near) >= _LEAST_ON_FOOT:
+            ahead = float(np.median(off[near] @ forward))
+            total += 0.25 * _FEET * (1.0 - float(np.clip(ahead / 0.04, -1.0, 1.0)))
+    return total
+
+
+def _away_cost(frames: PartFrames, cameras: FloatArray) -> float:
+    """Cost of facing away from where the cameras stand together."""
+    to_cameras = (cameras - frames.origins[TORSO])[:, :2]
+    distance = np.maximum(np.linalg.norm(to_cameras, axis=1, keepdims=True), 1e-6)
+    towards = (to_cameras / distance).mean(axis=0)
+    together = float(np.linalg.norm(towards))
+    cosine = float(_on_floor(frames)[:2] @ towards) / max(together, 1e-6)
+    return _TURNED_AWAY * together**2 * 0.5 * (1.0 - cosine)
+
+
+def _on_floor(frames: PartFrames) -> FloatArray:
+    """Horizontal unit vector (3,) along which the torso faces; 0 where it faces up or down."""
+    ahead = frames.rotations[TORSO, :, 1] * np.array([1.0, 1.0, 0.0])
+    result: FloatArray = ahead / max(float(np.linalg.norm(ahead)), 1e-6)
+    return result

@@ -1,0 +1,1 @@
+"""What poses are measured by; a new measurement is one new file."""

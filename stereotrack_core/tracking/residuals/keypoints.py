@@ -1,0 +1,236 @@
+"""Detected landmarks as measurements of the pose."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.jacobian import Columns, point_jacobian
+from stereotrack_core.body.model import BodyModel
+from stereotrack_core.body.pose import PartFrames, Pose
+from stereotrack_core.body.skeleton import HEAD, LEFT_FOREARM, RIGHT_FOREARM
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording import detections as kinds
+from stereotrack_core.recording.detections import Detection
+from stereotrack_core.tracking.residuals.keypoint_detectors import extremities, skin_detections
+from stereotrack_core.tracking.residuals.parameters import DetectionParameters
+
+_PARTS_OF = {
+    kinds.HEAD: (HEAD,),
+    kinds.LEFT_HAND: (LEFT_FOREARM,),
+    kinds.RIGHT_HAND: (RIGHT_FOREARM,),
+    kinds.HAND: (LEFT_FOREARM, RIGHT_FOREARM),
+}
+"""Parts at whose ends a detected landmark may be."""
+
+_SURE = 3.0
+"""Standard deviations at which a detection has lost three quarters of its weight."""
+
+_NEAREST = 0.05
+"""Metres in front of a camera within which nothing is projected."""
+
+
+@dataclass(frozen=True, eq=False)
+class DetectionResidual:
+    """Place of a point of the body in space, or in the picture of a camera.
+
+    Pictures are those of an ideal camera without distortion: pixels of the raw picture are
+    undistorted once, and the prediction is a pinhole's.
+
+    Attributes
+    ----------
+    part : int
+    point : (3,) float64
+        In the frame of the part.
+    measured : (3,) or (2,) float64
+        World, metres; or undistorted pixels seen from the principal point.
+    variance : (3,) or (2,) float64
+    camera : Camera or None
+    """
+
+    part: int
+    point: FloatArray
+    measured: FloatArray
+    variance: FloatArray
+    camera: Camera | None = None
+
+    def predicted(self, frames: PartFrames) -> FloatArray:
+        """The point (S, 3), or its pixel (S, 2), for stacked poses."""
+        world = _placed(frames, self.part, self.point)
+        return world if self.camera is None else _pinhole(self.camera, world)
+
+    def jacobian(self, frames: PartFrames, columns: Columns) -> FloatArray:
+        """Derivatives (3, n) or (2, n) at one pose."""
+        world = _placed(frames, self.part, self.point)
+        along = np.eye(3) if self.camera is None else _pixel_gradients(self.camera, world)
+        m = len(along)
+        part = np.full(m, self.part, dtype=np.int64)
+        return point_jacobian(np.tile(world, (m, 1)), along, part, frames, columns)
+
+
+def detection_residuals(
+    detections: tuple[Detection, ...], body: BodyModel, pose: Pose, gate: float
+) -> tuple[DetectionResidual, ...]:
+    """Give every detection to the point of the body that it fits best, or to none.
+
+    A point of the body is given to one detection of each source at most: two hands whose side is
+    not known are two hands. The weight falls with the distance as that of the cloud's data does:
+    w = (g^2 / (g^2 + e^2))^2 with g = 3 sigma.
+
+    Parameters
+    ----------
+    detections : tuple of Detection
+        Seen at one instant.
+    body : BodyModel
+    pose : Pose
+    gate : float, metres
+        Farther from the point, a detection means something else.
+    """
+    frames = body.frames(pose)
+    rows = []
+    for group in _by_source(detections):
+        for detection, part in _assigned(group, body, frames, gate):
+            rows.append(residual_of(detection, part, body, frames))
+    return tuple(rows)
+
+
+def residual_of(
+    detection: Detection, part: int, body: BodyModel, frames: PartFrames
+) -> DetectionResidual:
+    """Residual of a detection at the end of a part, weighed at one pose."""
+    measured, sigma = _undistorted(detection)
+    point = end_of(body, part)
+    plain = DetectionResidual(part, point, measured, np.empty(0), detection.camera)
+    off = measured - plain.predicted(frames)
+    squared = (_SURE * sigma) ** 2
+    weight = (squared / (squared + float(off @ off))) ** 2
+    variance = np.full(len(measured), sigma**2 / (detection.confidence * max(weight, 1e-6)))
+    return DetectionResidual(part, point, measured, variance, detection.camera)
+
+
+def end_of(body: BodyModel, part: int) -> FloatArray:
+    """Landmark of hand or head (3,) in the frame of its part."""
+    return np.array([0.0, 0.0, body.skeleton.lengths[part]])
+
+
+def parts_of(detection: Detection) -> tuple[int, ...]:
+    """Parts at whose ends the detected landmark may be."""
+    return _PARTS_OF[detection.kind]
+
+
+def distance_from(detection: Detection, part: int, body: BodyModel, frames: PartFrames) -> float:
+    """Metres between a detection and the end of a part; across the line of sight for a pixel."""
+    world = _placed(frames, part, end_of(body, part))
+    measured, _ = _undistorted(detection)
+    camera = detection.camera
+    if camera is None:
+        return float(np.linalg.norm(world - measured))
+    pixel = _pinhole(camera, world)
+    if not np.isfinite(pixel).all():
+        return float("inf")
+    depth = float(camera.camera_from_world.apply(world)[2])
+    return float(np.linalg.norm(pixel - measured)) * depth / _focal(camera)
+
+
+def _assigned(
+    detections: list[Detection], body: BodyModel, frames: PartFrames, gate: float
+) -> list[tuple[Detection, int]]:
+    """Pairs with the least sum of squared distances; beyond the gate none costs less."""
+    parts = (HEAD, LEFT_FOREARM, RIGHT_FOREARM)
+    cost = np.full((len(detections), len(parts) + len(detections)), gate**2)
+    for i, detection in enumerate(detections):
+        for k, part in enumerate(parts):
+            allowed = part in parts_of(detection)
+            off = distance_from(detection, part, body, frames) if allowed else np.inf
+            cost[i, k] = min(off**2, 1e6)
+    rows, chosen = linear_sum_assignment(cost)
+    pairs = zip(rows, chosen, strict=True)
+    return [(detections[i], parts[k]) for i, k in pairs if k < len(parts) and cost[i, k] < gate**2]
+
+
+def _by_source(detections: tuple[Detection, ...]) -> list[list[Detection]]:
+    """Detections in space together, and those of each camera."""
+    groups: dict[str, list[Detection]] = {}
+    for detection in detections:
+        name = "" if detection.camera is None else detection.camera.name
+        groups.setdefault(name, []).append(detection)
+    return list(groups.values())
+
+
+def _undistorted(detection: Detection) -> tuple[FloatArray, float]:
+    if detection.camera is None:
+        return detection.position, detection.sigma
+    focal = _focal(detection.camera)
+    raw = float(np.mean(np.diagonal(detection.camera.matrix)[:2]))
+    return focal * detection.camera.normalised(detection.position), detection.sigma * focal / raw
+
+
+def _focal(camera: Camera) -> float:
+    return float(camera.matrix[0, 0])
+
+
+def _placed(frames: PartFrames, part: int, point: FloatArray) -> FloatArray:
+    result: FloatArray = frames.rotations[..., part, :, :] @ point + frames.origins[..., part, :]
+    return result
+
+
+def _pinhole(camera: Camera, world: FloatArray) -> FloatArray:
+    """Undistorted pixels (..., 2), seen from the principal point; NaN behind the camera."""
+    inside = camera.camera_from_world.apply(world)
+    depth = np.where(inside[..., 2:] > _NEAREST, inside[..., 2:], np.nan)
+    result: FloatArray = _focal(camera) * inside[..., :2] / depth
+    return result
+
+
+def _pixel_gradients(camera: Camera, world: FloatArray) -> FloatArray:
+    """Derivatives (2, 3) of the undistorted pixel by the world point (3,)."""
+    rotation = camera.camera_from_world.rotation
+    x, y, z = camera.camera_from_world.apply(world)
+    rows = rotation[:2] - np.array([[x], [y]]) / z * rotation[2]
+    result: FloatArray = _focal(camera) / z * rows
+    return result
+
+
+@dataclass(frozen=True)
+class DetectionObservation:
+    """Detections of one instant; given anew to the points of the body at every pose.
+
+    Attributes
+    ----------
+    detections : tuple of Detection
+    gate : float, metres
+    """
+
+    detections: tuple[Detection, ...]
+    gate: float
+
+    def residuals(self, body: BodyModel, pose: Pose) -> tuple[DetectionResidual, ...]:
+        """Residuals at a pose; see :func:`detection_residuals`."""
+        return detection_residuals(self.detections, body, pose, self.gate)
+
+
+class DetectionSensor:
+    """Takes the detections that came with a frame, and makes those the parameters ask for.
+
+    Those that came before the frame's instant are not its business (:mod:`asynchronous`).
+
+    Parameters
+    ----------
+    parameters : DetectionParameters
+    """
+
+    def __init__(self, parameters: DetectionParameters) -> None:
+        self._p = parameters
+
+    def observe(self, cloud: Cloud) -> DetectionObservation:
+        """Detect in one cloud."""
+        found = tuple(d for d in cloud.detections if d.time == cloud.frame)
+        if self._p.detect == "extremities":
+            found += extremities(cloud.points, cloud.frame)
+        elif self._p.detect == "skin":
+            found += skin_detections(cloud)
+        return DetectionObservation(found, self._p.detection_gate)

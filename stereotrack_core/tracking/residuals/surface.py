@@ -1,0 +1,161 @@
+"""Distances of measured points from the surface (docs/method.md 4.1, 4.2 and 4.6)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.body.jacobian import Columns, point_jacobian, points_along
+from stereotrack_core.body.model import BodyModel, placed_cones
+from stereotrack_core.body.pose import PartFrames, Pose
+from stereotrack_core.body.surface import Feet, nearest_on_surface, parts_of_cones
+
+UNEXPLAINED_SCALE = 0.05
+"""Metres from the model at which a datum counts as half unexplained."""
+
+_MOST_POINTS = 1500
+
+
+def unexplained_fraction_of(points: FloatArray, body: BodyModel, frames: PartFrames) -> float:
+    """Share of the cloud that the model leaves unexplained: mean of d^2 / (d^2 + 50 mm^2).
+
+    Parameters
+    ----------
+    points : (N, 3) float64, world
+        The cloud; evenly thinned out where it is large.
+    body : BodyModel
+    frames : PartFrames
+        Of one pose.
+    """
+    thin = points[:: max(1, len(points) // _MOST_POINTS)]
+    feet = nearest_on_surface(thin, placed_cones(body, frames), np.inf)
+    return unexplained_fraction(feet.distance)
+
+
+def surface_distances(points: FloatArray, body: BodyModel, pose: Pose) -> FloatArray:
+    """Signed distances (N,) of points (N, 3), world, from the body in a pose."""
+    return nearest_on_surface(points, placed_cones(body, body.frames(pose)), np.inf).distance
+
+
+def unexplained_fraction(distance: FloatArray) -> float:
+    """Mean of d^2 / (d^2 + 50 mm^2) over signed distances (N,); infinite ones count 1."""
+    if not len(distance):
+        return float("nan")
+    squared = np.minimum(distance, 1e3) ** 2
+    return float(np.mean(squared / (squared + UNEXPLAINED_SCALE**2)))
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceResidual:
+    """Signed distances of data from the surface; the feet move rigidly with their parts.
+
+    Attributes
+    ----------
+    data : (m, 3) float64, world
+        Sorted by part.
+    part : (m,) int64
+    foot : (m, 3) float64, world
+    foot_in_part : (m, 3) float64
+        In the frame of the part.
+    direction : (m, 3) float64, world
+        Along which the distance is measured, held fixed.
+    distance : (m,) float64, metres
+    variance : (m,) float64, square metres
+    weight : (m,) float64
+    """
+
+    data: FloatArray
+    part: IntArray
+    foot: FloatArray
+    foot_in_part: FloatArray
+    direction: FloatArray
+    distance: FloatArray
+    variance: FloatArray
+    weight: FloatArray
+
+    @property
+    def measured(self) -> FloatArray:
+        """The data on their directions (m,): z = n . p."""
+        result: FloatArray = np.einsum("mi,mi->m", self.direction, self.data)
+        return result
+
+    def jacobian(self, frames: PartFrames, columns: Columns) -> FloatArray:
+        """Derivatives (m, n) of the feet on their directions."""
+        return point_jacobian(self.foot, self.direction, self.part, frames, columns)
+
+    def predicted(self, frames: PartFrames) -> FloatArray:
+        """The feet on the same directions (S, m) for stacked poses: z_hat = n . foot(x)."""
+        return points_along(self.foot_in_part, self.direction, self.part, frames)
+
+
+@dataclass(frozen=True)
+class Trust:
+    """How data are weighted.
+
+    Attributes
+    ----------
+    reach : float, metres
+        Data farther from the model belong to nothing.
+    scale : float, metres
+        Distance at which the weight has fallen to a quarter.
+    sigma : float, metres
+        Standard deviation of one independent measurement.
+    effective : float
+        Independent measurements in the data.
+    """
+
+    reach: float
+    scale: float
+    sigma: float
+    effective: float
+
+
+def surface_residual(
+    data: FloatArray,
+    body: BodyModel,
+    frames: PartFrames,
+    trust: Trust,
+    penalty: FloatArray | None = None,
+) -> SurfaceResidual:
+    """Give every datum to the nearest cone and weigh it.
+
+    Weights are w = (g^2 / (g^2 + e^2))^2 and variances sigma^2 (m / N_eff) / w: neighbouring
+    pixels of a block matcher are one measurement, not many.
+
+    Parameters
+    ----------
+    data : (N, 3) float64, world
+    body : BodyModel
+    frames : PartFrames
+        Of one pose.
+    trust : Trust
+    penalty : (N, C) float64, metres, optional
+        What speaks against a cone besides its distance; see :func:`nearest_on_surface`.
+    """
+    feet = nearest_on_surface(data, placed_cones(body, frames), trust.reach, penalty)
+    return residual_of_feet(data, parts_of_cones(body, feet.cone), feet, frames, trust)
+
+
+def residual_of_feet(
+    data: FloatArray, part: IntArray, feet: Feet, frames: PartFrames, trust: Trust
+) -> SurfaceResidual:
+    """Residual of data whose feet are known; data with part -1 are left out."""
+    order = np.argsort(part, kind="stable")
+    order = order[part[order] >= 0]
+    part, e = part[order], feet.distance[order]
+    foot = feet.foot[order]
+    squared = trust.scale**2
+    weight = (squared / (squared + e**2)) ** 2
+    crowd = max(1.0, len(data) / trust.effective)
+    return SurfaceResidual(
+        data=data[order],
+        part=part,
+        foot=foot,
+        foot_in_part=frames.local(part, foot),
+        direction=feet.direction[order],
+        distance=e,
+        variance=trust.sigma**2 * crowd / np.maximum(weight, 1e-6),
+        weight=weight,
+    )

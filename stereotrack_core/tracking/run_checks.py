@@ -1,0 +1,303 @@
+"""What a whole run says: whether body, cameras and clouds fit, and why frames were not tracked.
+
+The counts are those of the depth chain; nothing is measured again.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from stereotrack_core.depth.cloud import PointCounts
+from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.depth.points import Volume
+from stereotrack_core.recording.description import Recording, View
+from stereotrack_core.tracking.frame import TrackedFrame
+from stereotrack_core.tracking.parameters import Settings
+from stereotrack_core.tracking.run import Run
+
+WARNINGS = "warnings"
+"""Key of a run's meta."""
+
+MOST_UNEXPLAINED = 0.3
+"""Unexplained fraction of the cloud, median over the tracked frames, above which nothing fits:
+sound recordings have 0.05 to 0.28, those with wrong calibrations 0.15 to 0.6 (docs/runs.md)."""
+
+MOST_CONTRADICTED = 0.03
+"""Share of the points that other views see through, median over the frames that were asked, above
+which views do not fit each other: sound recordings have up to 0.015, those with wrong calibrations
+mostly 0.04 to 0.7 (docs/runs.md)."""
+
+CHECK = (
+    "Check the calibration with `stereotrack info --deep`: whether views or cameras are exchanged, "
+    "a rotation is inverted, or a base line or unit is wrong."
+)
+
+
+def misfits(frames: Iterable[TrackedFrame], settings: Settings) -> tuple[str, ...]:
+    """What looks wrong about a run, as clauses; :data:`CHECK` is what to do.
+
+    Parameters
+    ----------
+    frames : iterable of TrackedFrame
+        With or without their clouds.
+    settings : Settings
+        What is unexplained says nothing about trackers whose body has no legs, and about those
+        whose model looks for the data.
+    """
+    every, found = list(frames), []
+    views = [frame.contradicted for frame in every if np.isfinite(frame.contradicted)]
+    if views and (through := float(np.median(views))) > MOST_CONTRADICTED:
+        found.append(
+            f"{100 * through:.0f} % of the points of one view lie where another one sees the "
+            "background behind them, in sound recordings hardly any; the views do not fit each "
+            "other"
+        )
+    with_legs = settings.tracking.matching == "data_to_model" and settings.body.legs
+    shares = [frame.unexplained_fraction for frame in every if frame.tracked]
+    if with_legs and shares and (unexplained := float(np.nanmedian(shares))) > MOST_UNEXPLAINED:
+        found.append(
+            f"{100 * unexplained:.0f} % of the cloud is explained by no part of the body, in sound "
+            "recordings 28 % at most; the poses are probably wrong"
+        )
+    return tuple(found)
+
+
+def with_warnings(run: Run, frames: Iterable[TrackedFrame], settings: Settings) -> Run:
+    """The run, whose meta says what looks wrong about the frames that it was made of."""
+    return replace(run, meta={**run.meta, WARNINGS: list(misfits(frames, settings))})
+
+
+_FAR, _NEAR = 25.0, 0.2
+"""Metres from the camera beyond which points are nobody's, but millimetres or another unit."""
+
+_STEPS = ("measured", "person", "taken", "inside", "kept")
+
+_LOOK = "Look at a cloud with `stereotrack cloud`."
+
+
+@dataclass(frozen=True)
+class Cause:
+    """Why views gave too few points, or what they gave was not tracked.
+
+    Attributes
+    ----------
+    views : tuple of str
+    what : str
+        A clause.
+    remedy : str
+    """
+
+    views: tuple[str, ...]
+    what: str
+    remedy: str
+
+    def sentence(self) -> str:
+        """Everything in one line."""
+        many = "s" if len(self.views) > 1 else ""
+        where = f"View{many} {', '.join(self.views)}: " if self.views else ""
+        return f"{where}{self.what}. {self.remedy}"
+
+
+@dataclass
+class Untracked:
+    """Collects the frames that were not tracked, and tells their causes.
+
+    Parameters
+    ----------
+    recording : Recording
+    settings : Settings
+    """
+
+    recording: Recording
+    settings: Settings
+    _reasons: Counter[str] = field(default_factory=Counter)
+    _counts: dict[str, list[PointCounts]] = field(default_factory=dict)
+    _problems: dict[str, Counter[str]] = field(default_factory=dict)
+
+    def note(self, frame: TrackedFrame) -> None:
+        """Take in a frame, with or without its cloud."""
+        if frame.tracked:
+            return
+        cloud = frame.cloud
+        self._reasons[frame.reason] += 1
+        for view, counts in cloud.counts.items():
+            self._counts.setdefault(view, []).append(counts)
+        for view, problem in cloud.problems.items():
+            self._problems.setdefault(view, Counter())[problem] += 1
+
+    def take(self, frames: Iterable[TrackedFrame]) -> Untracked:
+        """Take in all of them."""
+        for frame in frames:
+            self.note(frame)
+        return self
+
+    @property
+    def counts(self) -> dict[str, PointCounts]:
+        """What was left after each step, by view: medians over the untracked frames."""
+        return {view: _median(told) for view, told in self._counts.items()}
+
+    def causes(self) -> tuple[Cause, ...]:
+        """What took the points, the views with the same cause together; none: all were tracked."""
+        if not self._reasons:
+            return ()
+        found: dict[str, list[tuple[View, PointCounts]]] = {}
+        for view, counts in self.counts.items():
+            step = self._step_that_took(counts, len(self._counts))
+            found.setdefault(step, []).append((self.recording.view(view), counts))
+        absent = [self._absent(view) for view in self._problems if view not in self._counts]
+        return (*(self._cause(step, seen) for step, seen in found.items()), *absent)
+
+    def _step_that_took(self, counts: PointCounts, views: int) -> str:
+        """The first step that left too little for a pose; empty where enough was left."""
+        least = self.settings.tracking.least_points / views
+        pixels = least * self.settings.depth.pixel_step**2
+        for step in _STEPS:
+            if getattr(counts, step) < (pixels if step in ("measured", "person") else least):
+                return step
+        return ""
+
+    def _absent(self, view: str) -> Cause:
+        problem, _ = self._problems[view].most_common(1)[0]
+        return Cause((view,), problem.rstrip("."), "See `stereotrack info --deep`.")
+
+    def _cause(self, step: str, seen: Sequence[tuple[View, PointCounts]]) -> Cause:
+        names = tuple(view.name for view, _ in seen)
+        total = {name: sum(getattr(counts, name) for _, counts in seen) for name in _STEPS}
+        match step:
+            case "measured":
+                return self._hardly_measured(names, seen, total)
+            case "person" | "taken":
+                return self._not_foreground(names, seen, total)
+            case "inside":
+                return self._outside(names, seen, total)
+            case "kept":
+                return self._outliers(names, total)
+        reason, _ = self._reasons.most_common(1)[0]
+        return Cause(
+            names,
+            f"there are {total['kept']} points, but {reason}",
+            f"{_LOOK} Check the calibration with `stereotrack info --deep`, that lengths are in "
+            "metres, and that the whole upper body is seen.",
+        )
+
+    def _hardly_measured(
+        self,
+        names: tuple[str, ...],
+        seen: Sequence[tuple[View, PointCounts]],
+        total: dict[str, int],
+    ) -> Cause:
+        problems = [self._problems[n].most_common(1)[0][0] for n in names if n in self._problems]
+        said = f": {problems[0].split(': ')[-1].rstrip('.')}" if problems else ""
+        if any("working volume" in problem for problem in problems):
+            return Cause(names, "the cameras do not see the working volume", _UNIT_OR_VOLUME)
+        if all(view.kind == "depth" for view, _ in seen):
+            return Cause(
+                names,
+                f"the depth images have {total['measured']} values where the volume is{said}",
+                "Look whether they are empty, and whether the person is within the camera's range "
+                "and in the volume: volume_centre_x, volume_centre_y, volume_bottom.",
+            )
+        p = self.settings.depth
+        return Cause(
+            names,
+            f"{total['measured']} pixels could be matched where the working volume is{said}",
+            "Look whether left and right are exchanged or dark, and whether the person's "
+            f"disparities are among those that are looked for: disparity_minimum="
+            f"{p.disparity_minimum}, disparity_count={p.disparity_count}.",
+        )
+
+    def _not_foreground(
+        self,
+        names: tuple[str, ...],
+        seen: Sequence[tuple[View, PointCounts]],
+        total: dict[str, int],
+    ) -> Cause:
+        measured, person = total["measured"], total["person"]
+        if all(view.mask is not None for view, _ in seen):
+            return Cause(
+                names,
+                f"the mask leaves {person} of {measured} depth values",
+                "Look whether it is the mask of these images: the person is brighter than 127.",
+            )
+        told = f"{person} of {measured} measured pixels are in front of the background"
+        if all(_has_empty_scene(view, self.settings.depth) for view, _ in seen):
+            return Cause(
+                names,
+                f"{told}, which comes from pictures of the empty scene",
+                "Unless nobody is there: look whether somebody is in those pictures, and whether "
+                "the cameras have been moved since; or set background_empty_scene=false, which "
+                "learns it from the recording.",
+            )
+        return Cause(
+            names,
+            f"{told}, which was learned from the recording itself: whoever stands still becomes a "
+            "part of it",
+            "Unless nobody is there: give pictures of the empty scene (`background` in "
+            "recording.toml) or a mask, or set background_mode=none.",
+        )
+
+    def _outside(
+        self,
+        names: tuple[str, ...],
+        seen: Sequence[tuple[View, PointCounts]],
+        total: dict[str, int],
+    ) -> Cause:
+        what = f"{total['inside']} of {total['taken']} points are inside the working volume"
+        middles = [(view, counts.middle) for view, counts in seen if counts.middle is not None]
+        if not middles:
+            return Cause(names, what, _UNIT_OR_VOLUME)
+        view, middle = middles[0]
+        camera = self.recording.reference_camera(view).position_world
+        away = float(np.linalg.norm(np.array(middle) - camera))
+        if not _NEAR < away < _FAR:
+            return Cause(names, f"{what}: they are {away:.3g} m from the camera", _UNIT)
+        volume = Volume.of(self.settings.depth)
+        spans = (
+            f"{low:.1f} to {high:.1f}" for low, high in zip(volume.low, volume.high, strict=True)
+        )
+        x, y, z = middle
+        return Cause(
+            names,
+            f"{what}: in the middle they are at ({x:.2f}, {y:.2f}, {z:.2f}) m, the volume is "
+            f"{' by '.join(spans)} m",
+            "Set volume_centre_x, volume_centre_y and volume_bottom to where the person is, unless "
+            "the calibration is wrong: z points up, and lengths are in metres.",
+        )
+
+    def _outliers(self, names: tuple[str, ...], total: dict[str, int]) -> Cause:
+        p = self.settings.depth
+        return Cause(
+            names,
+            f"{total['kept']} of {total['inside']} points have {p.outlier_neighbours} neighbours "
+            f"within {p.outlier_distance:g} mm",
+            "Small pictures and people far away give sparse points: set pixel_step=1, a larger "
+            "outlier_distance or fewer outlier_neighbours, unless lengths are not in metres.",
+        )
+
+
+_UNIT = (
+    "Look whether lengths are in metres: `units` in the calibration, and `unit` of depth views, "
+    "metres per count."
+)
+_UNIT_OR_VOLUME = (
+    f"{_UNIT} Or set volume_centre_x, volume_centre_y and volume_bottom to where the person is."
+)
+
+
+def _has_empty_scene(view: View, p: DepthParameters) -> bool:
+    given = view.left is not None and None not in (view.left.background, view.image.background)
+    return given and p.background_empty_scene
+
+
+def _median(told: Sequence[PointCounts]) -> PointCounts:
+    numbers = [[getattr(counts, step) for step in _STEPS] for counts in told]
+    measured, person, taken, inside, kept = np.median(numbers, axis=0).astype(int).tolist()
+    middles = [counts.middle for counts in told if counts.middle is not None]
+    if not middles:
+        return PointCounts(measured, person, taken, inside, kept)
+    x, y, z = np.median(middles, axis=0).tolist()
+    return PointCounts(measured, person, taken, inside, kept, (x, y, z))

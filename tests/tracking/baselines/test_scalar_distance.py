@@ -1,0 +1,43 @@
+"""The descent on the sum of distances."""
+
+import numpy as np
+
+from stereotrack_core.body.angles import THESIS_JOINTS
+from tests.tracking.baselines.test_baselines import given, make
+from tests.tracking.scenes import POSES, disturbed, surface_points
+
+
+def cost(tracker, data, pose):
+    surface = given(tracker, data)[0].surface(pose, wide=False)
+    scale = tracker.setup.parameters.robust_narrow**2
+    reach = tracker.setup.parameters.reach
+    e = np.append(surface.distance, np.full(len(data) - len(surface.distance), reach)) ** 2
+    return np.mean(scale * e / (scale + e))
+
+
+def test_the_sum_of_distances_falls_with_the_steps():
+    rng = np.random.default_rng(0)
+    start = disturbed(POSES["pointing"], THESIS_JOINTS, rng)
+    found = []
+    for steps in (1, 15, 120):
+        tracker = make("scalar", scalar_iterations=steps)
+        tracker.start(start)
+        data = surface_points(tracker.setup.body, POSES["pointing"], 2000, np.random.default_rng(1))
+        before = cost(tracker, data, start)
+        settled = tracker.leader.estimator.settle(*given(tracker, data))
+        found.append(cost(tracker, data, settled.pose))
+    assert before > found[0] > found[1] > found[2]
+    assert found[2] < 0.02 * before
+
+
+def test_what_no_datum_speaks_about_does_not_move():
+    tracker = make("scalar")
+    tracker.start(POSES["pointing"])
+    legless = surface_points(tracker.setup.body, POSES["pointing"], 3000, np.random.default_rng(2))
+    surface = given(tracker, legless)[0].surface(POSES["pointing"], wide=False)
+    seen = surface.data[surface.part < 6]
+    found = tracker.leader.estimator.settle(*given(tracker, seen))
+    for leg in range(6, 10):
+        turned = found.pose.rotations[leg].T @ POSES["pointing"].rotations[leg]
+        assert np.degrees(np.arccos(np.clip(turned[2, 2], -1, 1))) < 10.0
+    assert np.isfinite(found.P).all()

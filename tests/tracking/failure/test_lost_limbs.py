@@ -1,0 +1,92 @@
+"""Limbs that lie elsewhere than what was seen are called lost, and the others are not."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from stereotrack_core.body.angles import ALL_JOINTS
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.body.model import body_model
+from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
+from stereotrack_core.tracking.arm_search.arms import LEFT, RIGHT, with_arm
+from stereotrack_core.tracking.estimate import Correspondences, Prior
+from stereotrack_core.tracking.failure.classifier import lost_probability
+from stereotrack_core.tracking.failure.features import SIGNS, Judged, limb_signs, unexpected
+from stereotrack_core.tracking.residuals.surface import Trust, surface_residual
+from tests.tracking.scenes import POSES, surface_points
+from tests.tracking.views import cloud_of_body
+
+BODY = body_model(AVERAGE)
+ARMS = [*UPPER_ARMS, *FOREARMS]
+DOWN = np.array([0.0, 0.0, -1.0])
+
+
+def judged(pose, true, rng) -> Judged:
+    """What a tracker would say that has settled at `pose` while `true` was seen."""
+    frames = BODY.frames(pose)
+    data = surface_points(BODY, true, 1200, rng, noise=0.01)
+    pairs = surface_residual(data, BODY, frames, Trust(0.3, 0.06, 0.02, 150.0))
+    joined = Correspondences(pairs.data, pairs.foot, pairs.part, pairs.weight)
+    return Judged(pose, frames, np.full(6, 3.0), 0.1, joined, np.ones(6))
+
+
+def signs_of(pose, true, rng):
+    """Signs (6,) of each limb by their names."""
+    signs = limb_signs(cloud_of_body(BODY, true), BODY, judged(pose, true, rng))
+    assert signs is not None
+    assert np.isfinite(signs).all()
+    return dict(zip(SIGNS, signs.T, strict=True)), lost_probability(signs)
+
+
+@pytest.mark.parametrize("name", POSES)
+def test_arms_where_they_were_seen_are_not_lost(name, rng):
+    signs, lost = signs_of(POSES[name], POSES[name], rng)
+    assert (lost[ARMS] < 0.2).all()
+    assert (signs["through"][ARMS] < 0.05).all()
+    assert (signs["behind"][ARMS] < 0.1).all()
+    assert (signs["better"][ARMS] < 0.0).all()
+
+
+@pytest.mark.parametrize("name", POSES)
+@pytest.mark.parametrize("side", [LEFT, RIGHT])
+def test_an_arm_beside_what_was_seen_is_lost(name, side, rng):
+    true = POSES[name]
+    out = np.array([-1.0 if side == LEFT else 1.0, 0.0, 0.0])
+    along = DOWN + 0.15 * out if name == "t" else DOWN - 0.6 * np.array([0, 1, 0]) + 0.4 * out
+    along /= np.linalg.norm(along)
+    signs, lost = signs_of(with_arm(true, side, along, along), true, rng)
+    wrong = [UPPER_ARMS[side], FOREARMS[side]]
+    other = [UPPER_ARMS[1 - side], FOREARMS[1 - side]]
+    assert lost[FOREARMS[side]] > 0.8
+    assert lost[UPPER_ARMS[side]] > 0.4
+    assert (lost[other] < 0.1).all()
+    assert (signs["through"] + signs["behind"])[wrong].min() > 0.4
+    assert (signs["better"][wrong] > 0.0).any()
+    unexplained = signs["unexplained"][list(FOREARMS)]
+    assert unexplained[side] > 2.0 * unexplained[1 - side]
+
+
+def test_torso_and_head_have_no_probability(rng):
+    _, lost = signs_of(POSES["t"], POSES["t"], rng)
+    assert np.isnan(lost[: len(LIMBS) - len(ARMS)]).all()
+
+
+def test_nothing_is_said_where_nobody_is_seen(rng):
+    cloud = dataclasses.replace(cloud_of_body(BODY, POSES["t"]), depths={})
+    assert limb_signs(cloud, BODY, judged(POSES["t"], POSES["t"], rng)) is None
+    assert np.isnan(lost_probability(None)).all()
+
+
+def test_jumps_are_stated_in_standard_deviations():
+    n = 6 + 2 * len(ALL_JOINTS)
+    expected, P = np.full(n, 0.1), np.eye(n) * 0.2**2
+    movement = expected.copy()
+    first = 6 + 2 * ALL_JOINTS.index(FOREARMS[0])
+    movement[first : first + 2] += [0.6, -0.6]
+    prior = Prior(expected, P, np.ones(n, dtype=bool))
+    found = unexpected(movement, prior, ALL_JOINTS)
+    assert found[FOREARMS[0]] == pytest.approx(3.0)
+    assert np.delete(found, FOREARMS[0]) == pytest.approx(np.zeros(5), abs=1e-12)
+    assert (unexpected(movement, None, ALL_JOINTS) == 0.0).all()

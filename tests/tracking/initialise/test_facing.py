@@ -1,0 +1,89 @@
+"""Half a turn with left and right exchanged looks alike; knees and trunks tell the difference."""
+
+import numpy as np
+import pytest
+
+from stereotrack_core.body.model import body_model, landmarks
+from stereotrack_core.body.pose import Pose, hanging_pose, rotation_towards
+from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.body.skeleton import LEFT_SHANK, LEFT_THIGH, RIGHT_SHANK, RIGHT_THIGH, TORSO
+from stereotrack_core.geometry.rotation import rotation_from_vector
+from stereotrack_core.tracking.initialise.trunk import facing_cost, turned_round
+from tests.tracking.scenes import POSES
+
+BODY = body_model(AVERAGE)
+NOBODY = np.empty((0, 3))
+ALL_AROUND = np.array([[0.0, 3.0, 2.1], [3.0, 0.0, 2.1], [0.0, -3.0, 2.1], [-3.0, 0.0, 2.1]])
+
+
+def _lean(degrees: float) -> Pose:
+    """Upright legs, the trunk bent to the front by so many degrees."""
+    torso = rotation_from_vector(np.array([-np.radians(degrees), 0.0, 0.0]))
+    rotations = hanging_pose(np.zeros(3), torso).rotations.copy()
+    for part in (LEFT_THIGH, RIGHT_THIGH):
+        down = rotations[TORSO].T @ np.array([0.0, 0.0, -1.0])
+        rotations[part] = rotation_towards(rotations[part], down)
+    return Pose(np.array([0.0, 0.0, 0.9]), rotations)
+
+
+def _knees(degrees: float) -> Pose:
+    """Standing with both shanks swung back by so many degrees."""
+    pose = hanging_pose(np.array([0.0, 0.0, 0.9]))
+    rotations = pose.rotations.copy()
+    angle = np.radians(degrees)
+    for shank, thigh in ((LEFT_SHANK, LEFT_THIGH), (RIGHT_SHANK, RIGHT_THIGH)):
+        back = np.array([0.0, -np.sin(angle), -np.cos(angle)])
+        rotations[shank] = rotation_towards(rotations[shank], rotations[thigh].T @ back)
+    return Pose(pose.position, rotations)
+
+
+@pytest.mark.parametrize("name", POSES)
+def test_landmarks_change_sides_and_stay_where_they_are(name):
+    pose = POSES[name]
+    before, after = landmarks(BODY, pose), landmarks(BODY, turned_round(pose))
+    np.testing.assert_allclose(after, before[[1, 0, 3, 2, 5, 4, 6, 8, 7]], atol=1e-12)
+
+
+@pytest.mark.parametrize("name", POSES)
+def test_two_half_turns_are_none(name):
+    again = turned_round(turned_round(POSES[name]))
+    np.testing.assert_allclose(again.rotations, POSES[name].rotations, atol=1e-12)
+
+
+@pytest.mark.parametrize("pose", [_knees(30.0), _lean(40.0)], ids=["knees", "lean"])
+def test_bodies_bend_to_the_front_and_knees_to_the_back(pose):
+    assert facing_cost(BODY, pose, NOBODY, ALL_AROUND) == pytest.approx(0.0, abs=1e-9)
+    assert facing_cost(BODY, turned_round(pose), NOBODY, ALL_AROUND) > 5.0
+
+
+def test_an_upright_body_may_face_either_way():
+    pose = hanging_pose(np.array([0.0, 0.0, 0.9]))
+    assert facing_cost(BODY, pose, NOBODY, ALL_AROUND) == pytest.approx(
+        facing_cost(BODY, turned_round(pose), NOBODY, ALL_AROUND), abs=1e-9
+    )
+
+
+def test_toes_tell_the_front():
+    pose = hanging_pose(np.array([0.0, 0.0, 0.9]))
+    frames = BODY.frames(pose)
+    rng = np.random.default_rng(0)
+    ankles = [
+        frames.origins[shank] + BODY.skeleton.lengths[shank] * frames.rotations[shank, :, 2]
+        for shank in (LEFT_SHANK, RIGHT_SHANK)
+    ]
+    toes = [ankle + [0.0, 0.10, -0.03] + rng.normal(0, 0.02, (40, 3)) for ankle in ankles]
+    points = np.concatenate(toes)
+    assert facing_cost(BODY, pose, points, ALL_AROUND) < 1.0
+    assert facing_cost(BODY, turned_round(pose), points, ALL_AROUND) > 5.0
+
+
+def test_who_is_seen_by_one_camera_rather_faces_it():
+    pose = hanging_pose(np.array([0.0, 0.0, 0.9]))
+    before, behind = ALL_AROUND[:1], ALL_AROUND[2:3]
+    assert facing_cost(BODY, pose, NOBODY, before) < 0.1
+    assert facing_cost(BODY, pose, NOBODY, behind) > 10.0
+
+
+def test_nobody_hangs_head_down():
+    upside_down = hanging_pose(np.array([0.0, 0.0, 1.5]), np.diag([1.0, -1.0, -1.0]))
+    assert facing_cost(BODY, upside_down, NOBODY, ALL_AROUND) > 20.0

@@ -1,0 +1,132 @@
+"""One detection at a time."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from stereotrack_core.body.angles import ALL_JOINTS
+from stereotrack_core.body.manifold import displaced
+from stereotrack_core.body.model import landmarks
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.recording.landmarks import LANDMARKS
+from stereotrack_core.tracking.correspondences import DataToModel
+from stereotrack_core.tracking.iekf import IteratedEstimator, PoseFilter
+from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.residuals.asynchronous import corrected_by
+from stereotrack_core.tracking.state import Belief, Setup
+from tests.tracking.keypoints.cases import BENT_CAMERA, BODY, PLAIN_CAMERA, seen
+from tests.tracking.scenes import CAMERAS, POSES, cloud_of, disturbed, surface_points
+
+N = 6 + 2 * len(ALL_JOINTS)
+P0 = np.diag(np.r_[np.full(3, 0.03), np.full(3, 0.1), np.full(N - 6, 0.25)] ** 2)
+
+
+def setup_of(gate):
+    return Setup(BODY, preset("accurate").replaced(detection_gate=gate).tracking, CAMERAS, 10.0, 0)
+
+
+def _hand(pose, name):
+    return landmarks(BODY, pose)[LANDMARKS.index(name)]
+
+
+@pytest.mark.parametrize("camera", [None, PLAIN_CAMERA, BENT_CAMERA])
+@pytest.mark.parametrize("kind", ["right_hand", "hand"])
+def test_a_detection_pulls_its_hand_and_leaves_the_other(camera, kind, rng):
+    truth = POSES["pointing"]
+    sigma = 0.01 if camera is None else 1.0
+    before = disturbed(truth, (3, 5), rng, position=1e-9, torso=1e-9, limbs=15.0)
+    detection = seen("right_hand", truth, kind=kind, camera=camera, sigma=sigma)
+    found = corrected_by(detection, setup_of(0.6), Belief(before, P0))
+    after, P = found.pose, found.P
+
+    def off(pose):
+        place = _hand(pose, "right_hand")
+        return np.linalg.norm(
+            (place if camera is None else camera.project(place)) - detection.position
+        )
+
+    assert off(after) < 0.35 * off(before)
+    moved = np.linalg.norm(_hand(after, "left_hand") - _hand(before, "left_hand"))
+    assert moved < 0.25 * np.linalg.norm(_hand(after, "right_hand") - _hand(before, "right_hand"))
+    assert np.trace(P) < np.trace(P0)
+    assert np.linalg.eigvalsh(P).min() > 0
+
+
+def test_the_order_makes_no_difference(rng):
+    truth = POSES["reaching"]
+    start = disturbed(truth, ALL_JOINTS, rng, position=0.02, torso=3.0, limbs=6.0)
+    detections = [seen(name, truth, sigma=0.04) for name in ("head", "left_hand", "right_hand")]
+    found = []
+    for order in itertools.permutations(detections):
+        belief = Belief(start, P0)
+        for detection in order:
+            belief = corrected_by(detection, setup_of(0.6), belief)
+        found.append((landmarks(BODY, belief.pose), belief.P))
+    gained = np.linalg.norm(found[0][0] - landmarks(BODY, start), axis=1).max()
+    for points, P in found[1:]:
+        apart = np.linalg.norm(points - found[0][0], axis=1).max()
+        assert apart < 0.003 < 0.1 * gained
+        np.testing.assert_allclose(P, found[0][1], atol=0.05 * np.abs(found[0][1]).max())
+
+
+@pytest.mark.parametrize("gate", [0.2, 3.0])
+def test_an_improbable_detection_changes_nothing(gate):
+    tight = Belief(POSES["t"], 1e-3 * P0)
+    detection = seen("head", POSES["t"], sigma=0.01, off=0.3)
+    assert corrected_by(detection, setup_of(gate), tight) is tight
+
+
+def _tracker(*, listens=True, **changes):
+    setup = Setup(
+        BODY, preset("fast").replaced(search_arms=False, **changes).tracking, CAMERAS, 10.0, 0
+    )
+    tracker = PoseFilter(setup, IteratedEstimator(setup), DataToModel(setup), listens=listens)
+    tracker.start(POSES["t"])
+    return tracker
+
+
+def _steps(tracker, clouds):
+    return [tracker.step(cloud) for cloud in clouds]
+
+
+def _with(cloud, *detections):
+    return Cloud(**{**vars(cloud), "detections": detections})
+
+
+def test_without_detections_nothing_differs_bit_for_bit(rng):
+    clouds = [cloud_of(surface_points(BODY, POSES["t"], 900, rng, 0.01), k) for k in range(3)]
+    listening = _steps(_tracker(), clouds)
+    for a, b in zip(_steps(_tracker(listens=False), clouds), listening, strict=True):
+        np.testing.assert_array_equal(a.x, b.x)
+        np.testing.assert_array_equal(a.P, b.P)
+
+
+def test_detections_between_frames_bring_a_fast_arm_along(rng):
+    """The arm turns by 80 degrees at once: too far for following, and the search is off."""
+    fast = displaced(POSES["t"], np.eye(N)[list(ALL_JOINTS).index(3) * 2 + 6] * 1.4, ALL_JOINTS)
+    cloud = cloud_of(surface_points(BODY, fast, 900, rng, 0.01), 1)
+    half = displaced(POSES["t"], np.eye(N)[list(ALL_JOINTS).index(3) * 2 + 6] * 0.7, ALL_JOINTS)
+    heard = _with(
+        cloud,
+        seen("right_hand", half, time=0.5, sigma=0.02),
+        seen("right_hand", fast, time=0.9, sigma=0.02),
+    )
+    off = {}
+    for name, given in (("deaf", cloud), ("listening", heard)):
+        tracker = _tracker(detection_gate=1.5)
+        tracker.start(POSES["t"], P=tracker.state.P * 0.2)
+        estimate = tracker.step(given)
+        off[name] = np.linalg.norm(_hand(estimate.pose, "right_hand") - _hand(fast, "right_hand"))
+    assert off["listening"] < 0.06
+    assert off["listening"] < off["deaf"]
+
+
+def test_process_noise_is_that_of_one_frame_however_many_detections_come(rng):
+    tracker = _tracker()
+    before = tracker.state.P
+    nowhere = np.array([9.0, 9.0, 9.0])
+    far = [seen("head", POSES["t"], time=t, off=nowhere) for t in (0.2, 0.5, 0.7)]
+    cloud = cloud_of(surface_points(BODY, POSES["t"], 900, rng, 0.01), 1)
+    predicted = tracker.predicted(_with(cloud, *far)).P
+    np.testing.assert_allclose(predicted, before + tracker.setup.Q, rtol=1e-12)

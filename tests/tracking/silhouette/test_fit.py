@@ -1,0 +1,96 @@
+"""Margins between the clouds' surface and the outline, found from silhouettes."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from stereotrack_core.body.cones import OUTLINE_NAMES
+from stereotrack_core.body.model import body_model
+from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.tracking.residuals.parameters import SilhouetteParameters
+from stereotrack_core.tracking.residuals.silhouette import edge_maps
+from stereotrack_core.tracking.shape_fit import fitted_outline
+from tests.tracking.scenes import POSES
+from tests.tracking.views import cloud_of_body
+
+SHAPE, TRUST = BodyParameters(), SilhouetteParameters()
+BODY = body_model(AVERAGE, SHAPE)
+NAMES = tuple(dict.fromkeys(name for pair in OUTLINE_NAMES for name in pair))
+
+PLANTED = dict.fromkeys(NAMES, -0.004) | {
+    "outline_torso_side": 0.006,
+    "outline_upper_arm": 0.003,
+    "outline_forearm": 0.0,
+    "outline_hand": 0.005,
+    "outline_head_side": 0.003,
+    "outline_head_front": 0.003,
+}
+"""Round cones cannot be wider in front than at their sides where they are cast."""
+
+
+def _seen(planted, poses, by=(0.0, 0.0, 0.0)):
+    wide = body_model(AVERAGE, SHAPE.replaced(**planted))
+    return [
+        (
+            Pose(pose.position + np.asarray(by), pose.rotations),
+            edge_maps(cloud_of_body(wide, pose)),
+        )
+        for pose in poses
+    ]
+
+
+def _margins(shape):
+    return {name: shape.values()[name] for name in NAMES}
+
+
+@pytest.fixture(scope="module")
+def seen():
+    heights = [Pose(p.position + [0.02, 0.01, 0.03], p.rotations) for p in POSES.values()]
+    return _seen(PLANTED, [*POSES.values(), *heights])
+
+
+@pytest.mark.parametrize("name", ["torso_side", "upper_arm", "forearm", "hand", "head_side"])
+def test_margins_that_are_in_the_silhouettes_are_recovered(seen, name):
+    found = _margins(fitted_outline(BODY, SHAPE, seen, TRUST))
+    planted = PLANTED[f"outline_{name}"]
+    assert found[f"outline_{name}"] == pytest.approx(planted, abs=0.002)
+
+
+def test_a_pose_that_is_a_little_aside_shifts_no_margin_of_limbs(seen):
+    aside = [(Pose(p.position + [0.006, -0.006, 0.006], p.rotations), e) for p, e in seen]
+    found = _margins(fitted_outline(BODY, SHAPE, aside, TRUST))
+    for name in ("outline_upper_arm", "outline_forearm"):
+        assert found[name] == pytest.approx(PLANTED[name], abs=0.003)
+
+
+def test_nothing_but_the_margins_is_changed(seen):
+    before, after = SHAPE.values(), fitted_outline(BODY, SHAPE, seen, TRUST).values()
+    assert {name for name in before if before[name] != after[name]} <= set(NAMES)
+
+
+def test_margins_of_what_nobody_sees_stay_as_they_were(seen):
+    assert fitted_outline(BODY, SHAPE, [], TRUST) == SHAPE
+    unseen = [(pose, ()) for pose, _ in seen]
+    assert fitted_outline(BODY, SHAPE, unseen, TRUST) == SHAPE
+
+
+def test_a_part_that_is_out_of_the_picture_keeps_its_margin():
+    """Without the silhouette of the arms there is no edge near them."""
+    arms = np.isin(BODY.cones.part, [2, 3, 4, 5])
+    trunk = dataclasses.replace(BODY, cones=BODY.cones[~arms])
+    edges = edge_maps(cloud_of_body(trunk, POSES["t"]))
+    found = _margins(fitted_outline(BODY, SHAPE, [(POSES["t"], edges)], TRUST))
+    for name in ("outline_forearm", "outline_hand"):
+        assert found[name] == pytest.approx(SHAPE.values()[name], abs=1e-9)
+
+
+def test_margins_stay_within_their_bounds():
+    far = TRUST.replaced(outline_reach=0.5)
+    rows = {row.name: row for row in SHAPE.rows()}
+    seen = _seen(dict.fromkeys(NAMES, 0.099), [POSES["t"]])
+    cut = SHAPE.replaced(**dict.fromkeys(NAMES, 0.1))
+    for name, value in _margins(fitted_outline(body_model(AVERAGE, cut), cut, seen, far)).items():
+        assert rows[name].minimum <= value <= rows[name].maximum
