@@ -21,8 +21,9 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.frame import Origin, TrackedFrame
 from stereotrack_core.tracking.misfit import CHECK, misfits
-from stereotrack_core.tracking.pipeline import FirstPose, Pipeline
+from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
 from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.untracked import Untracked
 
@@ -116,10 +117,8 @@ class TrackWorker:
                 order.reader.used() if order.reader is not None else nullcontext() as reader,
                 Pipeline(
                     order.recording,
-                    order.settings,
-                    init=order.init,
+                    RunSpec(order.settings, init=order.init, preset=order.preset),
                     reader=reader,
-                    preset=order.preset,
                     keeper=keeper,
                 ) as pipeline,
             ):

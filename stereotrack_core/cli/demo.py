@@ -86,6 +86,7 @@ def _without_window(args: Namespace, settings: Settings) -> int:
     from stereotrack_core.cli.unfinished import UnfinishedOutput
     from stereotrack_core.recording.folder import open_recording
     from stereotrack_core.recording.reader import FrameReader
+    from stereotrack_core.tracking.run_spec import RunSpec
 
     places = made_demo(args.folder)
     recording = open_recording(places.recording)
@@ -95,7 +96,7 @@ def _without_window(args: Namespace, settings: Settings) -> int:
     output = UnfinishedOutput(places.recording, places.run)
     output.part.unlink(missing_ok=True)  # all of the demo is made again
     with output.telling():
-        job = track_recording(recording, settings, frames, preset=args.preset, part=output.part)
+        job = track_recording(recording, RunSpec(settings, args.preset, frames), part=output.part)
         if not len(job.run.frame):
             say("Stopped before the first frame.")
             return FAILED

@@ -17,11 +17,10 @@ from stereotrack_core.cli.arguments import (
 )
 from stereotrack_core.cli.command import FAILED, OK, Command
 from stereotrack_core.cli.output import counted, put_json, put_table, say
-from stereotrack_core.cli.track_plan import PRESET, Plan, plan_of
+from stereotrack_core.cli.track_plan import PRESET, TrackPlan, plan_of
 
 if TYPE_CHECKING:
     from stereotrack_core.cli.tracking_job import TrackingJob
-    from stereotrack_core.cli.unfinished import UnfinishedOutput
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -90,6 +89,7 @@ def run(args: Namespace) -> int:
 
         preset(args.preset or PRESET, args.changes)  # a wrong word is told before long work
 
+    from stereotrack_core.cli.tracking_job import track_recording
     from stereotrack_core.cli.unfinished import UnfinishedOutput
     from stereotrack_core.recording.folder import open_recording
 
@@ -99,7 +99,9 @@ def run(args: Namespace) -> int:
     plan = plan_of(args, recording, output)
     _say_findings(args.recording)
     with output.telling():
-        job = _track(plan, output)
+        job = track_recording(
+            plan.recording, plan.spec, count=plan.count, part=output.part, begun=plan.begun
+        )
         if not len(job.run.frame):
             say("Stopped before the first frame; nothing was written.")
             return FAILED
@@ -107,27 +109,7 @@ def run(args: Namespace) -> int:
     return _tell(args, plan, job, place)
 
 
-def _track(plan: Plan, output: UnfinishedOutput) -> TrackingJob:
-    from stereotrack_core.cli.tracking_job import track_recording
-
-    return track_recording(
-        plan.recording,
-        plan.settings,
-        plan.frames,
-        preset=plan.preset,
-        views=plan.views,
-        seed=plan.seed,
-        init=plan.init,
-        smooth=plan.smooth,
-        detections=plan.detections,
-        colour=plan.colour,
-        count=plan.count,
-        part=output.part,
-        begun=plan.begun,
-    )
-
-
-def _tell(args: Namespace, plan: Plan, job: TrackingJob, place: Path | None) -> int:
+def _tell(args: Namespace, plan: TrackPlan, job: TrackingJob, place: Path | None) -> int:
     """Say what came out, and for a run that was repeated whether it is the same."""
     from stereotrack_core.cli.track_signs import say_signs
     from stereotrack_core.tracking.repeating import sameness

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,14 +17,13 @@ from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.cli.tracking_gaps import Blindness, Gap, ViewProblems, gaps_of
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.interop.run_journal import RunJournal, Wish
+from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.unfinished import INCOMPLETE
 from stereotrack_core.tracking.untracked import Untracked
 
 if TYPE_CHECKING:
     from stereotrack_core.recording.description import Recording
-    from stereotrack_core.recording.detections import Detections
     from stereotrack_core.tracking.frame import TrackedFrame
-    from stereotrack_core.tracking.pipeline import FirstPose
     from stereotrack_core.tracking.run import Run
     from stereotrack_core.tracking.settings import Settings
     from stereotrack_core.tracking.unfinished import UnfinishedRun
@@ -177,16 +176,8 @@ class _Course:
 
 def track_recording(
     recording: Recording,
-    settings: Settings,
-    frames: range,
+    spec: RunSpec,
     *,
-    preset: str,
-    views: Sequence[str] | None = None,
-    seed: int = 0,
-    init: FirstPose = "auto",
-    smooth: bool = False,
-    detections: Detections | None = None,
-    colour: bool | None = None,
     count: int | None = None,
     part: Path | None = None,
     begun: UnfinishedRun | None = None,
@@ -198,6 +189,9 @@ def track_recording(
 
     Parameters
     ----------
+    recording : Recording
+    spec : RunSpec
+        With its frames.
     count : int, optional
         Tracking ends after so many of the frames, as when a run that was stopped is repeated.
     part : Path, optional
@@ -207,28 +201,20 @@ def track_recording(
     """
     from stereotrack_core.tracking.pipeline import track
 
+    frames = spec.frames or range(0)
     clock, wanted = _Clock(0.0 if begun is None else begun.wall_seconds), count or len(frames)
-    before = _first_pass(settings, frames) if begun is None else 0
-    wish = Wish(smooth, count)
+    before = _first_pass(spec.settings, frames) if begun is None else 0
     with (
-        _journal(part, clock, wish) as keeper,
+        _journal(part, clock, Wish(spec.smooth, count)) as keeper,
         progress("Tracking", before + wanted) as show,
         stoppable() as stopped,
     ):
-        course = _Course(show, stopped, before, begun, Untracked(recording, settings))
+        course = _Course(show, stopped, before, begun, Untracked(recording, spec.settings))
         run = track(
             dataclasses.replace(recording, reference=None),  # the tracker never sees the truth
-            settings,
-            frames=frames,
-            views=views,
-            seed=seed,
-            init=init,
-            preset=preset,
+            spec,
             on_frame=course.note,
             cancelled=lambda: stopped() or course.done == wanted,
-            smooth=smooth,
-            detections=detections,
-            colour=colour,
             on_first_pass=course.prepare,
             on_replay=course.replay,
             keeper=keeper,

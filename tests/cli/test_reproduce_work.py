@@ -15,6 +15,7 @@ from stereotrack_core.experiments.reproduction.plan import Entry, Group, Way
 from stereotrack_core.interop.run_npz import read_npz
 from stereotrack_core.recording.fingerprint import fingerprint
 from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.worker_processes import Lost
 
 
@@ -55,7 +56,7 @@ def test_runs_of_a_killed_process_are_made_anew_and_leave_nothing_half_written(
     with_words = work.with_words
     monkeypatch.setattr(work, "with_words", kill_one)
     told = []
-    track(job, lambda: told.append(True))
+    track(job, RunSpec(lambda: told.append(True)))
     assert len(told) == 2
     assert "exit code -9" in capsys.readouterr().err
     assert no_process_is_left()

@@ -9,6 +9,7 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.shared_clouds import SharedClouds
 from tests.tracking.recordings import write_depth_recording
 from tests.tracking.scenes import POSES
@@ -28,7 +29,7 @@ def recording(tmp_path_factory):
 
 @pytest.fixture
 def first(recording):
-    with Pipeline(recording, SETTINGS) as pipeline:
+    with Pipeline(recording, RunSpec(SETTINGS)) as pipeline:
         yield pipeline
 
 
@@ -59,12 +60,12 @@ def test_many_threads_may_take_at_once(first):
 
 def test_a_run_with_shared_clouds_is_the_run_alone(recording, first):
     clouds = SharedClouds(first.chain, first.reader, 2)
-    runs = [Pipeline(recording, SETTINGS, seed=seed, clouds=clouds) for seed in (0, 1)]
+    runs = [Pipeline(recording, RunSpec(SETTINGS, seed=seed), clouds=clouds) for seed in (0, 1)]
     together = list(zip(*(run.frames(range(FRAMES)) for run in runs), strict=True))
     for run in runs:
         run.close()
     for seed in (0, 1):
-        with Pipeline(recording, SETTINGS, seed=seed) as alone:
+        with Pipeline(recording, RunSpec(SETTINGS, seed=seed)) as alone:
             for k, frame in enumerate(alone.frames(range(FRAMES))):
                 np.testing.assert_array_equal(together[k][seed].x, frame.x)
     assert first.reader.frame_set(0).views.keys() == set("NOSW")

@@ -21,7 +21,8 @@ from stereotrack_core.evaluation.summary import Summary, evaluate
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.frame import TrackedFrame
-from stereotrack_core.tracking.pipeline import FirstPose, Pipeline
+from stereotrack_core.tracking.pipeline import Pipeline
+from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
 from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.tracking.shared_clouds import SharedClouds
 
@@ -223,12 +224,16 @@ def _abreast(
 ) -> Generator[tuple[TrackedFrame, ...], None, None]:
     """Track with all entries at once, who see the same clouds, frame by frame."""
     with ExitStack() as stack:
-        first = stack.enter_context(Pipeline(recording, entries[0][0].settings, views=views))
+        first = stack.enter_context(
+            Pipeline(recording, RunSpec(entries[0][0].settings, views=views))
+        )
         clouds = SharedClouds(first.chain, first.reader, len(entries))
         runs = []
         for contestant, seed in entries:
             pipeline = Pipeline(
-                recording, contestant.settings, views=views, seed=seed, init=init, clouds=clouds
+                recording,
+                RunSpec(contestant.settings, views=views, seed=seed, init=init),
+                clouds=clouds,
             )
             stack.enter_context(pipeline)
             runs.append(stack.enter_context(closing(pipeline.frames(frames))))

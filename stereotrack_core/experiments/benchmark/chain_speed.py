@@ -14,6 +14,7 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.pipeline import Pipeline
+from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.settings import Settings
 
 DISPARITIES, WINDOW = 64, 15
@@ -174,7 +175,7 @@ def timed_pass(
     The shape is fitted to clouds that the first frames use again, so these are not timed.
     """
     found: list[TrackedFrame] = []
-    with Pipeline(recording, settings, views=views) as pipeline:
+    with Pipeline(recording, RunSpec(settings, views=views)) as pipeline:
         begun = min(settings.tracking.fit_frames, pipeline.reader.frame_count - frames)
         timed = range(begun, begun + frames)
         preparation = seconds_of(lambda: pipeline.prepare(range(timed.stop)))

@@ -21,6 +21,7 @@ from stereotrack_core.recording.description import Recording, Subject
 from stereotrack_core.tracking.frame import TrackedFrame, run_of
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.shared_clouds import SharedClouds
 
 _KEPT = 64
@@ -116,7 +117,7 @@ def track_group(
     with ExitStack() as stack:
         first = group.entries[0].way
         blind = recording_for(first, recording, average)
-        lender = stack.enter_context(Pipeline(blind, first.settings, views=views))
+        lender = stack.enter_context(Pipeline(blind, RunSpec(first.settings, views=views)))
         clouds = SharedClouds(lender.chain, lender.reader, len(group.entries))
         builders, going = [], []
         for entry in group.entries:
@@ -126,11 +127,13 @@ def track_group(
             pipeline = stack.enter_context(
                 Pipeline(
                     recording_for(way, recording, average),
-                    way.settings,
-                    views=views,
-                    seed=entry.seed,
-                    init=starts[frames.start] if way.anew else way.init,
-                    preset=way.preset,
+                    RunSpec(
+                        way.settings,
+                        views=views,
+                        seed=entry.seed,
+                        init=starts[frames.start] if way.anew else way.init,
+                        preset=way.preset,
+                    ),
                     clouds=clouds,
                 )
             )

@@ -21,8 +21,8 @@ from stereotrack_core.recording.detection_csv import OWN_FILE
 from stereotrack_core.recording.fingerprint import calibration_fingerprint, fingerprint
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import frames_within, views_of
-from stereotrack_core.tracking.pipeline import FirstPose
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run_spec import FirstPose
 from stereotrack_core.tracking.settings import Settings
 from stereotrack_core.version import __version__
 

@@ -26,6 +26,7 @@ from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.frame import TrackedFrame, run_of
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.run_spec import RunSpec
 
 
 def do_batch(
@@ -182,13 +183,15 @@ class _OneRun:
         job = self._job
         return Pipeline(
             self._recording,
-            job.settings,
-            views=job.views,
-            seed=job.seed,
-            init=job.init,
-            preset=job.preset,
+            RunSpec(
+                job.settings,
+                views=job.views,
+                seed=job.seed,
+                init=job.init,
+                preset=job.preset,
+                detections=self._detections,
+            ),
             clouds=self._taker,
-            detections=self._detections,
         )
 
     def _run(self) -> Run:

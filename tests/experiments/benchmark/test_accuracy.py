@@ -23,6 +23,7 @@ from stereotrack_core.experiments.benchmark.speed import speeds
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.tracking.pipeline import track
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run_spec import RunSpec
 from tests.tracking.recordings import write_depth_recording
 from tests.tracking.scenes import pose_with_arms
 
@@ -60,7 +61,7 @@ def test_scores_are_those_of_runs_alone(recording, scores):
     ]
     for score in scores:
         settings = {c.name: c.settings for c in (ONE, DEEPER, OTHER)}[score.contestant]
-        run = track(recording, settings, seed=score.seed)
+        run = track(recording, RunSpec(settings, seed=score.seed))
         summary = summarise(errors_against(run.trajectory(), recording.reference))
         assert score.values == {measure.name: measure.of(summary) for measure in MEASURES}
         assert score.frames == FRAMES
@@ -93,7 +94,7 @@ def test_no_tracker_sees_the_reference(recording):
     )
     misled = dataclasses.replace(recording, reference=wrong)
     found = accuracy(misled, (ONE,), (0,), range(3))[0]
-    run = track(recording, ONE.settings, frames=range(3))
+    run = track(recording, RunSpec(ONE.settings, frames=range(3)))
     truth = LandmarkTrajectory(wrong.frame[:3], wrong.points[:3])
     summary = summarise(errors_against(run.trajectory(), truth))
     assert found.values["upper_arms"] == summary.measure("upper_arms").statistics.mean

@@ -15,6 +15,7 @@ from stereotrack_core.simulation.make import simulate
 from stereotrack_core.simulation.options import SceneOptions
 from stereotrack_core.simulation.schedule import Part
 from stereotrack_core.tracking.pipeline import track
+from stereotrack_core.tracking.run_spec import RunSpec
 
 FRAMES = 9
 PARTS = (Part("t-pose", "t-pose", 0, 3), Part("point", "point", 5, 3))
@@ -47,7 +48,7 @@ def same(a, b):
 def test_a_run_that_shares_clouds_is_the_one_that_does_not(recording):
     ways = (Entry(Way("thesis"), 0), Entry(Way("thesis"), 1), Entry(Way("thesis", points=24), 0))
     shared = tracked(recording, *ways)
-    alone = track(recording, Way("thesis").settings, seed=1, init="tpose", preset="thesis")
+    alone = track(recording, RunSpec(Way("thesis").settings, seed=1, init="tpose", preset="thesis"))
     assert same(shared[1], alone)
     assert not same(shared[0], shared[1])
     assert not same(shared[0], shared[2])

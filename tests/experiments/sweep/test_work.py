@@ -17,6 +17,7 @@ from stereotrack_core.experiments.sweep.work import do_batch
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.iekf import PoseFilter
 from stereotrack_core.tracking.pipeline import track
+from stereotrack_core.tracking.run_spec import RunSpec
 
 
 def by_identity(jobs, **options):
@@ -27,7 +28,7 @@ def test_results_are_those_of_runs_alone(plan, cones):
     jobs = plan(*grid_points([parsed_axis("iterations=2,4")]), seeds=(0, 3))
     results = by_identity(jobs)
     for job in jobs:
-        run = track(cones, job.settings, frames=range(4), seed=job.seed, init="tpose")
+        run = track(cones, RunSpec(job.settings, frames=range(4), seed=job.seed, init="tpose"))
         reference = LandmarkTrajectory(cones.reference.frame[:4], cones.reference.points[:4])
         summary = summarise(errors_against(run.trajectory(), reference))
         result = results[job.identity]
