@@ -235,7 +235,8 @@ def _probe(job: Job) -> tuple[tuple[Job, ...], dict[str, JobResult]]:
     from stereotrack_core.experiments.sweep.work import do_batch
 
     say(f"Tracking up to {_LONGEST_PROBE} frames to learn how long a job takes.")
-    short = dataclasses.replace(job, end=min(job.end, job.first + _LONGEST_PROBE))
+    spec = dataclasses.replace(job.spec, frames=job.frames[:_LONGEST_PROBE])
+    short = dataclasses.replace(job, spec=spec)
     return (short,), {result.identity: result for result in do_batch((short,))}
 
 

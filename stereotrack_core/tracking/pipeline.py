@@ -40,7 +40,7 @@ from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.shape_fit import SeenPose, fitted_shape
-from stereotrack_core.tracking.shared_clouds import SharedClouds, read_cloud
+from stereotrack_core.tracking.shared_clouds import CloudSource, read_cloud
 from stereotrack_core.tracking.smoothing import error_state_of, smoothed
 from stereotrack_core.tracking.stored import subject_of_meta
 from stereotrack_core.tracking.tracker import PersonTracker
@@ -69,7 +69,7 @@ class Pipeline:
         What to track; its frames and its smoothing are up to whoever goes through the frames.
     reader : FrameReader, optional
         Shared reader; it is then not closed by :meth:`close`.
-    clouds : SharedClouds, optional
+    clouds : CloudSource, optional
         Clouds that this run shares with others, made with the same views and depth parameters;
         their chain and reader are then not closed by :meth:`close`.
     keeper : RunKeeper, optional
@@ -90,7 +90,7 @@ class Pipeline:
         spec: RunSpec,
         *,
         reader: FrameReader | None = None,
-        clouds: SharedClouds | None = None,
+        clouds: CloudSource | None = None,
         keeper: RunKeeper | None = None,
         begun: UnfinishedRun | None = None,
     ) -> None:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from stereotrack_core.cli.output import counted, say
 from stereotrack_core.cli.progress import stoppable
 from stereotrack_core.cli.reproduction.pace import pace
 from stereotrack_core.cli.reproduction.places import Places, kept_runs
-from stereotrack_core.errors import Cancelled
-from stereotrack_core.worker_processes import Asker, Lost, WorkerProcess, end, with_words
+from stereotrack_core.worker_processes import Asker, Lost, Pool
 
 if TYPE_CHECKING:
     from stereotrack_core.body.pose import Pose
@@ -19,8 +18,6 @@ if TYPE_CHECKING:
     from stereotrack_core.recording.description import Recording, Subject
 
     _Task: TypeAlias = tuple[Places, Sequence[Path], Group]
-
-_LOOK_SECONDS = 0.2
 
 
 def track_all(
@@ -55,11 +52,29 @@ def track_all(
 
         if workers == 1:
             for group in left:
-                _track_group(places, folders, group, going.advance, stopped)
+                _track_group(places, folders, group, _counting(going.advance), stopped)
                 note(group)
         else:
-            tasks = [(places, folders, group) for group in left]
-            _Crew(tasks, workers).work(going.advance, note, stopped)
+            desk = _GroupDesk(
+                [(places, folders, group) for group in left], going.advance, note, stopped
+            )
+            pool = Pool(_work, workers)
+            try:
+                pool.work(desk)
+            finally:
+                pool.close()
+
+
+def _counting(advance: Callable[[int], None]) -> Callable[[int], None]:
+    """Tell how many frames are done in all, given how many more are."""
+    total = 0
+
+    def on_frames(count: int) -> None:
+        nonlocal total
+        total += count
+        advance(total)
+
+    return on_frames
 
 
 def missing_runs(
@@ -80,7 +95,7 @@ def _track_group(
     places: Places,
     folders: Sequence[Path],
     group: Group,
-    on_frame: Callable[[int], None],
+    on_frames: Callable[[int], None],
     cancelled: Callable[[], bool],
 ) -> None:
     """Track a group and write its runs."""
@@ -102,7 +117,7 @@ def _track_group(
         average,
         range(_frames(recording)),
         reference_poses(recording),
-        on_frame=on_frame,
+        on_frames=on_frames,
         cancelled=cancelled,
     )
     for entry, run in made:
@@ -128,74 +143,46 @@ def reference_poses(recording: Recording) -> dict[int, Pose]:
     return {frame: pose_of_landmarks(at[frame]) for frame in wanted if frame in at}
 
 
-class _Crew:
-    """Processes that track groups of runs, each group anew where its process is lost."""
+class _GroupDesk:
+    """Hands out groups of runs, each anew where its process is lost."""
 
-    def __init__(self, tasks: Sequence[_Task], workers: int) -> None:
-        self._waiting = list(tasks)
-        self._workers = workers
-        self._again: set[Group] = set()
-        self._at: dict[WorkerProcess, _Task] = {}
-        self._frames: dict[WorkerProcess, int] = {}
-
-    def work(
+    def __init__(
         self,
-        on_frame: Callable[[int], None],
+        tasks: Sequence[_Task],
+        on_frames: Callable[[int], None],
         note: Callable[[Group], None],
         stopped: Callable[[], bool],
     ) -> None:
-        """Do everything; ends all processes, however it ends."""
-        try:
-            while self._waiting or self._at:
-                self._hand_out()
-                for worker in with_words(list(self._at), _LOOK_SECONDS):
-                    self._listen(worker, note)
-                on_frame(sum(self._frames.values()))
-                if stopped():
-                    raise Cancelled
-        finally:
-            end(list(self._frames))
+        self._waiting = list(tasks)
+        self._on_frames, self._note, self.stopped = on_frames, note, stopped
+        self._again: set[Group] = set()
+        self._frames: dict[Group, int] = {}
 
-    def _hand_out(self) -> None:
-        while self._waiting and len(self._at) < self._workers:
-            idle = [worker for worker in self._frames if not worker.busy]
-            worker = idle[0] if idle else WorkerProcess(_work, self._workers)
-            self._frames[worker] = 0
-            self._at[worker] = self._waiting.pop(0)
-            worker.give(self._at[worker])
+    def next(self) -> _Task | None:
+        return self._waiting.pop(0) if self._waiting else None
 
-    def _listen(self, worker: WorkerProcess, note: Callable[[Group], None]) -> None:
-        group = self._at[worker][-1]
-        try:
-            for word in worker.words():
-                if isinstance(word, Exception):
-                    raise word
-                self._frames[worker] += word
-        except Lost as lost:
-            if group in self._again:
-                raise
-            say(f"{group.recording}: {lost}; its runs are begun again.")
-            self._again.add(group)
-            self._waiting.append(self._at.pop(worker))
-            del self._frames[worker]
-            end([worker])
-            return
-        if not worker.busy:
-            del self._at[worker]
-            self._frames[worker] = 0
-            note(group)
+    def heard(self, task: _Task, word: Any) -> None:
+        if isinstance(word, Exception):
+            raise word
+        self._frames[task[-1]] = self._frames.get(task[-1], 0) + word
+        self._on_frames(sum(self._frames.values()))
+
+    def lost(self, task: _Task, why: Lost) -> None:
+        group = task[-1]
+        if group in self._again:
+            raise why
+        say(f"{group.recording}: {why}; its runs are begun again.")
+        self._again.add(group)
+        self._waiting.append(task)
+        self._frames.pop(group, None)
+
+    def ended(self, task: _Task) -> None:
+        self._frames.pop(task[-1], None)
+        self._note(task[-1])
 
 
 def _work(task: _Task, asker: Asker) -> None:
-    places, folders, group = task
-    done = 0
-
-    def on_frame(frames: int) -> None:
-        nonlocal done
-        asker.on_frames(frames - done)
-        done = frames
-
-    _track_group(places, folders, group, on_frame, asker.gone)
+    _track_group(*task, asker.on_frames, asker.gone)
 
 
 def _frames(recording: Recording) -> int:

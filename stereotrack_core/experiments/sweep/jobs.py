@@ -22,8 +22,7 @@ from stereotrack_core.recording.fingerprint import calibration_fingerprint, fing
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import frames_within, views_of
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.run_spec import FirstPose
-from stereotrack_core.tracking.settings import Settings
+from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
 from stereotrack_core.version import __version__
 
 
@@ -44,14 +43,8 @@ class Job:
     fingerprint : str
         What it has to be there.
     point : Point
-    settings : Settings
-    preset : str
-    views : tuple of str
-    first, end : int
-        Frames, half-open.
-    seed : int
-    init : str or Pose
-    smooth : bool
+    spec : RunSpec
+        With its frames; without detections, which the recording has.
     """
 
     identity: str
@@ -60,19 +53,22 @@ class Job:
     folder: str
     fingerprint: str
     point: Point
-    settings: Settings
-    preset: str
-    views: tuple[str, ...]
-    first: int
-    end: int
-    seed: int
-    init: FirstPose
-    smooth: bool
+    spec: RunSpec
 
     @property
     def frames(self) -> range:
         """Frames that are tracked."""
-        return range(self.first, self.end)
+        return self.spec.frames_of(0)
+
+    @property
+    def seed(self) -> int:
+        """Seed of the run."""
+        return self.spec.seed
+
+    @property
+    def views(self) -> Sequence[str]:
+        """Views that are used."""
+        return self.spec.views or ()
 
 
 @dataclass(frozen=True)
@@ -172,14 +168,7 @@ class _Source:
             folder=str(self._recording.folder.resolve()),
             fingerprint=self._fingerprint,
             point=point,
-            settings=settings,
-            preset=name,
-            views=views,
-            first=frames.start,
-            end=frames.stop,
-            seed=seed,
-            init=init,
-            smooth=smooth,
+            spec=RunSpec(settings, name, frames, views, seed, init, smooth),
         )
 
 

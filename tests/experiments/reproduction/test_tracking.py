@@ -92,7 +92,7 @@ def test_stopping_keeps_nothing_of_the_group(recording):
     seen = []
     with pytest.raises(Cancelled):
         tracked(
-            recording, Entry(Way("thesis"), 0), on_frame=seen.append,
+            recording, Entry(Way("thesis"), 0), on_frames=seen.append,
             cancelled=lambda: len(seen) >= 2,
         )  # fmt: skip
-    assert seen == [1, 2]
+    assert seen == [1, 1]
