@@ -2,8 +2,8 @@
 
 import pytest
 
-from stereotrack_core.cli.reproduction import pace as module
-from stereotrack_core.cli.reproduction.pace import Pace, duration
+from stereotrack_core.cli import pace as module
+from stereotrack_core.cli.pace import Pace, duration
 
 
 @pytest.mark.parametrize(

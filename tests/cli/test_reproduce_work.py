@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from stereotrack_core import worker_processes
-from stereotrack_core.cli.reproduction import work
-from stereotrack_core.cli.reproduction.places import Places, kept_run
+from stereotrack_core.cli import reproduce
 from stereotrack_core.errors import Cancelled
+from stereotrack_core.experiments.reproduction.places import Places, kept_run
 from stereotrack_core.experiments.reproduction.plan import Entry, Group, Way
+from stereotrack_core.experiments.reproduction.runs import missing_runs
 from stereotrack_core.interop.run_npz import read_npz
 from stereotrack_core.recording.fingerprint import fingerprint
 from stereotrack_core.recording.folder import open_recording
@@ -29,7 +30,7 @@ def job(recording, tmp_path):
 
 def track(job, on_group=lambda: None):
     places, recording, groups = job
-    work.track_all(places, [recording], groups, 2, on_group)
+    reproduce._track(places, [recording], groups, 2, on_group)
 
 
 def no_process_is_left():
@@ -106,4 +107,4 @@ def test_interrupts_end_every_process_and_keep_what_is_finished(job, times, monk
         track(job)
     assert no_process_is_left()
     places, recording, groups = job
-    assert work.missing_runs(places, [recording], groups) == tuple(groups)
+    assert missing_runs(places, [recording], groups) == tuple(groups)
