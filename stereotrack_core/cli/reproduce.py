@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 from stereotrack_core.cli.arguments import add_json
 from stereotrack_core.cli.command import FAILED, OK, Command
 from stereotrack_core.cli.output import Table, counted, put_json, put_table, say
-from stereotrack_core.cli.pace import pace
-from stereotrack_core.cli.progress import stoppable
+from stereotrack_core.cli.progress import pace, stoppable
 from stereotrack_core.errors import Cancelled, InputError
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.recording.selection import frames_within, views_of
 
 if TYPE_CHECKING:
-    from stereotrack_core.cli.unfinished import UnfinishedOutput
+    from stereotrack_core.cli.track_output import UnfinishedOutput
     from stereotrack_core.recording.description import Recording
     from stereotrack_core.recording.detections import Detections
     from stereotrack_core.tracking.repeating import StoredSpec

@@ -2,8 +2,8 @@
 
 import pytest
 
-from stereotrack_core.cli import pace as module
-from stereotrack_core.cli.pace import Pace, duration
+from stereotrack_core.cli import progress as module
+from stereotrack_core.cli.progress import Pace, duration
 
 
 @pytest.mark.parametrize(
