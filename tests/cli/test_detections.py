@@ -35,7 +35,7 @@ def test_a_file_of_detections_takes_part(track, recording, tmp_path):
     rows += [f"{k - 0.5},,head,{x},{y},{z},0.005,1\n" for k, (x, y, z) in heads.items()]
     file = tmp_path / "mine.csv"
     file.write_text(HEADER + "".join(rows))
-    pulled = track(recording, "--detections")
+    pulled = track(recording, "--detections", file)
     moved = (pulled - plain)[seen, 6, 1]
     assert np.nanmax(moved) > 0.01
     assert not np.nanmin(moved) < 0.0
@@ -48,7 +48,7 @@ def test_a_file_of_detections_takes_part(track, recording, tmp_path):
 def test_detections_of_nothing_change_nothing(track, recording, tmp_path):
     file = tmp_path / "far.csv"
     file.write_text(HEADER + "1,,hand,9,9,9,0.01,1\n")
-    np.testing.assert_array_equal(track(recording, "--detections"), track(recording))
+    np.testing.assert_array_equal(track(recording, "--detections", file), track(recording))
 
 
 @pytest.mark.parametrize("text", ["frame,kind\n", HEADER + "0,,nose,1,2,3,0.1,1\n", None])
