@@ -10,8 +10,8 @@ import numpy as np
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.errors import knows_something, truth_of
-from stereotrack_core.experiments.lockstep import Entry, cloud_key, track_together
-from stereotrack_core.experiments.sweep.measures import measured
+from stereotrack_core.experiments.measures import measured
+from stereotrack_core.experiments.runner.lockstep import Entry, cloud_key, track_together
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.reader import FrameReader

@@ -16,7 +16,6 @@ from typing import Any, TypeAlias
 
 from stereotrack_core.atomic import forget_unfinished
 from stereotrack_core.body.pose import Pose
-from stereotrack_core.experiments import lockstep
 from stereotrack_core.experiments.reproduction.places import Places, kept_runs
 from stereotrack_core.experiments.reproduction.plan import (
     Entry,
@@ -24,6 +23,7 @@ from stereotrack_core.experiments.reproduction.plan import (
     averaged_subject,
     recording_for,
 )
+from stereotrack_core.experiments.runner import lockstep
 from stereotrack_core.interop.landmark_pose import pose_of_landmarks
 from stereotrack_core.interop.run_npz import write_npz
 from stereotrack_core.recording.description import Recording, Subject

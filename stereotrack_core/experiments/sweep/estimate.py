@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from statistics import fmean
 
-from stereotrack_core.experiments.sweep.jobs import Job
-from stereotrack_core.experiments.sweep.results import JobResult
+from stereotrack_core.experiments.runner.job import Job, JobResult
 
 
 def expected_seconds(

@@ -1,4 +1,4 @@
-"""Jobs of a sweep: one run each, with an identity by which its result is known again."""
+"""Jobs of a sweep, made of points: recordings times points times seeds."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from stereotrack_core.body.pose import Pose
+from stereotrack_core.experiments.runner.job import Job
 from stereotrack_core.experiments.sweep.points import Point
 from stereotrack_core.interop.first_pose import first_pose
 from stereotrack_core.reading import TABLE_BYTES, read_bytes
@@ -24,51 +25,6 @@ from stereotrack_core.recording.selection import frames_within, views_of
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
 from stereotrack_core.version import __version__
-
-
-@dataclass(frozen=True, eq=False)
-class Job:
-    """One run of a sweep, with everything that its outcome depends on.
-
-    Attributes
-    ----------
-    identity : str
-        Hash of all that the result depends on; equal identities, equal results.
-    clouds : str
-        Hash of all that its clouds depend on; jobs that agree in it may share them.
-    recording : str
-        Name of the recording.
-    folder : str
-        Where it is, the same on every machine that takes part.
-    fingerprint : str
-        What it has to be there.
-    point : Point
-    spec : RunSpec
-        With its frames; without detections, which the recording has.
-    """
-
-    identity: str
-    clouds: str
-    recording: str
-    folder: str
-    fingerprint: str
-    point: Point
-    spec: RunSpec
-
-    @property
-    def frames(self) -> range:
-        """Frames that are tracked."""
-        return self.spec.frames_of(0)
-
-    @property
-    def seed(self) -> int:
-        """Seed of the run."""
-        return self.spec.seed
-
-    @property
-    def views(self) -> Sequence[str]:
-        """Views that are used."""
-        return self.spec.views or ()
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,9 @@ from collections.abc import Callable, Generator, Sequence
 from pathlib import Path
 
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.experiments.lockstep import Entry, LockstepRun, track_together
-from stereotrack_core.experiments.sweep.jobs import Job
-from stereotrack_core.experiments.sweep.measures import measured
-from stereotrack_core.experiments.sweep.results import JobResult, failure
+from stereotrack_core.experiments.measures import measured
+from stereotrack_core.experiments.runner.job import Job, JobResult, failure
+from stereotrack_core.experiments.runner.lockstep import Entry, LockstepRun, track_together
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detection_csv import own_detections
 from stereotrack_core.recording.fingerprint import fingerprint

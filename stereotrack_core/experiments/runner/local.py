@@ -6,11 +6,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from stereotrack_core.experiments.sweep.batches import Batch, Batches
-from stereotrack_core.experiments.sweep.jobs import Job
-from stereotrack_core.experiments.sweep.results import JobResult
-from stereotrack_core.experiments.sweep.watching import Watcher
-from stereotrack_core.experiments.sweep.work import do_batch
+from stereotrack_core.experiments.runner.batches import Batch, Batches
+from stereotrack_core.experiments.runner.job import Job, JobResult, Watcher
+from stereotrack_core.experiments.runner.work import do_batch
 from stereotrack_core.worker_processes import Asker, Lost, Pool
 
 RETRIES = 1

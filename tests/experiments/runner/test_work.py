@@ -9,11 +9,11 @@ from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.evaluation.summary import summarise
-from stereotrack_core.experiments import lockstep
-from stereotrack_core.experiments.sweep.measures import MEASURES
+from stereotrack_core.experiments.measures import MEASURES
+from stereotrack_core.experiments.runner import lockstep
+from stereotrack_core.experiments.runner.job import JobResult
+from stereotrack_core.experiments.runner.work import do_batch
 from stereotrack_core.experiments.sweep.points import Point, grid_points, parsed_axis
-from stereotrack_core.experiments.sweep.results import JobResult
-from stereotrack_core.experiments.sweep.work import do_batch
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.iekf import PoseFilter
 from stereotrack_core.tracking.pipeline import track
