@@ -5,13 +5,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import stereotrack_core as stereotrack
-from stereotrack_core.tracking.run_spec import RunSpec
 
 
 def main(folder: Path, changes: Sequence[str], preset: str = "accurate") -> None:
     recording = stereotrack.open_recording(folder)
     for change in changes:
-        run = stereotrack.track(recording, RunSpec(stereotrack.preset(preset, change.split())))
+        settings = stereotrack.preset(preset, change.split())
+        run = stereotrack.track(recording, stereotrack.RunSpec(settings))
         unexplained = float(run.unexplained_fraction[run.tracked].mean())
         print(
             f"{change}: {run.tracked.sum()} frames tracked, {unexplained:.3f} unexplained", end=""

@@ -4,12 +4,12 @@ import sys
 from pathlib import Path
 
 import stereotrack_core as stereotrack
-from stereotrack_core.tracking.run_spec import RunSpec
 
 
 def main(folder: Path, output: Path, preset: str = "accurate") -> None:
     recording = stereotrack.open_recording(folder)
-    run = stereotrack.track(recording, RunSpec(stereotrack.preset(preset), preset=preset))
+    spec = stereotrack.RunSpec(stereotrack.preset(preset), preset=preset)
+    run = stereotrack.track(recording, spec)
     stereotrack.write_run(output, run)
 
     if recording.reference is not None:

@@ -7,6 +7,7 @@ import time
 import pytest
 
 from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.experiments.runner import cluster as cluster_module
 from stereotrack_core.experiments.runner.cluster import (
     ChanceError,
     ClusterWorkers,
@@ -15,7 +16,6 @@ from stereotrack_core.experiments.runner.cluster import (
 )
 from stereotrack_core.experiments.runner.job import failure
 from stereotrack_core.experiments.runner.work import do_batch
-from stereotrack_core.experiments.sweep import cluster as cluster_module
 from stereotrack_core.experiments.sweep.points import Point, grid_points, parsed_axis
 from tests.experiments.runner.dask_cluster import DaskCluster, computed_again, knows
 
