@@ -14,6 +14,7 @@ from types import FrameType
 from typing import IO, Any, TextIO, cast
 
 from stereotrack_core.cli.output import say
+from stereotrack_core.experiments.durations import in_words
 
 _QUIET = 300.0
 """Seconds between two lines where no bar is drawn."""
@@ -132,13 +133,13 @@ class Pace:
         self.advance(0)
 
     def words(self) -> str:
-        """``12 min so far, about 1 h 5 min left``."""
+        """``12 min so far, about 65 min left``."""
         elapsed = time.monotonic() - self._begun
-        so_far = f"{duration(elapsed)} so far"
+        so_far = f"{in_words(elapsed)} so far"
         if not self.done:
             return so_far
         left = elapsed * (self._total - self.done) / self.done
-        return f"{so_far}, about {duration(left)} left"
+        return f"{so_far}, about {in_words(left)} left"
 
 
 @contextmanager
@@ -146,11 +147,3 @@ def pace(what: str, total: int) -> Iterator[Pace]:
     """Follow work while the block runs."""
     with progress(what, total) as show:
         yield Pace(what, total, show)
-
-
-def duration(seconds: float) -> str:
-    """``45 s``, ``12 min`` or ``1 h 5 min``."""
-    if seconds < 90:
-        return f"{round(seconds)} s"
-    minutes = round(seconds / 60)
-    return f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes} min"

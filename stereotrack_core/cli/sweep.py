@@ -191,7 +191,8 @@ def _executor(request: SweepRequest) -> ClusterWorkers | LocalWorkers:
 
 def _tell_plan(plan: SweepPlan, *, as_json: bool) -> int:
     """Say what would be computed, and how long it would take."""
-    from stereotrack_core.experiments.sweep.estimate import expected_seconds, in_words
+    from stereotrack_core.experiments.durations import in_words
+    from stereotrack_core.experiments.sweep.estimate import expected_seconds
     from stereotrack_core.experiments.sweep.plan import count_of
     from stereotrack_core.experiments.sweep.store import SweepPlaces, stored_results
 
