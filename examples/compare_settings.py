@@ -10,7 +10,8 @@ import stereotrack_core as stereotrack
 def main(folder: Path, changes: Sequence[str], preset: str = "accurate") -> None:
     recording = stereotrack.open_recording(folder)
     for change in changes:
-        run = stereotrack.track(recording, stereotrack.preset(preset, change.split()))
+        settings = stereotrack.preset(preset, change.split())
+        run = stereotrack.track(recording, stereotrack.RunSpec(settings))
         unexplained = float(run.unexplained_fraction[run.tracked].mean())
         print(
             f"{change}: {run.tracked.sum()} frames tracked, {unexplained:.3f} unexplained", end=""

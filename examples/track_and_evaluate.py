@@ -8,7 +8,8 @@ import stereotrack_core as stereotrack
 
 def main(folder: Path, output: Path, preset: str = "accurate") -> None:
     recording = stereotrack.open_recording(folder)
-    run = stereotrack.track(recording, stereotrack.preset(preset), preset=preset)
+    spec = stereotrack.RunSpec(stereotrack.preset(preset), preset=preset)
+    run = stereotrack.track(recording, spec)
     stereotrack.write_run(output, run)
 
     if recording.reference is not None:

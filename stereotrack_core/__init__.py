@@ -11,7 +11,7 @@ Examples
 >>> from pathlib import Path
 >>> import stereotrack_core as stereotrack
 >>> recording = stereotrack.open_recording(Path("recording"))
->>> run = stereotrack.track(recording, stereotrack.preset("accurate"))
+>>> run = stereotrack.track(recording, stereotrack.RunSpec(stereotrack.preset("accurate")))
 >>> stereotrack.evaluate(run, recording.reference).measure("forearms").statistics.mean
 9.1
 """
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from stereotrack_core.simulation.make import simulate
     from stereotrack_core.tracking.pipeline import track
     from stereotrack_core.tracking.presets import preset
+    from stereotrack_core.tracking.run_spec import RunSpec
 
 # OpenCV reads these once, when it is loaded. A small file may unfold into any number of pixels, and
 # what is wrong with a picture is told in our own words.
@@ -43,6 +44,7 @@ os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
 _HOMES = {
     "DepthChain": "depth.chain",
     "Project": "project.project",
+    "RunSpec": "tracking.run_spec",
     "evaluate": "evaluation.summary",
     "failures": "evaluation.episodes.find",
     "fit_reference": "annotation.fit.recorded",
@@ -58,6 +60,7 @@ _HOMES = {
 __all__ = [
     "DepthChain",
     "Project",
+    "RunSpec",
     "__version__",
     "evaluate",
     "failures",

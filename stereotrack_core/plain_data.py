@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import re
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any, TypeAlias
+
+import numpy as np
 
 from stereotrack_core.errors import InputError, shortened
 
@@ -134,3 +138,20 @@ def _is_sound(value: Any) -> bool:
 def _at(where: str, place: tuple[Any, ...]) -> str:
     names = [f"[{one}]" if isinstance(one, int) else f".{shortened(one)}" for one in place]
     return f"{where}, {''.join(names).removeprefix('.')}" if names else where
+
+
+def plain(value: Any) -> Any:
+    """The same value made of dictionaries, lists, texts and finite numbers."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    if isinstance(value, str | bool | int | None):
+        return value
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Path):
+        return str(value)
+    return [plain(item) for item in value]

@@ -14,7 +14,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection, wait
-from typing import Any, TypeVar
+from typing import Any, Protocol
 
 import cv2
 
@@ -23,6 +23,7 @@ from stereotrack_core.errors import Cancelled
 
 _TELL_SECONDS = 0.2
 _LAST_WORD_SECONDS = 5.0
+_LOOK_SECONDS = 0.2
 _CONTEXT = multiprocessing.get_context("spawn")
 
 
@@ -126,10 +127,7 @@ class WorkerProcess:
             raise Lost(self._process.exitcode) from None
 
 
-_AnyWorker = TypeVar("_AnyWorker", bound=WorkerProcess)
-
-
-def with_words(workers: Sequence[_AnyWorker], seconds: float) -> list[_AnyWorker]:
+def with_words(workers: Sequence[WorkerProcess], seconds: float) -> list[WorkerProcess]:
     """Those that have something to tell, or have died; waits for the first so long at most."""
     ready = wait([worker.pipe for worker in workers], seconds)
     return [worker for worker in workers if worker.pipe in ready]
@@ -212,3 +210,91 @@ def _portable(error: Exception) -> Exception:
     except Exception:  # noqa: BLE001 - whatever it may be that pickle cannot take
         return RuntimeError(f"{type(error).__name__}: {error}")
     return error
+
+
+class Desk(Protocol):
+    """Whoever has tasks for a pool, and hears what becomes of them."""
+
+    def next(self) -> Any:
+        """The next task; None where nothing waits at this moment."""
+
+    def heard(self, task: Any, word: Any) -> None:
+        """A task tells something: frames done, what it failed of, or anything else."""
+
+    def lost(self, task: Any, why: Lost) -> None:
+        """The process that was at a task has ended by itself."""
+
+    def ended(self, task: Any) -> None:
+        """A task has come to its end."""
+
+    def stopped(self) -> bool:
+        """Whether to stop."""
+
+
+class Pool:
+    """Processes that are started when there is work for them, and live until they are ended.
+
+    Parameters
+    ----------
+    do : callable
+        See :class:`WorkerProcess`.
+    count : int
+        Processes.
+    """
+
+    def __init__(self, do: Callable[[Any, Asker], None], count: int) -> None:
+        self._do = do
+        self._at: dict[WorkerProcess, Any] = {}
+        self.count = count
+        self.workers: list[WorkerProcess] = []
+
+    def work(self, desk: Desk) -> None:
+        """Do tasks until there are none.
+
+        Raises
+        ------
+        Cancelled
+            Where the desk wants to stop; all processes are ended then.
+        """
+        while True:
+            self._hand_out(desk)
+            if not self._at:
+                return
+            for worker in with_words(list(self._at), _LOOK_SECONDS):
+                self._listen(worker, desk)
+            if desk.stopped():
+                self.close()
+                raise Cancelled
+
+    def close(self) -> None:
+        """End all processes at once; what they are at is lost."""
+        end(self.workers)
+        self.workers.clear()
+        self._at.clear()
+
+    def _hand_out(self, desk: Desk) -> None:
+        while len(self._at) < self.count:
+            task = desk.next()
+            if task is None:
+                return
+            worker = next((one for one in self.workers if one not in self._at), None)
+            if worker is None:
+                worker = WorkerProcess(self._do, self.count)
+                self.workers.append(worker)
+            self._at[worker] = task
+            worker.give(task)
+
+    def _listen(self, worker: WorkerProcess, desk: Desk) -> None:
+        task = self._at[worker]
+        try:
+            for word in worker.words():
+                desk.heard(task, word)
+        except Lost as lost:
+            end([worker])
+            self.workers.remove(worker)
+            del self._at[worker]
+            desk.lost(task, lost)
+            return
+        if not worker.busy:
+            del self._at[worker]
+            desk.ended(task)

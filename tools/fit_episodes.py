@@ -34,6 +34,7 @@ from stereotrack_core.simulation.options import SceneOptions
 from stereotrack_core.tracking.pipeline import track
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.run_spec import RunSpec
 
 WRITTEN = Path(__file__).parents[1] / "stereotrack_core/evaluation/episodes/coefficients.py"
 SHRINKAGE = 30.0
@@ -137,7 +138,8 @@ def tracked(folder: Path, place: Path, used: str, views: str, seed: int) -> Run:
         file.parent.mkdir(exist_ok=True)
         recording = replace(open_recording(place), reference=None)
         run = track(
-            recording, preset(used), views=tuple(views), seed=seed, init="tpose", preset=used
+            recording,
+            RunSpec(preset(used), views=tuple(views), seed=seed, init="tpose", preset=used),
         )
         write_npz(file, run)
     return read_npz(file)

@@ -26,6 +26,7 @@ from stereotrack_core.tracking.failure.features import SIGNS
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.pipeline import track
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run_spec import RunSpec
 
 PRESETS = ("accurate", "fast", "ekf", "thesis")
 WRITTEN = Path(__file__).parents[1] / "stereotrack_core/tracking/failure/coefficients.py"
@@ -82,9 +83,10 @@ def examples(place: Path, used: str, views: str) -> tuple[FloatArray, FloatArray
     recording = open_recording(place)
     frames: list[TrackedFrame] = []
     run = track(
-        recording, preset(used), views=tuple(views), init="tpose",
+        recording,
+        RunSpec(preset(used), views=tuple(views), init="tpose"),
         on_frame=lambda frame: frames.append(frame.without_cloud()),
-    )  # fmt: skip
+    )
     if recording.reference is None:
         raise ValueError(f"{place} has no reference")
     errors = errors_against(run.trajectory(), recording.reference)

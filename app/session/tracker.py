@@ -6,7 +6,7 @@ from PySide6.QtCore import QObject, Slot
 
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.tracking.frame import TrackedFrame
-from stereotrack_core.tracking.pipeline import FirstPose
+from stereotrack_core.tracking.run_spec import FirstPose
 
 from .clouds import CloudPresenter
 from .document import DocumentPresenter

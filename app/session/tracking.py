@@ -21,9 +21,10 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.frame import Origin, TrackedFrame
 from stereotrack_core.tracking.parameters import Settings
-from stereotrack_core.tracking.pipeline import FirstPose, Pipeline
+from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_checks import CHECK, Untracked, misfits
+from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
 
 from ..services.failures import message_of
 from ..services.tasks.shared import Shared
@@ -115,10 +116,8 @@ class TrackWorker:
                 order.reader.used() if order.reader is not None else nullcontext() as reader,
                 Pipeline(
                     order.recording,
-                    order.settings,
-                    init=order.init,
+                    RunSpec(order.settings, init=order.init, preset=order.preset),
                     reader=reader,
-                    preset=order.preset,
                     keeper=keeper,
                 ) as pipeline,
             ):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stereotrack_core.cli.unfinished import say_if_unfinished
+from stereotrack_core.cli.sources import say_if_unfinished
 from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:

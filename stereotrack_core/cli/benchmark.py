@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 from argparse import ArgumentParser, Namespace
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -29,9 +30,10 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.recording.selection import frames_within, seeds_of, views_of
 
 if TYPE_CHECKING:
-    from stereotrack_core.experiments.benchmark.accuracy import Contestant, Row, Score
+    from stereotrack_core.experiments.benchmark.accuracy import Row, Score
     from stereotrack_core.experiments.benchmark.speed import Speed
     from stereotrack_core.recording.description import Recording
+    from stereotrack_core.tracking.parameters import Settings
 
 _BASE = "accurate"
 """The preset that the ablation takes parts away from."""
@@ -164,23 +166,20 @@ def _refuse_others(args: Namespace, kind: str, names: Sequence[str]) -> None:
         )
 
 
-def _contestants(presets: str | None, ablation: bool, changes: list[str]) -> list[Contestant]:
+def _contestants(presets: str | None, ablation: bool, changes: list[str]) -> dict[str, Settings]:
+    """Settings by the name that the table gives them."""
     from stereotrack_core.experiments.benchmark.ablations import ABLATIONS
-    from stereotrack_core.experiments.benchmark.accuracy import Contestant
-    from stereotrack_core.parameters import parsed_settings
     from stereotrack_core.tracking.presets import PRESETS, preset
 
-    same = parsed_settings(changes)
     if ablation:
         if presets is not None:
             raise InputError(
                 "an ablation compares no presets", where="--presets", remedy="Leave it out."
             )
-        base = preset(_BASE).replaced(**same)
-        parts = [Contestant(row.name, base.replaced(**row.changes)) for row in ABLATIONS]
-        return [Contestant(_BASE, base), *parts]
+        base = preset(_BASE, changes)
+        return {_BASE: base, **{row.name: base.replaced(**row.changes) for row in ABLATIONS}}
     names = PRESETS if presets is None else [name.strip() for name in presets.split(",")]
-    return [Contestant(name, preset(name).replaced(**same)) for name in dict.fromkeys(names)]
+    return {name: preset(name, changes) for name in names}
 
 
 def _recordings(folders: Sequence[Path]) -> list[Recording]:
@@ -195,11 +194,12 @@ def _recordings(folders: Sequence[Path]) -> list[Recording]:
 
 
 def _scores(
-    recording: Recording, contestants: list[Contestant], seeds: list[int], args: Namespace
+    recording: Recording, contestants: Mapping[str, Settings], seeds: list[int], args: Namespace
 ) -> Sequence[Score]:
     from stereotrack_core.experiments.benchmark.accuracy import accuracy
     from stereotrack_core.recording.depth_views import usable_views
     from stereotrack_core.recording.reader import FrameReader
+    from stereotrack_core.tracking.run_spec import RunSpec
 
     views = usable_views(recording, views_of(recording, args.views))
     with FrameReader(recording, views=views, read_ahead=0) as reader:
@@ -209,21 +209,19 @@ def _scores(
         f"Tracking {recording.name}: {len(frames)} frames, {counted(len(contestants), 'way')}, "
         f"{counted(len(seeds), 'seed')}."
     )
+    specs = {
+        name: RunSpec(settings, preset=name, frames=frames, views=views, init=args.init)
+        for name, settings in contestants.items()
+    }
+    done = itertools.count(1)
     with progress("Tracking", total) as show, stoppable() as stopped:
         return accuracy(
-            recording,
-            contestants,
-            seeds,
-            frames,
-            views=views,
-            init=args.init,
-            on_progress=show,
-            cancelled=stopped,
+            recording, specs, seeds, on_frames=lambda _: show(next(done)), cancelled=stopped
         )
 
 
 def _speeds(
-    recording: Recording, contestants: list[Contestant], args: Namespace
+    recording: Recording, contestants: Mapping[str, Settings], args: Namespace
 ) -> dict[str, Speed]:
     from stereotrack_core.experiments.benchmark.speed import speeds
 
@@ -237,7 +235,9 @@ def _speeds(
         )
 
 
-def _growth(recordings: list[Recording], contestants: list[Contestant], args: Namespace) -> int:
+def _growth(
+    recordings: list[Recording], contestants: Mapping[str, Settings], args: Namespace
+) -> int:
     from stereotrack_core.experiments.benchmark.growth import (
         cost_of_points,
         cost_of_views,
@@ -247,13 +247,13 @@ def _growth(recordings: list[Recording], contestants: list[Contestant], args: Na
     found = []
     for recording in recordings:
         views = views_of(recording, args.views)
-        for contestant in contestants:
-            say(f"Timing {contestant.name} on {recording.name}; nothing else should run meanwhile.")
-            points = cost_of_points(recording, contestant.settings, views=views)
-            by_views = cost_of_views(recording, contestant.settings, views=views)
-            where = {"recording": recording.name, "preset": contestant.name}
+        for preset_name, settings in contestants.items():
+            say(f"Timing {preset_name} on {recording.name}; nothing else should run meanwhile.")
+            points = cost_of_points(recording, settings, views=views)
+            by_views = cost_of_views(recording, settings, views=views)
+            where = {"recording": recording.name, "preset": preset_name}
             found.append({**where, "points": points, "views": by_views})
-            name = f"{recording.name}, {contestant.name}:"
+            name = f"{recording.name}, {preset_name}:"
             tables = (
                 growth_table(f"{name} the tracker's step", "points", points, exponent(points)),
                 growth_table(f"{name} the whole chain", "views", by_views, exponent(by_views)),

@@ -16,7 +16,7 @@ from stereotrack_core.cli.comparison_tables import (
     comparison_table,
 )
 from stereotrack_core.cli.output import put, put_json, put_table, say
-from stereotrack_core.cli.truth import (
+from stereotrack_core.cli.sources import (
     Truth,
     read_measured,
     segments_beside_runs,

@@ -81,11 +81,10 @@ def run(args: Namespace) -> int:
 
 def _without_window(args: Namespace, settings: Settings) -> int:
     """Make the recording, track it, write the run, print the tables; a picture where asked for."""
-    from stereotrack_core.cli.track_signs import say_signs
-    from stereotrack_core.cli.tracking_job import track_recording
-    from stereotrack_core.cli.unfinished import UnfinishedOutput
+    from stereotrack_core.cli.track_output import UnfinishedOutput, say_signs
     from stereotrack_core.recording.folder import open_recording
     from stereotrack_core.recording.reader import FrameReader
+    from stereotrack_core.tracking.run_spec import RunSpec
 
     places = made_demo(args.folder)
     recording = open_recording(places.recording)
@@ -95,12 +94,12 @@ def _without_window(args: Namespace, settings: Settings) -> int:
     output = UnfinishedOutput(places.recording, places.run)
     output.part.unlink(missing_ok=True)  # all of the demo is made again
     with output.telling():
-        job = track_recording(recording, settings, frames, preset=args.preset, part=output.part)
+        job = output.track(recording, RunSpec(settings, args.preset, frames))
         if not len(job.run.frame):
             say("Stopped before the first frame.")
             return FAILED
         output.write(job)
-    facts = job.facts()
+    facts = job.to_dict()
     if args.json:
         summary, parts = _errors(recording, job.run.trajectory())
         told = {"run": places.run, "recording_folder": places.recording, **error_facts(summary)}

@@ -11,7 +11,7 @@ from stereotrack_core.cli.arguments import add_changes, add_json, check_output
 from stereotrack_core.cli.command import FAILED, OK, Command
 from stereotrack_core.cli.output import Table, counted, put, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
-from stereotrack_core.cli.unfinished import say_if_unfinished
+from stereotrack_core.cli.sources import say_if_unfinished
 from stereotrack_core.errors import Cancelled, InputError
 
 if TYPE_CHECKING:
@@ -114,7 +114,7 @@ def _check(args: Namespace) -> None:
 
 
 def _subject(args: Namespace) -> Subject:
-    from stereotrack_core.cli.truth import recording_of_run
+    from stereotrack_core.cli.sources import recording_of_run
     from stereotrack_core.evaluation.episodes.find import Subject
     from stereotrack_core.evaluation.episodes.rules import EpisodeRules
     from stereotrack_core.interop.run_file import read_run, read_trajectory

@@ -16,7 +16,7 @@ from stereotrack_core.cli.error_tables import (
     segment_table,
 )
 from stereotrack_core.cli.output import put, put_json, put_table, say
-from stereotrack_core.cli.truth import read_measured, segments_of, truth_of, warn_about_size
+from stereotrack_core.cli.sources import read_measured, segments_of, truth_of, warn_about_size
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.selection import frame_bounds
 

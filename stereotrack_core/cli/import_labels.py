@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from stereotrack_core.cli.arguments import add_json
 from stereotrack_core.cli.command import OK, Command
 from stereotrack_core.cli.output import Table, put_json, put_table, say
-from stereotrack_core.cli.project_files import open_project, recording_of, say_notes
+from stereotrack_core.cli.sources import open_project, recording_of, say_notes
 from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:

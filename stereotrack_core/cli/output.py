@@ -7,14 +7,12 @@ import dataclasses
 import json
 import math
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from io import StringIO
-from pathlib import Path
 from typing import Any, TextIO
 
-import numpy as np
-
 from stereotrack_core.errors import visible
+from stereotrack_core.plain_data import plain
 
 _WIDTH_WITHOUT_TERMINAL = 160
 
@@ -51,23 +49,6 @@ def _write(stream: TextIO, text: str) -> None:
 def put_json(value: Any) -> None:
     """Write a result as JSON; what is not a number becomes null."""
     put(json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False))
-
-
-def plain(value: Any) -> Any:
-    """The same value made of dictionaries, lists, texts and finite numbers."""
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, np.ndarray | np.generic):
-        return plain(value.tolist())
-    if isinstance(value, str | bool | int | None):
-        return value
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, Path):
-        return str(value)
-    return [plain(item) for item in value]
 
 
 @dataclasses.dataclass(frozen=True)

@@ -86,6 +86,7 @@ def _estimated(args: Namespace, recording: Recording) -> EstimatedLengths:
     from stereotrack_core.tracking.frame import TrackedFrame
     from stereotrack_core.tracking.pipeline import LENGTH_FRAMES, Pipeline
     from stereotrack_core.tracking.presets import preset
+    from stereotrack_core.tracking.run_spec import RunSpec
 
     settings = preset(args.preset, args.changes)
     views = views_of(recording, args.views)
@@ -95,7 +96,7 @@ def _estimated(args: Namespace, recording: Recording) -> EstimatedLengths:
     init = first_pose(args.init, frames.start)
     wanted = min(LENGTH_FRAMES, len(frames))
     with (
-        Pipeline(unaided, settings, views=views, seed=args.seed, init=init) as pipeline,
+        Pipeline(unaided, RunSpec(settings, views=views, seed=args.seed, init=init)) as pipeline,
         progress("Tracking", wanted) as show,
         stoppable() as stopped,
     ):

@@ -11,7 +11,7 @@ from stereotrack_core.cli.arguments import add_frames, add_json, check_output
 from stereotrack_core.cli.command import FAILED, OK, Command
 from stereotrack_core.cli.output import Table, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
-from stereotrack_core.cli.unfinished import say_if_unfinished
+from stereotrack_core.cli.sources import say_if_unfinished
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.recording.selection import frame_bounds
 
@@ -93,7 +93,7 @@ def _source(args: Namespace) -> Source:
 
     if args.source.suffix.lower() == SUFFIX:
         return _of_project(args)
-    from stereotrack_core.cli.truth import recording_of_run
+    from stereotrack_core.cli.sources import recording_of_run
     from stereotrack_core.interop.run_file import read_run
 
     if args.run_name is not None:
@@ -107,8 +107,7 @@ def _source(args: Namespace) -> Source:
 def _of_project(args: Namespace) -> Source:
     from dataclasses import replace
 
-    from stereotrack_core.cli.project_files import open_project, recording_of
-    from stereotrack_core.cli.truth import recording_of_run
+    from stereotrack_core.cli.sources import open_project, recording_of, recording_of_run
     from stereotrack_core.project.references import load_reference
     from stereotrack_core.project.runs import kept_runs, load_run
 
@@ -150,7 +149,7 @@ def _with_truth(
     args: Namespace, stored: Run, name: str, recording: Recording | None, like: str
 ) -> Source:
     """What is reported, with the reference that was named or the recording's own."""
-    from stereotrack_core.cli.truth import truth_of
+    from stereotrack_core.cli.sources import truth_of
     from stereotrack_core.report.files import repeat_command
     from stereotrack_core.report.reported import Source
 

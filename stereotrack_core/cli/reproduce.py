@@ -3,12 +3,22 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from stereotrack_core.cli.arguments import add_json
 from stereotrack_core.cli.command import FAILED, OK, Command
-from stereotrack_core.cli.output import say
+from stereotrack_core.cli.output import Table, counted, put_json, put_table, say
+from stereotrack_core.cli.progress import pace, stoppable
 from stereotrack_core.errors import Cancelled, InputError
+
+if TYPE_CHECKING:
+    from stereotrack_core.experiments.reproduction.page import Results
+    from stereotrack_core.experiments.reproduction.places import Places
+    from stereotrack_core.experiments.reproduction.plan import Group
+    from stereotrack_core.recording.description import Recording
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -47,11 +57,9 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Make the recordings, track them, and write the page."""
-    from stereotrack_core.cli.reproduction.places import default_folder, made_folder
-    from stereotrack_core.cli.reproduction.recordings import make_recordings
-    from stereotrack_core.cli.reproduction.work import track_all
-    from stereotrack_core.cli.reproduction.writing import print_results, write_results
+    from stereotrack_core.experiments.reproduction.places import default_folder, made_folder
     from stereotrack_core.experiments.reproduction.plan import groups
+    from stereotrack_core.experiments.reproduction.results import write_results
     from stereotrack_core.worker_processes import Lost
 
     presets = _presets(args.presets)
@@ -60,13 +68,10 @@ def run(args: Namespace) -> int:
             raise InputError("at least 1 is needed", where=f"--{name}", remedy="Give 1 or more.")
     places = made_folder(args.folder or default_folder(short=args.short))
     try:
-        recordings = make_recordings(places, short=args.short)
+        recordings = _recordings(places, short=args.short)
         planned = groups([recording.name for recording in recordings], presets, args.seeds)
-
-        def write() -> None:
-            write_results(places, recordings, planned, presets, short=args.short)
-
-        track_all(places, recordings, planned, args.workers, write)
+        write = partial(write_results, places, recordings, planned, presets, short=args.short)
+        _track(places, recordings, planned, args.workers, write)
     except (Cancelled, KeyboardInterrupt):
         say(f"Stopped. What is finished is in {places.folder}; the same command goes on from it.")
         return FAILED
@@ -74,9 +79,83 @@ def run(args: Namespace) -> int:
         say(f"Stopped twice at the same runs: {lost}. Fewer --workers need less memory; the same "
             "command goes on.")  # fmt: skip
         return FAILED
-    results = write_results(places, recordings, planned, presets, short=args.short, last=True)
-    print_results(results, places, as_json=args.json)
+    results = write(
+        on_timing=lambda name: say(f"Timing {name}; nothing else should run meanwhile.")
+    )
+    _print(results, places, as_json=args.json)
     return OK
+
+
+def _recordings(places: Places, *, short: bool) -> Sequence[Recording]:
+    """The four recordings; what is missing is rendered."""
+    from stereotrack_core.experiments.reproduction.places import (
+        missing_recordings,
+        opened_recordings,
+        render_recording,
+    )
+
+    missing = missing_recordings(places, short=short)
+    with pace("Rendering", sum(one.frames for one in missing)) as going, stoppable() as stopped:
+        for one in missing:
+            say(f"Rendering {one.name}, {one.frames} frames.")
+            render_recording(places, one, going.advance, stopped)
+            going.next(one.frames)
+    return opened_recordings(places, short=short)
+
+
+def _track(
+    places: Places,
+    recordings: Sequence[Recording],
+    groups: Sequence[Group],
+    workers: int,
+    write: Callable[[], object],
+) -> None:
+    """Track every run that is not there yet, and write what there is whenever some are finished."""
+    from stereotrack_core.experiments.reproduction.runs import (
+        frames_of,
+        missing_runs,
+        track_groups,
+    )
+
+    left = missing_runs(places, recordings, groups)
+    by_name = {recording.name: recording for recording in recordings}
+    cost = {group: len(group.entries) * frames_of(by_name[group.recording]) for group in left}
+    total = sum(cost.values())
+    if not left:
+        return
+    say(f"Tracking {counted(sum(len(g.entries) for g in left), 'run')}, {total} frames in all.")
+    with pace("Tracking", total) as going, stoppable() as stopped:
+
+        def note(group: Group) -> None:
+            going.next(cost[group])
+            runs = f"{counted(len(group.entries), 'run')} like {group.entries[0].name}"
+            say(f"{group.recording}: {runs} done; {going.words()}.")
+            write()
+
+        track_groups(
+            places,
+            recordings,
+            left,
+            workers,
+            on_frames=going.advance,
+            on_group=note,
+            on_lost=lambda group, why: say(f"{group.recording}: {why}; its runs are begun again."),
+            cancelled=stopped,
+        )
+
+
+def _print(results: Results, places: Places, *, as_json: bool) -> None:
+    """The tables to standard output."""
+    from stereotrack_core.experiments.reproduction.words import columns_of, facts, rows_of
+
+    if as_json:
+        made = results.circumstances
+        put_json({"page": places.page, "tables": facts(results.tables), "made": made,
+                  "timings": results.timings})  # fmt: skip
+    else:
+        for compared in results.tables:
+            put_table(Table(compared.title, columns_of(compared), rows_of(compared)))
+    say(f"The page is {places.page}; the tables are beside it as .csv and .md.")
 
 
 def _presets(text: str) -> tuple[str, ...]:

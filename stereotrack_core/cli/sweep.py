@@ -19,12 +19,11 @@ from stereotrack_core.cli.output import Table, put, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
 
 if TYPE_CHECKING:
-    from stereotrack_core.experiments.sweep.cluster import ClusterWorkers
-    from stereotrack_core.experiments.sweep.jobs import Job
+    from stereotrack_core.experiments.runner.cluster import ClusterWorkers
+    from stereotrack_core.experiments.runner.job import Job, JobResult
+    from stereotrack_core.experiments.runner.local import LocalWorkers
     from stereotrack_core.experiments.sweep.plan import SweepPlan
-    from stereotrack_core.experiments.sweep.pool import LocalWorkers
     from stereotrack_core.experiments.sweep.request import SweepRequest
-    from stereotrack_core.experiments.sweep.results import JobResult
     from stereotrack_core.experiments.sweep.run import SweepOutcome
     from stereotrack_core.experiments.sweep.store import SweepStore
 
@@ -180,10 +179,10 @@ def _request(args: Namespace) -> SweepRequest:
 
 def _executor(request: SweepRequest) -> ClusterWorkers | LocalWorkers:
     if request.scheduler:
-        from stereotrack_core.experiments.sweep.cluster import ClusterWorkers
+        from stereotrack_core.experiments.runner.cluster import ClusterWorkers
 
         return ClusterWorkers(request.scheduler, retries=request.retries)
-    from stereotrack_core.experiments.sweep.pool import LocalWorkers
+    from stereotrack_core.experiments.runner.local import LocalWorkers
     from stereotrack_core.worker_processes import usable_cores
 
     count = request.workers or usable_cores()
@@ -192,7 +191,8 @@ def _executor(request: SweepRequest) -> ClusterWorkers | LocalWorkers:
 
 def _tell_plan(plan: SweepPlan, *, as_json: bool) -> int:
     """Say what would be computed, and how long it would take."""
-    from stereotrack_core.experiments.sweep.estimate import expected_seconds, in_words
+    from stereotrack_core.experiments.durations import in_words
+    from stereotrack_core.experiments.sweep.estimate import expected_seconds
     from stereotrack_core.experiments.sweep.plan import count_of
     from stereotrack_core.experiments.sweep.store import SweepPlaces, stored_results
 
@@ -232,10 +232,11 @@ def _tell_plan(plan: SweepPlan, *, as_json: bool) -> int:
 
 def _probe(job: Job) -> tuple[tuple[Job, ...], dict[str, JobResult]]:
     """Track a few frames of a job to learn how long it takes."""
-    from stereotrack_core.experiments.sweep.work import do_batch
+    from stereotrack_core.experiments.runner.work import do_batch
 
     say(f"Tracking up to {_LONGEST_PROBE} frames to learn how long a job takes.")
-    short = dataclasses.replace(job, end=min(job.end, job.first + _LONGEST_PROBE))
+    spec = dataclasses.replace(job.spec, frames=job.frames[:_LONGEST_PROBE])
+    short = dataclasses.replace(job, spec=spec)
     return (short,), {result.identity: result for result in do_batch((short,))}
 
 

@@ -7,10 +7,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from stereotrack_core.cli.output import Table, number
-from stereotrack_core.experiments.sweep.jobs import Job
-from stereotrack_core.experiments.sweep.measures import MEASURES, SweepMeasure, measure_named
+from stereotrack_core.experiments.measures import MEASURES, SweepMeasure, measure_named
+from stereotrack_core.experiments.runner.job import Job, JobResult
 from stereotrack_core.experiments.sweep.points import Point, varied_names
-from stereotrack_core.experiments.sweep.results import JobResult
 from stereotrack_core.experiments.sweep.summary import PointSummary
 
 _WITH_TRUTH = ("torso_position", "upper_arms", "forearms", "lost", "not_tracked")

@@ -17,11 +17,10 @@ from stereotrack_core.cli.arguments import (
 )
 from stereotrack_core.cli.command import FAILED, OK, Command
 from stereotrack_core.cli.output import counted, put_json, put_table, say
-from stereotrack_core.cli.track_plan import PRESET, Plan, plan_of
+from stereotrack_core.cli.track_plan import PRESET, TrackPlan, plan_of
 
 if TYPE_CHECKING:
-    from stereotrack_core.cli.tracking_job import TrackingJob
-    from stereotrack_core.cli.unfinished import UnfinishedOutput
+    from stereotrack_core.experiments.tracked_run import TrackedRun
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -90,7 +89,7 @@ def run(args: Namespace) -> int:
 
         preset(args.preset or PRESET, args.changes)  # a wrong word is told before long work
 
-    from stereotrack_core.cli.unfinished import UnfinishedOutput
+    from stereotrack_core.cli.track_output import UnfinishedOutput
     from stereotrack_core.recording.folder import open_recording
 
     recording = open_recording(args.recording)
@@ -99,7 +98,7 @@ def run(args: Namespace) -> int:
     plan = plan_of(args, recording, output)
     _say_findings(args.recording)
     with output.telling():
-        job = _track(plan, output)
+        job = output.track(plan.recording, plan.spec, plan.count, plan.begun)
         if not len(job.run.frame):
             say("Stopped before the first frame; nothing was written.")
             return FAILED
@@ -107,37 +106,17 @@ def run(args: Namespace) -> int:
     return _tell(args, plan, job, place)
 
 
-def _track(plan: Plan, output: UnfinishedOutput) -> TrackingJob:
-    from stereotrack_core.cli.tracking_job import track_recording
-
-    return track_recording(
-        plan.recording,
-        plan.settings,
-        plan.frames,
-        preset=plan.preset,
-        views=plan.views,
-        seed=plan.seed,
-        init=plan.init,
-        smooth=plan.smooth,
-        detections=plan.detections,
-        colour=plan.colour,
-        count=plan.count,
-        part=output.part,
-        begun=plan.begun,
-    )
-
-
-def _tell(args: Namespace, plan: Plan, job: TrackingJob, place: Path | None) -> int:
+def _tell(args: Namespace, plan: TrackPlan, job: TrackedRun, place: Path | None) -> int:
     """Say what came out, and for a run that was repeated whether it is the same."""
-    from stereotrack_core.cli.track_signs import say_signs
+    from stereotrack_core.cli.track_output import say_signs, track_table
     from stereotrack_core.tracking.repeating import sameness
 
     same = sameness(plan.like, job.run) if plan.like is not None and plan.exact else None
     if args.json:
         repeated = {} if same is None else {"equal": same.equal, "repeated": same}
-        put_json({"run": place, **job.facts(), **repeated})
+        put_json({"run": place, **job.to_dict(), **repeated})
     else:
-        put_table(job.table(plan.recording.name + ("" if place is None else f" in {place}")))
+        put_table(track_table(job, plan.recording.name + ("" if place is None else f" in {place}")))
     if job.changed:
         say(
             f"{counted(len(job.changed), 'frame')} that had been tracked before came out "

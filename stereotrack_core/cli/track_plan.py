@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from argparse import Namespace
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,13 +14,13 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.recording.selection import frames_within, views_of
 
 if TYPE_CHECKING:
-    from stereotrack_core.cli.unfinished import UnfinishedOutput
+    from stereotrack_core.cli.track_output import UnfinishedOutput
     from stereotrack_core.recording.description import Recording
     from stereotrack_core.recording.detections import Detections
     from stereotrack_core.tracking.parameters import Settings
-    from stereotrack_core.tracking.pipeline import FirstPose
-    from stereotrack_core.tracking.repeating import Recipe
+    from stereotrack_core.tracking.repeating import StoredSpec
     from stereotrack_core.tracking.run import Run
+    from stereotrack_core.tracking.run_spec import RunSpec
     from stereotrack_core.tracking.unfinished import UnfinishedRun
 
 PRESET, SEED, INIT = "accurate", 0, "auto"
@@ -27,36 +28,33 @@ PRESET, SEED, INIT = "accurate", 0, "auto"
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
-    """Everything that tracking needs to know.
+class TrackPlan:
+    """Everything that ``track`` shall do.
 
     Attributes
     ----------
+    recording : Recording
+        With the subject that is tracked.
+    spec : RunSpec
     count : int
-        Frames to track out of `frames`; fewer where a run that was stopped is repeated.
+        Frames to track out of those of the spec; fewer where a run that was stopped is repeated.
     like : Run or None
         The run that is repeated.
     exact : bool
         Whether nothing on the command line asks for something else than the run says.
+    begun : UnfinishedRun or None
+        The run that is gone on with.
     """
 
     recording: Recording
-    settings: Settings
-    preset: str
-    frames: range
+    spec: RunSpec
     count: int
-    views: tuple[str, ...]
-    seed: int
-    init: FirstPose
-    smooth: bool
-    detections: Detections | None
-    colour: bool | None = None
     like: Run | None = None
     exact: bool = False
     begun: UnfinishedRun | None = None
 
 
-def plan_of(args: Namespace, recording: Recording, output: UnfinishedOutput) -> Plan:
+def plan_of(args: Namespace, recording: Recording, output: UnfinishedOutput) -> TrackPlan:
     """Read the command line, with ``--like`` the run, and with ``--resume`` what there is of it.
 
     Raises
@@ -70,120 +68,113 @@ def plan_of(args: Namespace, recording: Recording, output: UnfinishedOutput) -> 
     return _plan(args, recording) if args.like is None else _plan_like(args, recording)
 
 
-def _plan(args: Namespace, recording: Recording) -> Plan:
+def _plan(args: Namespace, recording: Recording) -> TrackPlan:
     from stereotrack_core.interop.first_pose import first_pose
     from stereotrack_core.recording.depth_views import usable_views
     from stereotrack_core.tracking.presets import preset
+    from stereotrack_core.tracking.run_spec import RunSpec
 
-    preset_name = args.preset or PRESET
-    settings = preset(preset_name, args.changes)
+    name = args.preset or PRESET
+    settings = preset(name, args.changes)
     views = usable_views(recording, views_of(recording, args.views))
     frames = frames_within(args.frames, _count(recording, views))
-    return Plan(
-        recording=recording,
-        settings=settings,
-        preset=preset_name,
+    spec = RunSpec(
+        settings,
+        preset=name,
         frames=frames,
-        count=len(frames),
         views=views,
         seed=args.seed or SEED,
         init=first_pose(args.init or INIT, frames.start),
         smooth=bool(args.smooth),
         detections=_detections(args.detections, recording),
     )
+    return TrackPlan(recording, spec, len(frames))
 
 
-def _plan_like(args: Namespace, recording: Recording) -> Plan:
+def _plan_like(args: Namespace, recording: Recording) -> TrackPlan:
     """As the run says, with whatever the command line says otherwise."""
     from stereotrack_core.interop.first_pose import first_pose
     from stereotrack_core.interop.run_file import read_run
     from stereotrack_core.recording.depth_views import usable_views
-    from stereotrack_core.tracking.repeating import recipe_of, what_differs
+    from stereotrack_core.tracking.repeating import stored_spec, what_differs
 
     run = read_run(args.like)
-    recipe = recipe_of(run)
+    stored = stored_spec(run)
     said = _said(args)
-    for sentence in (*what_differs(run, recording), *recipe.notes):
+    for sentence in (*what_differs(run, recording), *stored.notes):
         say(f"{args.like}: {sentence}")
     if said:
         say(f"Given on the command line, not taken from the run: {', '.join(said)}.")
-    views = usable_views(recording, views_of(recording, args.views) or recipe.views)
-    frames = _frames_like(args, recipe, _count(recording, views))
-    init = recipe.init if args.init is None else first_pose(args.init, frames.start)
-    if init is None:
+    views = usable_views(recording, views_of(recording, args.views) or stored.spec.views)
+    frames = _frames_like(args, stored, _count(recording, views))
+    if args.init is None and not stored.states_first_pose:
         raise InputError(
             "the run began with a pose that it does not state",
             where=str(args.like),
             remedy="Say where the first pose comes from with --init.",
         )
-    preset_name, settings = _settings(args, recipe)
-    return Plan(
-        recording=dataclasses.replace(recording, subject=recipe.subject),
+    preset_name, settings = _settings(args, stored)
+    spec = dataclasses.replace(
+        stored.spec,
         settings=settings,
         preset=preset_name,
         frames=frames,
-        count=recipe.count if args.frames is None else len(frames),
         views=views,
-        seed=recipe.seed if args.seed is None else args.seed,
-        init=init,
-        smooth=recipe.smooth if args.smooth is None else args.smooth,
-        detections=_detections_like(args, recipe, recording),
-        colour=recipe.colour,
-        like=run,
-        exact=not said,
+        seed=stored.spec.seed if args.seed is None else args.seed,
+        init=stored.spec.init if args.init is None else first_pose(args.init, frames.start),
+        smooth=stored.spec.smooth if args.smooth is None else args.smooth,
+        detections=_detections_like(args, stored, recording),
     )
+    tracked = dataclasses.replace(recording, subject=stored.subject)
+    count = stored.count if args.frames is None else len(frames)
+    return TrackPlan(tracked, spec, count, like=run, exact=not said)
 
 
-def _plan_resumed(args: Namespace, recording: Recording, output: UnfinishedOutput) -> Plan:
+def _plan_resumed(args: Namespace, recording: Recording, output: UnfinishedOutput) -> TrackPlan:
     """As the unfinished run was begun; nothing may be otherwise."""
     from stereotrack_core.interop.run_npz import check_run
     from stereotrack_core.recording.depth_views import usable_views
-    from stereotrack_core.tracking.repeating import other_files, other_versions, recipe_of
+    from stereotrack_core.tracking.repeating import other_files, other_versions, stored_spec
 
     begun, wish = output.begun()
     run = begun.run()
     check_run(output.part, run)
-    recipe = recipe_of(run)
-    views = usable_views(recording, recipe.views)
-    detections, heard_else = recipe.detections_in(recording)
-    foreign = [*other_files(run, recording), *recipe.notes, *([heard_else] if heard_else else [])]
-    if foreign or recipe.init is None:
+    stored = stored_spec(run)
+    views = usable_views(recording, stored.spec.views)
+    detections, heard_else = stored.detections_in(recording)
+    foreign = [*other_files(run, recording), *stored.notes, *([heard_else] if heard_else else [])]
+    if foreign or not stored.states_first_pose:
         raise InputError(
             "the unfinished run does not go on here" + (f": {foreign[0]}" if foreign else ""),
             where=str(output.part),
             remedy="Restore what it was begun with, or track anew to another output; what is in "
             "it can be evaluated and exported.",
         )
-    _refuse_otherwise(args, recipe, recording)
+    _refuse_otherwise(args, stored, recording)
     for sentence in other_versions(run.meta):
         say(f"{output.part}: {sentence}")
     say(f"Going on after {len(begun.frames)} of {len(begun.asked)} frames.")
-    return Plan(
-        recording=dataclasses.replace(recording, subject=recipe.subject),
-        settings=recipe.settings,
-        preset=recipe.preset,
+    spec = dataclasses.replace(
+        stored.spec,
         frames=begun.asked,
-        count=wish.count or len(begun.asked),
         views=views,
-        seed=recipe.seed,
-        init=recipe.init,
         smooth=wish.smooth if args.smooth is None else args.smooth,
         detections=detections,
-        colour=recipe.colour,
-        begun=begun,
     )
+    tracked = dataclasses.replace(recording, subject=stored.subject)
+    return TrackPlan(tracked, spec, wish.count or len(begun.asked), begun=begun)
 
 
-def _refuse_otherwise(args: Namespace, recipe: Recipe, recording: Recording) -> None:
+def _refuse_otherwise(args: Namespace, stored: StoredSpec, recording: Recording) -> None:
     """Refuse options that ask for something else than the unfinished run was begun with."""
-    count = _count(recording, recipe.views)
+    count = _count(recording, stored.spec.views)
     same = {
-        "--preset": args.preset is None or args.preset == recipe.preset,
-        "--set": _settings(args, recipe)[1] == recipe.settings,
-        "--frames": args.frames is None or frames_within(args.frames, count) == recipe.frames,
-        "--views": args.views is None or views_of(recording, args.views) == recipe.views,
-        "--seed": args.seed in (None, recipe.seed),
-        "--init": args.init in (None, recipe.init),
+        "--preset": args.preset is None or args.preset == stored.spec.preset,
+        "--set": _settings(args, stored)[1] == stored.spec.settings,
+        "--frames": args.frames is None or frames_within(args.frames, count) == stored.spec.frames,
+        "--views": args.views is None or views_of(recording, args.views) == stored.spec.views,
+        "--seed": args.seed in (None, stored.spec.seed),
+        "--init": args.init in (None, stored.spec.init),
         "--detections": args.detections is None,
         "--like": args.like is None,
     }
@@ -197,8 +188,9 @@ def _refuse_otherwise(args: Namespace, recipe: Recipe, recording: Recording) -> 
             )
 
 
-def _frames_like(args: Namespace, recipe: Recipe, count: int) -> range:
-    frames = recipe.frames if args.frames is None else frames_within(args.frames, count)
+def _frames_like(args: Namespace, stored: StoredSpec, count: int) -> range:
+    asked = args.frames
+    frames = stored.spec.frames_of(count) if asked is None else frames_within(asked, count)
     if frames.stop > count:
         raise InputError(
             f"the run has the frames {frames.start}:{frames.stop}, the recording only 0:{count}",
@@ -225,20 +217,22 @@ def _said(args: Namespace) -> list[str]:
     return said
 
 
-def _settings(args: Namespace, recipe: Recipe) -> tuple[str, Settings]:
+def _settings(args: Namespace, stored: StoredSpec) -> tuple[str, Settings]:
     """A preset replaces all of the run's parameters, ``--set`` single ones."""
     from stereotrack_core.parameters import parsed_settings
     from stereotrack_core.tracking.presets import preset
 
     if args.preset is not None:
         return args.preset, preset(args.preset, args.changes)
-    return recipe.preset, recipe.settings.replaced(**parsed_settings(args.changes))
+    return stored.spec.preset, stored.spec.settings.replaced(**parsed_settings(args.changes))
 
 
-def _detections_like(args: Namespace, recipe: Recipe, recording: Recording) -> Detections | None:
-    if args.detections is not None or (recipe.detections is None and recipe.colour is None):
+def _detections_like(
+    args: Namespace, stored: StoredSpec, recording: Recording
+) -> Detections | None:
+    if args.detections is not None or (stored.detections is None and stored.spec.colour is None):
         return _detections(args.detections, recording)  # older runs do not say what they used
-    found, otherwise = recipe.detections_in(recording)
+    found, otherwise = stored.detections_in(recording)
     if otherwise:
         say(otherwise)
     return found
@@ -251,7 +245,7 @@ def _detections(path: Path | None, recording: Recording) -> Detections | None:
     return own_detections(recording) if path is None else read_detections(path, recording)
 
 
-def _count(recording: Recording, views: tuple[str, ...]) -> int:
+def _count(recording: Recording, views: Sequence[str] | None) -> int:
     from stereotrack_core.recording.reader import FrameReader
 
     with FrameReader(recording, views=views, read_ahead=0) as reader:

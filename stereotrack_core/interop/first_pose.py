@@ -9,7 +9,7 @@ import numpy as np
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.landmark_pose import pose_of_landmarks
 from stereotrack_core.interop.run_file import holds_run, read_run, read_trajectory
-from stereotrack_core.tracking.pipeline import FirstPose
+from stereotrack_core.tracking.run_spec import FirstPose
 from stereotrack_core.tracking.stored import pose_of_run
 
 

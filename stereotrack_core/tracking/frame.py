@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,8 +18,8 @@ from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.fingerprint import calibration_fingerprint
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.estimate import Correspondences, Estimate
-from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.stored import (
     AXES_KEY,
     CHAIN_AXES,
@@ -135,14 +135,9 @@ class Origin:
     recording : Recording
     fingerprint : str
         Of the recording's files.
-    settings : Settings
-    preset : str
-        Name of the preset that the settings were made from.
-    seed : int
-    views : tuple of str
-        Views that were used.
-    init : str
-        Where the first pose came from, in words.
+    spec : RunSpec
+        With the frames that were asked for and the views that were used; a run that was stopped
+        has fewer frames. Pictures in colour have grey values that differ a little.
     state_names : tuple of str
     shape : BodyParameters
         Of the body that was tracked: the settings', or what was fitted.
@@ -150,14 +145,8 @@ class Origin:
         Whether the frames went through the backward pass.
     bridged : tuple of int
         Frames that were not tracked and whose poses come from the backward pass alone.
-    first_pose : Pose or None
-        The pose that it began with, where that was given and not looked for.
-    asked : range or None
-        Frames that were asked for; a run that was stopped has fewer.
-    detections : Detections
-        Of head and hands, that the tracker has listened to.
-    colour : bool
-        Whether the pictures were read in colour, which changes their grey values a little.
+    given : str
+        Where a first pose came from that was given and not looked for, in words.
     made : str
         When tracking began, ISO 8601, UTC.
     resumed_at : tuple of int
@@ -166,34 +155,28 @@ class Origin:
 
     recording: Recording
     fingerprint: str
-    settings: Settings
-    preset: str
-    seed: int
-    views: tuple[str, ...]
-    init: str
+    spec: RunSpec
     state_names: tuple[str, ...]
     shape: BodyParameters
     smoothed: bool = False
     bridged: tuple[int, ...] = ()
-    first_pose: Pose | None = None
-    asked: range | None = None
-    detections: Detections = field(default_factory=Detections)
-    colour: bool = False
+    given: str = "pose"
     made: str = ""
     resumed_at: tuple[int, ...] = ()
 
     def meta(self) -> dict[str, Any]:
         """JSON-serialisable description."""
-        subject = self.recording.subject
+        subject, spec = self.recording.subject, self.spec
+        pose = spec.init if isinstance(spec.init, Pose) else None
         meta = {
             "program": "stereotrack",
             "version": __version__,
-            "preset": self.preset,
-            "parameters": self.settings.values(),
+            "preset": spec.preset,
+            "parameters": spec.settings.values(),
             "body": self.shape.values(),
-            "seed": self.seed,
-            "views": list(self.views),
-            "init": self.init,
+            "seed": spec.seed,
+            "views": list(spec.views or ()),
+            "init": self.given if isinstance(spec.init, Pose) else spec.init,
             "fps": self.recording.fps,
             "recording": self.recording.name,
             "recording_folder": str(self.recording.folder.resolve()),
@@ -201,10 +184,10 @@ class Origin:
             "subject": None if subject is None else asdict(subject),
             "smoothed": self.smoothed,
             "bridged": list(self.bridged),
-            "first_pose": _pose_values(self.first_pose),
-            "frames": None if self.asked is None else [self.asked.start, self.asked.stop],
-            "detections": _detection_facts(self.detections),
-            "colour": self.colour,
+            "first_pose": _pose_values(pose),
+            "frames": None if spec.frames is None else [spec.frames.start, spec.frames.stop],
+            "detections": _detection_facts(spec.detections),
+            "colour": bool(spec.colour),
             "calibration": calibration_fingerprint(self.recording),
             "versions": versions(),
             "made": self.made,
@@ -221,8 +204,8 @@ def _pose_values(pose: Pose | None) -> dict[str, Any] | None:
     return {"position": pose.position.tolist(), "rotations": pose.rotations.tolist()}
 
 
-def _detection_facts(detections: Detections) -> dict[str, Any] | None:
-    if not len(detections):
+def _detection_facts(detections: Detections | None) -> dict[str, Any] | None:
+    if not detections:
         return None
     return {
         "source": detections.source,

@@ -7,7 +7,6 @@ from collections import deque
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from datetime import UTC, datetime
-from typing import TypeAlias
 
 import numpy as np
 
@@ -34,19 +33,17 @@ from stereotrack_core.tracking.lengths_fit import (
     WellSeenFrames,
     lengths_by_height,
 )
-from stereotrack_core.tracking.parameters import Settings, TrackingParameters
+from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.residuals.silhouette import edge_maps
 from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.run_checks import with_warnings
+from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.shape_fit import SeenPose, fitted_shape
-from stereotrack_core.tracking.shared_clouds import SharedClouds, read_cloud
+from stereotrack_core.tracking.shared_clouds import CloudSource, read_cloud
 from stereotrack_core.tracking.smoothing import error_state_of, smoothed
 from stereotrack_core.tracking.stored import subject_of_meta
 from stereotrack_core.tracking.tracker import PersonTracker, seeker_for, tracker_for
 from stereotrack_core.tracking.unfinished import Checkpoint, RunKeeper, UnfinishedRun, recall
-
-FirstPose: TypeAlias = str | Pose
-"""``"auto"``: found without help; ``"tpose"``: the T pose facing north; or a pose."""
 
 _LOOK_AHEAD = 5
 """Frames in which somebody is looked for to fit the shape, for each frame that it needs."""
@@ -67,24 +64,13 @@ class Pipeline:
     Parameters
     ----------
     recording : Recording
-    settings : Settings
-    views : sequence of str, optional
-        Views to use; all that give depth when not given.
-    seed : int
-    init : str or Pose
-        First pose.
+    spec : RunSpec
+        What to track; its frames and its smoothing are up to whoever goes through the frames.
     reader : FrameReader, optional
         Shared reader; it is then not closed by :meth:`close`.
-    preset : str
-        Name of the preset that the settings were made from, for the run's description.
-    clouds : SharedClouds, optional
+    clouds : CloudSource, optional
         Clouds that this run shares with others, made with the same views and depth parameters;
         their chain and reader are then not closed by :meth:`close`.
-    detections : Detections, optional
-        Head and hands that a detector has seen.
-    colour : bool, optional
-        Whether a reader of its own reads pictures in colour; as the parameters need it when not
-        given.
     keeper : RunKeeper, optional
         Is given every frame before anybody else.
     begun : UnfinishedRun, optional
@@ -100,16 +86,10 @@ class Pipeline:
     def __init__(
         self,
         recording: Recording,
-        settings: Settings,
+        spec: RunSpec,
         *,
-        views: Sequence[str] | None = None,
-        seed: int = 0,
-        init: FirstPose = "auto",
         reader: FrameReader | None = None,
-        preset: str = "",
-        clouds: SharedClouds | None = None,
-        detections: Detections | None = None,
-        colour: bool | None = None,
+        clouds: CloudSource | None = None,
         keeper: RunKeeper | None = None,
         begun: UnfinishedRun | None = None,
     ) -> None:
@@ -117,12 +97,12 @@ class Pipeline:
         if begun is not None:
             recording = dataclasses.replace(recording, subject=subject_of_meta(begun.meta))
         self.recording = recording
-        self.settings = settings
-        self.seed = seed
-        self.views = usable_views(recording, views)
+        self.spec = spec
+        self.settings = settings = spec.settings
+        self.views = usable_views(recording, spec.views)
         self.body = body_model(proportions_of(recording.subject), settings.body)
         self._shared = clouds
-        self._detections = detections or Detections()
+        self._detections = spec.detections or Detections()
         coloured = False
         if clouds is None:
             coloured = settings.tracking.wants_colour and has_colours(recording, self.views)
@@ -133,13 +113,12 @@ class Pipeline:
         self._cameras = np.array([camera.position_world for camera in cameras])
         self.shape = settings.body
         self.tracker = self._tracker()
-        self._init = init
+        self._init = spec.init
         self._found: Pose | None = None
-        self._preset = preset
         self._owns_reader = reader is None
         self._release_blas = one_blas_thread.hold()
         self.reader = reader or FrameReader(
-            recording, views=self.views, colour=coloured if colour is None else colour
+            recording, views=self.views, colour=coloured if spec.colour is None else spec.colour
         )
         self._asked: range | None = None
         now = datetime.now(UTC).isoformat(timespec="milliseconds")
@@ -221,10 +200,12 @@ class Pipeline:
         settings = dataclasses.replace(self.settings, tracking=follows)
         with Pipeline(
             dataclasses.replace(self.recording, subject=EstimatedLengths(expected).subject()),
-            settings.replaced(proportions="individual"),
-            views=self.views,
-            seed=self.seed,
-            init=self._init,
+            RunSpec(
+                settings.replaced(proportions="individual"),
+                views=self.views,
+                seed=self.spec.seed,
+                init=self._init,
+            ),
             reader=self.reader,
         ) as first:
             seen = WellSeenFrames()
@@ -291,27 +272,29 @@ class Pipeline:
         return self.settings.tracking.matching == "data_to_model"
 
     def _seeker(self) -> PersonTracker:
-        return seeker_for(self.body, self.settings, self._cameras, self.recording, self.seed)
+        return seeker_for(self.body, self.settings, self._cameras, self.recording, self.spec.seed)
 
     def _tracker(self) -> Tracker:
-        return tracker_for(self.body, self.settings, self._cameras, self.recording.fps, self.seed)
+        return tracker_for(
+            self.body, self.settings, self._cameras, self.recording.fps, self.spec.seed
+        )
 
     def origin(self) -> Origin:
         """Describe where the frames come from."""
+        spec = dataclasses.replace(
+            self.spec,
+            views=self.views,
+            frames=self._asked,
+            init=self._init,
+            detections=self._detections,
+            colour=self.reader.colour,
+        )
         return Origin(
             recording=self.recording,
             fingerprint=fingerprint(self.recording),
-            settings=self.settings,
-            preset=self._preset,
-            seed=self.seed,
-            views=self.views,
-            init=self._init if isinstance(self._init, str) else "pose",
+            spec=spec,
             state_names=self.tracker.state_names,
             shape=self.shape,
-            first_pose=self._init if isinstance(self._init, Pose) else None,
-            asked=self._asked,
-            detections=self._detections,
-            colour=self.reader.colour,
             made=self._made_at,
             resumed_at=() if self._begun is None else self._begun.resumed_at,
         )
@@ -373,18 +356,10 @@ class Pipeline:
 
 def track(
     recording: Recording,
-    settings: Settings,
+    spec: RunSpec,
     *,
-    frames: range | None = None,
-    views: Sequence[str] | None = None,
-    seed: int = 0,
-    init: FirstPose = "auto",
-    preset: str = "",
     on_frame: Callable[[TrackedFrame], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
-    smooth: bool = False,
-    detections: Detections | None = None,
-    colour: bool | None = None,
     on_first_pass: Callable[[TrackedFrame], None] | None = None,
     on_replay: Callable[[int], None] | None = None,
     keeper: RunKeeper | None = None,
@@ -394,18 +369,17 @@ def track(
 
     Parameters
     ----------
-    recording, settings, views, seed, init, preset, detections, colour, keeper, begun
-        See :class:`Pipeline`.
-    frames : range, optional
-        Half-open; all frames when not given.
+    recording : Recording
+    spec : RunSpec
     on_frame : callable, optional
         Called after every frame.
     cancelled : callable, optional
         Asked after every frame whether to stop.
-    smooth : bool
-        Go over the frames backwards as well.
     on_first_pass, on_replay : callable, optional
-        Called after each frame of the pass for the lengths, and after each that is not repeated.
+        Called after every frame from which lengths are estimated, and after every one that need
+        not be tracked again; may raise :class:`Cancelled`.
+    keeper, begun
+        See :class:`Pipeline`.
 
     Raises
     ------
@@ -414,24 +388,16 @@ def track(
 
     Examples
     --------
-    >>> run = track(open_recording(Path("recording")), preset("accurate"), frames=range(40))
+    >>> spec = RunSpec(preset("accurate"), frames=range(40))
+    >>> run = track(open_recording(Path("recording")), spec)
+    >>> run.trajectory().points.shape  # frames, nine landmarks, x y z in metres
+    (40, 9, 3)
     """
     found: list[TrackedFrame] = [] if begun is None else list(begun.done)
-    with Pipeline(
-        recording,
-        settings,
-        views=views,
-        seed=seed,
-        init=init,
-        preset=preset,
-        detections=detections,
-        colour=colour,
-        keeper=keeper,
-        begun=begun,
-    ) as pipeline:
+    with Pipeline(recording, spec, keeper=keeper, begun=begun) as pipeline:
         pipeline.on_first_pass = on_first_pass or _nothing
         pipeline.on_replay = on_replay or _nothing
-        wanted = range(pipeline.reader.frame_count) if frames is None else frames
+        wanted = spec.frames_of(pipeline.reader.frame_count)
         pipeline.prepare(wanted)
         complete = begun is not None and cancelled is not None and cancelled()
         for tracked in () if complete else pipeline.frames(wanted):
@@ -440,8 +406,8 @@ def track(
                 on_frame(tracked)
             if cancelled is not None and cancelled():
                 break
-        run = pipeline.smoothed_run(found) if smooth else run_of(found, pipeline.origin())
-        return with_warnings(run, found, settings)
+        run = pipeline.smoothed_run(found) if spec.smooth else run_of(found, pipeline.origin())
+        return with_warnings(run, found, spec.settings)
 
 
 def _nothing(_: object) -> None:

@@ -19,9 +19,9 @@ from stereotrack_core.recording.detection_csv import OWN_FILE, read_detections
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.fingerprint import calibration_fingerprint, fingerprint
 from stereotrack_core.tracking.parameters import Settings
-from stereotrack_core.tracking.pipeline import FirstPose
 from stereotrack_core.tracking.presets import PRESETS, preset
 from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
 from stereotrack_core.tracking.stored import EARLIER, subject_of_meta
 from stereotrack_core.versions import versions
 
@@ -29,49 +29,41 @@ _NUMBERS = (
     *("landmarks", "x", "P", "unexplained_fraction", "residual", "innovation", "limb_sigma_deg"),
     *("limb_lost", "tracked"),
 )
+UNSTATED = "pose"
+"""First pose of a run that began with one that it does not state."""
+
 _AGAIN = "Track the recording again with this version."
 
 
 @dataclass(frozen=True, eq=False)
-class Recipe:
-    """All that decides how a run comes out, besides recording and versions.
+class StoredSpec:
+    """What a run says about how it was made.
 
     Attributes
     ----------
-    settings : Settings
-    preset : str
-        Name of the preset that they were made from.
-    seed : int
-    views : tuple of str
-    frames : range
-        That were asked for.
+    spec : RunSpec
+        Without detections; where `init` is :data:`UNSTATED`, the run began with a pose that it
+        does not state.
     count : int
-        How many of them were tracked; fewer where the run was stopped.
-    init : FirstPose or None
-        None where the run began with a pose that it does not state.
-    smooth : bool
+        How many of the frames were tracked; fewer where the run was stopped.
     subject : Subject or None
         Whose body was tracked.
     detections : mapping or None
         Source, fingerprint and count of what a detector has said; None where nothing.
-    colour : bool or None
-        Whether pictures were read in colour; None where not known.
     notes : tuple of str
         Sentences about what cannot be taken over as it was.
     """
 
-    settings: Settings
-    preset: str
-    seed: int
-    views: tuple[str, ...]
-    frames: range
+    spec: RunSpec
     count: int
-    init: FirstPose | None
-    smooth: bool
     subject: Subject | None
     detections: Mapping[str, Any] | None
-    colour: bool | None
     notes: tuple[str, ...]
+
+    @property
+    def states_first_pose(self) -> bool:
+        """Whether it is known how the run began."""
+        return not isinstance(self.spec.init, str) or self.spec.init != UNSTATED
 
     def applied_to(self, recording: Recording) -> Recording:
         """The recording without its reference, with the subject that was tracked."""
@@ -95,7 +87,7 @@ class Recipe:
         return found, f"{found.source} does not hold the detections that the run has listened to."
 
 
-def recipe_of(run: Run) -> Recipe:
+def stored_spec(run: Run) -> StoredSpec:
     """Read how a run was made; runs of older versions say less, which is noted.
 
     Raises
@@ -116,20 +108,18 @@ def recipe_of(run: Run) -> Recipe:
             "The run is of an older version, which did not state which frames were asked for, "
             "how pictures were read, or which detections were listened to."
         )
-    return Recipe(
+    spec = RunSpec(
         settings=settings,
         preset=str(meta.get("preset", "")),
-        seed=int(meta.get("seed", 0)),
-        views=tuple(meta.get("views", ())),
         frames=range(int(first), int(end)),
-        count=len(run.frame),
+        views=tuple(meta.get("views", ())) or None,
+        seed=int(meta.get("seed", 0)),
         init=_first_pose(meta),
         smooth=bool(meta.get("smoothed", False)),
-        subject=subject_of_meta(meta),
-        detections=meta.get("detections"),
         colour=meta.get("colour"),
-        notes=tuple(notes),
     )
+    detections = meta.get("detections")
+    return StoredSpec(spec, len(run.frame), subject_of_meta(meta), detections, tuple(notes))
 
 
 def what_differs(run: Run, recording: Recording) -> tuple[str, ...]:
@@ -277,10 +267,10 @@ def _settings(stored: Mapping[str, Any]) -> tuple[Settings, list[str]]:
     return Settings().replaced(**{k: v for k, v in stored.items() if k in known}), notes
 
 
-def _first_pose(meta: Mapping[str, Any]) -> FirstPose | None:
+def _first_pose(meta: Mapping[str, Any]) -> FirstPose:
     stored, init = meta.get("first_pose"), str(meta.get("init", "auto"))
     if not isinstance(stored, dict):
-        return None if init == "pose" else init
+        return init
     try:
         rotations = np.array(stored.get("rotations"), dtype=np.float64)
     except ValueError:  # lists of different lengths

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from typing import Protocol
 
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import Cloud
@@ -18,8 +19,27 @@ def read_cloud(chain: DepthChain, reader: FrameReader, frame: int) -> tuple[Clou
     return chain.process(frame_set), read
 
 
+class CloudSource(Protocol):
+    """Where a run takes clouds that are not its own.
+
+    Attributes
+    ----------
+    chain : DepthChain
+    reader : FrameReader
+    """
+
+    chain: DepthChain
+    reader: FrameReader
+
+    def learn(self, frames: range) -> None:
+        """Learn the background from these frames, unless that is done already."""
+
+    def take(self, frame: int) -> tuple[Cloud, float]:
+        """Cloud of a frame, and the seconds that reading its images took."""
+
+
 class SharedClouds:
-    """Clouds that are made once, and forgotten when each of so many runs has taken them.
+    """Clouds that are made once, and forgotten when every run that is left has taken them.
 
     Runs that go forward together keep only the few clouds that some have taken and others not.
     May be used by the threads of all runs at once.
@@ -28,35 +48,73 @@ class SharedClouds:
     ----------
     chain : DepthChain
     reader : FrameReader
-    takers : int
-        Runs that will take every cloud exactly once.
     """
 
-    def __init__(self, chain: DepthChain, reader: FrameReader, takers: int) -> None:
+    def __init__(self, chain: DepthChain, reader: FrameReader) -> None:
         self.chain = chain
         self.reader = reader
-        self._takers = takers
         self._lock = threading.Lock()
-        self._held: dict[int, tuple[tuple[Cloud, float], int]] = {}
+        self._held: dict[int, tuple[Cloud, float]] = {}
+        self._waiting: dict[int, set[CloudTaker]] = {}
+        self._takers: set[CloudTaker] = set()
         self._learned = False
 
     def __len__(self) -> int:
         return len(self._held)
 
+    def taker(self) -> CloudTaker:
+        """What one run takes clouds from; to be made before any run begins."""
+        taker = CloudTaker(self)
+        self._takers.add(taker)
+        return taker
+
     def learn(self, frames: range) -> None:
-        """Learn the background from these frames, unless one of the runs has done so."""
+        """Learn the background from these frames, once for all."""
         with self._lock:
             if not self._learned:
                 self.chain.learn_background(self.reader, frames)
                 self._learned = True
 
-    def take(self, frame: int) -> tuple[Cloud, float]:
+    def take(self, taker: CloudTaker, frame: int) -> tuple[Cloud, float]:
         """Cloud of a frame, and the seconds that reading its images took."""
         with self._lock:
-            if frame in self._held:
-                made, left = self._held.pop(frame)
-            else:
-                made, left = read_cloud(self.chain, self.reader, frame), self._takers
-            if left > 1:
-                self._held[frame] = made, left - 1
-            return made
+            if frame not in self._held:
+                self._held[frame] = read_cloud(self.chain, self.reader, frame)
+                self._waiting[frame] = set(self._takers)
+            found = self._held[frame]
+            self._give_up(taker, frame)
+            return found
+
+    def leave(self, taker: CloudTaker) -> None:
+        """A run takes no more clouds; those that were kept for it alone are forgotten."""
+        with self._lock:
+            self._takers.discard(taker)
+            for frame in tuple(self._held):
+                self._give_up(taker, frame)
+
+    def _give_up(self, taker: CloudTaker, frame: int) -> None:
+        waiting = self._waiting[frame]
+        waiting.discard(taker)
+        if not waiting:
+            del self._held[frame], self._waiting[frame]
+
+
+class CloudTaker:
+    """One run's way to clouds that it shares with others."""
+
+    def __init__(self, clouds: SharedClouds) -> None:
+        self.chain = clouds.chain
+        self.reader = clouds.reader
+        self._clouds = clouds
+
+    def learn(self, frames: range) -> None:
+        """Learn the background from these frames, unless another run has done so."""
+        self._clouds.learn(frames)
+
+    def take(self, frame: int) -> tuple[Cloud, float]:
+        """Cloud of a frame, and the seconds that reading its images took."""
+        return self._clouds.take(self, frame)
+
+    def leave(self) -> None:
+        """Take no more."""
+        self._clouds.leave(self)

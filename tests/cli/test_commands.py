@@ -11,8 +11,9 @@ import pytest
 
 from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.proportions import AVERAGE
-from stereotrack_core.cli import tracking_job
+from stereotrack_core.cli import track_output
 from stereotrack_core.evaluation.errors import errors_against
+from stereotrack_core.interop.first_pose import first_pose
 from stereotrack_core.interop.run_file import RUN_SUFFIXES, read_run, read_trajectory
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
@@ -137,13 +138,13 @@ def test_first_pose_from_a_file(recording, tracked, seen):
     body = body_model(AVERAGE)
     for path, tolerance in ((tracked, 1e-9), (recording / "reference.csv", 1e-5)):
         known = read_trajectory(path)
-        pose = tracking_job.first_pose(str(path), seen)
+        pose = first_pose(str(path), seen)
         found = LandmarkTrajectory(np.array([seen]), landmarks(body, pose)[None])
         errors = errors_against(found, known).between(seen, seen + 1)
         assert errors.torso_position[0] < tolerance
         assert errors.upper_arm.max() < tolerance
         assert errors.forearm.max() < tolerance
-    assert tracking_job.first_pose("tpose", seen) == "tpose"
+    assert first_pose("tpose", seen) == "tpose"
 
 
 def test_track_goes_on_from_a_file(run, recording, tracked, seen, tmp_path):
@@ -196,7 +197,7 @@ def test_track_that_is_stopped_keeps_what_it_has(run, recording, tmp_path, monke
         assert total == 10
         yield lambda done: os.kill(os.getpid(), signal.SIGINT) if done == 3 else None
 
-    monkeypatch.setattr(tracking_job, "progress", interrupting)
+    monkeypatch.setattr(track_output, "progress", interrupting)
     path = tmp_path / "run.npz"
     ended = run("track", recording, "-o", path, "--preset", "fast", "--json")
     assert ended.status == 1

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stereotrack_core.cli.reproduction.places import Places, kept_run
-from stereotrack_core.cli.reproduction.strips import shown_frames
-from stereotrack_core.cli.reproduction.work import reference_poses
+from stereotrack_core.experiments.reproduction.pictures import shown_frames
+from stereotrack_core.experiments.reproduction.places import Places, kept_run
 from stereotrack_core.experiments.reproduction.plan import Entry, Way
+from stereotrack_core.experiments.reproduction.runs import reference_poses
 from stereotrack_core.experiments.reproduction.thesis import MOTIONS
 from stereotrack_core.interop.run_npz import read_npz, write_npz
 from stereotrack_core.recording.description import Segment

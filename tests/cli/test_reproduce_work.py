@@ -8,10 +8,12 @@ from contextlib import suppress
 import numpy as np
 import pytest
 
-from stereotrack_core.cli.reproduction import work
-from stereotrack_core.cli.reproduction.places import Places, kept_run
+from stereotrack_core import worker_processes
+from stereotrack_core.cli import reproduce
 from stereotrack_core.errors import Cancelled
+from stereotrack_core.experiments.reproduction.places import Places, kept_run
 from stereotrack_core.experiments.reproduction.plan import Entry, Group, Way
+from stereotrack_core.experiments.reproduction.runs import missing_runs
 from stereotrack_core.interop.run_npz import read_npz
 from stereotrack_core.recording.fingerprint import fingerprint
 from stereotrack_core.recording.folder import open_recording
@@ -28,7 +30,7 @@ def job(recording, tmp_path):
 
 def track(job, on_group=lambda: None):
     places, recording, groups = job
-    work.track_all(places, [recording], groups, 2, on_group)
+    reproduce._track(places, [recording], groups, 2, on_group)
 
 
 def no_process_is_left():
@@ -52,8 +54,8 @@ def test_runs_of_a_killed_process_are_made_anew_and_leave_nothing_half_written(
             os.kill(killed[0], signal.SIGKILL)
         return with_words(workers, seconds)
 
-    with_words = work.with_words
-    monkeypatch.setattr(work, "with_words", kill_one)
+    with_words = worker_processes.with_words
+    monkeypatch.setattr(worker_processes, "with_words", kill_one)
     told = []
     track(job, lambda: told.append(True))
     assert len(told) == 2
@@ -76,8 +78,8 @@ def test_a_group_that_is_lost_twice_ends_the_work(job, monkeypatch):
                 os.kill(worker.pid, signal.SIGKILL)
         return with_words(workers, seconds)
 
-    with_words = work.with_words
-    monkeypatch.setattr(work, "with_words", kill_all)
+    with_words = worker_processes.with_words
+    monkeypatch.setattr(worker_processes, "with_words", kill_all)
     with pytest.raises(Lost):
         track(job)
     assert no_process_is_left()
@@ -99,10 +101,10 @@ def test_interrupts_end_every_process_and_keep_what_is_finished(job, times, monk
             os.kill(os.getpid(), signal.SIGINT)
         return with_words(workers, seconds)
 
-    with_words = work.with_words
-    monkeypatch.setattr(work, "with_words", interrupt)
+    with_words = worker_processes.with_words
+    monkeypatch.setattr(worker_processes, "with_words", interrupt)
     with pytest.raises((Cancelled, KeyboardInterrupt)):
         track(job)
     assert no_process_is_left()
     places, recording, groups = job
-    assert work.missing_runs(places, [recording], groups) == tuple(groups)
+    assert missing_runs(places, [recording], groups) == tuple(groups)

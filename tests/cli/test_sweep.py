@@ -14,8 +14,9 @@ import pytest
 from stereotrack_core.atomic import replacing
 from stereotrack_core.cli import sweep
 from stereotrack_core.errors import InputError
+from stereotrack_core.experiments.durations import in_words
+from stereotrack_core.experiments.runner.work import do_batch
 from stereotrack_core.experiments.sweep import store
-from stereotrack_core.experiments.sweep.estimate import in_words
 from stereotrack_core.experiments.sweep.store import (
     SweepPlaces,
     SweepStore,
@@ -23,7 +24,6 @@ from stereotrack_core.experiments.sweep.store import (
     read_state,
     stored_results,
 )
-from stereotrack_core.experiments.sweep.work import do_batch
 from stereotrack_core.program import main
 from stereotrack_core.project.lock import ProjectLock
 

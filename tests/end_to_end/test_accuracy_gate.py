@@ -13,6 +13,7 @@ from stereotrack_core.simulation.make import simulate
 from stereotrack_core.simulation.options import SceneOptions
 from stereotrack_core.tracking.pipeline import track
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run_spec import RunSpec
 
 BOUNDS = {
     "torso_position": 43.0,
@@ -34,7 +35,7 @@ def summary(tmp_path_factory):
     simulate(folder, person="P2", motion="cross-arms", frames=40, seed=3, options=scene)
     recording = open_recording(folder)
     unknown = dataclasses.replace(recording, reference=None)
-    run = track(unknown, preset("accurate"), preset="accurate")
+    run = track(unknown, RunSpec(preset("accurate"), preset="accurate"))
     return summarise(errors_against(run.trajectory(), recording.reference))
 
 

@@ -130,8 +130,8 @@ def test_every_module_that_writes_files_is_tried():
     elsewhere = {
         "stereotrack_core.project.database": "tests/project",
         "stereotrack_core.experiments.sweep.store": "a text of its own, tests/cli/test_sweep.py",
-        "stereotrack_core.cli.reproduction.strips": "bytes of its own",
-        "stereotrack_core.cli.reproduction.writing": "texts of its own",
+        "stereotrack_core.experiments.reproduction.pictures": "bytes of its own",
+        "stereotrack_core.experiments.reproduction.results": "texts of its own",
         "app.features.review.controller": "a text of its own, tests/gui/test_review.py",
     }
     by_commands = {"stereotrack_core.cli.benchmark", "stereotrack_core.report.files"}

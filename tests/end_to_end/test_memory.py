@@ -13,6 +13,7 @@ from stereotrack_core.recording.frames import FrameSet
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run_spec import RunSpec
 
 QUICK = {
     "speckle_size": 10,
@@ -64,7 +65,7 @@ def test_memory_is_flat_over_many_frames(name, frames, sound):
     settings = preset(name).replaced(**QUICK)
     with (
         EndlessReader(recording, colour=False, cache_bytes=1 << 20) as reader,
-        Pipeline(recording, settings, reader=reader) as pipeline,
+        Pipeline(recording, RunSpec(settings), reader=reader) as pipeline,
     ):
         pipeline.prepare(range(reader.frame_count))
         assert all(frame.tracked for frame in pipeline.frames(range(SETTLED)))
@@ -77,7 +78,7 @@ def test_memory_is_flat_over_many_frames(name, frames, sound):
 
 
 def test_what_is_kept_of_a_frame_is_small(sound):
-    with Pipeline(open_recording(sound), preset("fast")) as pipeline:
+    with Pipeline(open_recording(sound), RunSpec(preset("fast"))) as pipeline:
         kept = [frame.without_cloud() for frame in pipeline.frames(range(4))]
     for frame in kept:
         prior = 0 if frame.estimate.prior is None else frame.estimate.prior.P.nbytes

@@ -15,9 +15,8 @@ from stereotrack_core.cli.benchmark_tables import in_full
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.limb_statistics import limb_statistics
 from stereotrack_core.experiments.benchmark.accuracy import Row
-from stereotrack_core.experiments.sweep.jobs import Job
+from stereotrack_core.experiments.runner.job import Job, JobResult
 from stereotrack_core.experiments.sweep.points import Point
-from stereotrack_core.experiments.sweep.results import JobResult
 from stereotrack_core.experiments.sweep.store import table_of
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stereotrack_core.cli import tracking_job
+from stereotrack_core.experiments import tracked_run
 from stereotrack_core.interop.run_file import read_run, write_run
 from stereotrack_core.tracking.repeating import sameness
 from tests.end_to_end.conftest import FRAMES
@@ -234,7 +234,7 @@ def test_there_has_to_be_something_to_go_on_with(sound, place, run):
 
 def test_an_error_on_the_way_keeps_what_was_tracked(sound, place, run, monkeypatch):
     before, done = place.read_bytes(), []
-    show = tracking_job._Course.note
+    show = tracked_run._Course.note
 
     def note(self, frame):
         show(self, frame)
@@ -242,7 +242,7 @@ def test_an_error_on_the_way_keeps_what_was_tracked(sound, place, run, monkeypat
         if len(done) == HELD:
             raise RuntimeError("a cable was pulled")
 
-    monkeypatch.setattr(tracking_job._Course, "note", note)
+    monkeypatch.setattr(tracked_run._Course, "note", note)
     ended = run("track", sound, "-o", place, *FAST)
     assert ended.status == 1
     assert "a cable was pulled" in ended.err

@@ -84,6 +84,16 @@ def test_compare_settings(folder, capsys):
     assert all("4 frames tracked" in line and "deg off" in line for line in lines)
 
 
+def test_inspect_step(folder, capsys):
+    example("inspect_step").main(folder, 2, "fast")
+    first, *corrections, last = capsys.readouterr().out.splitlines()
+    assert first.startswith("2 frames were tracked before; frame 2 by ")
+    assert corrections
+    off = [float(re.search(r"([\d.]+) mm off", line).group(1)) for line in corrections]
+    assert 0.0 < off[-1] < 60.0
+    assert "% of the cloud is unexplained" in last
+
+
 def test_the_public_names_are_there_and_documented():
     for name in stereotrack.__all__:
         found = getattr(stereotrack, name)

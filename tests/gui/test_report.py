@@ -6,6 +6,7 @@ from app.pdf import page_picture
 from app.session.runs import entry_of_run
 from stereotrack_core.tracking.pipeline import track
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run_spec import RunSpec
 
 pytestmark = pytest.mark.window
 
@@ -13,7 +14,9 @@ pytestmark = pytest.mark.window
 @pytest.fixture
 def with_run(opened, tmp_path):
     recording = opened.context.session.document.recording
-    run = track(recording, preset("thesis"), frames=range(6), init="tpose", preset="thesis")
+    run = track(
+        recording, RunSpec(preset("thesis"), frames=range(6), init="tpose", preset="thesis")
+    )
     opened.context.session.runs.add(entry_of_run(run, tmp_path / "short one.npz"))
     return opened
 

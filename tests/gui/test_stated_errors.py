@@ -24,6 +24,7 @@ from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.pipeline import track
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run_spec import RunSpec
 
 FRAMES = 8
 
@@ -40,7 +41,7 @@ def stating(trajectory: LandmarkTrajectory, shift=0.0, sigma=None) -> Reference:
 def tracked(small_recording, tmp_path_factory):
     """The recording, and a run of it read from a file."""
     recording = open_recording(small_recording)
-    return recording, track(recording, preset("fast"), preset="fast")
+    return recording, track(recording, RunSpec(preset("fast"), preset="fast"))
 
 
 @pytest.fixture

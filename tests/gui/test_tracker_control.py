@@ -15,6 +15,7 @@ from app.session.runs import RunList
 from app.session.tracking import TrackPresenter
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.tracking.pipeline import Pipeline, track
+from stereotrack_core.tracking.run_spec import RunSpec
 
 pytestmark = pytest.mark.window
 
@@ -87,8 +88,7 @@ def test_the_window_s_run_is_the_command_line_s(opened, qtbot):
     by_window = opened.context.session.runs.active.run()
     by_core = track(
         opened.context.session.document.recording,
-        opened.context.session.track.settings,
-        preset="accurate",
+        RunSpec(opened.context.session.track.settings, preset="accurate"),
     )
     np.testing.assert_array_equal(by_window.landmarks, by_core.landmarks)
     np.testing.assert_array_equal(by_window.P, by_core.P)
@@ -107,7 +107,7 @@ def test_the_first_pose_is_found_without_help_or_taken_for_a_t_pose(opened, qtbo
     qtbot.waitUntil(
         lambda: tracked(opened) == 1 and opened.context.session.track.paused, timeout=60_000
     )
-    assert opened.context.session.runs.active.origin.init == "tpose"
+    assert opened.context.session.runs.active.origin.spec.init == "tpose"
     assert opened.context.session.runs.active.frames[0].tracked
 
 

@@ -19,6 +19,7 @@ from stereotrack_core.interop.run_journal import RunJournal, Wish, has_frames, r
 from stereotrack_core.tracking.pipeline import track
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repeating import sameness
+from stereotrack_core.tracking.run_spec import RunSpec
 from tests.tracking.recordings import write_depth_recording
 from tests.tracking.scenes import pose_with_arms
 
@@ -154,9 +155,11 @@ def tracked(request, recording, tmp_path_factory):
     patch.setattr(run_journal, "_FRAMES_PER_CHECKPOINT", 2)
     chosen = settings(request.param)
     run = track(
-        recording, chosen, preset=request.param, smooth=True, keeper=journal,
+        recording,
+        RunSpec(chosen, preset=request.param, smooth=True),
+        keeper=journal,
         on_frame=lambda _: states.append(path.read_bytes()),
-    )  # fmt: skip
+    )
     journal.close()
     patch.undo()
     return request.param, chosen, run, states
@@ -173,9 +176,12 @@ def test_a_run_that_goes_on_is_the_one_that_nobody_stopped(done, recording, trac
     assert begun.checkpoint.frame == (done - 1) // 2 * 2
     journal, changed = RunJournal(path, lambda: 9.0, wish), []
     again = track(
-        recording, chosen, preset=name, smooth=True, keeper=journal, begun=begun,
+        recording,
+        RunSpec(chosen, preset=name, smooth=True),
+        keeper=journal,
+        begun=begun,
         on_frame=lambda frame: changed.append(begun.changed_by(frame)),
-    )  # fmt: skip
+    )
     journal.close()
     assert sameness(whole, again).equal
     assert not any(changed)
@@ -207,8 +213,8 @@ def test_another_tracker_s_memory_is_refused(recording, tracked, tmp_path):
     begun, _ = read_unfinished(path)
     other = settings("fast" if name == "thesis" else "thesis")
     with pytest.raises(InputError, match="does not belong"):
-        track(recording, other, begun=begun)
+        track(recording, RunSpec(other), begun=begun)
     broken = {**begun.checkpoint.memory, "P": np.eye(3)}
     begun = replace(begun, checkpoint=replace(begun.checkpoint, memory=broken))
     with pytest.raises(InputError, match="does not belong"):
-        track(recording, settings(name), begun=begun)
+        track(recording, RunSpec(settings(name)), begun=begun)

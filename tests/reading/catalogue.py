@@ -55,7 +55,7 @@ from stereotrack_core.recording.stream_files import open_stream, picture_size
 from stereotrack_core.recording.stream_source import DamagedFrame
 from stereotrack_core.recording.subject_file import read_subject
 from stereotrack_core.tracking.presets import UserPreset
-from stereotrack_core.tracking.repeating import recipe_of, what_differs
+from stereotrack_core.tracking.repeating import stored_spec, what_differs
 from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.stored import body_of_run, fps_of_run, pose_of_run
 from tests.reading.mutations import (
@@ -211,7 +211,7 @@ def use_run(run: Run, samples: Samples) -> None:
         lambda: body_of_run(run),
         lambda: [pose_of_run(run, i) for i in range(len(run.frame))],
         lambda: run_facts(json.loads(json.dumps(facts_to_keep(run)))),
-        lambda: recipe_of(run),
+        lambda: stored_spec(run),
         lambda: what_differs(run, samples.recording),
         lambda: angles_of_run(run),
     )

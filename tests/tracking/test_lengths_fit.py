@@ -19,6 +19,7 @@ from stereotrack_core.tracking.lengths_fit import (
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.pipeline import track
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.shape_fit import SeenPose
 from tests.tracking.recordings import write_depth_recording
 from tests.tracking.scenes import cloud_of, disturbed, pose_with_arms, surface_points
@@ -91,10 +92,10 @@ def test_a_recording_without_a_subject_is_tracked_with_its_own_lengths(tmp_path)
     start = poses(1)[0]
     errors = {}
     for choice in ("average", "sequence"):
-        run = track(unknown, settings.replaced(proportions=choice), init=start, seed=1)
+        run = track(unknown, RunSpec(settings.replaced(proportions=choice), init=start, seed=1))
         distances = np.linalg.norm(run.landmarks - recording.reference.points, axis=-1)
         errors[choice] = float(np.nanmean(distances))
     assert errors["sequence"] < 0.7 * errors["average"], errors
     assert run.meta["subject"]["name"] == "estimated from the sequence"
-    again = track(unknown, settings.replaced(proportions="sequence"), init=start, seed=1)
+    again = track(unknown, RunSpec(settings.replaced(proportions="sequence"), init=start, seed=1))
     np.testing.assert_array_equal(run.landmarks, again.landmarks)

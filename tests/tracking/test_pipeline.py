@@ -15,6 +15,7 @@ from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.frame import run_of
 from stereotrack_core.tracking.pipeline import Pipeline, track
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 from tests.tracking.recordings import write_depth_recording
 from tests.tracking.scenes import pose_with_arms
@@ -47,7 +48,7 @@ def recording(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def fast_run(recording):
-    return track(recording, _settings("fast"), preset="fast", seed=3)
+    return track(recording, RunSpec(_settings("fast"), preset="fast", seed=3))
 
 
 def _same(a, b):
@@ -76,7 +77,7 @@ def test_the_run_follows_the_body(recording, fast_run):
 
 @pytest.fixture(scope="module")
 def smooth_run(recording):
-    return track(recording, _settings("fast"), preset="fast", seed=3, smooth=True)
+    return track(recording, RunSpec(_settings("fast"), preset="fast", seed=3, smooth=True))
 
 
 def test_smoothing_fills_a_frame_without_points_and_says_so(recording, fast_run, smooth_run):
@@ -106,13 +107,13 @@ def test_smoothed_poses_reproduce_their_landmarks(smooth_run, tmp_path):
 
 
 def test_a_smoothed_run_that_is_cancelled_keeps_what_it_has(recording):
-    run = track(recording, _settings("fast"), seed=3, smooth=True, cancelled=lambda: True)
+    run = track(recording, RunSpec(_settings("fast"), seed=3, smooth=True), cancelled=lambda: True)
     assert list(run.frame) == [0]
     assert run.meta["smoothed"]
 
 
 def test_the_thesis_follows_it_too(recording):
-    run = track(recording, _settings("thesis"), preset="thesis", frames=range(4))
+    run = track(recording, RunSpec(_settings("thesis"), preset="thesis", frames=range(4)))
     errors = np.linalg.norm(run.landmarks - recording.reference.points[:4], axis=-1)
     assert run.tracked.all()
     assert len(run.state_names) == run.x.shape[1] == 14
@@ -122,17 +123,17 @@ def test_the_thesis_follows_it_too(recording):
 def test_the_thesis_begins_with_a_pose_that_is_looked_for_in_clouds_made_for_search(recording):
     found = []
     for init in ("auto", _pose(0)):
-        run = track(recording, _settings("thesis"), frames=range(2), init=init)
+        run = track(recording, RunSpec(_settings("thesis"), frames=range(2), init=init))
         found.append(run.landmarks[0])
     assert np.linalg.norm(found[0] - found[1], axis=-1).max() < 0.08
 
 
 def test_the_reference_is_never_seen(recording, fast_run):
     without = dataclasses.replace(recording, reference=None)
-    _same(track(without, _settings("fast"), preset="fast", seed=3), fast_run)
+    _same(track(without, RunSpec(_settings("fast"), preset="fast", seed=3)), fast_run)
     wrong = LandmarkTrajectory(np.arange(FRAMES), np.full((FRAMES, len(LANDMARKS), 3), 7.0))
     misled = dataclasses.replace(recording, reference=wrong)
-    _same(track(misled, _settings("fast"), preset="fast", seed=3), fast_run)
+    _same(track(misled, RunSpec(_settings("fast"), preset="fast", seed=3)), fast_run)
 
 
 def test_the_run_says_where_it_comes_from(recording, fast_run):
@@ -160,7 +161,7 @@ def test_poses_of_a_stored_run_reproduce_its_landmarks(recording, fast_run, tmp_
 
 def test_the_shape_that_was_tracked_with_comes_back(recording, tmp_path):
     settings = _settings("fast").replaced(torso_radius_low=0.15, fit_shape=True)
-    with Pipeline(recording, settings) as pipeline:
+    with Pipeline(recording, RunSpec(settings)) as pipeline:
         run = run_of(list(pipeline.frames(range(3))), pipeline.origin())
         used = pipeline.body.cones
     write_run(tmp_path / "run.npz", run)
@@ -179,9 +180,7 @@ def test_a_cancelled_run_keeps_what_it_has(recording, fast_run):
     seen = []
     run = track(
         recording,
-        _settings("fast"),
-        seed=3,
-        frames=range(FRAMES),
+        RunSpec(_settings("fast"), seed=3, frames=range(FRAMES)),
         on_frame=seen.append,
         cancelled=lambda: len(seen) == 2,
     )
@@ -190,7 +189,7 @@ def test_a_cancelled_run_keeps_what_it_has(recording, fast_run):
 
 
 def test_frames_are_handed_on_with_their_clouds(recording):
-    with Pipeline(recording, _settings("fast"), seed=3) as pipeline:
+    with Pipeline(recording, RunSpec(_settings("fast"), seed=3)) as pipeline:
         frames = list(pipeline.frames(range(2)))
         run = run_of(frames, pipeline.origin())
     for k, frame in enumerate(frames):
@@ -208,7 +207,7 @@ def test_frames_are_handed_on_with_their_clouds(recording):
 
 
 def test_tracking_goes_on_where_it_was_left(recording, fast_run):
-    with Pipeline(recording, _settings("fast"), seed=3) as pipeline:
+    with Pipeline(recording, RunSpec(_settings("fast"), seed=3)) as pipeline:
         pipeline.prepare(range(FRAMES))
         frames = [*pipeline.frames(range(2)), *pipeline.frames(range(2, 4))]
         run = run_of(frames, pipeline.origin())
@@ -216,7 +215,7 @@ def test_tracking_goes_on_where_it_was_left(recording, fast_run):
 
 
 def test_no_frames_give_an_empty_run(recording):
-    run = track(recording, _settings("fast"), frames=range(0))
+    run = track(recording, RunSpec(_settings("fast"), frames=range(0)))
     assert run.landmarks.shape == (0, len(LANDMARKS), 3)
     assert run.x.shape == (0, len(run.state_names))
     assert run.P.shape == (0, len(run.state_names), len(run.state_names))
@@ -224,7 +223,7 @@ def test_no_frames_give_an_empty_run(recording):
 
 
 def test_a_first_pose_can_be_given(recording):
-    run = track(recording, _settings("fast"), frames=range(3, 4), init=_pose(3))
+    run = track(recording, RunSpec(_settings("fast"), frames=range(3, 4), init=_pose(3)))
     errors = np.linalg.norm(run.landmarks[0] - recording.reference.points[3], axis=-1)
     assert errors.max() < 0.06
     assert run.meta["init"] == "pose"
@@ -232,13 +231,13 @@ def test_a_first_pose_can_be_given(recording):
 
 def test_a_shared_reader_stays_open(recording):
     with FrameReader(recording, colour=False) as reader:
-        with Pipeline(recording, _settings("fast"), reader=reader) as pipeline:
+        with Pipeline(recording, RunSpec(_settings("fast")), reader=reader) as pipeline:
             assert next(iter(pipeline.frames(range(1)))).tracked
         assert reader.frame_set(0).views.keys() == set("NOSW")
 
 
 def test_two_views_are_enough_to_go_on(recording):
-    run = track(recording, _settings("fast"), views=["S", "N"], frames=range(3))
+    run = track(recording, RunSpec(_settings("fast"), views=["S", "N"], frames=range(3)))
     assert run.meta["views"] == ["N", "S"]
     assert run.tracked.all()
 
@@ -246,7 +245,7 @@ def test_two_views_are_enough_to_go_on(recording):
 @pytest.mark.parametrize("views", [["X"], ["N", "X"], []])
 def test_unknown_views_are_refused_with_the_known_ones(recording, views):
     with pytest.raises(InputError, match="N, O, S, W") as refused:
-        Pipeline(recording, _settings("fast"), views=views)
+        Pipeline(recording, RunSpec(_settings("fast"), views=views))
     assert refused.value.where == "--views"
 
 
@@ -259,7 +258,7 @@ def test_views_without_depth_alone_are_refused(recording):
         ),
     )
     with pytest.raises(InputError, match="no view gives depth"):
-        track(mono, _settings("fast"))
+        track(mono, RunSpec(_settings("fast")))
 
 
 def test_mono_views_are_left_out(recording):
@@ -273,7 +272,7 @@ def test_mono_views_are_left_out(recording):
 
 def test_the_order_in_which_views_are_named_changes_nothing(recording):
     found = [
-        track(recording, _settings("fast"), views=views, frames=range(3), init="tpose")
+        track(recording, RunSpec(_settings("fast"), views=views, frames=range(3), init="tpose"))
         for views in (["N", "W"], ["W", "N"])
     ]
     _same(*found)

@@ -9,6 +9,7 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.shared_clouds import SharedClouds
 from tests.tracking.recordings import write_depth_recording
 from tests.tracking.scenes import POSES
@@ -28,43 +29,50 @@ def recording(tmp_path_factory):
 
 @pytest.fixture
 def first(recording):
-    with Pipeline(recording, SETTINGS) as pipeline:
+    with Pipeline(recording, RunSpec(SETTINGS)) as pipeline:
         yield pipeline
 
 
 def test_every_cloud_is_made_once_and_forgotten_when_all_have_it(first):
-    clouds = SharedClouds(first.chain, first.reader, 3)
+    clouds = SharedClouds(first.chain, first.reader)
     clouds.learn(range(FRAMES))
-    taken = [clouds.take(0)[0] for _ in range(2)]
+    takers = [clouds.taker() for _ in range(3)]
+    taken = [taker.take(0)[0] for taker in takers[:2]]
     assert len(clouds) == 1
-    taken.append(clouds.take(0)[0])
+    taken.append(takers[2].take(0)[0])
     assert taken[0] is taken[1] is taken[2]
     assert len(clouds) == 0
 
 
 def test_one_taker_keeps_nothing(first):
-    clouds = SharedClouds(first.chain, first.reader, 1)
+    clouds = SharedClouds(first.chain, first.reader)
+    taker = clouds.taker()
     for frame in range(FRAMES):
-        assert clouds.take(frame)[0].frame == frame
+        assert taker.take(frame)[0].frame == frame
         assert len(clouds) == 0
 
 
 def test_many_threads_may_take_at_once(first):
-    clouds = SharedClouds(first.chain, first.reader, 8)
+    clouds = SharedClouds(first.chain, first.reader)
+    takers = [clouds.taker() for _ in range(8)]
     with ThreadPoolExecutor(8) as pool:
-        taken = list(pool.map(lambda k: clouds.take(k // 8)[0], range(8 * FRAMES)))
+        taken = list(pool.map(lambda k: takers[k % 8].take(k // 8)[0], range(8 * FRAMES)))
     assert len({id(cloud) for cloud in taken}) == FRAMES
     assert len(clouds) == 0
 
 
 def test_a_run_with_shared_clouds_is_the_run_alone(recording, first):
-    clouds = SharedClouds(first.chain, first.reader, 2)
-    runs = [Pipeline(recording, SETTINGS, seed=seed, clouds=clouds) for seed in (0, 1)]
+    clouds = SharedClouds(first.chain, first.reader)
+    takers = [clouds.taker() for _ in range(2)]
+    runs = [
+        Pipeline(recording, RunSpec(SETTINGS, seed=seed), clouds=taker)
+        for seed, taker in enumerate(takers)
+    ]
     together = list(zip(*(run.frames(range(FRAMES)) for run in runs), strict=True))
     for run in runs:
         run.close()
     for seed in (0, 1):
-        with Pipeline(recording, SETTINGS, seed=seed) as alone:
+        with Pipeline(recording, RunSpec(SETTINGS, seed=seed)) as alone:
             for k, frame in enumerate(alone.frames(range(FRAMES))):
                 np.testing.assert_array_equal(together[k][seed].x, frame.x)
     assert first.reader.frame_set(0).views.keys() == set("NOSW")

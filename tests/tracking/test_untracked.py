@@ -11,6 +11,7 @@ from stereotrack_core.recording.writing import write_png
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_checks import Untracked
+from stereotrack_core.tracking.run_spec import RunSpec
 from tests.tracking.recordings import HEIGHT, VIEWS, WIDTH, write_depth_recording
 from tests.tracking.scenes import pose_with_arms
 
@@ -34,7 +35,7 @@ def with_views(recording, **changes):
 
 def untracked(recording, **changes):
     settings = SETTINGS.replaced(**changes)
-    with Pipeline(recording, settings, init="tpose") as pipeline:
+    with Pipeline(recording, RunSpec(settings, init="tpose")) as pipeline:
         found = [frame.without_cloud() for frame in pipeline.frames(range(FRAMES))]
     return Untracked(recording, settings).take(found)
 
@@ -111,7 +112,7 @@ def test_enough_points_that_are_no_body_are_told(recording):
 
 
 def test_counts_never_grow_from_step_to_step(recording):
-    with Pipeline(recording, SETTINGS, init="tpose") as pipeline:
+    with Pipeline(recording, RunSpec(SETTINGS, init="tpose")) as pipeline:
         [first, *_] = list(pipeline.frames(range(1)))
     for name, counts in first.cloud.counts.items():
         left = (counts.measured, counts.person, counts.taken, counts.inside, counts.kept)

@@ -27,7 +27,7 @@ from stereotrack_core.tracking.inspection import (
 )
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.pipeline import Pipeline
-from stereotrack_core.tracking.repeating import recipe_of
+from stereotrack_core.tracking.repeating import stored_spec
 from stereotrack_core.tracking.trace import StepTrace, movement
 from stereotrack_core.tracking.tracker import PersonTracker
 from stereotrack_core.tracking.tuning.attempt import stoppable
@@ -168,7 +168,7 @@ def settings_of(entry: RunEntry) -> Settings:
     if entry.settings is not None:
         return entry.settings
     run = entry.run()
-    return recipe_of(run).settings if run is not None else Settings()
+    return stored_spec(run).spec.settings if run is not None else Settings()
 
 
 def way_of(recording: Recording, entry: RunEntry | None, settings: Settings) -> Way:
@@ -180,7 +180,7 @@ def way_of(recording: Recording, entry: RunEntry | None, settings: Settings) -> 
     )
     views, seed = usable_views(recording, None), 0
     if entry is not None and entry.origin is not None:
-        views, seed = entry.origin.views, entry.origin.seed
+        views, seed = tuple(entry.origin.spec.views or ()), entry.origin.spec.seed
     elif entry is not None and entry.stored is not None:
         meta = entry.stored.meta
         kept = tuple(name for name in meta.get("views", ()) if name in views)

@@ -91,7 +91,7 @@ def cameras_of(entry: RunEntry, recording: Recording) -> list[Camera]:
     """Reference cameras of the views that a run was tracked with; all where it does not say."""
     used: Sequence[str] = ()
     if entry.origin is not None:
-        used = entry.origin.views
+        used = entry.origin.spec.views or ()
     elif entry.stored is not None:
         used = entry.stored.meta.get("views") or ()
     chosen = [view for view in recording.views if view.name in used] or recording.views

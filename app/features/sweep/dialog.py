@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
 )
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.experiments.sweep.estimate import in_words
+from stereotrack_core.experiments.durations import in_words
 from stereotrack_core.experiments.sweep.plan import SweepCount
 
 from ...services.tasks.task import Task, TaskList

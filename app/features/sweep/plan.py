@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.experiments.sweep.estimate import in_words
-from stereotrack_core.experiments.sweep.measures import MEASURES
+from stereotrack_core.experiments.durations import in_words
+from stereotrack_core.experiments.measures import MEASURES
 from stereotrack_core.experiments.sweep.plan import SweepCount, SweepPlan, count_of
 from stereotrack_core.experiments.sweep.points import SPECIAL, parameter_rows
 from stereotrack_core.experiments.sweep.request import TRIALS, SweepRequest, program_command

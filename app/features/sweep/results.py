@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 )
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.experiments.sweep.measures import measure_named
+from stereotrack_core.experiments.measures import measure_named
 from stereotrack_core.experiments.sweep.picture import draw_curves, draw_heat, words_of
 from stereotrack_core.experiments.sweep.table import (
     SweepTable,

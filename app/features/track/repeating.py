@@ -12,7 +12,13 @@ from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.pipeline import track
-from stereotrack_core.tracking.repeating import Recipe, Sameness, recipe_of, sameness, what_differs
+from stereotrack_core.tracking.repeating import (
+    Sameness,
+    StoredSpec,
+    sameness,
+    stored_spec,
+    what_differs,
+)
 from stereotrack_core.tracking.run import Run
 
 from ...services.tasks.task import Task, TaskList
@@ -73,8 +79,8 @@ class RunRepeater(QObject):
         recording, run = self._document.recording, entry.run()
         if recording is None or run is None or self.busy:
             return
-        recipe = recipe_of(run)
-        if recipe.init is None:
+        stored = stored_spec(run)
+        if not stored.states_first_pose:
             raise InputError(
                 "the run began with a pose that it does not state",
                 where=entry.name,
@@ -82,7 +88,7 @@ class RunRepeater(QObject):
             )
         self._task = self._tasks.begin(
             f"repeating {entry.name}",
-            lambda task: _repeated(task, entry, run, recipe, recording),
+            lambda task: _repeated(task, entry, run, stored, recording),
             self._on_done,
         )
         self._task.ended.connect(self._on_ended)
@@ -111,31 +117,22 @@ class RunRepeater(QObject):
 
 
 def _repeated(
-    task: Task, entry: RunEntry, run: Run, recipe: Recipe, recording: Recording
+    task: Task, entry: RunEntry, run: Run, stored: StoredSpec, recording: Recording
 ) -> Repeated:
-    detections, otherwise = recipe.detections_in(recording)
-    differs = (*what_differs(run, recording), *recipe.notes, *([otherwise] if otherwise else []))
+    detections, otherwise = stored.detections_in(recording)
+    differs = (*what_differs(run, recording), *stored.notes, *([otherwise] if otherwise else []))
     begun, done = time.perf_counter(), 0
-    assert recipe.init is not None  # noqa: S101 - asked before the task was begun
 
     def note(_frame: TrackedFrame) -> None:
         nonlocal done
         done += 1
-        task.report(done / recipe.count, f"frame {done} of {recipe.count}")
+        task.report(done / stored.count, f"frame {done} of {stored.count}")
 
     again = track(
-        recipe.applied_to(recording),
-        recipe.settings,
-        frames=recipe.frames,
-        views=recipe.views or None,
-        seed=recipe.seed,
-        init=recipe.init,
-        preset=recipe.preset,
+        stored.applied_to(recording),
+        dataclasses.replace(stored.spec, detections=detections),
         on_frame=note,
-        cancelled=lambda: task.token.cancelled() or done == recipe.count,
-        smooth=recipe.smooth,
-        detections=detections,
-        colour=recipe.colour,
+        cancelled=lambda: task.token.cancelled() or done == stored.count,
     )
     if task.token.cancelled():
         raise Cancelled

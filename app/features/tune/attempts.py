@@ -10,7 +10,7 @@ from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal, Slot
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.tracking.frame import Origin
-from stereotrack_core.tracking.pipeline import FirstPose
+from stereotrack_core.tracking.run_spec import FirstPose
 from stereotrack_core.tracking.tuning.attempt import Attempt, work_of
 
 from ...services.failures import message_of

@@ -10,7 +10,7 @@ from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.errors import InputError
 from stereotrack_core.parameters import ParametersT, Value
 from stereotrack_core.tracking.parameters import Settings
-from stereotrack_core.tracking.pipeline import FirstPose
+from stereotrack_core.tracking.run_spec import FirstPose
 from stereotrack_core.tracking.tuning.attempt import Attempt, Start
 from stereotrack_core.tracking.tuning.stages import changed_names, shape_stands
 
@@ -70,7 +70,7 @@ def base_of(entry: RunEntry, made: Attempt | None = None) -> Base:
     origin, stored = entry.origin, entry.stored
     settings, shape, seed = entry.settings, None, 0
     if origin is not None:
-        shape, seed = origin.shape, origin.seed
+        shape, seed = origin.shape, origin.spec.seed
     elif stored is not None:
         settings = settings or _stored(Settings(), stored.meta.get("parameters"))
         shape = _stored(BodyParameters(), stored.meta.get("body"))

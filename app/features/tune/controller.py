@@ -6,8 +6,8 @@ from PySide6.QtCore import QObject, Slot
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.parameters import ParameterRow
-from stereotrack_core.tracking.pipeline import FirstPose
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run_spec import FirstPose
 from stereotrack_core.tracking.tuning.attempt import Attempt
 from stereotrack_core.tracking.tuning.series import all_values, spread_values
 

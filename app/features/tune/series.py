@@ -12,7 +12,7 @@ from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.parameters import ParameterRow, Value
 from stereotrack_core.tracking.parameters import Settings
-from stereotrack_core.tracking.pipeline import FirstPose
+from stereotrack_core.tracking.run_spec import FirstPose
 from stereotrack_core.tracking.tuning.attempt import Attempt
 
 from ...services.failures import message_of

@@ -1,48 +1,26 @@
-"""Errors of several ways of tracking on the same recordings, over several seeds.
-
-All runs of one recording go forward frame by frame together, so that each cloud is made once for
-all that have the same depth parameters and forgotten when the last run has taken it.
-"""
+"""Errors of several ways of tracking on the same recordings, over several seeds."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Generator, Mapping, Sequence
-from contextlib import ExitStack, closing
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray
-from stereotrack_core.depth.parameters import DepthParameters
-from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.errors import knows_something, truth_of
-from stereotrack_core.evaluation.summary import Summary, evaluate
+from stereotrack_core.experiments.measures import measured
+from stereotrack_core.experiments.runner.lockstep import Entry, cloud_key, track_together
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.tracking.frame import TrackedFrame
-from stereotrack_core.tracking.parameters import Settings
-from stereotrack_core.tracking.pipeline import FirstPose, Pipeline
-from stereotrack_core.tracking.shared_clouds import SharedClouds
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.tracking.run_spec import RunSpec
 
 
 @dataclass(frozen=True)
-class Contestant:
-    """One way of tracking.
-
-    Attributes
-    ----------
-    name : str
-    settings : Settings
-    """
-
-    name: str
-    settings: Settings
-
-
-@dataclass(frozen=True)
-class Measured:
-    """One number that a run is judged by.
+class Column:
+    """One number of the table that a run is judged by; see the measure of that name.
 
     Attributes
     ----------
@@ -50,39 +28,23 @@ class Measured:
     label : str
         For people.
     unit : str
-    of : callable
-        Takes it from the errors of a run.
     """
 
     name: str
     label: str
     unit: str
-    of: Callable[[Summary], float]
 
 
-def _mean(name: str) -> Callable[[Summary], float]:
-    return lambda summary: summary.measure(name).statistics.mean
-
-
-def _p95(name: str) -> Callable[[Summary], float]:
-    return lambda summary: summary.measure(name).statistics.p95
-
-
-MEASURES: tuple[Measured, ...] = (
-    Measured("torso_position", "torso", "mm", _mean("torso_position")),
-    Measured("torso_long", "long axis", "deg", _mean("torso_long")),
-    Measured("torso_cross", "cross axis", "deg", _mean("torso_cross")),
-    Measured("upper_arms", "upper arms", "deg", _mean("upper_arms")),
-    Measured("upper_arms_p95", "upper arms 95 %", "deg", _p95("upper_arms")),
-    Measured("forearms", "forearms", "deg", _mean("forearms")),
-    Measured("forearms_p95", "forearms 95 %", "deg", _p95("forearms")),
-    Measured("lost", "lost", "%", lambda summary: 100.0 * summary.lost),
-    Measured(
-        "not_tracked",
-        "not tracked",
-        "%",
-        lambda summary: 100.0 * summary.not_tracked / max(1, summary.frames),
-    ),
+MEASURES: tuple[Column, ...] = (
+    Column("torso_position", "torso", "mm"),
+    Column("torso_long", "long axis", "deg"),
+    Column("torso_cross", "cross axis", "deg"),
+    Column("upper_arms", "upper arms", "deg"),
+    Column("upper_arms_p95", "upper arms 95 %", "deg"),
+    Column("forearms", "forearms", "deg"),
+    Column("forearms_p95", "forearms 95 %", "deg"),
+    Column("lost", "lost", "%"),
+    Column("not_tracked", "not tracked", "%"),
 )
 """What the table says of every run; a frame that is not tracked counts 90 deg and 500 mm."""
 
@@ -134,30 +96,25 @@ class Row:
 
 def accuracy(
     recording: Recording,
-    contestants: Sequence[Contestant],
+    specs: Mapping[str, RunSpec],
     seeds: Sequence[int],
-    frames: range,
     *,
-    views: Sequence[str] | None = None,
-    init: FirstPose = "auto",
-    on_progress: Callable[[int], None] = lambda _: None,
+    on_frames: Callable[[int], None] = lambda _: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> tuple[Score, ...]:
     """Track a recording with every contestant and every seed, and measure the errors.
+
+    All that see the same clouds go forward together.
 
     Parameters
     ----------
     recording : Recording
         Has a reference, which no tracker sees.
-    contestants : sequence of Contestant
+    specs : mapping from name to RunSpec
+        The contestants, with the same frames.
     seeds : sequence of int
-    frames : range
-    views : sequence of str, optional
-        Views to use; all that give depth when not given.
-    init : str or Pose
-        First pose; see :class:`Pipeline`.
-    on_progress : callable, optional
-        Told how many frames are tracked, of ``len(frames) * len(contestants) * len(seeds)``.
+    on_frames : callable, optional
+        Told how many frames more are tracked, of those of all contestants with all seeds.
     cancelled : callable, optional
         Asked after every frame whether to stop.
 
@@ -167,28 +124,21 @@ def accuracy(
         Where the recording has no reference, or it knows none of the frames.
     Cancelled
     """
-    reference = _reference_within(recording, frames)
+    reference = _reference_within(recording, specs)
     blind = dataclasses.replace(recording, reference=None)
+    groups: dict[object, list[tuple[str, int]]] = {}
+    for name, spec in specs.items():
+        groups.setdefault(cloud_key(spec), []).extend((name, seed) for seed in seeds)
     scores: dict[tuple[str, int], Score] = {}
-    done = 0
-    for group in _same_clouds(contestants):
-        entries = [(contestant, seed) for contestant in group for seed in seeds]
-        landmarks: list[list[FloatArray]] = [[] for _ in entries]
-        with closing(_abreast(blind, entries, frames, views, init)) as together:
-            for tracked in together:
-                for own, frame in zip(landmarks, tracked, strict=True):
-                    own.append(frame.landmarks)
-                done += len(entries)
-                on_progress(done)
-                if cancelled():
-                    raise Cancelled
-        for (contestant, seed), points in zip(entries, landmarks, strict=True):
-            found = LandmarkTrajectory(np.array(frames), np.array(points))
-            summary = evaluate(found, reference)
-            values = {measure.name: measure.of(summary) for measure in MEASURES}
-            score = Score(recording.name, contestant.name, seed, summary.frames, values)
-            scores[contestant.name, seed] = score
-    return tuple(scores[c.name, seed] for c in contestants for seed in seeds)
+    for own in groups.values():
+        entries = [Entry(blind, dataclasses.replace(specs[name], seed=seed)) for name, seed in own]
+        together = track_together(entries, on_frames=on_frames, cancelled=cancelled)
+        for (name, seed), tracked in zip(own, together, strict=True):
+            values = measured(tracked.run(), reference)
+            chosen = {column.name: values[column.name] for column in MEASURES}
+            frames = int(knows_something(reference).sum())
+            scores[name, seed] = Score(recording.name, name, seed, frames, chosen)
+    return tuple(scores[name, seed] for name in specs for seed in seeds)
 
 
 def pooled(scores: Sequence[Score]) -> tuple[Row, ...]:
@@ -214,47 +164,11 @@ def pooled(scores: Sequence[Score]) -> tuple[Row, ...]:
     return tuple(rows)
 
 
-def _abreast(
-    recording: Recording,
-    entries: Sequence[tuple[Contestant, int]],
-    frames: range,
-    views: Sequence[str] | None,
-    init: FirstPose,
-) -> Generator[tuple[TrackedFrame, ...], None, None]:
-    """Track with all entries at once, who see the same clouds, frame by frame."""
-    with ExitStack() as stack:
-        first = stack.enter_context(Pipeline(recording, entries[0][0].settings, views=views))
-        clouds = SharedClouds(first.chain, first.reader, len(entries))
-        runs = []
-        for contestant, seed in entries:
-            pipeline = Pipeline(
-                recording, contestant.settings, views=views, seed=seed, init=init, clouds=clouds
-            )
-            stack.enter_context(pipeline)
-            runs.append(stack.enter_context(closing(pipeline.frames(frames))))
-        yield from zip(*runs, strict=True)
-
-
-def _same_clouds(contestants: Sequence[Contestant]) -> list[list[Contestant]]:
-    """Contestants in groups that see the same clouds."""
-    groups: list[list[Contestant]] = []
-    for contestant in contestants:
-        for group in groups:
-            if _seen(group[0].settings) == _seen(contestant.settings):
-                group.append(contestant)
-                break
-        else:
-            groups.append([contestant])
-    return groups
-
-
-def _seen(settings: Settings) -> tuple[DepthParameters, bool]:
-    """All that clouds depend on."""
-    return settings.depth, settings.tracking.wants_colour
-
-
-def _reference_within(recording: Recording, frames: range) -> LandmarkTrajectory:
+def _reference_within(recording: Recording, specs: Mapping[str, RunSpec]) -> LandmarkTrajectory:
+    """What the reference knows of the frames that are tracked."""
     reference = truth_of(recording)
+    with FrameReader(recording, read_ahead=0) as reader:
+        frames = next(iter(specs.values())).frames_of(reader.frame_count)
     inside = (reference.frame >= frames.start) & (reference.frame < frames.stop)
     if not np.any(inside & knows_something(reference)):
         raise InputError(

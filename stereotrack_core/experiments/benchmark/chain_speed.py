@@ -15,6 +15,7 @@ from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.pipeline import Pipeline
+from stereotrack_core.tracking.run_spec import RunSpec
 
 DISPARITIES, WINDOW = 64, 15
 _WARM_UP = 3
@@ -174,7 +175,7 @@ def timed_pass(
     The shape is fitted to clouds that the first frames use again, so these are not timed.
     """
     found: list[TrackedFrame] = []
-    with Pipeline(recording, settings, views=views) as pipeline:
+    with Pipeline(recording, RunSpec(settings, views=views)) as pipeline:
         begun = min(settings.tracking.fit_frames, pipeline.reader.frame_count - frames)
         timed = range(begun, begun + frames)
         preparation = seconds_of(lambda: pipeline.prepare(range(timed.stop)))

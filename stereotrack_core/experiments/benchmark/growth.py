@@ -18,6 +18,7 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.initialise.seeds import t_pose_in_cloud
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.pipeline import Pipeline
+from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.shared_clouds import read_cloud
 from stereotrack_core.tracking.tracker import tracker_for
 
@@ -123,7 +124,7 @@ def _processor_ms(
     recording: Recording, settings: Settings, views: Sequence[str], frames: int
 ) -> float:
     spent = []
-    with Pipeline(recording, settings, views=views) as pipeline:
+    with Pipeline(recording, RunSpec(settings, views=views)) as pipeline:
         reader = pipeline.reader
         count = min(frames + 1, reader.frame_count)
         pipeline.prepare(range(count))
@@ -140,7 +141,7 @@ def _processor_ms(
 def _clouds(
     recording: Recording, settings: Settings, views: Sequence[str] | None, frames: int
 ) -> list[Cloud]:
-    with Pipeline(recording, settings, views=views) as pipeline:
+    with Pipeline(recording, RunSpec(settings, views=views)) as pipeline:
         wanted = range(min(frames, pipeline.reader.frame_count))
         found = [frame.cloud for frame in pipeline.frames(wanted)]
     least = settings.tracking.least_points

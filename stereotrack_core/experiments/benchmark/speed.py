@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from stereotrack_core.experiments.benchmark.accuracy import Contestant
 from stereotrack_core.experiments.benchmark.chain_speed import chain_speed, timed_pass
 from stereotrack_core.experiments.benchmark.clock import median
 from stereotrack_core.recording.depth_views import usable_views
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.tracking.parameters import Settings
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Speed:
 
 def speeds(
     recording: Recording,
-    contestants: Sequence[Contestant],
+    contestants: Mapping[str, Settings],
     *,
     views: Sequence[str] | None = None,
     frames: int = 20,
@@ -43,7 +43,7 @@ def speeds(
     Parameters
     ----------
     recording : Recording
-    contestants : sequence of Contestant
+    contestants : mapping from name to Settings
     views : sequence of str, optional
         Views to use; all that give depth when not given.
     frames, rounds : int
@@ -52,17 +52,21 @@ def speeds(
         Told how many passes are done, of ``rounds * len(contestants)``.
     """
     used = usable_views(recording, views)
-    settings = {contestant.name: contestant.settings for contestant in contestants}
     if all(recording.view(name).kind == "stereo" for name in used):
         timed = chain_speed(
-            recording, settings, views=used, frames=frames, rounds=rounds, on_progress=on_progress
+            recording,
+            contestants,
+            views=used,
+            frames=frames,
+            rounds=rounds,
+            on_progress=on_progress,
         )
         return {speed.preset: Speed(1.0 / speed.seconds, speed.ratio) for speed in timed}
     with FrameReader(recording, views=used, read_ahead=0) as reader:
         count = min(frames, reader.frame_count)
-    seconds: dict[str, list[float]] = {name: [] for name in settings}
+    seconds: dict[str, list[float]] = {name: [] for name in contestants}
     for turn in range(rounds):
-        for k, (name, own) in enumerate(settings.items(), start=1):
+        for k, (name, own) in enumerate(contestants.items(), start=1):
             seconds[name].append(timed_pass(recording, own, used, count).seconds)
-            on_progress(turn * len(settings) + k)
+            on_progress(turn * len(contestants) + k)
     return {name: Speed(count / median(own), float("nan")) for name, own in seconds.items()}

@@ -8,9 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stereotrack_core.body.pose import Pose
 from stereotrack_core.recording.description import Recording, Subject
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run_spec import RunSpec
 
 THESIS = "thesis"
 FEW_VIEWS = ("N", "S")
@@ -63,10 +65,16 @@ class Way:
         own = preset(self.preset)
         return own if self.points is None else own.replaced(model_points=self.points)
 
-    @property
-    def init(self) -> str:
-        """First pose: the thesis's people stood in a defined pose, others find it."""
-        return "tpose" if self.preset == THESIS else "auto"
+    def spec(self, seed: int, frames: range, start: Pose | None = None) -> RunSpec:
+        """A run; the thesis's people stood in a defined pose first, others find it."""
+        return RunSpec(
+            self.settings,
+            preset=self.preset,
+            frames=frames,
+            views=FEW_VIEWS if self.few_views else None,
+            seed=seed,
+            init=start or ("tpose" if self.preset == THESIS else "auto"),
+        )
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from stereotrack_core.tracking.initialise.seeds import t_pose_in_cloud
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.shared_clouds import read_cloud
 from stereotrack_core.tracking.tracker import tracker_for
 
@@ -115,7 +116,7 @@ def timing(
 
 
 def _clouds(recording: Recording, settings: Settings, frames: int) -> list[Cloud]:
-    with Pipeline(recording, settings, init="tpose") as pipeline:
+    with Pipeline(recording, RunSpec(settings, init="tpose")) as pipeline:
         count = min(frames, pipeline.reader.frame_count)
         pipeline.chain.learn_background(pipeline.reader, range(count))
         return [read_cloud(pipeline.chain, pipeline.reader, frame)[0] for frame in range(count)]

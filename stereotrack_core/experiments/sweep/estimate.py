@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from statistics import fmean
 
-from stereotrack_core.experiments.sweep.jobs import Job
-from stereotrack_core.experiments.sweep.results import JobResult
+from stereotrack_core.experiments.runner.job import Job, JobResult
 
 
 def expected_seconds(
@@ -44,15 +43,3 @@ def expected_seconds(
         each = fmean(own) if own else fmean(per_view) * len(job.views)
         total += each * len(job.frames)
     return total / max(1, workers)
-
-
-def in_words(seconds: float) -> str:
-    """A stretch of time: ``under a second``, ``40 s``, ``12 min``, ``3.5 h``, ``2.1 days``."""
-    if seconds < 1.0:
-        return "under a second"
-    if seconds < 90.0:
-        return f"{seconds:.0f} s"
-    if seconds < 90.0 * 60.0:
-        return f"{seconds / 60.0:.0f} min"
-    hours = seconds / 3600.0
-    return f"{hours:.1f} h" if hours < 48.0 else f"{hours / 24.0:.1f} days"

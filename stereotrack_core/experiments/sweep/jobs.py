@@ -1,4 +1,4 @@
-"""Jobs of a sweep: one run each, with an identity by which its result is known again."""
+"""Jobs of a sweep, made of points: recordings times points times seeds."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from stereotrack_core.body.pose import Pose
+from stereotrack_core.experiments.runner.job import Job
 from stereotrack_core.experiments.sweep.points import Point
 from stereotrack_core.interop.first_pose import first_pose
 from stereotrack_core.reading import TABLE_BYTES, read_bytes
@@ -21,58 +22,9 @@ from stereotrack_core.recording.detection_csv import OWN_FILE
 from stereotrack_core.recording.fingerprint import calibration_fingerprint, fingerprint
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import frames_within, views_of
-from stereotrack_core.tracking.parameters import Settings
-from stereotrack_core.tracking.pipeline import FirstPose
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
 from stereotrack_core.version import __version__
-
-
-@dataclass(frozen=True, eq=False)
-class Job:
-    """One run of a sweep, with everything that its outcome depends on.
-
-    Attributes
-    ----------
-    identity : str
-        Hash of all that the result depends on; equal identities, equal results.
-    clouds : str
-        Hash of all that its clouds depend on; jobs that agree in it may share them.
-    recording : str
-        Name of the recording.
-    folder : str
-        Where it is, the same on every machine that takes part.
-    fingerprint : str
-        What it has to be there.
-    point : Point
-    settings : Settings
-    preset : str
-    views : tuple of str
-    first, end : int
-        Frames, half-open.
-    seed : int
-    init : str or Pose
-    smooth : bool
-    """
-
-    identity: str
-    clouds: str
-    recording: str
-    folder: str
-    fingerprint: str
-    point: Point
-    settings: Settings
-    preset: str
-    views: tuple[str, ...]
-    first: int
-    end: int
-    seed: int
-    init: FirstPose
-    smooth: bool
-
-    @property
-    def frames(self) -> range:
-        """Frames that are tracked."""
-        return range(self.first, self.end)
 
 
 @dataclass(frozen=True)
@@ -172,14 +124,7 @@ class _Source:
             folder=str(self._recording.folder.resolve()),
             fingerprint=self._fingerprint,
             point=point,
-            settings=settings,
-            preset=name,
-            views=views,
-            first=frames.start,
-            end=frames.stop,
-            seed=seed,
-            init=init,
-            smooth=smooth,
+            spec=RunSpec(settings, name, frames, views, seed, init, smooth),
         )
 
 

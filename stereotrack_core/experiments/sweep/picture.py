@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from stereotrack_core.atomic import write_file
-from stereotrack_core.experiments.sweep.measures import measure_named
+from stereotrack_core.experiments.measures import measure_named
 from stereotrack_core.experiments.sweep.points import parameter_rows
 from stereotrack_core.experiments.sweep.table import Axis, Curve, Heat, best_cell
 from stereotrack_core.report.drawing import take_literally

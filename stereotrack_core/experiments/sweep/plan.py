@@ -8,9 +8,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from stereotrack_core.errors import InputError, did_you_mean
+from stereotrack_core.experiments.measures import MEASURES, measure_named
+from stereotrack_core.experiments.runner.job import Job, JobResult
 from stereotrack_core.experiments.sweep.estimate import expected_seconds
-from stereotrack_core.experiments.sweep.jobs import Base, Job, Planner
-from stereotrack_core.experiments.sweep.measures import MEASURES, measure_named
+from stereotrack_core.experiments.sweep.jobs import Base, Planner
 from stereotrack_core.experiments.sweep.points import (
     Point,
     grid_points,
@@ -18,7 +19,6 @@ from stereotrack_core.experiments.sweep.points import (
     parsed_axis,
 )
 from stereotrack_core.experiments.sweep.request import SweepRequest
-from stereotrack_core.experiments.sweep.results import JobResult
 from stereotrack_core.experiments.sweep.search import Search, parsed_range
 from stereotrack_core.interop.table_file import read_csv_table
 from stereotrack_core.parameters import parsed_settings

@@ -9,15 +9,13 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.experiments.sweep.jobs import Job
-from stereotrack_core.experiments.sweep.measures import measure_named
+from stereotrack_core.experiments.measures import measure_named
+from stereotrack_core.experiments.runner.job import Executor, Job, JobResult
 from stereotrack_core.experiments.sweep.plan import SweepPlan
 from stereotrack_core.experiments.sweep.points import Point
-from stereotrack_core.experiments.sweep.results import JobResult
 from stereotrack_core.experiments.sweep.search import Search
 from stereotrack_core.experiments.sweep.store import Ending, SweepState, SweepStore
 from stereotrack_core.experiments.sweep.summary import cost, summarised
-from stereotrack_core.experiments.sweep.watching import Executor
 
 _STATE_SECONDS = 0.5
 _TABLE_SECONDS = 5.0

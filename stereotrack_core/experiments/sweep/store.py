@@ -13,10 +13,9 @@ from typing import Literal, TypeAlias
 
 from stereotrack_core.atomic import forget_unfinished, write_file
 from stereotrack_core.errors import InputError
-from stereotrack_core.experiments.sweep.jobs import Job
-from stereotrack_core.experiments.sweep.measures import MEASURES
+from stereotrack_core.experiments.measures import MEASURES
+from stereotrack_core.experiments.runner.job import Job, JobResult
 from stereotrack_core.experiments.sweep.points import varied_names
-from stereotrack_core.experiments.sweep.results import JobResult
 from stereotrack_core.interop.journal import Journal, read_journal
 from stereotrack_core.interop.table_file import read_csv_table
 from stereotrack_core.plain_data import Kind, check_kind

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stereotrack_core.experiments.sweep.jobs import Job
-from stereotrack_core.experiments.sweep.measures import MEASURES, measure_named
+from stereotrack_core.experiments.measures import MEASURES, measure_named
+from stereotrack_core.experiments.runner.job import Job, JobResult
 from stereotrack_core.experiments.sweep.points import Point
-from stereotrack_core.experiments.sweep.results import JobResult
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.errors import InputError
-from stereotrack_core.experiments.sweep.measures import MEASURES, measure_named
+from stereotrack_core.experiments.measures import MEASURES, measure_named
 
 _FIXED = ("status", "frames", "attempts", "error", "job")
 _RENAMED = {"coverage": "unexplained_fraction"}

@@ -18,7 +18,8 @@ from stereotrack_core.tracking.estimate import Estimate, Tracker
 from stereotrack_core.tracking.frame import Origin, TrackedFrame
 from stereotrack_core.tracking.lengths_fit import EstimatedLengths
 from stereotrack_core.tracking.parameters import Settings
-from stereotrack_core.tracking.pipeline import FirstPose, Pipeline
+from stereotrack_core.tracking.pipeline import Pipeline
+from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
 from stereotrack_core.tracking.tuning.clouds import CloudKey, CloudStore, never
 from stereotrack_core.tracking.tuning.stages import shape_key
 from stereotrack_core.tracking.tuning.work import Work, fits_shape
@@ -135,11 +136,13 @@ class AttemptPipeline(Pipeline):
         )
         super().__init__(
             store.recording,
-            attempt.settings,
-            views=store.views,
-            seed=attempt.seed,
-            init=first,
-            preset=attempt.preset,
+            RunSpec(
+                attempt.settings,
+                preset=attempt.preset,
+                views=store.views,
+                seed=attempt.seed,
+                init=first,
+            ),
             clouds=clouds,
         )
         self.body = stoppable(self.body, self._cancelled)
@@ -217,9 +220,9 @@ class AttemptPipeline(Pipeline):
         start = self._attempt.start
         if start is None:
             return super().origin()
-        return dataclasses.replace(
-            super().origin(), init="the pose of another run", first_pose=start.pose
-        )
+        origin = super().origin()
+        spec = dataclasses.replace(origin.spec, init=start.pose)
+        return dataclasses.replace(origin, spec=spec, given="the pose of another run")
 
     def _tracker(self) -> Tracker:
         self.body = stoppable(self.body, self._cancelled)

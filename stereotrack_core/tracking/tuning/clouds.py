@@ -19,7 +19,6 @@ from stereotrack_core.errors import Cancelled
 from stereotrack_core.memory import Memory, bytes_of
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.tracking.shared_clouds import SharedClouds
 from stereotrack_core.tracking.tuning.sources import (
     NumberedReader,
     RememberingStereo,
@@ -224,13 +223,13 @@ class CloudStore:
         return RememberingStereo(rectified, p, self.memory, matched, self.pictures.number, self)
 
 
-class KeptClouds(SharedClouds):
+class KeptClouds:
     """Clouds for one run, taken from the store or made for it."""
 
     def __init__(
         self, store: CloudStore, key: CloudKey, chain: DepthChain, cancelled: Callable[[], bool]
     ) -> None:
-        super().__init__(chain, store.reader, 1)
+        self.chain, self.reader = chain, store.reader
         self._store, self._key, self._cancelled = store, key, cancelled
 
     def learn(self, _frames: range) -> None:

@@ -22,6 +22,7 @@ from stereotrack_core.simulation.options import SceneOptions
 from stereotrack_core.tracking.pipeline import track
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.run_spec import RunSpec
 
 
 @dataclass(frozen=True)
@@ -204,7 +205,7 @@ def planted(plant: Plant, folder: Path) -> tuple[Recording, Run]:
         hips = recording.reference.points[0][[7, 8]].mean(axis=0)
         init = hanging_pose(hips, rotation_from_vector(np.array([0.0, 0.0, np.radians(100.0)])))
     run = track(
-        replace(recording, reference=None), preset(plant.preset), seed=plant.seed,
-        init=init, preset=plant.preset,
-    )  # fmt: skip
+        replace(recording, reference=None),
+        RunSpec(preset(plant.preset), seed=plant.seed, init=init, preset=plant.preset),
+    )
     return recording, run

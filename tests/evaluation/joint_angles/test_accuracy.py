@@ -10,12 +10,13 @@ from stereotrack_core.evaluation.joint_angles.series import angles_of_run, angle
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.tracking.pipeline import track
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run_spec import RunSpec
 
 
 @pytest.mark.slow
 def test_angles_of_an_accurate_run_are_as_good_as_they_say(shared_recording):
     recording = open_recording(shared_recording("mesh-P2"))
-    run = track(recording, preset("accurate"), preset="accurate", frames=range(60), seed=0)
+    run = track(recording, RunSpec(preset("accurate"), preset="accurate", frames=range(60), seed=0))
     errors = angle_errors(angles_of_run(run), angles_of_trajectory(recording.reference))
     known = {error.angle.kind: error for error in errors if error.angle.side != "left"}
     median = {kind: np.degrees(error.median) for kind, error in known.items()}

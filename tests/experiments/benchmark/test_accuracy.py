@@ -10,11 +10,9 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.evaluation.errors import errors_against
-from stereotrack_core.evaluation.summary import summarise
+from stereotrack_core.evaluation.summary import evaluate
 from stereotrack_core.experiments.benchmark.accuracy import (
     MEASURES,
-    Contestant,
     Score,
     accuracy,
     pooled,
@@ -23,6 +21,7 @@ from stereotrack_core.experiments.benchmark.speed import speeds
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.tracking.pipeline import track
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run_spec import RunSpec
 from tests.tracking.recordings import write_depth_recording
 from tests.tracking.scenes import pose_with_arms
 
@@ -34,24 +33,32 @@ def pose(k):
     return pose_with_arms([1, 0.1 * k, 0], [1, 0.2 * k, 0], [-1, 0.1 * k, 0], [-1, 0.2 * k, 0.1])
 
 
-def contestant(name, **changes):
-    return Contestant(name, preset("fast").replaced(**SMALL, **changes))
+def contestant(**changes):
+    return preset("fast").replaced(**SMALL, **changes)
 
 
-ONE, OTHER = contestant("one"), contestant("other", iterations=2)
-DEEPER = contestant("deeper", outlier_distance=50.0)
+ALL = {
+    "one": contestant(),
+    "deeper": contestant(outlier_distance=50.0),
+    "other": contestant(iterations=2),
+}
+
+
+def scored(recording, names, seeds, frames, **options):
+    specs = {name: RunSpec(ALL[name], frames=frames) for name in names}
+    return accuracy(recording, specs, seeds, **options)
 
 
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory):
-    body = body_model(AVERAGE, ONE.settings.body)
+    body = body_model(AVERAGE, ALL["one"].body)
     folder = tmp_path_factory.mktemp("accuracy") / "cones"
     return write_depth_recording(folder, body, [pose(k) for k in range(FRAMES)], missing={MISSING})
 
 
 @pytest.fixture(scope="module")
 def scores(recording):
-    return accuracy(recording, (ONE, DEEPER, OTHER), (0, 3), range(FRAMES))
+    return scored(recording, ALL, (0, 3), range(FRAMES))
 
 
 def test_scores_are_those_of_runs_alone(recording, scores):
@@ -59,10 +66,15 @@ def test_scores_are_those_of_runs_alone(recording, scores):
         (name, seed) for name in ("one", "deeper", "other") for seed in (0, 3)
     ]
     for score in scores:
-        settings = {c.name: c.settings for c in (ONE, DEEPER, OTHER)}[score.contestant]
-        run = track(recording, settings, seed=score.seed)
-        summary = summarise(errors_against(run.trajectory(), recording.reference))
-        assert score.values == {measure.name: measure.of(summary) for measure in MEASURES}
+        run = track(recording, RunSpec(ALL[score.contestant], seed=score.seed))
+        summary = evaluate(run, recording.reference)
+        assert set(score.values) == {measure.name for measure in MEASURES}
+        for name in ("torso_position", "torso_long", "torso_cross", "upper_arms", "forearms"):
+            assert score.values[name] == summary.measure(name).statistics.mean
+        for name in ("upper_arms", "forearms"):
+            assert score.values[f"{name}_p95"] == summary.measure(name).statistics.p95
+        assert score.values["lost"] == 100.0 * summary.lost
+        assert score.values["not_tracked"] == 100.0 * summary.not_tracked / summary.frames
         assert score.frames == FRAMES
     assert len({tuple(score.values.values()) for score in scores}) == len(scores)
 
@@ -80,10 +92,10 @@ def test_each_cloud_is_made_once_for_all_with_the_same_depth_parameters(recordin
     monkeypatch.setattr(
         DepthChain, "process", lambda chain, images: made.append(images) or whole(chain, images)
     )
-    accuracy(recording, (ONE, OTHER), (0, 1, 2), range(4))
+    scored(recording, ("one", "other"), (0, 1, 2), range(4))
     assert len(made) == 4
     made.clear()
-    accuracy(recording, (ONE, DEEPER, OTHER), (0,), range(4))
+    scored(recording, ALL, (0,), range(4))
     assert len(made) == 8
 
 
@@ -92,33 +104,33 @@ def test_no_tracker_sees_the_reference(recording):
         np.arange(FRAMES), np.tile(np.arange(3.0 * len(LANDMARKS)).reshape(-1, 3), (FRAMES, 1, 1))
     )
     misled = dataclasses.replace(recording, reference=wrong)
-    found = accuracy(misled, (ONE,), (0,), range(3))[0]
-    run = track(recording, ONE.settings, frames=range(3))
+    found = scored(misled, ("one",), (0,), range(3))[0]
+    run = track(recording, RunSpec(ALL["one"], frames=range(3)))
     truth = LandmarkTrajectory(wrong.frame[:3], wrong.points[:3])
-    summary = summarise(errors_against(run.trajectory(), truth))
+    summary = evaluate(run, truth)
     assert found.values["upper_arms"] == summary.measure("upper_arms").statistics.mean
 
 
 def test_frames_outside_are_not_scored(recording):
-    first = accuracy(recording, (ONE,), (0,), range(2, 4))[0]
+    first = scored(recording, ("one",), (0,), range(2, 4))[0]
     assert first.frames == 2
     assert first.values["not_tracked"] == 0.0
 
 
 def test_progress_is_told_and_stopping_ends_it(recording):
     told = []
-    accuracy(recording, (ONE, DEEPER), (0, 1), range(3), on_progress=told.append)
-    assert told == [2, 4, 6, 8, 10, 12]
+    scored(recording, ("one", "deeper"), (0, 1), range(3), on_frames=told.append)
+    assert told == [1] * 12
     with pytest.raises(Cancelled):
-        accuracy(recording, (ONE,), (0,), range(4), cancelled=lambda: True)
+        scored(recording, ("one",), (0,), range(4), cancelled=lambda: True)
 
 
 def test_recordings_without_a_usable_reference_are_refused(recording):
     with pytest.raises(InputError, match="no reference"):
-        accuracy(dataclasses.replace(recording, reference=None), (ONE,), (0,), range(2))
+        scored(dataclasses.replace(recording, reference=None), ("one",), (0,), range(2))
     late = LandmarkTrajectory(np.array([40]), np.zeros((1, len(LANDMARKS), 3)))
     with pytest.raises(InputError, match="none of the frames"):
-        accuracy(dataclasses.replace(recording, reference=late), (ONE,), (0,), range(2))
+        scored(dataclasses.replace(recording, reference=late), ("one",), (0,), range(2))
 
 
 def score(seed, value, name="a", recording="r"):
@@ -137,7 +149,13 @@ def test_seeds_are_pooled():
 
 def test_speed_without_stereo_has_no_ratio(recording):
     told = []
-    found = speeds(recording, (ONE, OTHER), frames=2, rounds=1, on_progress=told.append)
+    found = speeds(
+        recording,
+        {name: ALL[name] for name in ("one", "other")},
+        frames=2,
+        rounds=1,
+        on_progress=told.append,
+    )
     assert list(found) == ["one", "other"]
     assert told == [1, 2]
     for speed in found.values():

@@ -8,13 +8,14 @@ import pytest
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.experiments.reproduction.outcomes import outcome_of
 from stereotrack_core.experiments.reproduction.plan import Entry, Group, Way, averaged_subject
-from stereotrack_core.experiments.reproduction.tracking import track_group
+from stereotrack_core.experiments.reproduction.runs import track_group
 from stereotrack_core.interop.landmark_pose import pose_of_landmarks
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.simulation.make import simulate
 from stereotrack_core.simulation.options import SceneOptions
 from stereotrack_core.simulation.schedule import Part
 from stereotrack_core.tracking.pipeline import track
+from stereotrack_core.tracking.run_spec import RunSpec
 
 FRAMES = 9
 PARTS = (Part("t-pose", "t-pose", 0, 3), Part("point", "point", 5, 3))
@@ -47,7 +48,7 @@ def same(a, b):
 def test_a_run_that_shares_clouds_is_the_one_that_does_not(recording):
     ways = (Entry(Way("thesis"), 0), Entry(Way("thesis"), 1), Entry(Way("thesis", points=24), 0))
     shared = tracked(recording, *ways)
-    alone = track(recording, Way("thesis").settings, seed=1, init="tpose", preset="thesis")
+    alone = track(recording, RunSpec(Way("thesis").settings, seed=1, init="tpose", preset="thesis"))
     assert same(shared[1], alone)
     assert not same(shared[0], shared[1])
     assert not same(shared[0], shared[2])
@@ -91,7 +92,7 @@ def test_stopping_keeps_nothing_of_the_group(recording):
     seen = []
     with pytest.raises(Cancelled):
         tracked(
-            recording, Entry(Way("thesis"), 0), on_frame=seen.append,
+            recording, Entry(Way("thesis"), 0), on_frames=seen.append,
             cancelled=lambda: len(seen) >= 2,
         )  # fmt: skip
-    assert seen == [1, 2]
+    assert seen == [1, 1]

@@ -5,9 +5,9 @@ import math
 
 import pytest
 
+from stereotrack_core.experiments.runner.job import JobResult, failure
 from stereotrack_core.experiments.sweep.estimate import expected_seconds
 from stereotrack_core.experiments.sweep.points import grid_points, parsed_axis
-from stereotrack_core.experiments.sweep.results import JobResult, failure
 from stereotrack_core.experiments.sweep.summary import summarised
 
 
@@ -53,7 +53,10 @@ def test_the_rest_takes_what_the_same_took_before(jobs, plan):
 
     assert expected_seconds(jobs[1:], jobs, {}, 1) is None
     assert expected_seconds(jobs[1:], jobs, took(8.0), 2) == pytest.approx(11 * 8.0 / 2)
-    longer = [dataclasses.replace(job, end=8) for job in jobs[:3]]
+    longer = [
+        dataclasses.replace(job, spec=dataclasses.replace(job.spec, frames=range(8)))
+        for job in jobs[:3]
+    ]
     assert expected_seconds(longer, jobs, took(8.0), 1) == pytest.approx(3 * 16.0)
     fewer = plan(*grid_points([parsed_axis("views=N")]))
     assert expected_seconds(fewer, jobs, took(8.0), 1) == pytest.approx(2.0)

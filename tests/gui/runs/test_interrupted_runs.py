@@ -16,6 +16,7 @@ from stereotrack_core.project.runs import kept_runs, load_run
 from stereotrack_core.project.unfinished_runs import place_for_run, unfinished_runs
 from stereotrack_core.tracking.pipeline import track
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run_spec import RunSpec
 from tests.gui.conftest import FRAMES
 
 pytestmark = [
@@ -70,7 +71,7 @@ def test_it_is_found_kept_and_said_once(killed, window, qtbot, small_recording):
     assert [entry.name for entry in window.context.session.runs.entries] == [NAME]
     done = iter(range(1, FRAMES))
     settings, recording = preset("fast"), window.context.session.document.recording
-    alone = track(recording, settings, preset="fast", cancelled=lambda: next(done) == HELD)
+    alone = track(recording, RunSpec(settings, preset="fast"), cancelled=lambda: next(done) == HELD)
     run = load_run(window.context.session.project.project.runs, NAME)
     np.testing.assert_array_equal(run.x, alone.x)
     assert unfinished_runs(killed) == ()

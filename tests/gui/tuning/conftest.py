@@ -7,6 +7,7 @@ from stereotrack_core.interop.run_file import read_run, write_run
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.tracking.pipeline import track
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run_spec import RunSpec
 
 QUICK = {
     "fit_shape": False,
@@ -25,7 +26,9 @@ QUICK = {
 def quick_run_file(small_recording, tmp_path_factory):
     """File of a run over the small recording with settings that cost little."""
     settings = preset("fast").replaced(**QUICK)
-    run = track(open_recording(small_recording), settings, init="tpose", preset="fast", seed=2)
+    run = track(
+        open_recording(small_recording), RunSpec(settings, init="tpose", preset="fast", seed=2)
+    )
     path = tmp_path_factory.mktemp("run") / "quick.npz"
     write_run(path, run)
     return path

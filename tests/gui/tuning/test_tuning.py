@@ -73,7 +73,7 @@ def test_an_edit_by_keys_leads_to_an_attempt_beside_the_run(tuning, qtbot, quick
     assert (attempt.name, attempt.kind) == ("attempt 1", "attempt")
     assert sorted(attempt.frames) == list(range(8)) == list(tuning.context.docks.timeline.selection)
     assert attempt.settings.tracking.sigma_joint == 25.0
-    assert attempt.origin.seed == read_run(quick_run_file).meta["seed"] == 2
+    assert attempt.origin.spec.seed == read_run(quick_run_file).meta["seed"] == 2
     styles = {curve.name: curve.style for curve in tuning.features.review.plot.plot.shown_curves}
     assert styles[run.name] == "solid" != styles["attempt 1"]
     table = tuning.features.tune.panel.table

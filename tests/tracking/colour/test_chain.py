@@ -11,6 +11,7 @@ from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.writing import write_png
 from stereotrack_core.tracking.pipeline import Pipeline, track
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run_spec import RunSpec
 from tests.tracking.recordings import VIEWS, rendered_depth, write_depth_recording
 from tests.tracking.scenes import POSES
 
@@ -67,15 +68,15 @@ def test_a_part_of_a_cloud_keeps_what_belongs_together(coloured):
 
 def test_recordings_are_looked_at_for_colours(coloured, tmp_path_factory):
     settings = preset("accurate").replaced(**TINY, fit_shape=False, search_arms=False)
-    run = track(coloured, settings, frames=range(FRAMES))
+    run = track(coloured, RunSpec(settings, frames=range(FRAMES)))
     assert run.tracked.all()
-    with Pipeline(coloured, settings) as pipeline:
+    with Pipeline(coloured, RunSpec(settings)) as pipeline:
         (first, *_) = pipeline.frames(range(FRAMES))
         assert first.cloud.colours is not None
     grey = write_depth_recording(tmp_path_factory.mktemp("grey"), BODY, [POSES["t"]] * FRAMES)
     found = {}
     for weight in (0.0, 0.06):
-        with Pipeline(grey, settings.replaced(colour_weight=weight)) as pipeline:
+        with Pipeline(grey, RunSpec(settings.replaced(colour_weight=weight))) as pipeline:
             frames = list(pipeline.frames(range(FRAMES)))
             assert frames[0].cloud.colours is None
             found[weight] = np.array([frame.x for frame in frames])

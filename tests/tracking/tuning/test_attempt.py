@@ -9,6 +9,7 @@ from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.tuning.attempt import (
     Attempt,
     AttemptPipeline,
@@ -36,7 +37,7 @@ def equal(a, b):
 def run(cones):
     """Settings, frames and shape of a run over the whole recording."""
     settings = quick().replaced(fit_frames=8)
-    with Pipeline(cones, settings, seed=3, init=pose(0)) as pipeline:
+    with Pipeline(cones, RunSpec(settings, seed=3, init=pose(0))) as pipeline:
         return settings, list(pipeline.frames(WHOLE)), pipeline.shape
 
 
@@ -50,7 +51,7 @@ def start_at(run, frame):
 def test_an_attempt_from_a_first_pose_is_what_the_pipeline_gives(cones, store_of, name):
     settings = quick(name).replaced(fit_frames=8)
     attempt = Attempt(settings, range(1, 4), seed=5, init=pose(1), preset=name)
-    with Pipeline(cones, settings, seed=5, init=pose(1), preset=name) as pipeline:
+    with Pipeline(cones, RunSpec(settings, seed=5, init=pose(1), preset=name)) as pipeline:
         expected = list(pipeline.frames(range(1, 4)))
         origin = pipeline.origin()
     made = AttemptPipeline(attempt, store_of(cones))
@@ -75,7 +76,7 @@ def test_an_attempt_with_other_settings_is_a_pipeline_with_the_same_start(cones,
     start = start_at(run, 2)
     as_shape = run[2].values()
     fixed = settings.replaced(fit_shape=False, **as_shape)
-    with Pipeline(cones, fixed, seed=3, init=start.pose) as pipeline:
+    with Pipeline(cones, RunSpec(fixed, seed=3, init=start.pose)) as pipeline:
         expected = list(pipeline.frames(range(2, 5)))
     without_P = dataclasses.replace(start, P=None)
     attempt = Attempt(settings, range(2, 5), without_P, seed=3, learned_from=WHOLE)

@@ -1,19 +1,20 @@
-"""What belongs to a run: its recording, its segments, and the truth that it is measured against."""
+"""What commands are given: runs and projects, with what belongs to them and must be told."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stereotrack_core.cli.output import say
-from stereotrack_core.cli.unfinished import say_if_unfinished
+from stereotrack_core.cli.output import counted, say
 from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
     from stereotrack_core.annotation.reference import Reference
+    from stereotrack_core.project.project import Project
     from stereotrack_core.recording.description import Recording, Segment
+    from stereotrack_core.recording.finding import Finding
     from stereotrack_core.recording.landmarks import LandmarkTrajectory
     from stereotrack_core.tracking.run import Run
 
@@ -157,3 +158,52 @@ def warn_about_size(truth: Truth) -> None:
 
     for finding in check_size(truth.reference):
         say(f"{truth.source}: {finding.what}. {finding.remedy}")
+
+
+def say_if_unfinished(path: Path, run: Run) -> None:
+    """Say where a run lacks frames that are still to come."""
+    from stereotrack_core.tracking.unfinished import INCOMPLETE
+
+    if run.meta.get(INCOMPLETE):
+        first, end = run.meta["frames"]
+        say(
+            f"{path}: this run was stopped and is not complete; it has {len(run.frame)} of the "
+            f"{counted(end - first, 'frame')} that were asked for."
+        )
+
+
+def open_project(path: Path, *, read_only: bool = True) -> Project:
+    """Open a project and say on standard error what its file has to tell."""
+    from stereotrack_core.project.project import Project
+
+    project = Project.open(path, read_only=read_only)
+    say_notes(project.notes)
+    return project
+
+
+def say_notes(notes: Iterable[Finding]) -> None:
+    """Say what the person should know about a project."""
+    for note in notes:
+        say(f"{note.severity}: {note.where}: {note.what}. {note.remedy}")
+
+
+def recording_of(project: Project) -> Recording:
+    """The recording of a project.
+
+    Raises
+    ------
+    InputError
+        Where it is not found.
+    """
+    from stereotrack_core.recording.folder import open_recording
+
+    place = project.find_recording()
+    if place.finding is not None and place.folder is not None:
+        say(f"{place.finding.severity}: {place.finding.where}: {place.finding.what}.")
+    if place.folder is None:
+        raise InputError(
+            "the project's recording is not found",
+            where=project.recording_place().absolute,
+            remedy="Move it back beside the project, or choose its folder in the workbench.",
+        )
+    return open_recording(place.folder)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from stereotrack_core.experiments.sweep.jobs import Job
+from stereotrack_core.experiments.runner.job import Job
 
 _TOGETHER = 8
 """Jobs beyond which sharing their clouds saves little more."""

@@ -1,37 +1,32 @@
-"""Tracking with progress, a way to stop, and an account of what happened."""
+"""One run, kept frame by frame until it is complete, with an account of what happened."""
 
 from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from stereotrack_core.cli.output import Table, number
-from stereotrack_core.cli.progress import progress, stoppable
-from stereotrack_core.cli.tracking_gaps import Blindness, Gap, ViewProblems, gaps_of
 from stereotrack_core.errors import Cancelled
+from stereotrack_core.evaluation.summary import statistics
 from stereotrack_core.interop.run_journal import RunJournal, Wish
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.tracking.frame import TrackedFrame
+from stereotrack_core.tracking.gaps import Blindness, Gap, ViewProblems, gaps_of
+from stereotrack_core.tracking.pipeline import LENGTH_FRAMES, track
+from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.run_checks import Untracked
-from stereotrack_core.tracking.unfinished import INCOMPLETE
-
-if TYPE_CHECKING:
-    from stereotrack_core.recording.description import Recording
-    from stereotrack_core.recording.detections import Detections
-    from stereotrack_core.tracking.frame import TrackedFrame
-    from stereotrack_core.tracking.parameters import Settings
-    from stereotrack_core.tracking.pipeline import FirstPose
-    from stereotrack_core.tracking.run import Run
-    from stereotrack_core.tracking.unfinished import UnfinishedRun
+from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.unfinished import INCOMPLETE, UnfinishedRun
 
 
 @dataclass(frozen=True, eq=False)
-class TrackingJob:
+class TrackedRun:
     """A run, and how it came about.
 
     Attributes
@@ -64,10 +59,8 @@ class TrackingJob:
         """Whether no frame was tracked at all."""
         return not self.run.tracked.any()
 
-    def facts(self) -> dict[str, Any]:
-        """What the result says in JSON."""
-        from stereotrack_core.evaluation.summary import statistics
-
+    def to_dict(self) -> dict[str, Any]:
+        """The same as plain data."""
         run, tracked = self.run, self.run.tracked
         seconds = float(run.meta["wall_seconds"])
         return {
@@ -92,34 +85,6 @@ class TrackingJob:
                 zip(run.stage_names, 1000.0 * _median(run.seconds), strict=True)
             ),
         }
-
-    @property
-    def lengths(self) -> str:
-        """Where the body's lengths come from."""
-        if self.run.meta["parameters"].get("proportions") == "average":
-            return "average"
-        subject = self.run.meta.get("subject")
-        if subject is None:
-            return "average, there is no subject file; see stereotrack proportions"
-        return str(subject.get("name") or "the recording's subject file")
-
-    def table(self, title: str) -> Table:
-        """What the result says to a person."""
-        facts = self.facts()
-        rows = [
-            ("preset", str(facts["preset"])),
-            ("frames", f"{facts['frames']} of {self.wanted}"),
-            ("tracked", str(facts["tracked"])),
-            ("unexplained fraction of the cloud", number(facts["mean_unexplained_fraction"], 3)),
-            ("residual", f"{number(facts['mean_residual_mm'])} mm"),
-            ("lengths of the body", self.lengths),
-            ("frames per second", number(facts["frames_per_second"] or np.nan)),
-        ]
-        if facts["smoothed"]:
-            rows.append(("smoothed, bridged frames", str(len(facts["bridged"]))))
-        rows += [(f"not tracked {gap.first}:{gap.end}", gap.reason) for gap in self.gaps]
-        rows += [(f"view {b.view} blind {b.first}:{b.end}", b.reason) for b in self.blind]
-        return Table(title, ("what", ">value"), rows)
 
 
 def _median(seconds: Any) -> Any:
@@ -177,67 +142,61 @@ class _Course:
 
 def track_recording(
     recording: Recording,
-    settings: Settings,
-    frames: range,
+    spec: RunSpec,
     *,
-    preset: str,
-    views: Sequence[str] | None = None,
-    seed: int = 0,
-    init: FirstPose = "auto",
-    smooth: bool = False,
-    detections: Detections | None = None,
-    colour: bool | None = None,
     count: int | None = None,
     part: Path | None = None,
     begun: UnfinishedRun | None = None,
-) -> TrackingJob:
-    """Track, show progress, and keep what there is when stopped with Ctrl-C.
-
-    Raises :class:`Cancelled` when it is stopped before the first frame, while lengths are
-    estimated.
+    on_step: Callable[[int], None] = lambda _: None,
+    cancelled: Callable[[], bool] = lambda: False,
+) -> TrackedRun:
+    """Track, keep every frame at once, and keep what there is when it is stopped.
 
     Parameters
     ----------
+    recording : Recording
+    spec : RunSpec
+        With its frames.
     count : int, optional
         Tracking ends after so many of the frames, as when a run that was stopped is repeated.
     part : Path, optional
         Where every frame goes at once, and stays: see :class:`RunJournal`.
     begun : UnfinishedRun, optional
         What is there already, to go on with.
-    """
-    from stereotrack_core.tracking.pipeline import track
+    on_step : callable, optional
+        Told how many of the :func:`steps` are done.
+    cancelled : callable, optional
 
-    clock, wanted = _Clock(0.0 if begun is None else begun.wall_seconds), count or len(frames)
-    before = _first_pass(settings, frames) if begun is None else 0
-    wish = Wish(smooth, count)
-    with (
-        _journal(part, clock, wish) as keeper,
-        progress("Tracking", before + wanted) as show,
-        stoppable() as stopped,
-    ):
-        course = _Course(show, stopped, before, begun, Untracked(recording, settings))
+    Raises
+    ------
+    Cancelled
+        Where it is stopped before the first frame, while lengths are estimated.
+    """
+    wanted = count or len(spec.frames_of(0))
+    clock = _Clock(0.0 if begun is None else begun.wall_seconds)
+    untracked = Untracked(recording, spec.settings)
+    course = _Course(on_step, cancelled, steps(spec, wanted, begun) - wanted, begun, untracked)
+    with _journal(part, clock, Wish(spec.smooth, count)) as keeper:
         run = track(
             dataclasses.replace(recording, reference=None),  # the tracker never sees the truth
-            settings,
-            frames=frames,
-            views=views,
-            seed=seed,
-            init=init,
-            preset=preset,
+            spec,
             on_frame=course.note,
-            cancelled=lambda: stopped() or course.done == wanted,
-            smooth=smooth,
-            detections=detections,
-            colour=colour,
+            cancelled=lambda: cancelled() or course.done == wanted,
             on_first_pass=course.prepare,
             on_replay=course.replay,
             keeper=keeper,
             begun=begun,
         )
-    return _job(run, course, clock(), wanted)
+    return _tracked(run, course, clock(), wanted)
 
 
-def _job(run: Run, course: _Course, seconds: float, wanted: int) -> TrackingJob:
+def steps(spec: RunSpec, count: int, begun: UnfinishedRun | None = None) -> int:
+    """Frames to go through: those of the run, and of a first pass that estimates lengths."""
+    first_pass = spec.settings.body.proportions == "sequence" and begun is None
+    return count + (min(LENGTH_FRAMES, len(spec.frames_of(0))) if first_pass else 0)
+
+
+def _tracked(run: Run, course: _Course, seconds: float, wanted: int) -> TrackedRun:
     bridged = set(run.meta["bridged"])
     reasons = [(frame, reason) for frame, reason in course.reasons if frame not in bridged]
     blind = course.problems.stretches()
@@ -247,7 +206,7 @@ def _job(run: Run, course: _Course, seconds: float, wanted: int) -> TrackingJob:
         INCOMPLETE: len(run.frame) < wanted,
         "blind": [dataclasses.asdict(stretch) for stretch in blind],
     }
-    return TrackingJob(
+    return TrackedRun(
         run=dataclasses.replace(run, meta=meta),
         wanted=wanted,
         gaps=gaps_of(reasons),
@@ -278,10 +237,3 @@ def _journal(part: Path | None, clock: _Clock, wish: Wish) -> Iterator[RunJourna
         yield journal
     finally:
         journal.close()
-
-
-def _first_pass(settings: Settings, frames: range) -> int:
-    """Frames that are tracked beforehand, to estimate lengths."""
-    from stereotrack_core.tracking.pipeline import LENGTH_FRAMES
-
-    return min(LENGTH_FRAMES, len(frames)) if settings.body.proportions == "sequence" else 0

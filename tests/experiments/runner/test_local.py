@@ -9,14 +9,18 @@ from pathlib import Path
 import pytest
 
 from stereotrack_core.errors import Cancelled
-from stereotrack_core.experiments.sweep import pool
-from stereotrack_core.experiments.sweep.batches import Batches
+from stereotrack_core.experiments.runner import local as pool
+from stereotrack_core.experiments.runner.batches import Batches
+from stereotrack_core.experiments.runner.local import LocalWorkers
+from stereotrack_core.experiments.runner.work import do_batch
 from stereotrack_core.experiments.sweep.points import Point, grid_points, parsed_axis
-from stereotrack_core.experiments.sweep.pool import LocalWorkers
-from stereotrack_core.experiments.sweep.work import do_batch
 
 FIRST = "STEREOTRACK_TEST_FIRST"
 """Variable of the file that tells which process was the first to track something."""
+
+
+def longer(job, end):
+    return dataclasses.replace(job, spec=dataclasses.replace(job.spec, frames=range(end)))
 
 
 def handed_out(batches):
@@ -54,8 +58,8 @@ def test_batches_share_clouds_and_come_out_even(plan, views, seeds, workers, tog
 
 def test_long_runs_go_together_in_smaller_batches(plan):
     jobs = plan(Point(), seeds=tuple(range(12)))
-    long = [dataclasses.replace(job, end=1200) for job in jobs]
-    endless = [dataclasses.replace(job, end=9000) for job in jobs]
+    long = [longer(job, 1200) for job in jobs]
+    endless = [longer(job, 9000) for job in jobs]
     assert [len(one.jobs) for one in handed_out(Batches(jobs, 1))] == [6, 6]
     assert [len(one.jobs) for one in handed_out(Batches(long, 1))] == [3] * 4
     assert [len(one.jobs) for one in handed_out(Batches(endless, 1))] == [1] * 12
@@ -76,7 +80,7 @@ def test_jobs_that_are_tried_again_come_last_and_alone(plan):
     assert found == [(2, 0), (1, 1), (1, 1)]
 
 
-def do_until_killed(jobs, asker):
+def do_until_killed(batch, asker):
     """Do jobs; the first process that has tracked something says who it is and stays there."""
     first, own = Path(os.environ[FIRST]), Path(f"{os.environ[FIRST]}-{os.getpid()}")
 
@@ -90,7 +94,7 @@ def do_until_killed(jobs, asker):
             asker.on_frames(count)
             time.sleep(600)
 
-    for result in do_batch(jobs, on_frames=on_frames, cancelled=asker.gone):
+    for result in do_batch(batch.jobs, on_frames=on_frames, cancelled=asker.gone):
         asker.tell(result)
 
 

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+
+import cv2
 
 from stereotrack_core.atomic import write_file
-from stereotrack_core.cli.reproduction.places import Places
-
-if TYPE_CHECKING:
-    from stereotrack_core.experiments.reproduction.outcomes import Outcome
-    from stereotrack_core.experiments.reproduction.page import MotionPictures
-    from stereotrack_core.experiments.reproduction.thesis import ThesisMotion
-    from stereotrack_core.recording.description import Recording, Segment
+from stereotrack_core.evaluation.episodes.best_view import best_view
+from stereotrack_core.evaluation.episodes.strip import picture_strip
+from stereotrack_core.experiments.reproduction.curves import motion_curves
+from stereotrack_core.experiments.reproduction.outcomes import Outcome
+from stereotrack_core.experiments.reproduction.page import MotionPictures
+from stereotrack_core.experiments.reproduction.places import Places
+from stereotrack_core.experiments.reproduction.plan import Way
+from stereotrack_core.experiments.reproduction.tables import source_name
+from stereotrack_core.experiments.reproduction.thesis import MOTIONS, ThesisMotion
+from stereotrack_core.interop.run_npz import read_npz
+from stereotrack_core.recording.description import Recording, Segment
 
 _QUALITY = 82
 
@@ -21,10 +26,6 @@ def motion_pictures(
     places: Places, recordings: Sequence[Recording], outcomes: Sequence[Outcome]
 ) -> tuple[MotionPictures, ...]:
     """Curves and strips of every motion whose runs are there; files of both beside the page."""
-    from stereotrack_core.experiments.reproduction.curves import motion_curves
-    from stereotrack_core.experiments.reproduction.page import MotionPictures
-    from stereotrack_core.experiments.reproduction.thesis import MOTIONS
-
     by_name = {recording.name: recording for recording in recordings}
     made = []
     for motion in MOTIONS:
@@ -58,14 +59,6 @@ def _strips(
     frames: Sequence[int],
 ) -> dict[str, bytes]:
     """One strip per preset, of its first seed; the same view for all."""
-    import cv2
-
-    from stereotrack_core.evaluation.episodes.best_view import best_view
-    from stereotrack_core.evaluation.episodes.strip import picture_strip
-    from stereotrack_core.experiments.reproduction.plan import Way
-    from stereotrack_core.experiments.reproduction.tables import source_name
-    from stereotrack_core.interop.run_npz import read_npz
-
     plain = [o for o in outcomes if o.entry.way == Way(o.entry.way.preset) and o.entry.seed == 0]
     strips: dict[str, bytes] = {}
     view = None

@@ -1,4 +1,4 @@
-"""Everything that `stereotrack reproduce` writes, from the runs that are finished."""
+"""Everything that a reproduction writes, from the runs that are finished."""
 
 from __future__ import annotations
 
@@ -7,28 +7,33 @@ import json
 import os
 import platform
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from stereotrack_core.atomic import write_file
-from stereotrack_core.cli.output import Table, plain, put_json, put_table, say
-from stereotrack_core.cli.reproduction.places import Places, kept_runs
-from stereotrack_core.cli.reproduction.strips import motion_pictures
 from stereotrack_core.errors import InputError
-from stereotrack_core.plain_data import check_kind
+from stereotrack_core.experiments.reproduction.curves import timing_curve
+from stereotrack_core.experiments.reproduction.outcomes import Outcome, outcome_of
+from stereotrack_core.experiments.reproduction.page import (
+    Circumstances,
+    RecordingFacts,
+    Results,
+    page,
+)
+from stereotrack_core.experiments.reproduction.pictures import motion_pictures
+from stereotrack_core.experiments.reproduction.places import Places, kept_runs
+from stereotrack_core.experiments.reproduction.plan import Group
+from stereotrack_core.experiments.reproduction.tables import compared_tables
+from stereotrack_core.experiments.reproduction.timing import StepCost, Timing, timing
+from stereotrack_core.experiments.reproduction.words import columns_of, in_full, rows_of
+from stereotrack_core.interop.table_file import markdown_text
+from stereotrack_core.plain_data import check_kind, plain
 from stereotrack_core.reading import decoding, read_json
-
-if TYPE_CHECKING:
-    from stereotrack_core.experiments.reproduction.outcomes import Outcome
-    from stereotrack_core.experiments.reproduction.page import (
-        Circumstances,
-        RecordingFacts,
-        Results,
-    )
-    from stereotrack_core.experiments.reproduction.plan import Group
-    from stereotrack_core.experiments.reproduction.timing import Timing
-    from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.csv_table import csv_text
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.simulation.people import person_named
+from stereotrack_core.simulation.thesis_recordings import FAST, thesis_recordings
+from stereotrack_core.versions import versions
 
 
 def write_results(
@@ -38,16 +43,15 @@ def write_results(
     presets: Sequence[str],
     *,
     short: bool,
-    last: bool = False,
+    on_timing: Callable[[str], None] | None = None,
 ) -> Results:
-    """Write page, tables and numbers of what is finished; times and strips only at the end."""
-    from stereotrack_core.experiments.reproduction.curves import timing_curve
-    from stereotrack_core.experiments.reproduction.page import Results, page
-    from stereotrack_core.experiments.reproduction.tables import compared_tables
+    """Write page, tables and numbers of what is finished.
 
+    Times are measured only at the end, where `on_timing` is given; it is told the presets.
+    """
     outcomes = read_outcomes(places, recordings, groups)
     tables = compared_tables(outcomes, [r.name for r in recordings], presets)
-    timings = _timings(places, recordings[0], presets) if last else ()
+    timings = () if on_timing is None else _timings(places, recordings[0], presets, on_timing)
     results = Results(
         recordings=_facts(short=short),
         tables=tables,
@@ -61,26 +65,10 @@ def write_results(
     return results
 
 
-def print_results(results: Results, places: Places, *, as_json: bool) -> None:
-    """The tables to standard output."""
-    from stereotrack_core.experiments.reproduction.words import columns_of, facts, rows_of
-
-    if as_json:
-        made = results.circumstances
-        put_json({"page": places.page, "tables": facts(results.tables), "made": made,
-                  "timings": results.timings})  # fmt: skip
-    else:
-        for compared in results.tables:
-            put_table(Table(compared.title, columns_of(compared), rows_of(compared)))
-    say(f"The page is {places.page}; the tables are beside it as .csv and .md.")
-
-
 def read_outcomes(
     places: Places, recordings: Sequence[Recording], groups: Sequence[Group]
 ) -> list[Outcome]:
     """Measure every run that is there."""
-    from stereotrack_core.experiments.reproduction.outcomes import outcome_of
-
     outcomes = []
     for _, kept in kept_runs(places, recordings, groups):
         for recording, entry, run in kept:
@@ -90,10 +78,6 @@ def read_outcomes(
 
 
 def _facts(*, short: bool) -> tuple[RecordingFacts, ...]:
-    from stereotrack_core.experiments.reproduction.page import RecordingFacts
-    from stereotrack_core.simulation.people import person_named
-    from stereotrack_core.simulation.thesis_recordings import FAST, thesis_recordings
-
     made = []
     for one in thesis_recordings(short=short):
         names = dict.fromkeys(part.name for part in one.parts if not part.name.endswith(FAST))
@@ -109,15 +93,15 @@ def _facts(*, short: bool) -> tuple[RecordingFacts, ...]:
     return tuple(made)
 
 
-def _timings(places: Places, recording: Recording, presets: Sequence[str]) -> tuple[Timing, ...]:
+def _timings(
+    places: Places, recording: Recording, presets: Sequence[str], on_timing: Callable[[str], None]
+) -> tuple[Timing, ...]:
     """Times of the presets, measured once and kept."""
-    from stereotrack_core.experiments.reproduction.timing import timing
-
     path = places.folder / "timing.json"
     kept = kept_timings(path)
     for name in presets:
         if name not in kept:
-            say(f"Timing {name}; nothing else should run meanwhile.")
+            on_timing(name)
             kept[name] = timing(recording, name)
             write_file(path, json.dumps(plain(kept), indent=2))
     return tuple(kept[name] for name in presets)
@@ -125,8 +109,6 @@ def _timings(places: Places, recording: Recording, presets: Sequence[str]) -> tu
 
 def kept_timings(path: Path) -> dict[str, Timing]:
     """Times by preset that were measured before; none where the file is damaged."""
-    from stereotrack_core.experiments.reproduction.timing import StepCost, Timing
-
     cost = dict.fromkeys(("points", "milliseconds"), float)
     stages = dict.fromkeys(("filter_ms", "stereo_ms_per_view", "segmentation_ms"), float)
     kind = {str: {"preset": str, "usual_points": int, **stages, "costs": [cost]}}
@@ -150,9 +132,6 @@ def _circumstances(
     *,
     short: bool,
 ) -> Circumstances:
-    from stereotrack_core.experiments.reproduction.page import Circumstances
-    from stereotrack_core.versions import versions
-
     seeds = 1 + max(entry.seed for group in groups for entry in group.entries)
     command = ["stereotrack", "reproduce", places.folder.name, *(["--short"] if short else [])]
     command += ["--presets", ",".join(presets), "--seeds", str(seeds)]
@@ -181,10 +160,6 @@ def _processor() -> str:
 
 
 def _write_tables(places: Places, results: Results) -> None:
-    from stereotrack_core.experiments.reproduction.words import columns_of, in_full, rows_of
-    from stereotrack_core.interop.table_file import markdown_text
-    from stereotrack_core.recording.csv_table import csv_text
-
     whole = []
     for compared in results.tables:
         columns, rows = in_full(compared)

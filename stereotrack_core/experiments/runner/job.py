@@ -1,12 +1,60 @@
-"""What became of a job."""
+"""A job is one run with an identity by which its result is known again."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, Protocol, TypeAlias
+
+from stereotrack_core.experiments.sweep.points import Point
+from stereotrack_core.tracking.run_spec import RunSpec
 
 Status: TypeAlias = Literal["done", "failed"]
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """One run, with everything that its outcome depends on.
+
+    Attributes
+    ----------
+    identity : str
+        Hash of all that the result depends on; equal identities, equal results.
+    clouds : str
+        Hash of all that its clouds depend on; jobs that agree in it may share them.
+    recording : str
+        Name of the recording.
+    folder : str
+        Where it is, the same on every machine that takes part.
+    fingerprint : str
+        What it has to be there.
+    point : Point
+    spec : RunSpec
+        With its frames; without detections, which the recording has.
+    """
+
+    identity: str
+    clouds: str
+    recording: str
+    folder: str
+    fingerprint: str
+    point: Point
+    spec: RunSpec
+
+    @property
+    def frames(self) -> range:
+        """Frames that are tracked."""
+        return self.spec.frames_of(0)
+
+    @property
+    def seed(self) -> int:
+        """Seed of the run."""
+        return self.spec.seed
+
+    @property
+    def views(self) -> Sequence[str]:
+        """Views that are used."""
+        return self.spec.views or ()
 
 
 @dataclass(frozen=True)
@@ -86,3 +134,33 @@ def failure(identity: str, error: BaseException, *, final: bool) -> JobResult:
     words = " ".join(str(error).split()) or "no details"
     said = words if final else f"{type(error).__name__}: {words}"
     return JobResult(identity, "failed", error=said, final=final)
+
+
+class Watcher(Protocol):
+    """Hears of everything that happens; called in the thread that asked for the jobs."""
+
+    def on_frames(self, count: int) -> None:
+        """So many frames more were tracked."""
+
+    def on_result(self, job: Job, result: JobResult) -> None:
+        """A job has come to its end; called once for each."""
+
+    def stopped(self) -> bool:
+        """Whether to stop."""
+
+
+class Executor(Protocol):
+    """Does jobs."""
+
+    @property
+    def count(self) -> int:
+        """Jobs that are done at once."""
+
+    def do(self, jobs: Sequence[Job], watcher: Watcher) -> None:
+        """Do all jobs, whose identities differ; returns when each has a result.
+
+        Raises
+        ------
+        Cancelled
+            When the watcher wants to stop; results that were told stay valid.
+        """

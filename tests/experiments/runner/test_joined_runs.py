@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from stereotrack_core.experiments.reproduction.tracking import joined
+from stereotrack_core.experiments.runner.lockstep import joined
 from stereotrack_core.tracking.run import Run
 
 

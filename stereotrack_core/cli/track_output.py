@@ -1,20 +1,24 @@
-"""Where a run is kept until it is complete: beside its output, whatever ends the program."""
+"""What tracking writes and says: the run, kept beside its output until it is complete."""
 
 from __future__ import annotations
 
+import math
 import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stereotrack_core.cli.output import counted, say
+from stereotrack_core.cli.output import Table, counted, number, say
+from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
-    from stereotrack_core.cli.tracking_job import TrackingJob
+    from stereotrack_core.experiments.tracked_run import TrackedRun
     from stereotrack_core.interop.run_journal import Wish
+    from stereotrack_core.recording.description import Recording
     from stereotrack_core.tracking.run import Run
+    from stereotrack_core.tracking.run_spec import RunSpec
     from stereotrack_core.tracking.unfinished import UnfinishedRun
 
 
@@ -74,6 +78,29 @@ class UnfinishedOutput:
                 "output.",
             )
 
+    def track(
+        self,
+        recording: Recording,
+        spec: RunSpec,
+        count: int | None = None,
+        begun: UnfinishedRun | None = None,
+    ) -> TrackedRun:
+        """Track, with progress, until it is done or stopped with Ctrl-C.
+
+        Raises
+        ------
+        Cancelled
+            Where it is stopped before the first frame.
+        """
+        from stereotrack_core.experiments.tracked_run import steps, track_recording
+
+        total = steps(spec, count or len(spec.frames_of(0)), begun)
+        with progress("Tracking", total) as show, stoppable() as stopped:
+            return track_recording(
+                recording, spec, count=count, part=self.part, begun=begun, on_step=show,
+                cancelled=stopped,
+            )  # fmt: skip
+
     @contextmanager
     def telling(self) -> Iterator[None]:
         """Say where the frames are when an error ends the work."""
@@ -86,7 +113,7 @@ class UnfinishedOutput:
                 say(f"What was tracked is kept in {self.part}. To go on: {self.command}")
             raise
 
-    def write(self, job: TrackingJob) -> Path | None:
+    def write(self, job: TrackedRun) -> Path | None:
         """Write what came out, and say so where that is not the complete run.
 
         Returns
@@ -115,13 +142,42 @@ class UnfinishedOutput:
         return self.output
 
 
-def say_if_unfinished(path: Path, run: Run) -> None:
-    """Say where a run lacks frames that are still to come."""
-    from stereotrack_core.tracking.unfinished import INCOMPLETE
+def _lengths(run: Run) -> str:
+    """Where the body's lengths come from."""
+    if run.meta["parameters"].get("proportions") == "average":
+        return "average"
+    subject = run.meta.get("subject")
+    if subject is None:
+        return "average, there is no subject file; see stereotrack proportions"
+    return str(subject.get("name") or "the recording's subject file")
 
-    if run.meta.get(INCOMPLETE):
-        first, end = run.meta["frames"]
-        say(
-            f"{path}: this run was stopped and is not complete; it has {len(run.frame)} of the "
-            f"{counted(end - first, 'frame')} that were asked for."
-        )
+
+def track_table(job: TrackedRun, title: str) -> Table:
+    """What the result says to a person."""
+    facts = job.to_dict()
+    rows = [
+        ("preset", str(facts["preset"])),
+        ("frames", f"{facts['frames']} of {job.wanted}"),
+        ("tracked", str(facts["tracked"])),
+        ("unexplained fraction of the cloud", number(facts["mean_unexplained_fraction"], 3)),
+        ("residual", f"{number(facts['mean_residual_mm'])} mm"),
+        ("lengths of the body", _lengths(job.run)),
+        ("frames per second", number(facts["frames_per_second"] or math.nan)),
+    ]
+    if facts["smoothed"]:
+        rows.append(("smoothed, bridged frames", str(len(facts["bridged"]))))
+    rows += [(f"not tracked {gap.first}:{gap.end}", gap.reason) for gap in job.gaps]
+    rows += [(f"view {b.view} blind {b.first}:{b.end}", b.reason) for b in job.blind]
+    return Table(title, ("what", ">value"), rows)
+
+
+def say_signs(job: TrackedRun) -> None:
+    """Say why nobody was tracked, or that nothing fits, and what to do about it."""
+    from stereotrack_core.tracking.run_checks import CHECK
+
+    for warning in job.run.meta["warnings"]:
+        say(f"warning: {warning}. {CHECK}")
+    if job.nothing and len(job.run.frame):
+        say(f"Nobody was tracked in any of the {counted(len(job.run.frame), 'frame')}.")
+        for cause in job.untracked.causes():
+            say(cause.sentence())

@@ -7,17 +7,17 @@ import time
 import pytest
 
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.experiments.sweep import cluster as cluster_module
-from stereotrack_core.experiments.sweep.cluster import (
+from stereotrack_core.experiments.runner import cluster as cluster_module
+from stereotrack_core.experiments.runner.cluster import (
     ChanceError,
     ClusterWorkers,
     do_job,
     lacking,
 )
+from stereotrack_core.experiments.runner.job import failure
+from stereotrack_core.experiments.runner.work import do_batch
 from stereotrack_core.experiments.sweep.points import Point, grid_points, parsed_axis
-from stereotrack_core.experiments.sweep.results import failure
-from stereotrack_core.experiments.sweep.work import do_batch
-from tests.experiments.sweep.dask_cluster import DaskCluster, computed_again, knows
+from tests.experiments.runner.dask_cluster import DaskCluster, computed_again, knows
 
 
 @pytest.fixture(scope="module")

@@ -9,14 +9,15 @@ from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.evaluation.summary import summarise
-from stereotrack_core.experiments.sweep import work
-from stereotrack_core.experiments.sweep.measures import MEASURES
+from stereotrack_core.experiments.measures import MEASURES
+from stereotrack_core.experiments.runner import lockstep
+from stereotrack_core.experiments.runner.job import JobResult
+from stereotrack_core.experiments.runner.work import do_batch
 from stereotrack_core.experiments.sweep.points import Point, grid_points, parsed_axis
-from stereotrack_core.experiments.sweep.results import JobResult
-from stereotrack_core.experiments.sweep.work import do_batch
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.iekf import PoseFilter
 from stereotrack_core.tracking.pipeline import track
+from stereotrack_core.tracking.run_spec import RunSpec
 
 
 def by_identity(jobs, **options):
@@ -27,7 +28,7 @@ def test_results_are_those_of_runs_alone(plan, cones):
     jobs = plan(*grid_points([parsed_axis("iterations=2,4")]), seeds=(0, 3))
     results = by_identity(jobs)
     for job in jobs:
-        run = track(cones, job.settings, frames=range(4), seed=job.seed, init="tpose")
+        run = track(cones, RunSpec(job.spec.settings, frames=range(4), seed=job.seed, init="tpose"))
         reference = LandmarkTrajectory(cones.reference.frame[:4], cones.reference.points[:4])
         summary = summarise(errors_against(run.trajectory(), reference))
         result = results[job.identity]
@@ -95,20 +96,20 @@ def test_what_nobody_expected_is_told_as_well(plan, monkeypatch):
     def broken(*_, **__):
         raise ZeroDivisionError("a library's")
 
-    monkeypatch.setattr(work, "DepthChain", broken)
+    monkeypatch.setattr(lockstep, "DepthChain", broken)
     for result in do_batch(plan(Point(), seeds=(0, 1))):
         assert (result.error, result.final) == ("ZeroDivisionError: a library's", False)
 
 
 def test_no_tracker_sees_the_reference(plan, monkeypatch):
     seen = []
-    whole = work.Pipeline
+    whole = lockstep.Pipeline
 
     def pipeline(recording, *arguments, **options):
         seen.append(recording.reference)
         return whole(recording, *arguments, **options)
 
-    monkeypatch.setattr(work, "Pipeline", pipeline)
+    monkeypatch.setattr(lockstep, "Pipeline", pipeline)
     by_identity(plan(Point()))
     assert seen == [None]
 

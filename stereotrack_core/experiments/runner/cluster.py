@@ -12,11 +12,9 @@ from typing import Any
 import cv2
 
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.experiments.sweep.jobs import Job
-from stereotrack_core.experiments.sweep.pool import RETRIES
-from stereotrack_core.experiments.sweep.results import JobResult, failure
-from stereotrack_core.experiments.sweep.watching import Watcher
-from stereotrack_core.experiments.sweep.work import do_batch, recording_of
+from stereotrack_core.experiments.runner.job import Job, JobResult, Watcher, failure
+from stereotrack_core.experiments.runner.local import RETRIES
+from stereotrack_core.experiments.runner.work import do_batch, recording_of
 from stereotrack_core.version import __version__
 
 _PATIENCE_SECONDS = 10.0

@@ -1,1 +1,0 @@
-"""Making, tracking and writing what `stereotrack reproduce` shows."""

@@ -1,0 +1,203 @@
+"""Runs over the same frames of a recording, side by side: each cloud is made once for all."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import ExitStack, closing
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.depth.chain import DepthChain
+from stereotrack_core.errors import Cancelled
+from stereotrack_core.recording.chroma import has_colours
+from stereotrack_core.recording.depth_views import usable_views
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.tracking.frame import TrackedFrame, assembled
+from stereotrack_core.tracking.pipeline import Pipeline
+from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.shared_clouds import CloudTaker, SharedClouds
+
+_KEPT = 64
+"""Tracked frames of a run that are held before they are packed into arrays."""
+
+_PER_FRAME = (
+    *("frame", "landmarks", "x", "P", "tracked", "unexplained_fraction", "residual", "innovation"),
+    *("limb_sigma_deg", "limb_lost"),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Entry:
+    """A run that shall be made together with others.
+
+    Attributes
+    ----------
+    recording : Recording
+        As its tracker may know it: without the reference.
+    spec : RunSpec
+    starts : mapping from frame to Pose
+        Where the tracker is put on which pose before it sees a frame. This is for judging alone:
+        such a run knows the truth.
+    """
+
+    recording: Recording
+    spec: RunSpec
+    starts: Mapping[int, Pose] = field(default_factory=dict)
+
+
+class LockstepRun:
+    """A run that goes forward frame by frame.
+
+    Attributes
+    ----------
+    error : Exception or None
+        What has ended it.
+    seconds : float
+        That it would have taken alone, from images to poses.
+    """
+
+    def __init__(self, entry: Entry, frames: range, clouds: CloudTaker) -> None:
+        self._entry = entry
+        self._frames = frames
+        self._clouds = clouds
+        self._found: list[TrackedFrame] = []
+        self._packed: list[Run] = []
+        self._pipeline: Pipeline | None = None
+        self._going: Generator[TrackedFrame, None, None] | None = None
+        self.error: Exception | None = None
+        self.seconds = 0.0
+
+    def step(self) -> None:
+        """Track the next frame."""
+        if self._going is None:
+            self._pipeline = Pipeline(self._entry.recording, self._entry.spec, clouds=self._clouds)
+            self._pipeline.prepare(self._frames)
+            self._going = self._stretches(self._pipeline)
+        tracked = next(self._going)
+        self.seconds += _seconds_of(tracked)
+        self._found.append(tracked.without_cloud())
+        if not self._entry.spec.smooth and len(self._found) == _KEPT:
+            self._pack({})
+
+    def run(self) -> Run:
+        """All frames so far as one run."""
+        assert self._pipeline is not None  # noqa: S101 - there is at least one frame
+        if self._entry.spec.smooth:
+            return self._pipeline.smoothed_run(self._found)
+        self._pack(self._pipeline.origin().meta())
+        return joined(self._packed)
+
+    def close(self) -> None:
+        """Take no more clouds."""
+        if self._going is not None:
+            self._going.close()
+        if self._pipeline is not None:
+            self._pipeline.close()
+        self._clouds.leave()
+
+    def _stretches(self, pipeline: Pipeline) -> Generator[TrackedFrame, None, None]:
+        """All frames; the tracker is put on the poses that are given before it sees theirs."""
+        starts = self._entry.starts
+        begins = sorted(frame for frame in starts if frame in self._frames)
+        if not begins or begins[0] != self._frames.start:
+            begins.insert(0, self._frames.start)
+        for begin, end in zip(begins, [*begins[1:], self._frames.stop], strict=True):
+            if begin in starts:
+                pipeline.tracker.start(starts[begin])
+            with closing(pipeline.frames(range(begin, end))) as tracked:
+                yield from tracked
+
+    def _pack(self, meta: Mapping[str, Any]) -> None:
+        assert self._pipeline is not None  # noqa: S101 - there is at least one frame
+        self._packed.append(assembled(self._found, self._pipeline.tracker.state_names, meta))
+        self._found = []
+
+
+def track_together(
+    entries: Sequence[Entry],
+    *,
+    on_frames: Callable[[int], None] = lambda _: None,
+    cancelled: Callable[[], bool] = lambda: False,
+    go_on_after_errors: bool = False,
+) -> Generator[LockstepRun, None, None]:
+    """Track with all entries, frame by frame, in bounded memory; then gives one after the other.
+
+    Parameters
+    ----------
+    entries : sequence of Entry
+        They agree in all that clouds depend on; see :func:`cloud_key`.
+    on_frames : callable, optional
+        Told how many frames more were tracked, over all entries.
+    cancelled : callable, optional
+        Asked after every frame whether to stop.
+    go_on_after_errors : bool
+        Whether an error of one run ends nothing else; it is then told by the run.
+
+    Raises
+    ------
+    Cancelled
+    """
+    with ExitStack() as stack:
+        clouds = _clouds_for(entries[0], stack)
+        frames = entries[0].spec.frames_of(clouds.reader.frame_count)
+        runs = [LockstepRun(entry, frames, clouds.taker()) for entry in entries]
+        for run in runs:
+            stack.callback(run.close)
+        for _ in frames:
+            for run in runs:
+                if run.error is not None:
+                    continue
+                try:
+                    run.step()
+                except Exception as error:  # told by the run, where others go on
+                    if not go_on_after_errors:
+                        raise
+                    run.error = error
+                    run.close()
+                on_frames(1)
+                if cancelled():
+                    raise Cancelled
+        yield from runs
+
+
+def cloud_key(spec: RunSpec) -> tuple[Any, ...]:
+    """All that the clouds of a recording depend on."""
+    views = None if spec.views is None else tuple(spec.views)
+    return spec.settings.depth, spec.settings.tracking.wants_colour, views, spec.frames
+
+
+def _clouds_for(entry: Entry, stack: ExitStack) -> SharedClouds:
+    recording, settings = entry.recording, entry.spec.settings
+    names = usable_views(recording, entry.spec.views)
+    colour = settings.tracking.wants_colour and has_colours(recording, names)
+    chain = stack.enter_context(
+        closing(DepthChain(recording, settings.depth, views=names, colour=colour))
+    )
+    reader = stack.enter_context(FrameReader(recording, views=names, colour=colour))
+    return SharedClouds(chain, reader)
+
+
+def joined(runs: Sequence[Run]) -> Run:
+    """Successive stretches of one run as a whole; stages that one lacks took no time there."""
+    stages = tuple(dict.fromkeys(name for run in runs for name in run.stage_names))
+    seconds = [np.zeros((len(run.frame), len(stages))) for run in runs]
+    for run, table in zip(runs, seconds, strict=True):
+        table[:, [stages.index(name) for name in run.stage_names]] = run.seconds
+    whole: dict[str, Any] = {
+        name: np.concatenate([getattr(run, name) for run in runs]) for name in _PER_FRAME
+    }
+    return dataclasses.replace(
+        runs[-1], **whole, seconds=np.concatenate(seconds), stage_names=stages
+    )
+
+
+def _seconds_of(tracked: TrackedFrame) -> float:
+    """What a frame took from its images to its pose; the parts of a view's depth are in "views"."""
+    made = sum(tracked.cloud.seconds.get(stage, 0.0) for stage in ("views", "outliers"))
+    return tracked.seconds.get("read", 0.0) + made + sum(tracked.estimate.seconds.values())

@@ -1,0 +1,59 @@
+"""What to track of a recording, and how: all that decides how a run comes out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.recording.detections import Detections
+from stereotrack_core.tracking.parameters import Settings
+
+FirstPose: TypeAlias = str | Pose
+"""``"auto"``: found without help; ``"tpose"``: the T pose facing north; or a pose."""
+
+
+@dataclass(frozen=True, eq=False)
+class RunSpec:
+    """Everything that a run depends on besides its recording and the program's version.
+
+    Attributes
+    ----------
+    settings : Settings
+    preset : str
+        Name of the preset that they were made from, for the run's description.
+    frames : range or None
+        Half-open; None: all.
+    views : sequence of str or None
+        None: all that give depth.
+    seed : int
+        Of all that is random.
+    init : str or Pose
+        First pose.
+    smooth : bool
+        Whether the frames are gone over backwards as well.
+    detections : Detections or None
+        Head and hands that a detector has seen.
+    colour : bool or None
+        Whether pictures are read in colour; None: as the parameters need it.
+
+    Examples
+    --------
+    >>> spec = RunSpec(preset("accurate"), frames=range(40), views=["N", "S"], seed=1)
+    >>> run = track(open_recording(Path("recording")), spec)
+    """
+
+    settings: Settings
+    preset: str = ""
+    frames: range | None = None
+    views: Sequence[str] | None = None
+    seed: int = 0
+    init: FirstPose = "auto"
+    smooth: bool = False
+    detections: Detections | None = None
+    colour: bool | None = None
+
+    def frames_of(self, count: int) -> range:
+        """Frames to track of a recording that has so many."""
+        return range(count) if self.frames is None else self.frames
