@@ -80,10 +80,17 @@ def arrange(window: QMainWindow, docks: Mapping[str, QDockWidget], space: Worksp
 
 
 def _clear(window: QMainWindow) -> None:
-    """Take all panels away; Qt keeps their places, and brings those back that were shown."""
-    for dock in window.findChildren(QDockWidget):
-        dock.hide()
-        window.removeDockWidget(dock)
+    """Take all panels away; Qt keeps their places, and brings those back that were shown.
+
+    Their tabs go only where the layout hears of both steps: otherwise they stay over what comes
+    next.
+    """
+    docks = window.findChildren(QDockWidget)
+    for step in (QDockWidget.hide, window.removeDockWidget):
+        for dock in docks:
+            step(dock)
+        if layout := window.layout():
+            layout.activate()
 
 
 def _arrange_side(window: QMainWindow, docks: Mapping[str, QDockWidget], space: Workspace) -> None:
