@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_npz import run_bytes, run_of_bytes
-from stereotrack_core.project import content
+from stereotrack_core.project import entries
 from stereotrack_core.project.click_edits import MoveClicks, place
 from stereotrack_core.project.entries import SaveEntry, facts_as_json
 from stereotrack_core.project.failures import ProjectDamaged
@@ -103,7 +103,7 @@ def test_the_bytes_of_a_run_are_a_run_file(frames, seed):
 
 def test_the_list_says_what_a_run_was_made_with_and_reads_no_numbers(project, monkeypatch):
     project.apply(keep_run("one", run(iterations=2, data_points=401), "a note"))
-    monkeypatch.setattr(content, "fetch", lambda *_: pytest.fail("numbers were read"))
+    monkeypatch.setattr(entries, "fetch", lambda *_: pytest.fail("numbers were read"))
     (kept,) = kept_runs(project.runs)
     assert (kept.name, kept.who) == ("one", "A")
     facts = kept.facts

@@ -27,9 +27,8 @@ from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.geometry.camera_agreement import Disagreement
 from stereotrack_core.project.click_sigma import measured_sigmas
-from stereotrack_core.project.fitted import reference_of_fit, without_gaps
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.references import Reference
+from stereotrack_core.project.references import Reference, reference_of_fit, without_gaps
 from stereotrack_core.recording.description import Recording
 
 from ....services.tasks.helper_process import HelperProcess
