@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import math
+from functools import cache
+from pathlib import Path
 
-import cv2
+import matplotlib
 import numpy as np
-from matplotlib.font_manager import FontProperties
-from matplotlib.textpath import TextPath
+from PIL import Image, ImageDraw, ImageFont
 
 from stereotrack_core.arrays import ImageArray
-
-_FINE = 4
-"""Letters are drawn so many times as large and made smaller, for smooth edges."""
 
 
 def text_width(text: str, size: float, *, bold: bool = False) -> float:
     """Width in pixels of a line of text whose letters are `size` pixels high."""
-    return float(_path(text, size, bold).get_extents().x1) if text.strip() else 0.0
+    return float(_font(size, bold).getlength(text))
 
 
 def write(
@@ -43,26 +40,15 @@ def write(
         Blue, green, red.
     bold, middle : bool
     """
-    if not text.strip():
-        return
-    width = text_width(text, size, bold=bold)
-    left = place[0] - (0.5 * width if middle else 0.0)
-    corner = math.floor(left), math.floor(place[1] - 1.2 * size)
-    fine = np.zeros((_FINE * math.ceil(1.8 * size), _FINE * (math.ceil(width) + 3)), dtype=np.uint8)
-    polygons = [
-        _FINE * (np.asarray(polygon) * (1.0, -1.0) + (left - corner[0], place[1] - corner[1]))
-        for polygon in _path(text, size, bold).to_polygons()
-    ]
-    cv2.fillPoly(fine, [np.round(polygon).astype(np.int32) for polygon in polygons], 255)
-    height, across = fine.shape[0] // _FINE, fine.shape[1] // _FINE
-    ink = fine.reshape(height, _FINE, across, _FINE).mean(axis=(1, 3)) / 255.0
-    top, start = max(corner[1], 0), max(corner[0], 0)
-    shown = picture[top : corner[1] + height, start : corner[0] + across]
-    part = ink[top - corner[1] :, start - corner[0] :][: shown.shape[0], : shown.shape[1], None]
-    shown[:] = np.round((1.0 - part) * shown + part * np.array(colour)).astype(np.uint8)
+    drawn = Image.fromarray(picture)
+    pen = ImageDraw.Draw(drawn)
+    anchor = "ms" if middle else "ls"
+    pen.text(place, text, font=_font(size, bold), fill=colour, anchor=anchor)
+    picture[:] = np.asarray(drawn)
 
 
-def _path(text: str, size: float, bold: bool) -> TextPath:
-    letters = FontProperties(family="DejaVu Sans", weight="bold" if bold else "normal", size=size)
-    literally = text.replace("$", r"\$")  # or it would begin a formula
-    return TextPath((0.0, 0.0), literally, prop=letters)
+@cache
+def _font(size: float, bold: bool) -> ImageFont.FreeTypeFont:
+    name = "DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf"
+    place = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / name
+    return ImageFont.truetype(place, size, layout_engine=ImageFont.Layout.BASIC)
