@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stereotrack_core.evaluation.episodes.lettering import text_width
+from stereotrack_core.evaluation.episodes.drawing import text_width
 from stereotrack_core.report.drawing import drawn_axes, image_of
 from stereotrack_core.report.pages import Row, Table, _environment, embedded, number
 
