@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 import stereotrack_core as stereotrack
-from stereotrack_core.recording.landmark_csv import write_landmarks
+from stereotrack_core.recording.landmarks import write_landmarks
 
 
 def main(folder: Path, clicks: Path, output: Path) -> None:

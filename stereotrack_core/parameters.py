@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, TypeVar, get_type_hints
@@ -47,8 +47,6 @@ class ParameterRow:
     thesis : Value or None
         Value of preset ``thesis`` where the thesis decides it, by section 4.2.1 or by its method;
         None where it leaves that open: the default holds there.
-    formerly : str
-        What files of earlier versions call it; empty where they call it the same.
     """
 
     name: str
@@ -61,7 +59,6 @@ class ParameterRow:
     group: str
     help: str
     thesis: Value | None
-    formerly: str = ""
 
     def checked(self, value: Value) -> Value:
         """Return `value` in the row's type, or raise :class:`InputError`."""
@@ -134,7 +131,6 @@ def parameter(
     maximum: float | None = None,
     choices: tuple[str, ...] = (),
     thesis: Value | None = None,
-    formerly: str = "",
 ) -> Any:
     """Declare one parameter as a dataclass field; see :class:`ParameterRow`."""
     row = {
@@ -145,7 +141,6 @@ def parameter(
         "group": group,
         "help": help,
         "thesis": thesis,
-        "formerly": formerly,
     }
     return dataclasses.field(default=default, metadata={_ROW: row})
 
@@ -190,12 +185,6 @@ class ParameterGroup:
                 result[field.name] = value
         return result
 
-    @classmethod
-    def by_present_names(cls, values: Mapping[str, T]) -> dict[str, T]:
-        """Values that a file names as its version did, by the names of this one."""
-        present = {row.formerly: row.name for row in cls.rows() if row.formerly}
-        return {present.get(name, name): value for name, value in values.items()}
-
     def replaced(self: ParametersT, **values: Value) -> ParametersT:
         """Return a copy with some values changed, named flatly.
 
@@ -204,7 +193,6 @@ class ParameterGroup:
         InputError
             For an unknown name or a value outside its range.
         """
-        values = self.by_present_names(values)
         known = {row.name for row in self.rows()}
         for name in values:
             if name not in known:

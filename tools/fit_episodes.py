@@ -21,12 +21,17 @@ from logistic import fitted
 
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.evaluation.episodes.by_signs import episodes_by_signs
-from stereotrack_core.evaluation.episodes.chance import ARM_HALVES, UNSAID
 from stereotrack_core.evaluation.episodes.episode import Episode
 from stereotrack_core.evaluation.episodes.find import Subject, stretches_by_truth
 from stereotrack_core.evaluation.episodes.matching import agreement, pooled
-from stereotrack_core.evaluation.episodes.signs import SAID_SIGNS, UNSAID_SIGNS, episode_signs
+from stereotrack_core.evaluation.episodes.signs import (
+    ARM_HALVES,
+    SAID_SIGNS,
+    UNSAID,
+    UNSAID_SIGNS,
+    episode_signs,
+    episodes_by_signs,
+)
 from stereotrack_core.interop.run_npz import read_npz, write_npz
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.simulation.make import simulate

@@ -15,9 +15,10 @@ from stereotrack_core.evaluation.comparison.compare import (
     Comparison,
     Pair,
     compare,
+    how_it_is_made,
     measured,
+    verdict,
 )
-from stereotrack_core.evaluation.comparison.words import how_it_is_made, verdict
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 from ..widgets.tables.comparison_rows import ComparedCell, ComparedRow

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.corrections import Corrections, save_corrections
 from stereotrack_core.project.project import Project
+from stereotrack_core.project.setups import Corrections, save_corrections
 from stereotrack_core.project.whereabouts import projects_of
 
 from ..widgets.forms.message import Message

@@ -11,7 +11,7 @@ from typing import TypeAlias
 from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal, Slot
 
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.project.corrections import Corrections
+from stereotrack_core.project.setups import Corrections
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.findings import Finding, examine
 from stereotrack_core.recording.folder import open_recording

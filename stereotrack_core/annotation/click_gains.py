@@ -17,11 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stereotrack_core.annotation.click import Click
-from stereotrack_core.annotation.click_reach import REACH, UNTIL_FIT, shares_around
+from stereotrack_core.annotation.click_reach import (
+    REACH,
+    UNTIL_FIT,
+    hidden_landmarks,
+    shares_around,
+)
 from stereotrack_core.annotation.epipolar import in_image
 from stereotrack_core.annotation.fit.measurement import GUESSED_FACTOR, USUAL_SIGMA, sigma_of
 from stereotrack_core.annotation.fit.results import FrameFit, TrajectoryFit
-from stereotrack_core.annotation.hidden import hidden_landmarks
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.limb_axes import (
     OWN_AXES,
@@ -32,8 +36,7 @@ from stereotrack_core.annotation.limb_axes import (
     scored,
 )
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
-from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.geometry.reprojection import pixel_jacobian
+from stereotrack_core.geometry.camera import Camera, pixel_jacobian
 
 _ROWS_AT_ONCE = 256
 _LOST = 90.0

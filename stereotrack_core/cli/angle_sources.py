@@ -75,8 +75,12 @@ def angles_of_file(path: Path) -> JointAngles:
 def write_angles(path: Path, angles: JointAngles, fps: float, cut_off: float | None) -> int:
     """Write the angles of every frame as CSV; the number of frames."""
     from stereotrack_core.atomic import write_file
-    from stereotrack_core.evaluation.joint_angles.motion import CUT_OFF_HZ, motion_of
-    from stereotrack_core.evaluation.joint_angles.table import frame_columns, frame_rows
+    from stereotrack_core.evaluation.joint_angles.motion import (
+        CUT_OFF_HZ,
+        frame_columns,
+        frame_rows,
+        motion_of,
+    )
     from stereotrack_core.recording.csv_table import csv_text
 
     motion = motion_of(angles, fps, CUT_OFF_HZ if cut_off is None else cut_off)

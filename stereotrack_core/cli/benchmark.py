@@ -114,7 +114,7 @@ def _add_choice(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     """Track, measure, print."""
     from stereotrack_core.experiments.benchmark.accuracy import pooled
-    from stereotrack_core.interop.table_file import table_suffix
+    from stereotrack_core.recording.csv_table import table_suffix
 
     if args.growth:
         _refuse_others(args, "--growth", ("ablation", "seeds", "frames", "output"))
@@ -267,8 +267,7 @@ def _growth(
 
 def _write(path: Path, table: Table, rows: Sequence[Row], speeds: Speeds) -> None:
     from stereotrack_core.atomic import write_file
-    from stereotrack_core.interop.table_file import markdown_text
-    from stereotrack_core.recording.csv_table import csv_text
+    from stereotrack_core.recording.csv_table import csv_text, markdown_text
 
     if path.suffix.lower() == ".md":
         text = f"{markdown_text(table.columns, table.rows)}\n{table.title}.\n"

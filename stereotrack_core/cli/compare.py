@@ -59,8 +59,11 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Compare and print."""
-    from stereotrack_core.evaluation.comparison.compare import compare, compare_segments
-    from stereotrack_core.evaluation.comparison.words import how_it_is_made
+    from stereotrack_core.evaluation.comparison.compare import (
+        compare,
+        compare_segments,
+        how_it_is_made,
+    )
 
     if len(args.run_files) > len(string.ascii_uppercase):
         raise InputError("these are too many runs", remedy="Compare up to 26 at once.")

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def comparison_table(comparison: Comparison, pair: Pair, title: str = "") -> Table:
     """Means of both runs, their difference with its interval, and what that comes to."""
-    from stereotrack_core.evaluation.comparison.words import verdict
+    from stereotrack_core.evaluation.comparison.compare import verdict
 
     first, second = pair.first, pair.second
     frames = len(comparison.frames)
@@ -63,7 +63,7 @@ def comparison_facts(comparison: Comparison) -> dict[str, Any]:
 
 
 def _pair_facts(pair: Pair) -> dict[str, Any]:
-    from stereotrack_core.evaluation.comparison.words import verdict
+    from stereotrack_core.evaluation.comparison.compare import verdict
 
     return {
         "first": pair.first,

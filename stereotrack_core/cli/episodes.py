@@ -116,7 +116,7 @@ def _check(args: Namespace) -> None:
 def _subject(args: Namespace) -> Subject:
     from stereotrack_core.cli.sources import recording_of_run
     from stereotrack_core.evaluation.episodes.find import Subject
-    from stereotrack_core.evaluation.episodes.rules import EpisodeRules
+    from stereotrack_core.evaluation.episodes.stretches import EpisodeRules
     from stereotrack_core.interop.run_file import read_run, read_trajectory
     from stereotrack_core.parameters import parsed_settings
     from stereotrack_core.tracking.stored import fps_of_run

@@ -195,8 +195,8 @@ def _proportions(subject: str | None, recording: Recording, clicks: Sequence[Cli
 
 def _write(path: Path, fit: TrajectoryFit, recording: Recording, meta: Mapping[str, Any]) -> None:
     from stereotrack_core.interop.reference_npz import write_reference
-    from stereotrack_core.project.fitted import reference_of_fit
-    from stereotrack_core.recording.landmark_csv import write_landmarks
+    from stereotrack_core.project.references import reference_of_fit
+    from stereotrack_core.recording.landmarks import write_landmarks
     from stereotrack_core.version import __version__
 
     if path.suffix.lower() == ".npz":

@@ -15,7 +15,7 @@ from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
     from stereotrack_core.interop.label_names import Labels
-    from stereotrack_core.project.incoming import Side
+    from stereotrack_core.project.merging import Decision
     from stereotrack_core.project.project import Project
 
 _SHOWN = 20
@@ -80,7 +80,7 @@ def run(args: Namespace) -> int:
 
 def _clicks(args: Namespace, project: Project, names: dict[str, str]) -> dict[str, Any]:
     """Take in clicks by one edit."""
-    from stereotrack_core.project.incoming import clicks_of_project, incoming
+    from stereotrack_core.project.merging import clicks_of_project, incoming
     from stereotrack_core.project.whereabouts import SUFFIX
 
     mine = project.clicks.all(with_deleted=True)
@@ -94,7 +94,7 @@ def _clicks(args: Namespace, project: Project, names: dict[str, str]) -> dict[st
         labels = _labels(args, project, names)
         problems, left_out = len(labels.problems), ", ".join(labels.left_out) or "none"
         found = incoming(mine, labels.clicks, args.file.name, complete=False)
-    decided: Side | None = args.conflicts
+    decided: Decision | None = args.conflicts
     if found.conflicts and decided is None:
         count = len(found.conflicts)
         raise InputError(

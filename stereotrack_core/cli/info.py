@@ -49,7 +49,7 @@ def run(args: Namespace) -> int:
 
 def _content(folder: Path) -> dict[str, Any] | None:
     """What the recording holds; None where it cannot be opened (the findings say why)."""
-    from stereotrack_core.recording.detection_csv import own_detections
+    from stereotrack_core.recording.detections import own_detections
     from stereotrack_core.recording.folder import open_recording
     from stereotrack_core.recording.reader import FrameReader
 

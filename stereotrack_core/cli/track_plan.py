@@ -240,7 +240,7 @@ def _detections_like(
 
 def _detections(path: Path | None, recording: Recording) -> Detections | None:
     """What ``--detections`` names, or the recording's own file; None where there is none."""
-    from stereotrack_core.recording.detection_csv import own_detections, read_detections
+    from stereotrack_core.recording.detections import own_detections, read_detections
 
     return own_detections(recording) if path is None else read_detections(path, recording)
 

@@ -1,10 +1,16 @@
-"""The point nearest to several rays."""
+"""Points from rays and sightings: linear, and robust in raw pixels."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
 
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.geometry.camera import Camera
 
 _SINGULAR = 1e8
 
@@ -74,3 +80,190 @@ def _across(directions: FloatArray, weight: FloatArray | None) -> FloatArray:
     d, w = np.where(known[..., None], d, 0.0), np.where(known, w, 0.0)
     result: FloatArray = w[..., None, None] * (np.eye(3) - d[..., :, None] * d[..., None, :])
     return result
+
+
+_STEP = 1e-6
+_NEAREST = 1e-6
+_GROSS = 8.0
+"""Standard deviations beyond which a sighting has no weight."""
+
+_OUTLIER_WEIGHT = 0.05
+_ROUNDS = 40
+_STILL = 1e-10
+"""Metres; a step shorter than this ends the search."""
+
+_UNPLACED = 1e12
+
+
+@dataclass(frozen=True, eq=False)
+class Sightings:
+    """One point in the images of V cameras.
+
+    Attributes
+    ----------
+    rotation : (V, 3, 3) float64
+    translation : (V, 3) float64, metres
+        camera_from_world of every camera.
+    place : (V, 2) float64
+        Undistorted image coordinates of the sightings.
+    raw_from_place : (V, 2, 2) float64
+        Derivative of raw pixels there.
+    sigma : (V,) float64
+        Standard deviations in raw pixels per axis.
+    """
+
+    rotation: FloatArray
+    translation: FloatArray
+    place: FloatArray
+    raw_from_place: FloatArray
+    sigma: FloatArray
+
+    @staticmethod
+    def of(cameras: Sequence[Camera], pixels: FloatArray, sigma: FloatArray) -> Sightings:
+        """Sightings at raw pixels (V, 2), all known."""
+        places = [camera.normalised(pixel) for camera, pixel in zip(cameras, pixels, strict=True)]
+        slopes = [_raw_from_place(c, place) for c, place in zip(cameras, places, strict=True)]
+        return Sightings(
+            np.array([camera.camera_from_world.rotation for camera in cameras]),
+            np.array([camera.camera_from_world.translation for camera in cameras]),
+            np.array(places),
+            np.array(slopes),
+            np.asarray(sigma, dtype=np.float64),
+        )
+
+    def without(self, view: int) -> Sightings:
+        """All but one of them."""
+        kept = np.arange(len(self.sigma)) != view
+        return Sightings(
+            self.rotation[kept],
+            self.translation[kept],
+            self.place[kept],
+            self.raw_from_place[kept],
+            self.sigma[kept],
+        )
+
+    @cached_property
+    def rays(self) -> tuple[FloatArray, FloatArray]:
+        """Optical centres (V, 3) and unit directions (V, 3), world."""
+        centres = -np.einsum("vji,vj->vi", self.rotation, self.translation)
+        ahead = np.concatenate([self.place, np.ones((len(self.place), 1))], axis=1)
+        directions = np.einsum("vji,vj->vi", self.rotation, ahead)
+        return centres, directions / np.linalg.norm(directions, axis=1, keepdims=True)
+
+    def residuals(self, world: FloatArray) -> FloatArray:
+        """Sighting minus picture (..., V, 2) of points (..., 3), raw pixels; NaN from behind."""
+        in_camera = np.einsum("vij,...j->...vi", self.rotation, world) + self.translation
+        depth = in_camera[..., 2:]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            picture = np.where(depth > _NEAREST, in_camera[..., :2] / depth, np.nan)
+        result: FloatArray = np.einsum(
+            "vij,...vj->...vi", self.raw_from_place, self.place - picture
+        )
+        return result
+
+    def jacobian(self, world: FloatArray) -> FloatArray:
+        """Derivative (V, 2, 3) of the pictures of a point (3,), raw pixels per metre."""
+        x, y, z = (self.rotation @ world + self.translation).T
+        slope = np.zeros((len(x), 2, 3))
+        slope[:, 0, 0] = slope[:, 1, 1] = 1.0 / z
+        slope[:, 0, 2], slope[:, 1, 2] = -x / z**2, -y / z**2
+        result: FloatArray = self.raw_from_place @ slope @ self.rotation
+        return result
+
+
+@dataclass(frozen=True, eq=False)
+class SeenPoint:
+    """A point and how well it is known.
+
+    Attributes
+    ----------
+    world : (3,) float64, metres
+    covariance : (3, 3) float64, square metres
+        From the sigmas; larger where the sightings contradict each other more than these say.
+    outlier : (V,) bool
+        Sightings that fit none of the others.
+    """
+
+    world: FloatArray
+    covariance: FloatArray
+    outlier: BoolArray
+
+
+def point_of_sightings(sightings: Sightings) -> SeenPoint | None:
+    """The point by least squares with Tukey's weights (1 - (r / 8 sigma)^2)^2.
+
+    The rays of every pair of cameras give a candidate; it is looked for from the one that
+    contradicts the others least.
+
+    Returns
+    -------
+    SeenPoint or None
+        None with fewer than two sightings, or where the rays do not meet in front of two cameras.
+    """
+    world = _best_candidate(sightings)
+    if world is None:
+        return None
+    for _ in range(_ROUNDS):
+        normal, right_side = _normal_equations(sightings, world)
+        try:
+            step = np.linalg.solve(normal, right_side)
+        except np.linalg.LinAlgError:
+            return None
+        world = world + step
+        if not step @ step >= _STILL**2:
+            break
+    normal, _ = _normal_equations(sightings, world)
+    residual = sightings.residuals(world)
+    outlier: BoolArray = np.asarray(_weights(sightings, residual) < _OUTLIER_WEIGHT)
+    if not np.isfinite(normal).all() or (~outlier).sum() < 2 or np.linalg.cond(normal) > _UNPLACED:
+        return None
+    scaled = np.square(residual[~outlier] / sightings.sigma[~outlier, None])
+    spread = scaled.sum() / (scaled.size - 3)
+    return SeenPoint(world, np.linalg.inv(normal) * max(1.0, spread), outlier)
+
+
+def _raw_from_place(camera: Camera, place: FloatArray) -> FloatArray:
+    """Derivative (2, 2) of raw pixels by undistorted image coordinates; NaN beyond the lens."""
+    steps = _STEP * np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
+    around = np.concatenate([place + steps, np.ones((4, 1))], axis=1)
+    raw = camera.project(camera.world_from_camera.apply(around))
+    result: FloatArray = np.stack([raw[0] - raw[1], raw[2] - raw[3]], axis=1) / (2.0 * _STEP)
+    return result
+
+
+def _best_candidate(sightings: Sightings) -> FloatArray | None:
+    pairs = list(combinations(range(len(sightings.sigma)), 2))
+    if not pairs:
+        return None
+    centres, directions = sightings.rays
+    points = nearest_to_rays(centres[pairs], directions[pairs])
+    residual = np.linalg.norm(sightings.residuals(points), axis=-1)
+    seen = np.isfinite(residual)
+    scaled = np.where(seen, residual / (_GROSS * sightings.sigma), np.inf)
+    cost = np.sum(1.0 - np.maximum(1.0 - np.square(scaled), 0.0) ** 3, axis=-1)
+    cost[seen.sum(axis=-1) < 2] = np.inf
+    best = int(np.argmin(cost))
+    result: FloatArray = points[best]
+    return result if np.isfinite(cost[best]) else None
+
+
+def _weights(sightings: Sightings, residual: FloatArray) -> FloatArray:
+    seen = np.isfinite(residual).all(axis=1)
+    if len(residual) == 2:  # nobody can say which one is wrong
+        return np.asarray(seen, dtype=np.float64)
+    scaled = np.linalg.norm(residual, axis=1) / (_GROSS * sightings.sigma)
+    scaled = np.where(seen, scaled, np.inf)
+    result: FloatArray = np.square(np.maximum(1.0 - np.square(scaled), 0.0))
+    return result
+
+
+def _normal_equations(sightings: Sightings, world: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Matrix (3, 3) in 1 / square metres and right side (3,) of the next step."""
+    residual = sightings.residuals(world)
+    weight = _weights(sightings, residual) / np.square(sightings.sigma)
+    used = weight > 0
+    jacobian = sightings.jacobian(world)[used].reshape(-1, 3)
+    weighted = np.repeat(weight[used], 2)[:, None] * jacobian
+    matrix: FloatArray = weighted.T @ jacobian
+    right_side: FloatArray = weighted.T @ residual[used].ravel()
+    return matrix, right_side

@@ -83,7 +83,7 @@ def write_trajectory(
     """
     suffix = _suffix(path, RUN_SUFFIXES[1:])
     if suffix == ".csv":
-        from stereotrack_core.recording.landmark_csv import write_landmarks
+        from stereotrack_core.recording.landmarks import write_landmarks
 
         write_landmarks(path, trajectory)
         return
@@ -166,7 +166,7 @@ def read_timed_trajectory(path: Path) -> tuple[LandmarkTrajectory, float | None]
         case suffix if suffix == PART_SUFFIX:
             return _timed(read_run(path))
         case ".csv":
-            from stereotrack_core.recording.landmark_csv import read_landmarks
+            from stereotrack_core.recording.landmarks import read_landmarks
 
             return read_landmarks(path), None
         case ".trc":

@@ -20,7 +20,6 @@ from stereotrack_core.interop.npz import ArrayLayout, read_arrays
 from stereotrack_core.reading import MB, decoding, open_file, parsed_json
 from stereotrack_core.recording.csv_table import LARGEST as LAST_FRAME
 from stereotrack_core.recording.landmarks import LANDMARKS
-from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.run_meta import check_meta
 
@@ -36,7 +35,7 @@ _LAYOUT: dict[str, ArrayLayout] = {
     "residual": ArrayLayout("f", ("F",)),
     "innovation": ArrayLayout("f", ("F",)),
     "limb_sigma_deg": ArrayLayout("f", ("F", len(LIMBS))),
-    "limb_lost": ArrayLayout("f", ("F", len(LIMBS)), optional=True),  # older files lack it
+    "limb_lost": ArrayLayout("f", ("F", len(LIMBS)), optional=True),
     "seconds": ArrayLayout("f", ("F", "stages")),
     "stage_names": ArrayLayout("U", ("stages",)),
     "meta": ArrayLayout("U", ()),
@@ -44,6 +43,9 @@ _LAYOUT: dict[str, ArrayLayout] = {
 
 _FIELDS = MappingProxyType({"coverage": "unexplained_fraction"})
 """Fields of a run that are named otherwise than their arrays in the file."""
+
+FORMAT = 1
+"""Version of the layout; kept in the meta as ``format``."""
 
 _WHAT = "run file of this program"
 _REMEDY = "Give a run that `stereotrack track` wrote, or track the recording again."
@@ -75,7 +77,7 @@ def run_bytes(run: Run) -> bytes:
     Most of it is covariances, which compressing makes a tenth smaller in twenty times the time.
     """
     file = io.BytesIO()
-    np.savez(file, allow_pickle=False, **_arrays_of(run, dict(run.meta)))
+    np.savez(file, allow_pickle=False, **_arrays_of(run, {**run.meta, "format": FORMAT}))
     return file.getvalue()
 
 
@@ -181,7 +183,7 @@ def check_run(path: Path, run: Run) -> None:
 
 
 def _meta_to_store(path: Path, meta: Mapping[str, Any]) -> dict[str, Any]:
-    stored = dict(meta)
+    stored = {**meta, "format": FORMAT}
     if stored.get(_FOLDER):
         folder = Path(str(stored[_FOLDER])).absolute()
         stored[_FOLDER] = str(folder)
@@ -198,8 +200,12 @@ def _meta_from_store(path: Path, text: str, folder: Path | None) -> dict[str, An
     where = f"{path}, meta"
     meta: dict[str, Any] = parsed_json(text, where)
     check_meta(meta, where, _REMEDY)
-    if isinstance(meta.get("parameters"), dict):
-        meta["parameters"] = Settings.by_present_names(meta["parameters"])
+    if (version := meta.pop("format", FORMAT)) != FORMAT:
+        raise InputError(
+            f"it is a run file of format {version}, and this program reads format {FORMAT}",
+            where=where,
+            remedy="Track the recording again, or use the version that wrote it.",
+        )
     from_run = meta.pop(_FOLDER_FROM_RUN, None)
     if isinstance(from_run, str) and folder is not None:
         beside = Path(os.path.normpath(folder / from_run))

@@ -1,4 +1,4 @@
-"""Edits of clicks: place, move, take away, flag, swap."""
+"""Edits of clicks: place, move, take away, flag, swap, accept predictions."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from stereotrack_core.annotation.click import Click, ClickKey, Visibility
+from stereotrack_core.annotation.prediction import Prediction
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.click_rows import click_in, place_in_words, taken_away, values_of
-from stereotrack_core.project.edit import Edit, Stamp, State
-from stereotrack_core.project.rows import Change, Row, Table
-from stereotrack_core.project.schema import CLICK, REPEAT_CLICK
+from stereotrack_core.project.clicks import click_in, place_in_words, taken_away, values_of
+from stereotrack_core.project.edit import Change, Edit, Stamp, State
+from stereotrack_core.project.schema import CLICK, REPEAT_CLICK, Row, Table
 
 
 @dataclass(frozen=True)
@@ -246,3 +246,35 @@ def _set(state: State, click: Click, stamp: Stamp) -> Change:
     if before is not None and click_in(click.key, before).says_the_same(click):
         return Change(CLICK, click.key, before, before)
     return Change(CLICK, click.key, before, values_of(click, stamp))
+
+
+@dataclass(frozen=True)
+class AcceptPredictions(Edit):
+    """Let predictions be clicks, noted as accepted; where a person has clicked, that click stays.
+
+    Attributes
+    ----------
+    predictions : tuple of Prediction
+        Of several for one landmark in one image the last one counts.
+    even_deleted : bool
+        Also where somebody has taken a click away; for a single prediction that was looked at.
+    """
+
+    kind: ClassVar[str] = "accept predictions"
+    predictions: tuple[Prediction, ...]
+    even_deleted: bool = False
+
+    def words(self) -> str:
+        """``accept left elbow in N_right, frame 213``."""
+        return f"accept {place_in_words([one.key for one in self.predictions])}"
+
+    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
+        """The rows of landmarks that nobody has clicked."""
+        for prediction in self.predictions:
+            before = state.row(CLICK, prediction.key)
+            if before is not None:
+                there = click_in(prediction.key, before)
+                if not (there.deleted and self.even_deleted):
+                    continue
+            click = Click(*prediction.key, prediction.position, origin="accepted")
+            yield Change(CLICK, prediction.key, before, values_of(click, stamp))

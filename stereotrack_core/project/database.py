@@ -13,8 +13,7 @@ from pathlib import Path
 from stereotrack_core.atomic import replacing
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.failures import RESCUE, ProjectDamaged, speaking
-from stereotrack_core.project.rows import Row
-from stereotrack_core.project.schema import APPLICATION, FORMAT, STATEMENTS
+from stereotrack_core.project.schema import APPLICATION, FORMAT, STATEMENTS, Row
 from stereotrack_core.reading import check_file, open_file
 
 _MAGIC = b"SQLite format 3\0"

@@ -1,19 +1,48 @@
-"""Named things of a project: references, runs, subjects, sets, parameters, descriptions."""
+"""Named things of a project, large data by their hash, and how the person looks at it."""
 
 from __future__ import annotations
 
+import hashlib
 import json
+import sqlite3
 from collections.abc import Iterable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, ClassVar
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.access import Access
-from stereotrack_core.project.content import fetch, hash_of
-from stereotrack_core.project.edit import Edit, Stamp, State
-from stereotrack_core.project.rows import Change, Row, Table, facts_of
-from stereotrack_core.project.schema import CHOICE, EDITED_TABLES
+from stereotrack_core.project.connection import Access
+from stereotrack_core.project.edit import Change, Edit, Stamp, State, facts_of
+from stereotrack_core.project.failures import ProjectDamaged
+from stereotrack_core.project.schema import CHOICE, EDITED_TABLES, Row, Table
+
+
+def hash_of(data: bytes) -> str:
+    """Name under which content is kept: BLAKE2b, 32 hexadecimal digits."""
+    return hashlib.blake2b(data, digest_size=16).hexdigest()
+
+
+def store(database: sqlite3.Connection, contents: Iterable[bytes]) -> None:
+    """Keep contents, each once; they stay when an edit is undone, so that it can be redone."""
+    for data in contents:
+        database.execute("INSERT OR IGNORE INTO content VALUES (?, ?)", (hash_of(data), data))
+
+
+def fetch(database: sqlite3.Connection, path: Path, name: str) -> bytes:
+    """Content of that hash, verified.
+
+    Raises
+    ------
+    ProjectDamaged
+        Where it is missing or is not what was stored.
+    """
+    row = database.execute("SELECT bytes FROM content WHERE hash = ?", (name,)).fetchone()
+    if row is None or hash_of(row[0]) != name:
+        raise ProjectDamaged(path, f"stored data {name} are missing or changed")
+    data: bytes = row[0]
+    return data
+
 
 _WORDS = {"landmark_set": "set of landmarks", "parameter_set": "parameters"}
 
@@ -265,3 +294,37 @@ def _missing(table: Table, name: str) -> InputError:
         f"there is no {word_of(table)} {name!r} in the project",
         remedy="Look at the list of what is there.",
     )
+
+
+def _refuse(constant: str) -> None:
+    raise ValueError(f"{constant} is no number")
+
+
+class ViewSettings:
+    """Values by name, JSON-serialisable: the frame shown last, switches, filters."""
+
+    def __init__(self, access: Access) -> None:
+        self._access = access
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """Value of that name, or `default`.
+
+        The default is returned as well where the value is of another kind than that, or nothing
+        can be made of it: nothing is lost with how somebody looked at the project.
+        """
+        row = self._access.row("SELECT value FROM view_setting WHERE name = ?", (name,))
+        try:
+            value = None if row is None else json.loads(row[0], parse_constant=_refuse)
+        except (ValueError, RecursionError):
+            value = None
+        kinds = (int, float) if isinstance(default, float) else type(default)
+        return value if default is None or isinstance(value, kinds) else default
+
+    def set(self, name: str, value: Any) -> None:
+        """Keep a value; None forgets it."""
+        text = json.dumps(value)
+        with self._access.writing() as database:
+            if value is None:
+                database.execute("DELETE FROM view_setting WHERE name = ?", (name,))
+            else:
+                database.execute("INSERT OR REPLACE INTO view_setting VALUES (?, ?)", (name, text))

@@ -12,11 +12,18 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.access import Access
-from stereotrack_core.project.content import store
-from stereotrack_core.project.edit import Edit, Stamp, State
+from stereotrack_core.project.connection import Access
+from stereotrack_core.project.edit import (
+    Change,
+    Edit,
+    Stamp,
+    State,
+    as_json,
+    change_of,
+    without_idle,
+)
+from stereotrack_core.project.entries import store
 from stereotrack_core.project.failures import ProjectDamaged
-from stereotrack_core.project.rows import Change, as_json, change_of, without_idle
 from stereotrack_core.project.schema import EDITED_TABLES, RUN
 from stereotrack_core.project.validity import makes_sense
 

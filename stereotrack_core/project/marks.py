@@ -6,10 +6,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stereotrack_core.project.access import Access
-from stereotrack_core.project.edit import Edit, Stamp, State
-from stereotrack_core.project.rows import Change, Row
-from stereotrack_core.project.schema import FRAME_FLAG, KEYFRAME
+from stereotrack_core.project.connection import Access
+from stereotrack_core.project.edit import Change, Edit, Stamp, State
+from stereotrack_core.project.schema import FRAME_FLAG, KEYFRAME, Row
 
 
 @dataclass(frozen=True)

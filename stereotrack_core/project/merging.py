@@ -1,16 +1,20 @@
-"""Two readings become one: for each click the project's, the other one, or their mean."""
+"""Clicks of a file or another project beside the own: new ones are taken, others decided."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from math import sqrt
+from pathlib import Path
 from typing import Literal, TypeAlias
 
-from stereotrack_core.annotation.agreement import Difference
+from stereotrack_core.annotation.agreement import Difference, differences
 from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.click_edits import PlaceClicks
-from stereotrack_core.project.incoming import Incoming
+from stereotrack_core.project.database import resolved
+from stereotrack_core.project.project import Project
+from stereotrack_core.recording.finding import Finding
 
 Decision: TypeAlias = Literal["mine", "theirs", "mean"]
 
@@ -55,33 +59,139 @@ def mean_click(conflict: Difference) -> Click:
     )
 
 
-def merging_edit(
-    incoming: Incoming, decisions: Mapping[ClickKey, Decision], *, with_new: bool = True
-) -> PlaceClicks:
-    """The one edit that takes in what is new and what was decided; the rest stays as it is.
+@dataclass(frozen=True)
+class Incoming:
+    """Clicks from elsewhere beside those of the project.
+
+    Attributes
+    ----------
+    source : str
+        Where they come from: a file or a project, as the person knows it.
+    new : tuple of Click
+        The project says nothing about them.
+    same : tuple of Click
+        The project says the same.
+    conflicts : tuple of Difference
+        ``first`` is the project's click, ``second`` the other; one of them may be deleted.
+    """
+
+    source: str
+    new: tuple[Click, ...]
+    same: tuple[Click, ...]
+    conflicts: tuple[Difference, ...]
+
+    def edit(
+        self,
+        decisions: Mapping[ClickKey, Decision] | Decision | None = None,
+        *,
+        with_new: bool = True,
+    ) -> PlaceClicks:
+        """The one edit that takes in what is new and what was decided; the rest stays as it is.
+
+        Parameters
+        ----------
+        decisions : mapping from ClickKey, or one decision for all conflicts
+            Conflicts that a mapping does not name stay the project's.
+        with_new : bool
+            Whether clicks that the project says nothing about are taken in.
+
+        Raises
+        ------
+        InputError
+            Where there are conflicts and no decisions, or a mean was asked for that there is not.
+        """
+        if decisions is None and self.conflicts:
+            raise self._undecided(self.conflicts[0])
+        taken = list(self.new) if with_new else []
+        means = 0
+        for conflict in self.conflicts:
+            decision = decisions
+            if isinstance(decisions, Mapping):
+                decision = decisions.get(conflict.key, "mine")
+            if decision == "mean":
+                taken.append(mean_click(conflict))
+                means += 1
+            elif decision == "theirs" and conflict.second is not None:
+                taken.append(conflict.second)
+        number = f"{len(taken)} click{'' if len(taken) == 1 else 's'}"
+        between = f", {means} of them means," if means else ""
+        return PlaceClicks(tuple(taken), f"take {number}{between} from {self.source}")
+
+    def _undecided(self, conflict: Difference) -> InputError:
+        frame, camera, landmark = conflict.key
+        several = len(self.conflicts) > 1
+        return InputError(
+            f"{len(self.conflicts)} click{'s are' if several else ' is'} there already and"
+            f" {'say' if several else 'says'} something else, such as"
+            f" {landmark} in {camera}, frame {frame}",
+            where=self.source,
+            remedy="Decide whether the project's or the other ones stay.",
+        )
+
+
+def incoming(
+    mine: Iterable[Click], theirs: Iterable[Click], source: str, *, complete: bool = True
+) -> Incoming:
+    """Compare clicks from elsewhere with those of the project.
 
     Parameters
     ----------
-    incoming : Incoming
-    decisions : mapping from ClickKey
-        Conflicts without a decision stay the project's.
-    with_new : bool
-        Whether clicks that the project says nothing about are taken in.
+    mine : iterable of Click
+        All clicks of the project, deleted ones too.
+    theirs : iterable of Click
+        Where a deleted click meets nothing, nothing comes of it.
+    source : str
+    complete : bool
+        Whether the source can say flag and sigma; a clicks file cannot, and leaves them alone.
+    """
+    ours = {click.key: click for click in mine}
+    others = list(theirs)
+    if not complete:
+        others = [_with_marks_of(ours.get(click.key), click) for click in others]
+    new, same, conflicts = [], [], []
+    for found in differences(ours.values(), others):
+        if found.second is None:
+            continue
+        if found.first is None:
+            if not found.second.deleted:
+                new.append(found.second)
+        elif found.first.says_the_same(found.second):
+            same.append(found.second)
+        else:
+            conflicts.append(found)
+    return Incoming(source, tuple(new), tuple(same), tuple(conflicts))
+
+
+def clicks_of_project(
+    path: Path, project: Project
+) -> tuple[tuple[Click, ...], tuple[Finding, ...]]:
+    """All clicks of another project of the same recording, deleted ones too.
+
+    Returns
+    -------
+    clicks : tuple of Click
+    notes : tuple of Finding
+        What the person should know about that project.
 
     Raises
     ------
     InputError
-        Where a mean was asked for that there is not.
+        Where it is this project, is of another recording, or cannot be read.
     """
-    taken = list(incoming.new) if with_new else []
-    means = 0
-    for conflict in incoming.conflicts:
-        decision = decisions.get(conflict.key, "mine")
-        if decision == "mean":
-            taken.append(mean_click(conflict))
-            means += 1
-        elif decision == "theirs" and conflict.second is not None:
-            taken.append(conflict.second)
-    number = f"{len(taken)} click{'' if len(taken) == 1 else 's'}"
-    between = f", {means} of them means," if means else ""
-    return PlaceClicks(tuple(taken), f"take {number}{between} from {incoming.source}")
+    if resolved(path) == project.path:
+        raise InputError(
+            "this is the project that is open", where=str(path), remedy="Choose another one."
+        )
+    with Project.open(path, read_only=True) as other:
+        theirs, ours = other.recording_place(), project.recording_place()
+        if theirs.fingerprint != ours.fingerprint:
+            raise InputError(
+                f"this is a project of another recording ({theirs.name})",
+                where=str(path),
+                remedy=f"Give a project of {ours.name}.",
+            )
+        return other.clicks.all(with_deleted=True), other.notes
+
+
+def _with_marks_of(mine: Click | None, click: Click) -> Click:
+    return click if mine is None else replace(click, flag=mine.flag, sigma=mine.sigma)

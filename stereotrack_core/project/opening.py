@@ -13,11 +13,19 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.project.connection import connect, connect_for_reading
 from stereotrack_core.project.database import beside, check_header, copy_files, is_in_place
 from stereotrack_core.project.failures import ProjectInUse, code_of, making_sense
-from stereotrack_core.project.filesystem import Mount, network_type
-from stereotrack_core.project.lock import ProjectLock, is_held, lock_path
-from stereotrack_core.project.owner import Owner, in_use, myself, read_owner, write_owner
-from stereotrack_core.project.validity import check_rows
-from stereotrack_core.project.wholeness import check_whole
+from stereotrack_core.project.owner import (
+    Mount,
+    Owner,
+    ProjectLock,
+    in_use,
+    is_held,
+    lock_path,
+    myself,
+    network_type,
+    read_owner,
+    write_owner,
+)
+from stereotrack_core.project.validity import check_rows, check_whole
 from stereotrack_core.recording.finding import Finding
 
 

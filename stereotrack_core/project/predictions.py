@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from stereotrack_core.annotation.prediction import Prediction
-from stereotrack_core.project.access import Access
-from stereotrack_core.project.rows import Value
+from stereotrack_core.project.connection import Access
+from stereotrack_core.project.schema import Value
 from stereotrack_core.project.validity import LARGEST_REAL
 
 _FROM = "SELECT frame, camera, landmark, source, x, y, sigma FROM prediction"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from stereotrack_core.annotation.prediction import Prediction
 from stereotrack_core.annotation.prefill import unclicked
-from stereotrack_core.project.accept import AcceptPredictions
+from stereotrack_core.project.click_edits import AcceptPredictions
 from stereotrack_core.project.project import Project
 
 

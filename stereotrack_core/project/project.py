@@ -9,20 +9,17 @@ from pathlib import Path
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.annotation.progress import Progress, progress
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.access import Access
 from stereotrack_core.project.clicks import Clicks
-from stereotrack_core.project.corrections import Corrections, load_corrections
+from stereotrack_core.project.connection import Access
 from stereotrack_core.project.database import copy_whole, make_database, resolved
 from stereotrack_core.project.edit import Edit, Stamp
-from stereotrack_core.project.entries import Entries
+from stereotrack_core.project.entries import Entries, ViewSettings
 from stereotrack_core.project.failures import ProjectDamaged
-from stereotrack_core.project.filesystem import Mount
 from stereotrack_core.project.history import Changed, History, HistoryReader
 from stereotrack_core.project.marks import Marks
 from stereotrack_core.project.opening import Opened, open_for_reading, open_for_writing
-from stereotrack_core.project.owner import now, user
+from stereotrack_core.project.owner import Mount, now, user
 from stereotrack_core.project.predictions import Predictions
-from stereotrack_core.project.rows import Table
 from stereotrack_core.project.schema import (
     CHOICE,
     DESCRIPTION,
@@ -31,9 +28,14 @@ from stereotrack_core.project.schema import (
     REFERENCE,
     RUN,
     SUBJECT,
+    Table,
 )
-from stereotrack_core.project.settings import ViewSettings
-from stereotrack_core.project.setups import load_landmark_set, load_subject
+from stereotrack_core.project.setups import (
+    Corrections,
+    load_corrections,
+    load_landmark_set,
+    load_subject,
+)
 from stereotrack_core.project.whereabouts import (
     RecordingPlace,
     Whereabouts,

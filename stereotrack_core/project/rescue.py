@@ -12,18 +12,17 @@ from typing import Any
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.connection import connect_to_rescue
-from stereotrack_core.project.content import hash_of
 from stereotrack_core.project.database import (
     check_files,
     copy_files,
     make_database,
     transaction,
 )
+from stereotrack_core.project.edit import change_of, facts_of
+from stereotrack_core.project.entries import hash_of
 from stereotrack_core.project.failures import NONSENSE
-from stereotrack_core.project.rows import change_of, facts_of
 from stereotrack_core.project.schema import EDITED_TABLES, FORMAT, TABLES_OF_ENTRIES
-from stereotrack_core.project.validity import made, makes_sense, sense
-from stereotrack_core.project.wholeness import contradiction, last_words
+from stereotrack_core.project.validity import contradiction, last_words, made, makes_sense, sense
 
 _OTHER_TABLES = ("content", "prediction", "annotator", "view_setting", "recording")
 _HISTORY = ("edit", "edit_change")

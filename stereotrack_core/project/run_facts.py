@@ -131,7 +131,7 @@ def facts_of_meta(meta: Mapping[str, Any], frame: IntArray, tracked: int) -> dic
 
 
 def run_facts(stored: Mapping[str, Any]) -> RunFacts:
-    """Read facts as they were kept; runs that were kept by older versions have fewer.
+    """Read facts as they were kept; runs that others wrote have fewer.
 
     Raises
     ------
@@ -140,8 +140,6 @@ def run_facts(stored: Mapping[str, Any]) -> RunFacts:
     """
     asked = stored.get("asked")
     versions = dict(stored.get("versions") or {})
-    if not versions and stored.get("version"):
-        versions = {"stereotrack": stored["version"]}
     wall = stored.get("wall_seconds")
     return RunFacts(
         frames=int(stored.get("frames", 0)),

@@ -6,7 +6,67 @@ alone, ``prediction`` by programs alone.
 
 from __future__ import annotations
 
-from stereotrack_core.project.rows import Table
+import sqlite3
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeAlias
+
+Value: TypeAlias = str | int | float | None
+Row: TypeAlias = tuple[Value, ...]
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table whose every change is kept in the history.
+
+    Attributes
+    ----------
+    name : str
+    key : tuple of str
+        Columns that identify a row.
+    values : tuple of str
+        The others.
+    """
+
+    name: str
+    key: tuple[str, ...]
+    values: tuple[str, ...]
+
+    @cached_property
+    def columns(self) -> str:
+        """Key and values, as they stand in a statement."""
+        return ", ".join((*self.key, *self.values))
+
+    @cached_property
+    def _with_key(self) -> str:
+        return " AND ".join(f"{column} = ?" for column in self.key)
+
+    @cached_property
+    def _select(self) -> str:
+        values = ", ".join(self.values)
+        return f"SELECT {values} FROM {self.name} WHERE {self._with_key}"  # noqa: S608 - no input
+
+    @cached_property
+    def _replace(self) -> str:
+        marks = ", ".join("?" * (len(self.key) + len(self.values)))
+        return f"INSERT OR REPLACE INTO {self.name} ({self.columns}) VALUES ({marks})"  # noqa: S608
+
+    @cached_property
+    def _delete(self) -> str:
+        return f"DELETE FROM {self.name} WHERE {self._with_key}"  # noqa: S608 - no input
+
+    def read(self, database: sqlite3.Connection, key: Row) -> Row | None:
+        """Values of the row with this key, or None."""
+        row: Row | None = database.execute(self._select, key).fetchone()
+        return row
+
+    def write(self, database: sqlite3.Connection, key: Row, values: Row | None) -> None:
+        """Set the row with this key; None takes it away."""
+        if values is None:
+            database.execute(self._delete, key)
+        else:
+            database.execute(self._replace, (*key, *values))
+
 
 FORMAT = 1
 """Version of the layout; kept in the file's ``user_version``."""

@@ -1,17 +1,21 @@
-"""Subjects, sets of landmarks and parameters in a project."""
+"""Subjects, sets of landmarks, parameters, and corrections of the recording, in a project."""
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
-from math import inf
+from dataclasses import asdict, dataclass, field, replace
+from math import inf, isfinite
+from pathlib import Path
 from typing import Any
 
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet, landmark_set_of
 from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.project.entries import Entries, SaveEntry, facts_as_json
-from stereotrack_core.project.schema import LANDMARK_SET, PARAMETER_SET, SUBJECT
-from stereotrack_core.recording.description import Subject
+from stereotrack_core.project.schema import DESCRIPTION, LANDMARK_SET, PARAMETER_SET, SUBJECT
+from stereotrack_core.recording.calibration import read_calibration, write_calibration
+from stereotrack_core.recording.description import Recording, Stream, Subject, View
 from stereotrack_core.recording.subject_file import LENGTHS
 
 
@@ -91,3 +95,129 @@ def load_parameters(sets: Entries, name: str) -> ParameterSet:
     facts = sets.get(name).facts
     with sets.making_sense():
         return ParameterSet(str(facts["preset"]), dict(facts["values"]))
+
+
+@dataclass(frozen=True, eq=False)
+class Corrections:
+    """What is different from the recording's folder; streams are named ``N/left``.
+
+    Attributes
+    ----------
+    reason : str
+        How they were found, in words.
+    time_offsets : mapping
+        Seconds by which a stream shows the scene later.
+    first_frames : mapping
+        The stream's own frame that is frame 0 of the recording.
+    stream_cameras : mapping
+        Name of the camera that a stream really shows (views that were swapped).
+    cameras : mapping
+        Cameras by name that are better calibrated.
+    """
+
+    reason: str
+    time_offsets: Mapping[str, float] = field(default_factory=dict)
+    first_frames: Mapping[str, int] = field(default_factory=dict)
+    stream_cameras: Mapping[str, str] = field(default_factory=dict)
+    cameras: Mapping[str, Camera] = field(default_factory=dict)
+
+    def applied_to(self, recording: Recording) -> Recording:
+        """The recording as it is with these corrections.
+
+        Raises
+        ------
+        InputError
+            Where a stream or a camera is not in the recording.
+        """
+        streams = {f"{view.name}/{key}" for view in recording.views for key in view.streams()}
+        for names in (self.time_offsets, self.first_frames, self.stream_cameras):
+            _check_known("stream", set(names) - streams, recording)
+        cameras = {**recording.cameras, **self.cameras}
+        _check_known("camera", set(self.stream_cameras.values()) - set(cameras), recording)
+        return replace(
+            recording,
+            views=tuple(self._view(view) for view in recording.views),
+            cameras=cameras,
+        )
+
+    def _view(self, view: View) -> View:
+        def corrected(key: str, stream: Stream | None) -> Stream | None:
+            return None if stream is None else self._stream(f"{view.name}/{key}", stream)
+
+        image = "right" if view.kind == "stereo" else "image"
+        return replace(
+            view,
+            image=self._stream(f"{view.name}/{image}", view.image),
+            left=corrected("left", view.left),
+            depth=corrected("depth", view.depth),
+            mask=corrected("mask", view.mask),
+        )
+
+    def _stream(self, name: str, stream: Stream) -> Stream:
+        return replace(
+            stream,
+            time_offset=self.time_offsets.get(name, stream.time_offset),
+            first_frame=self.first_frames.get(name, stream.first_frame),
+            camera=self.stream_cameras.get(name, stream.camera),
+        )
+
+
+def save_corrections(name: str, corrections: Corrections) -> SaveEntry:
+    """The edit that keeps corrections as a new version of the description."""
+    facts = {
+        "reason": corrections.reason,
+        "time_offsets": dict(corrections.time_offsets),
+        "first_frames": dict(corrections.first_frames),
+        "stream_cameras": dict(corrections.stream_cameras),
+        "calibration": _calibration_text(corrections.cameras),
+    }
+    return SaveEntry(DESCRIPTION.name, name, facts_as_json(facts))
+
+
+def load_corrections(descriptions: Entries, name: str) -> Corrections:
+    """A version of the description; InputError where there is none of that name."""
+    facts = descriptions.get(name).facts
+    with descriptions.making_sense():
+        return Corrections(
+            reason=str(facts["reason"]),
+            time_offsets={key: _seconds(x) for key, x in dict(facts["time_offsets"]).items()},
+            first_frames={key: int(x) for key, x in dict(facts["first_frames"]).items()},
+            stream_cameras={key: str(x) for key, x in dict(facts["stream_cameras"]).items()},
+            cameras=_cameras(str(facts["calibration"])),
+        )
+
+
+def _seconds(value: Any) -> float:
+    if not isfinite(seconds := float(value)):
+        raise ValueError("a time offset is no time")
+    return seconds
+
+
+def _calibration_text(cameras: Mapping[str, Camera]) -> str:
+    if not cameras:
+        return ""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "calibration.toml"
+        write_calibration(path, cameras)
+        return path.read_text(encoding="utf-8")
+
+
+def _cameras(text: str) -> Mapping[str, Camera]:
+    if not text:
+        return {}
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "calibration.toml"
+        path.write_text(text, encoding="utf-8")
+        try:
+            return read_calibration(path)
+        except InputError as error:  # which names the temporary file
+            raise ValueError(error.what) from error
+
+
+def _check_known(what: str, unknown: set[str], recording: Recording) -> None:
+    if unknown:
+        raise InputError(
+            f"the recording has no {what} {min(unknown)!r}",
+            where=recording.name,
+            remedy="These corrections belong to another recording.",
+        )

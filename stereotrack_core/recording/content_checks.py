@@ -10,8 +10,7 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording, Stream
 from stereotrack_core.recording.finding import Finding
-from stereotrack_core.recording.landmark_csv import unknown_landmarks
-from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory, unknown_landmarks
 
 PLAUSIBLE_LENGTHS_M: dict[str, tuple[float, float]] = {
     "shoulder_width": (0.2, 0.55),

@@ -18,7 +18,7 @@ from stereotrack_core.recording.content_checks import (
     check_times,
 )
 from stereotrack_core.recording.description import Recording, Stream, View
-from stereotrack_core.recording.detection_csv import own_detections
+from stereotrack_core.recording.detections import own_detections
 from stereotrack_core.recording.finding import Finding, Severity
 from stereotrack_core.recording.folder import describe
 from stereotrack_core.recording.image_checks import check_images

@@ -17,7 +17,7 @@ from stereotrack_core.atomic import filling, write_file
 from stereotrack_core.recording.calibration import write_calibration
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.folder import DESCRIPTION, FORMAT
-from stereotrack_core.recording.landmark_csv import write_landmarks
+from stereotrack_core.recording.landmarks import write_landmarks
 from stereotrack_core.recording.segments_file import write_segments
 from stereotrack_core.recording.subject_file import write_subject
 from stereotrack_core.recording.video_file import VideoWriter, write_png

@@ -2,11 +2,28 @@
 
 from __future__ import annotations
 
-from stereotrack_core.report import origin, sections
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.evaluation.episodes.episode import FOUND_WORDS, limbs_words
+from stereotrack_core.evaluation.reference_quality import stated
+from stereotrack_core.evaluation.summary import LOST_ANGLE
+from stereotrack_core.recording.consistency import FILES
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.finding import Finding
+from stereotrack_core.report import run_tables
 from stereotrack_core.report.curves import limb_curves
 from stereotrack_core.report.drawing import Kind, mime
-from stereotrack_core.report.html import Html, document, heading, picture
-from stereotrack_core.report.reported import Reported
+from stereotrack_core.report.pages import embedded, page
+from stereotrack_core.report.reported import Accuracy, Reported, ShownEpisode
+from stereotrack_core.tracking.presets import PRESETS
+from stereotrack_core.tracking.run import Run
+
+_MAIN = ("torso_long", "torso_cross", "upper_arms", "forearms")
+_OF_CAMERAS = ("calibration", "camera", "view")
 
 
 def run_page(reported: Reported, kind: Kind = "svg", *, for_print: bool = False) -> str:
@@ -20,38 +37,135 @@ def run_page(reported: Reported, kind: Kind = "svg", *, for_print: bool = False)
     for_print : bool
         With a plain style that simple renderers understand.
     """
-    title = f"Report on {reported.source.name}"
-    parts: list[Html] = [
-        heading(1, title),
-        sections.lead(reported),
-        *origin.recording(reported),
-        *sections.subject(reported),
-        *origin.calibration(reported),
-        *sections.errors(reported),
-        *_curves(reported, kind),
-        *sections.episodes(reported),
-        *sections.honesty(reported),
-        *sections.motion(reported),
-        *sections.reference(reported),
-        *origin.parameters(reported),
-        *origin.made(reported),
-    ]
-    return document(title, *parts, for_print=for_print)
-
-
-def _curves(reported: Reported, kind: Kind) -> list[Html]:
-    accuracy, run = reported.accuracy, reported.source.run
-    errors = None if accuracy is None else accuracy.errors
-    episodes = [shown.episode for shown in reported.episodes]
-    drawn = limb_curves(run, errors, episodes, reported.segments, kind)
-    caption = (
-        "Error of each limb's direction in its colour; grey: what the run states as its standard "
-        "deviation; dotted: 45 degrees; shaded: episodes."
-        if errors is not None
-        else "What the run states as the standard deviation of each limb's direction; dashed: the "
-        "probability that the limb is lost; shaded: episodes."
+    source, run, accuracy = reported.source, reported.source.run, reported.accuracy
+    shown = reported.episodes
+    return page(
+        "run.html",
+        f"Report on {source.name}",
+        for_print=for_print,
+        reported=reported,
+        source=source,
+        accuracy=accuracy,
+        lead=_lead(reported),
+        views=[str(name) for name in run.meta.get("views", [])],
+        subject=run.meta.get("subject"),
+        preset=str(run.meta.get("preset") or ""),
+        known_preset=str(run.meta.get("preset") or "") in PRESETS,
+        curves=embedded(_curves(reported, kind), mime(kind)),
+        found=FOUND_WORDS[shown[0].episode.found] if shown else "",
+        strips=[_strip(one) for one in shown if one.strip is not None],
+        doubts=None if accuracy is None else accuracy.doubts,
+        within_two=[] if accuracy is None else _within_two(run, accuracy),
+        **_of_cameras(reported),
+        **_of_reference(reported),
+        **run_tables.tables(reported),
     )
-    return [
-        heading(2, "Curves", "curves", "new-page"),
-        picture(drawn, mime(kind), "Curves of every limb over the frames", caption),
+
+
+def _lead(reported: Reported) -> str:
+    """The most important in two or three sentences."""
+    source = reported.source
+    run = source.run
+    tracked = int(run.tracked.sum())
+    seconds = len(run.frame) / source.fps
+    name = run.meta.get("recording") or "an unnamed recording"
+    said = [
+        f"Recording {name}, frames {run.frame[0]} to {run.frame[-1]} ({seconds:.0f} s at "
+        f"{source.fps:g} per second), tracked with preset {run.meta.get('preset') or 'unknown'}: "
+        f"{tracked} of {len(run.frame)} frames have a pose."
     ]
+    accuracy = reported.accuracy
+    if accuracy is not None:
+        values = [
+            f"{m.label} {stated(m.statistics.mean, m.unit, accuracy.quality, m.name)}"
+            for m in accuracy.summary.measures
+            if m.name in _MAIN
+        ]
+        said.append(f"Mean errors: {'; '.join(values)}.")
+        said.append(f"{100.0 * accuracy.summary.lost:.1f} % of the arm segments are lost.")
+    else:
+        said.append("There is no reference, so errors are not known; the run's own signs follow.")
+    count = len(reported.episodes)
+    said.append(f"{count or 'No'} episode{'' if count == 1 else 's'} of failure found.")
+    if run.meta.get("started_at_reference"):
+        said.append("This run was begun at the reference's pose: it knows part of the truth.")
+    return " ".join(said)
+
+
+def _curves(reported: Reported, kind: Kind) -> bytes:
+    errors = None if reported.accuracy is None else reported.accuracy.errors
+    episodes = [shown.episode for shown in reported.episodes]
+    return limb_curves(reported.source.run, errors, episodes, reported.segments, kind)
+
+
+def _strip(shown: ShownEpisode) -> dict[str, str]:
+    episode = shown.episode
+    words = limbs_words(episode.limbs)
+    return {
+        "source": embedded(shown.strip or b"", "jpeg"),
+        "alt": f"Episode of {words}",
+        "caption": f"Frames {episode.first} to {episode.last}, {words}: {episode.verdict.words}.",
+    }
+
+
+def _within_two(run: Run, accuracy: Accuracy) -> list[str]:
+    """Share of errors within twice the stated error by limb, limbs that are lost left out."""
+    found = accuracy.errors
+    _, own, other = np.intersect1d(run.frame, found.frame, return_indices=True)
+    shares = []
+    for i, limb in enumerate(LIMBS):
+        degrees, sigma = np.degrees(found.of_limb(limb))[other], run.limb_sigma_deg[own, i]
+        known = np.isfinite(degrees) & np.isfinite(sigma) & (degrees <= np.degrees(LOST_ANGLE))
+        if known.any():
+            share = 100.0 * float((degrees[known] <= 2.0 * sigma[known]).mean())
+            shares.append(f"{limb.replace('_', ' ')} {share:.0f} %")
+    return shares
+
+
+def _of_cameras(reported: Reported) -> dict[str, Any]:
+    """The recording, what was found about its cameras and elsewhere, and a verdict in words."""
+    own = reported.source.recording
+    about_cameras = [one for one in reported.findings if _about_cameras(one)]
+    others = [one for one in reported.findings if not _about_cameras(one)]
+    # whether pixels that several views have seen were there to compare the cameras by
+    files = [] if own is None else [name for name, _ in FILES if (own.folder / name).is_file()]
+    return {
+        "recording": own,
+        "findings": [_finding(one) for one in others],
+        "camera_findings": [_finding(one) for one in about_cameras],
+        "compared_by": files,
+        "verdict": "" if own is None else _verdict(own, about_cameras),
+    }
+
+
+def _about_cameras(finding: Finding) -> bool:
+    where = finding.where.lower()
+    return any(word in where for word in _OF_CAMERAS) and "segments" not in where
+
+
+def _finding(finding: Finding) -> str:
+    what = f"{finding.what[:1].upper()}{finding.what[1:]}"
+    return f"{finding.severity.capitalize()}, {finding.where}: {what}. {finding.remedy}"
+
+
+def _verdict(recording: Recording, findings: Sequence[Finding]) -> str:
+    grave = [finding for finding in findings if finding.severity != "note"]
+    cameras = len(recording.cameras)
+    if not grave:
+        return (
+            f"Usable: nothing contradicts in what is known of its {cameras} cameras. Lenses, pairs "
+            "of stereo cameras, directions of view and the size of the rig are plausible."
+        )
+    errors = sum(finding.severity == "error" for finding in grave)
+    word = "Wrong" if errors else "Doubtful"
+    return f"{word}: {len(grave)} of the checks of its {cameras} cameras complain."
+
+
+def _of_reference(reported: Reported) -> dict[str, int]:
+    """How many frames the reference states its uncertainty of, and how many were filled in."""
+    states = reported.source.states
+    if states is None:
+        return {"stated_frames": 0, "filled_frames": 0}
+    inside = np.isin(states.frame, reported.source.run.frame)
+    filled = 0 if states.filled is None else int(states.filled[inside].sum())
+    return {"stated_frames": int(inside.sum()), "filled_frames": filled}

@@ -201,7 +201,6 @@ class TrackingParameters(ParameterGroup):
         group=_DATA,
         minimum=0.0,
         maximum=1.0,
-        formerly="lost_coverage",
     )
     clearance: float = parameter(
         0.02,

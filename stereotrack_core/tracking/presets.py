@@ -164,7 +164,7 @@ def _checked(given: object, path: Path) -> dict[str, Value]:
         raise InputError("this is no table", where=f"{path}, values", remedy="Write [values].")
     rows = {row.name: row for row in Settings.rows()}
     values: dict[str, Value] = {}
-    for key, value in Settings.by_present_names(given).items():
+    for key, value in given.items():
         where = f"{path}, {key}"
         if key not in rows:
             raise InputError(

@@ -15,8 +15,7 @@ from stereotrack_core.body.pose import REST, Pose
 from stereotrack_core.body.skeleton import CLAVICLES, PARTS
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording, Subject
-from stereotrack_core.recording.detection_csv import OWN_FILE, read_detections
-from stereotrack_core.recording.detections import Detections
+from stereotrack_core.recording.detections import OWN_FILE, Detections, read_detections
 from stereotrack_core.recording.fingerprint import calibration_fingerprint, fingerprint
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import PRESETS, preset

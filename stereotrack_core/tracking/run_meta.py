@@ -23,7 +23,7 @@ META_KINDS: Mapping[str, Kind] = MappingProxyType(
         **dict.fromkeys(("fps", "wall_seconds"), float),
         "parameters": _VALUES,
         "body": _VALUES,
-        "seed": int,
+        **dict.fromkeys(("seed", "format"), int),
         "views": [str],
         "subject": {"name": str, **dict.fromkeys(_LENGTHS, float)},
         "bridged": [int],

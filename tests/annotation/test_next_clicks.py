@@ -15,7 +15,7 @@ from stereotrack_core.annotation.limb_axes import AXES, SCORED, axis_quadratics,
 from stereotrack_core.annotation.next_clicks import NextClicks, Wish, next_clicks
 from stereotrack_core.annotation.stop_sign import good_enough
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.geometry.reprojection import pixel_jacobian
+from stereotrack_core.geometry.camera import pixel_jacobian
 from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from tests.annotation.fits import fit_of

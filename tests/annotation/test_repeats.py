@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from stereotrack_core.annotation.repeats import next_repeat
+from stereotrack_core.annotation.agreement import next_repeat
 
 
 def annotate(count: int, share: float, apart: int, seed: int = 0) -> list[tuple[int, int]]:

@@ -6,7 +6,7 @@ import shutil
 import pytest
 
 from stereotrack_core.interop.run_npz import read_npz, write_npz
-from stereotrack_core.recording.landmark_csv import write_landmarks
+from stereotrack_core.recording.landmarks import write_landmarks
 from tests.evaluation.episodes.runs import recorded
 
 

@@ -13,8 +13,7 @@ from stereotrack_core.interop.reference_npz import read_reference
 from stereotrack_core.interop.trc import read_trc
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.recording.landmark_csv import read_landmarks
-from stereotrack_core.recording.landmarks import LANDMARKS
+from stereotrack_core.recording.landmarks import LANDMARKS, read_landmarks
 from stereotrack_core.recording.writing import write_png, write_recording_description
 from tests.annotation.scenes import bodies, cameras, clicks_of
 

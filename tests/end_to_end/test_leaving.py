@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.interop.run_file import read_run
-from stereotrack_core.recording.landmark_csv import read_landmarks
-from stereotrack_core.recording.landmarks import LANDMARKS
+from stereotrack_core.recording.landmarks import LANDMARKS, read_landmarks
 from stereotrack_core.tracking.presets import preset
 
 AWAY_BY = 0.4

@@ -22,12 +22,10 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.interop.clicks_csv import read_clicks, write_clicks
 from stereotrack_core.interop.deeplabcut import read_deeplabcut, write_deeplabcut
-from stereotrack_core.interop.table_file import read_csv_table
 from stereotrack_core.interop.trc import read_trc, write_trc
-from stereotrack_core.recording.csv_table import csv_text
+from stereotrack_core.recording.csv_table import csv_text, read_csv_table
 from stereotrack_core.recording.description import Recording, Segment, Stream, View
-from stereotrack_core.recording.detection_csv import read_detections, write_detections
-from stereotrack_core.recording.detections import Detection
+from stereotrack_core.recording.detections import Detection, read_detections, write_detections
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.segments_file import read_segments, write_segments
 from stereotrack_core.tracking.presets import preset

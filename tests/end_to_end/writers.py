@@ -15,7 +15,7 @@ from app.features.annotate.exchange.exporting import export_reference
 from app.pdf import write_pdf
 from app.shell.picture_file import write_picture
 from stereotrack_core.annotation.click import Click, Visibility
-from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.annotation.landmark_set import NINE, write_landmark_set
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.cli.angle_sources import write_angles
 from stereotrack_core.evaluation.episodes.export import film_of, write_strips
@@ -29,7 +29,6 @@ from stereotrack_core.interop.c3d import write_c3d
 from stereotrack_core.interop.clicks_csv import write_clicks
 from stereotrack_core.interop.coco import write_coco
 from stereotrack_core.interop.deeplabcut import write_deeplabcut
-from stereotrack_core.interop.landmark_set_file import write_landmark_set
 from stereotrack_core.interop.ply import write_cloud
 from stereotrack_core.interop.preset_file import write_preset
 from stereotrack_core.interop.reference_npz import write_reference
@@ -40,10 +39,8 @@ from stereotrack_core.interop.trace_file import write_trace
 from stereotrack_core.interop.trc import write_trc
 from stereotrack_core.recording.calibration import write_calibration
 from stereotrack_core.recording.description import Recording, Segment
-from stereotrack_core.recording.detection_csv import write_detections
-from stereotrack_core.recording.detections import Detection
-from stereotrack_core.recording.landmark_csv import write_landmarks
-from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+from stereotrack_core.recording.detections import Detection, write_detections
+from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory, write_landmarks
 from stereotrack_core.recording.segments_file import write_segments
 from stereotrack_core.recording.subject_file import write_subject
 from stereotrack_core.recording.video_file import VideoWriter, write_png

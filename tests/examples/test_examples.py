@@ -11,8 +11,7 @@ import pytest
 import stereotrack_core as stereotrack
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.interop.clicks_csv import write_clicks
-from stereotrack_core.recording.landmark_csv import read_landmarks
-from stereotrack_core.recording.landmarks import LANDMARKS
+from stereotrack_core.recording.landmarks import LANDMARKS, read_landmarks
 from stereotrack_core.simulation.options import SceneOptions
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stereotrack_core.geometry.reprojection import nearest_on_ray, pixel_jacobian
+from stereotrack_core.geometry.camera import nearest_on_ray, pixel_jacobian
 from tests.annotation.scenes import LENSES, MATRIX, cameras
 
 POINTS = np.array([[0.1, 0.2, 1.2], [-0.3, 0.1, 0.9]])

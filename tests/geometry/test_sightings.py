@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stereotrack_core.geometry.sightings import Sightings, point_of_sightings
+from stereotrack_core.geometry.triangulation import Sightings, point_of_sightings
 from tests.annotation.scenes import LENSES, cameras
 
 WORLD = np.array([0.1, -0.2, 1.3])

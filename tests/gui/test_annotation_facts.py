@@ -25,8 +25,8 @@ from stereotrack_core.annotation.prediction import Prediction
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
-from stereotrack_core.project.accept import AcceptPredictions
 from stereotrack_core.project.click_edits import (
+    AcceptPredictions,
     DeleteClicks,
     MarkClicks,
     MoveClicks,

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.project.corrections import Corrections, save_corrections
 from stereotrack_core.project.entries import Choose
 from stereotrack_core.project.project import Project
+from stereotrack_core.project.setups import Corrections, save_corrections
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader
 

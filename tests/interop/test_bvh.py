@@ -118,7 +118,7 @@ def test_landmark_that_is_never_known(tmp_path, random, body_trajectory):
 def test_real_motion_keeps_directions(tmp_path, shared_recording):
     """Bone lengths of real people vary; directions of arms must not suffer."""
     from stereotrack_core.evaluation.errors import errors_against
-    from stereotrack_core.recording.landmark_csv import read_landmarks
+    from stereotrack_core.recording.landmarks import read_landmarks
 
     reference = read_landmarks(shared_recording("mesh-P2") / "reference.csv")
     write_bvh(tmp_path / "a.bvh", reference, 10.0)

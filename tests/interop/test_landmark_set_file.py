@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from stereotrack_core.annotation.landmark_set import NINE, Landmark, LandmarkSet
+from stereotrack_core.annotation.landmark_set import (
+    NINE,
+    Landmark,
+    LandmarkSet,
+    read_landmark_set,
+    write_landmark_set,
+)
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.landmark_set_file import read_landmark_set, write_landmark_set
 
 WRIST = Landmark("left_wrist", "#112233", "left_forearm", "left_forearm", 0.7, 0.0, (0, 0.01, 0))
 

@@ -47,14 +47,26 @@ def test_npz_holds_what_the_format_says(tmp_path, random, make_run):
         assert json.loads(str(stored["meta"]))["preset"] == "accurate"
 
 
-def test_a_file_of_an_older_version_does_not_say_which_limbs_are_lost(tmp_path, random, make_run):
+def test_a_file_need_not_say_which_limbs_are_lost(tmp_path, random, make_run):
     run, path = make_run(random), tmp_path / "run.npz"
     write_run(path, run)
     with np.load(path, allow_pickle=False) as stored:
-        older = {name: stored[name] for name in stored.files if name != "limb_lost"}
-    np.savez_compressed(path, allow_pickle=False, **older)
+        others = {name: stored[name] for name in stored.files if name != "limb_lost"}
+    np.savez_compressed(path, allow_pickle=False, **others)
     unknown = np.full((len(run.frame), 6), np.nan)
     assert_same_run(read_run(path), dataclasses.replace(run, limb_lost=unknown))
+
+
+def test_a_file_of_another_format_is_refused(tmp_path, random, make_run):
+    path = tmp_path / "run.npz"
+    write_run(path, make_run(random))
+    with np.load(path, allow_pickle=False) as stored:
+        arrays = {name: stored[name] for name in stored.files}
+    meta = json.loads(str(arrays.pop("meta")))
+    assert meta["format"] == 1
+    np.savez(path, allow_pickle=False, meta=np.array(json.dumps({**meta, "format": 2})), **arrays)
+    with pytest.raises(InputError, match="a run file of format 2, and this program reads format 1"):
+        read_run(path)
 
 
 def test_probabilities_of_another_shape_are_refused(tmp_path, random, make_run):

@@ -7,8 +7,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.table_file import markdown_text, read_csv_table, table_suffix
-from stereotrack_core.recording.csv_table import csv_text, guarded, unguarded
+from stereotrack_core.recording.csv_table import (
+    csv_text,
+    guarded,
+    markdown_text,
+    read_csv_table,
+    table_suffix,
+    unguarded,
+)
 
 CELL = st.text(st.characters(exclude_categories=["Cs", "Cc"]), max_size=12)
 ROWS = st.integers(1, 4).flatmap(

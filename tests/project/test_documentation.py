@@ -12,9 +12,9 @@ import yaml
 from stereotrack_core import __version__
 from stereotrack_core.program import COMMANDS
 from stereotrack_core.recording.calibration import read_calibration
+from stereotrack_core.recording.folder import parse_view
 from stereotrack_core.recording.subject_file import read_subject
 from stereotrack_core.recording.toml_table import Table
-from stereotrack_core.recording.view_table import parse_view
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -16,8 +16,8 @@ from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Visibi
 from stereotrack_core.annotation.prediction import Prediction
 from stereotrack_core.annotation.progress import Seen, seen
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.accept import AcceptPredictions
 from stereotrack_core.project.click_edits import (
+    AcceptPredictions,
     DeleteClicks,
     MarkClicks,
     MoveClicks,

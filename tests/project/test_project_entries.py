@@ -10,7 +10,6 @@ import pytest
 from stereotrack_core.annotation.landmark_set import NINE, Landmark, LandmarkSet
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.project.corrections import Corrections, save_corrections
 from stereotrack_core.project.entries import Choose, DeleteEntry, SaveEntry
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.references import (
@@ -19,9 +18,11 @@ from stereotrack_core.project.references import (
     save_reference,
 )
 from stereotrack_core.project.setups import (
+    Corrections,
     ParameterSet,
     load_parameters,
     load_subject,
+    save_corrections,
     save_landmark_set,
     save_parameters,
     save_subject,

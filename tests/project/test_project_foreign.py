@@ -17,7 +17,7 @@ from stereotrack_core.program import main
 from stereotrack_core.project.click_edits import PlaceClicks, place
 from stereotrack_core.project.failures import ProjectDamaged
 from stereotrack_core.project.history import History
-from stereotrack_core.project.incoming import clicks_of_project
+from stereotrack_core.project.merging import clicks_of_project
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.rescue import rescue
 from stereotrack_core.project.validity import made, sense

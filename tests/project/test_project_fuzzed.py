@@ -15,20 +15,21 @@ from stereotrack_core.annotation.prediction import Prediction
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.click_edits import DeleteClicks, PlaceClicks, PlaceRepeats, place
 from stereotrack_core.project.connection import Connection, most_steps
-from stereotrack_core.project.corrections import Corrections, save_corrections
 from stereotrack_core.project.database import make_database
 from stereotrack_core.project.entries import Choose
-from stereotrack_core.project.incoming import clicks_of_project
 from stereotrack_core.project.marks import FrameFlag, SetFlags, SetKeyframes
+from stereotrack_core.project.merging import clicks_of_project
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.references import Reference, load_reference, save_reference
 from stereotrack_core.project.rescue import rescue
 from stereotrack_core.project.runs import keep_run, kept_runs, load_run
 from stereotrack_core.project.setups import (
+    Corrections,
     ParameterSet,
     load_landmark_set,
     load_parameters,
     load_subject,
+    save_corrections,
     save_landmark_set,
     save_parameters,
     save_subject,

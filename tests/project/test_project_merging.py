@@ -7,8 +7,7 @@ import pytest
 from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Visibility
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.click_edits import DeleteClicks, PlaceClicks, place
-from stereotrack_core.project.incoming import incoming
-from stereotrack_core.project.merging import has_mean, mean_click, merging_edit
+from stereotrack_core.project.merging import has_mean, incoming, mean_click
 
 
 def click(frame, x, landmark="head", **more):
@@ -24,7 +23,7 @@ def compared(project):
 
 def test_each_click_as_decided_and_undone_at_once(project, compared):
     keys = [ClickKey(frame, "N_right", "head") for frame in range(5)]
-    edit = merging_edit(compared, {keys[1]: "theirs", keys[2]: "mean"})
+    edit = compared.edit({keys[1]: "theirs", keys[2]: "mean"})
     assert edit.words() == "take 3 clicks, 1 of them means, from B"
     project.apply(edit)
     assert [project.clicks.get(key).position[0] for key in keys] == [1.0, 5.0, 3.0, 1.0, 7.0]
@@ -35,7 +34,7 @@ def test_each_click_as_decided_and_undone_at_once(project, compared):
 
 
 def test_new_clicks_can_be_left(compared):
-    assert merging_edit(compared, {}, with_new=False).clicks == ()
+    assert compared.edit({}, with_new=False).clicks == ()
 
 
 def test_a_mean_is_as_doubtful_as_the_worse_of_both(project):
@@ -55,4 +54,4 @@ def test_there_is_no_mean_with_a_click_that_is_gone(project):
     found = incoming(project.clicks.all(with_deleted=True), [click(0, 4.0)], "B")
     assert not has_mean(found.conflicts[0])
     with pytest.raises(InputError, match="one reading only"):
-        merging_edit(found, {click(0, 2.0).key: "mean"})
+        found.edit({click(0, 2.0).key: "mean"})

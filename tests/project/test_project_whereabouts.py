@@ -14,7 +14,7 @@ from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.click_edits import place
-from stereotrack_core.project.filesystem import (
+from stereotrack_core.project.owner import (
     mounts_of_linux,
     mounts_of_macos,
     network_type,

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_npz import run_bytes, run_of_bytes
-from stereotrack_core.project import content
+from stereotrack_core.project import entries
 from stereotrack_core.project.click_edits import MoveClicks, place
 from stereotrack_core.project.entries import SaveEntry, facts_as_json
 from stereotrack_core.project.failures import ProjectDamaged
@@ -103,7 +103,7 @@ def test_the_bytes_of_a_run_are_a_run_file(frames, seed):
 
 def test_the_list_says_what_a_run_was_made_with_and_reads_no_numbers(project, monkeypatch):
     project.apply(keep_run("one", run(iterations=2, data_points=401), "a note"))
-    monkeypatch.setattr(content, "fetch", lambda *_: pytest.fail("numbers were read"))
+    monkeypatch.setattr(entries, "fetch", lambda *_: pytest.fail("numbers were read"))
     (kept,) = kept_runs(project.runs)
     assert (kept.name, kept.who) == ("one", "A")
     facts = kept.facts
@@ -263,11 +263,11 @@ def test_data_that_have_changed_are_never_given_out(project):
         load_run(project.runs, "accurate")
 
 
-def test_facts_of_older_versions_are_read_and_senseless_ones_are_damage(project):
-    old = {"frames": 7, "tracked": 6, "version": "0.3", "preset": "accurate", "seed": 1}
-    project.apply(SaveEntry("run", "old", facts_as_json(old), run_bytes(run())))
+def test_few_facts_are_read_and_senseless_ones_are_damage(project):
+    few = {"frames": 7, "tracked": 6, "preset": "accurate", "seed": 1}
+    project.apply(SaveEntry("run", "few", facts_as_json(few), run_bytes(run())))
     facts = kept_runs(project.runs)[0].facts
-    assert (facts.frames, facts.versions, facts.parameters) == (7, {"stereotrack": "0.3"}, {})
+    assert (facts.frames, facts.versions, facts.parameters) == (7, {}, {})
     project.apply(SaveEntry("run", "odd", facts_as_json({"frames": "many"}), run_bytes(run())))
     with pytest.raises(ProjectDamaged):
         kept_runs(project.runs)

@@ -15,7 +15,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.annotation.landmark_set import NINE, read_landmark_set, write_landmark_set
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.joint_angles.series import angles_of_reference, angles_of_run
 from stereotrack_core.experiments.sweep.points import listed_points
@@ -32,23 +32,22 @@ from stereotrack_core.interop.coco import write_coco
 from stereotrack_core.interop.deeplabcut import write_deeplabcut
 from stereotrack_core.interop.first_pose import first_pose
 from stereotrack_core.interop.labels import is_trajectory, read_labels
-from stereotrack_core.interop.landmark_set_file import read_landmark_set, write_landmark_set
 from stereotrack_core.interop.preset_file import read_preset, write_preset
 from stereotrack_core.interop.reference_npz import fps_of_reference, read_reference, write_reference
 from stereotrack_core.interop.run_file import read_run, read_timed_trajectory, write_trajectory
 from stereotrack_core.interop.run_journal import has_frames, read_unfinished
 from stereotrack_core.interop.run_npz import write_npz
 from stereotrack_core.interop.sleap import write_sleap
-from stereotrack_core.interop.table_file import read_csv_table
 from stereotrack_core.interop.trc import write_trc
 from stereotrack_core.project.run_facts import facts_to_keep, run_facts
 from stereotrack_core.recording.background import background_picture
 from stereotrack_core.recording.calibration import read_calibration
 from stereotrack_core.recording.consistency import check_consistency
-from stereotrack_core.recording.detection_csv import read_detections
+from stereotrack_core.recording.csv_table import read_csv_table
+from stereotrack_core.recording.detections import read_detections
 from stereotrack_core.recording.findings import examine
 from stereotrack_core.recording.folder import describe, open_recording
-from stereotrack_core.recording.landmark_csv import read_landmarks, unknown_landmarks
+from stereotrack_core.recording.landmarks import read_landmarks, unknown_landmarks
 from stereotrack_core.recording.numbered import read_image
 from stereotrack_core.recording.segments_file import read_segments
 from stereotrack_core.recording.stream_files import open_stream, picture_size

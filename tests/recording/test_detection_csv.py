@@ -7,8 +7,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.description import Recording, Stream, View
-from stereotrack_core.recording.detection_csv import read_detections, write_detections
-from stereotrack_core.recording.detections import Detection
+from stereotrack_core.recording.detections import Detection, read_detections, write_detections
 
 HEADER = "frame,view,kind,x,y,z,sigma,confidence\n"
 

@@ -17,7 +17,7 @@ from stereotrack_core.interop.labels import is_trajectory
 from stereotrack_core.interop.run_file import reference_in
 from stereotrack_core.project.click_sigma import repeat_differences
 from stereotrack_core.project.entries import Choose
-from stereotrack_core.project.incoming import clicks_of_project, incoming
+from stereotrack_core.project.merging import clicks_of_project, incoming
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.references import save_reference
 from stereotrack_core.project.schema import REFERENCE

@@ -10,8 +10,12 @@ from PySide6.QtWidgets import QFileDialog
 
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.joint_angles.motion import CUT_OFF_HZ, HIGHEST_SHARE
-from stereotrack_core.evaluation.joint_angles.table import frame_columns, frame_rows
+from stereotrack_core.evaluation.joint_angles.motion import (
+    CUT_OFF_HZ,
+    HIGHEST_SHARE,
+    frame_columns,
+    frame_rows,
+)
 from stereotrack_core.recording.csv_table import csv_text
 from stereotrack_core.recording.description import Segment
 

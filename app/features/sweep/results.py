@@ -30,7 +30,7 @@ from stereotrack_core.experiments.sweep.table import (
     heat_of,
     table_of_cells,
 )
-from stereotrack_core.interop.table_file import read_csv_table
+from stereotrack_core.recording.csv_table import read_csv_table
 
 from ...session.counting import counted
 from ...widgets.plots.sweep_plot import SweepPlot

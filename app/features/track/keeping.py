@@ -25,19 +25,17 @@ from stereotrack_core.project.runs import (
     KeptRun,
     NoteRun,
     RenameRun,
+    TakenIn,
     delete_run,
     free_name,
     keep_run,
     kept_runs,
     load_run,
-)
-from stereotrack_core.project.schema import RUN
-from stereotrack_core.project.unfinished_runs import (
-    TakenIn,
     place_for_run,
     take_in,
     unfinished_runs,
 )
+from stereotrack_core.project.schema import RUN
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.stored import body_of_run

@@ -15,8 +15,7 @@ from stereotrack_core.body.pose import Pose, hanging_pose, rotation_towards
 from stereotrack_core.body.skeleton import FOREARMS, HEAD, PARENTS, PARTS, TORSO, UPPER_ARMS
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import rotation_from_vector
-from stereotrack_core.geometry.sightings import Sightings, point_of_sightings
-from stereotrack_core.geometry.triangulation import nearest_to_rays
+from stereotrack_core.geometry.triangulation import Sightings, nearest_to_rays, point_of_sightings
 
 TRUNK = ("left_shoulder", "right_shoulder", "head", "left_hip", "right_hip")
 """Landmarks that tell where the trunk is."""

@@ -10,16 +10,77 @@ import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.comparison.measures import (
-    MeasuredSeries,
-    measures_of_errors,
-    measures_of_signs,
+from stereotrack_core.evaluation.comparison.paired import Paired, Series, paired
+from stereotrack_core.evaluation.errors import (
+    LimbErrors,
+    errors_against,
+    knows_something,
+    points_at,
 )
-from stereotrack_core.evaluation.comparison.paired import Paired, paired
-from stereotrack_core.evaluation.errors import errors_against, knows_something, points_at
-from stereotrack_core.evaluation.summary import Summary, summarise
+from stereotrack_core.evaluation.summary import (
+    ERROR_MEASURES,
+    LOST_ANGLE,
+    Summary,
+    summarise,
+    values_of,
+)
 from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredSeries:
+    """A measure of one run; less is better.
+
+    Attributes
+    ----------
+    name : str
+        As :class:`evaluation.summary.Measure` has it; ``lost``, ``unexplained`` or
+        ``not_tracked`` besides.
+    label : str
+        Name for people.
+    unit : str
+        ``mm``, ``deg`` or ``%``.
+    series : Series
+        In `unit`.
+    """
+
+    name: str
+    label: str
+    unit: str
+    series: Series
+
+
+def measures_of_errors(errors: LimbErrors) -> tuple[MeasuredSeries, ...]:
+    """Everything that ``evaluate`` prints: its means are the means of these series."""
+    values = values_of(errors)
+    segments = errors.arm_segments
+    lost: FloatArray = np.where(np.isnan(segments), np.nan, 100.0 * (segments > LOST_ANGLE))
+    return (
+        *(MeasuredSeries(*measure, Series.of(values[measure[0]])) for measure in ERROR_MEASURES),
+        MeasuredSeries("lost", "arm segments lost", "%", Series.of(lost)),
+    )
+
+
+def measures_of_signs(
+    unexplained_fraction: FloatArray | None, tracked: FloatArray
+) -> tuple[MeasuredSeries, ...]:
+    """What a run says about itself.
+
+    Parameters
+    ----------
+    unexplained_fraction : (F,) float64 or None
+        Share of the cloud that the model does not explain; NaN where not known.
+    tracked : (F,) float64
+        1 where the run has a pose, else 0.
+    """
+    missing = MeasuredSeries(
+        "not_tracked", "frames not tracked", "%", Series.of(100.0 * (1.0 - tracked))
+    )
+    if unexplained_fraction is None:
+        return (missing,)
+    unexplained = Series.of(100.0 * unexplained_fraction)
+    return (MeasuredSeries("unexplained", "unexplained fraction", "%", unexplained), missing)
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,3 +293,48 @@ def _apart(first: LandmarkTrajectory, second: LandmarkTrajectory) -> Summary:
     points: FloatArray = np.where(both[..., None], first.points, np.nan)
     known = LandmarkTrajectory(first.frame, points)
     return summarise(errors_against(second, known), "apart")
+
+
+_UNITS = {"%": "percentage points"}
+_DIGITS = 1
+
+
+def verdict(measure: MeasuredDifference, first: str, second: str) -> str:
+    """``B is better by 1.2 deg (0.8 to 1.6)``, or why nothing can be said."""
+    found = measure.paired
+    if not found.frames:
+        return "not known of both"
+    if found.better == 0.0 and found.worse == 0.0:
+        return "the same in every frame"
+    unit = _UNITS.get(measure.unit, measure.unit)
+    winner = second if found.difference < 0 else first
+    by = magnitude(abs(found.difference))
+    if not found.enough:
+        return f"{winner} is lower by {by} {unit}; too few independent frames to tell"
+    if not found.differs:
+        return "no difference that these frames can show"
+    near, far = sorted((abs(found.low), abs(found.high)))
+    return f"{winner} is better by {by} {unit} ({magnitude(near)} to {magnitude(far)})"
+
+
+def magnitude(value: float) -> str:
+    """A number with one digit after the point, or with more where it would read 0.0."""
+    digits = _DIGITS
+    while digits < 6 and 0.0 < abs(value) < 0.95 * 10.0**-digits:
+        digits += 1
+    return f"{value:.{digits}f}"
+
+
+def how_it_is_made(comparison: Comparison) -> str:
+    """What intervals and verdicts rest on."""
+    count, (shortest, longest) = len(comparison.frames), comparison.blocks
+    frames = f"{count} frame{'' if count == 1 else 's'}"
+    if not longest:
+        return f"Differences are paired over {frames}, too few to tell more."
+    blocks = f"{shortest}" if shortest == longest else f"{shortest} to {longest}"
+    return (
+        f"Differences are paired over {frames} that all runs have. Intervals hold the true "
+        f"difference in about 95 of 100 cases: they are made from blocks of {blocks} successive "
+        "frames, because neighbouring frames are alike. Of twenty comparisons of equals one "
+        "shows a difference by chance."
+    )

@@ -12,8 +12,7 @@ import numpy as np
 
 from stereotrack_core.arrays import ImageArray
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.evaluation.episodes.drawing import Window, draw_body, draw_reference
-from stereotrack_core.evaluation.episodes.lettering import write
+from stereotrack_core.evaluation.episodes.drawing import Window, draw_body, draw_reference, write
 from stereotrack_core.evaluation.episodes.strip import (
     frame_captions,
     landmarks_at,

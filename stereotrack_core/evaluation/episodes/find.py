@@ -7,9 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from stereotrack_core.evaluation.episodes.by_error import episodes_by_error
-from stereotrack_core.evaluation.episodes.by_signs import episodes_by_signs
-from stereotrack_core.evaluation.episodes.causes import verdict_of
+from stereotrack_core.evaluation.episodes.causes import told_evidence, verdict_of
 from stereotrack_core.evaluation.episodes.episode import Episode
 from stereotrack_core.evaluation.episodes.geometry_evidence import (
     Whereabouts,
@@ -18,8 +16,8 @@ from stereotrack_core.evaluation.episodes.geometry_evidence import (
 )
 from stereotrack_core.evaluation.episodes.look_evidence import look_evidence
 from stereotrack_core.evaluation.episodes.looks import Look, Looker
-from stereotrack_core.evaluation.episodes.rules import EpisodeRules
-from stereotrack_core.evaluation.episodes.told_evidence import told_evidence
+from stereotrack_core.evaluation.episodes.signs import episodes_by_signs
+from stereotrack_core.evaluation.episodes.stretches import EpisodeRules, episodes_by_error
 from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory

@@ -1,15 +1,28 @@
-"""What a run itself says about each limb in each frame; needs no truth and no pictures."""
+"""Episodes found without truth: what a run says about each limb, and how likely it fails."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import TypeAlias
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import maximum_filter1d, median_filter, uniform_filter1d
+from scipy.special import expit
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
+from stereotrack_core.body.skeleton import FOREARMS, TORSO, UPPER_ARMS
+from stereotrack_core.evaluation.episodes import coefficients
 from stereotrack_core.evaluation.episodes.closeness import turns
+from stereotrack_core.evaluation.episodes.episode import Episode
+from stereotrack_core.evaluation.episodes.stretches import (
+    EpisodeRules,
+    frames_of,
+    high_stretches,
+    joined,
+)
 from stereotrack_core.tracking.failure.features import NEIGHBOUR
 from stereotrack_core.tracking.run import Run
 
@@ -86,3 +99,68 @@ def _over_usual(values: FloatArray, usual: int) -> FloatArray:
 
 def _each(values: FloatArray) -> FloatArray:
     return np.repeat(values[:, None], len(LIMBS), axis=1)
+
+
+ARM_HALVES: MappingProxyType[str, tuple[int, ...]] = MappingProxyType(
+    {"UPPER_ARM": UPPER_ARMS, "FOREARM": FOREARMS}
+)
+"""Limbs that are judged alike, by the name of their coefficients."""
+
+UNSAID = "_WITHOUT_LOST"
+"""Ending of that name for runs that do not say how likely limbs are lost."""
+
+Coefficients: TypeAlias = Mapping[str, Sequence[float]]
+"""A constant and a slope per sign, by their name."""
+
+_FITTED: Coefficients = MappingProxyType(
+    {name: getattr(coefficients, name) for half in ARM_HALVES for name in (half, f"{half}{UNSAID}")}
+)
+
+
+def lost_chances(run: Run, fps: float, fitted: Coefficients = _FITTED) -> FloatArray:
+    """Probability (F, 6) that each limb is in an episode by its error, by a run's own signs.
+
+    A logistic regression over :func:`episode_signs`, one for the upper arms and one for the
+    forearms, fitted on simulated recordings alone by ``tools/fit_episodes.py``. It differs from
+    ``Run.limb_lost``, which knows single frames only, by looking at what is before and after, and
+    by what it is the probability of: not of a limb that is off in this frame, but of one that is
+    in a stretch in which it is. A run that does not say how likely limbs are lost is judged by
+    the other signs alone. In frames that are not tracked all limbs fail; NaN for torso and head
+    elsewhere, which failed too rarely to learn from.
+
+    Parameters
+    ----------
+    run : Run
+    fps : float
+    fitted : mapping of str to sequence of float
+    """
+    said = bool(np.isfinite(run.limb_lost[run.tracked]).any())
+    signs = episode_signs(run, fps, said=said)
+    result: FloatArray = np.full((len(run.frame), len(LIMBS)), np.nan)
+    for half, limbs in ARM_HALVES.items():
+        constant, *slopes = fitted[half if said else f"{half}{UNSAID}"]
+        result[:, list(limbs)] = expit(constant + signs[:, list(limbs)] @ np.array(slopes))
+    for limb in (TORSO, *UPPER_ARMS, *FOREARMS):
+        result[~run.tracked, limb] = 1.0
+    return result
+
+
+def episodes_by_signs(
+    run: Run, fps: float, rules: EpisodeRules | None = None, fitted: Coefficients | None = None
+) -> tuple[Episode, ...]:
+    """Stretches in which a limb probably fails, by :func:`lost_chances`.
+
+    What is not tracked is an episode of all limbs. `fitted` replaces the coefficients.
+    """
+    rules = rules or EpisodeRules()
+    chance = lost_chances(run, fps) if fitted is None else lost_chances(run, fps, fitted)
+    least = max(1, frames_of(rules.episode_least, fps))
+    enter = rules.episode_chance
+    stretches = {
+        limb: high_stretches(
+            run.frame, chance[:, i], enter, rules.episode_calm * enter, least,
+            frames_of(rules.episode_bridge, fps),
+        )
+        for i, limb in enumerate(LIMBS)
+    }  # fmt: skip
+    return joined(stretches, "signs", "chance")

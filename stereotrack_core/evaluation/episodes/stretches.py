@@ -2,11 +2,49 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.evaluation.episodes.episode import Episode, Found, Measure
+from stereotrack_core.evaluation.errors import LimbErrors
+from stereotrack_core.parameters import ParameterGroup, parameter
+
+_GROUP = "Episodes"
+
+
+@dataclass(frozen=True)
+class EpisodeRules(ParameterGroup):
+    """From which error, for how long, and what is taken together."""
+
+    episode_error: float = parameter(
+        45.0, "Error of a limb's direction with which an episode begins.", group=_GROUP, unit="deg",
+        minimum=1.0, maximum=180.0,
+    )  # fmt: skip
+    episode_release: float = parameter(
+        0.75, "Share of that error below which it ends.", group=_GROUP, minimum=0.1, maximum=1.0
+    )
+    episode_chance: float = parameter(
+        0.55, "Probability of a failing limb with which an episode without truth begins.",
+        group=_GROUP, minimum=0.01, maximum=0.99,
+    )  # fmt: skip
+    episode_calm: float = parameter(
+        0.5, "Share of that probability below which it ends.",
+        group=_GROUP, minimum=0.1, maximum=1.0,
+    )  # fmt: skip
+    episode_least: float = parameter(
+        0.3, "What is shorter is no episode.", group=_GROUP, unit="s", minimum=0.0, maximum=60.0
+    )
+    episode_bridge: float = parameter(
+        0.5, "Shorter gaps within an episode are bridged.", group=_GROUP, unit="s",
+        minimum=0.0, maximum=60.0,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -71,3 +109,87 @@ def _runs(high: BoolArray, frame: IntArray) -> list[list[int]]:
 def _stretch(frame: IntArray, value: FloatArray, first: int, last: int) -> Stretch:
     peak = first + int(np.nanargmax(value[first : last + 1]))
     return Stretch(int(frame[first]), int(frame[last]), float(value[peak]), int(frame[peak]))
+
+
+_TOGETHER = 0.5
+"""Frames that stretches of different arms share, over those of either, from which they are one
+episode."""
+
+
+def joined(
+    stretches: Mapping[str, Sequence[Stretch]], found: Found, measure: Measure
+) -> tuple[Episode, ...]:
+    """Episodes of stretches by limb, in the order of their first frames.
+
+    Stretches of the two halves of an arm are one episode where they share a frame; those of
+    other limbs where they are nearly the same: where the frames that both have are at least half
+    of those that either has.
+    """
+    every = [(limb, stretch) for limb in LIMBS for stretch in stretches.get(limb, ())]
+    pairs = [
+        (i, j) for (i, one), (j, other) in combinations(enumerate(every), 2) if _belong(one, other)
+    ]
+    links = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
+    graph = coo_array((np.ones(len(pairs)), (links[0], links[1])), shape=(len(every),) * 2)
+    count, label = connected_components(graph, directed=False) if every else (0, [])
+    episodes = [
+        _episode([each for each, own in zip(every, label, strict=True) if own == k], found, measure)
+        for k in range(count)
+    ]
+    return tuple(sorted(episodes, key=lambda e: (e.first, e.last, e.limbs)))
+
+
+def _belong(one: tuple[str, Stretch], other: tuple[str, Stretch]) -> bool:
+    shared = one[1].overlap(other[1])
+    if not shared or one[0] == other[0]:
+        return False
+    if _arm(one[0]) is not None and _arm(one[0]) == _arm(other[0]):
+        return True
+    either = sum(stretch.last - stretch.first + 1 for _, stretch in (one, other)) - shared
+    return shared >= _TOGETHER * either
+
+
+def _arm(limb: str) -> str | None:
+    side, _, part = limb.partition("_")
+    return side if part in {"upper_arm", "forearm"} else None
+
+
+def _episode(members: Sequence[tuple[str, Stretch]], found: Found, measure: Measure) -> Episode:
+    limb, worst = max(members, key=lambda member: member[1].peak)
+    return Episode(
+        first=min(stretch.first for _, stretch in members),
+        last=max(stretch.last for _, stretch in members),
+        limbs=tuple(name for name in LIMBS if any(name == own for own, _ in members)),
+        found=found,
+        measure=measure,
+        peak=worst.peak,
+        peak_frame=worst.peak_frame,
+        peak_limb=limb,
+    )
+
+
+def frames_of(seconds: float, fps: float) -> int:
+    """Number of frames in some seconds, to the nearest one."""
+    return round(seconds * fps)
+
+
+def episodes_by_error(
+    errors: LimbErrors, fps: float, rules: EpisodeRules | None = None
+) -> tuple[Episode, ...]:
+    """Stretches in which the error of a limb's direction exceeds the threshold long enough.
+
+    Frames that are not tracked count with the 90 degrees that they have in `errors`; the head
+    has no errors.
+    """
+    rules = rules or EpisodeRules()
+    least = max(1, frames_of(rules.episode_least, fps))
+    bridge = frames_of(rules.episode_bridge, fps)
+    enter = rules.episode_error
+    stretches = {
+        limb: high_stretches(
+            errors.frame, np.degrees(errors.of_limb(limb)), enter,
+            rules.episode_release * enter, least, bridge,
+        )
+        for limb in LIMBS
+    }  # fmt: skip
+    return joined(stretches, "truth", "error")

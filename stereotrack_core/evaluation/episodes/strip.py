@@ -16,9 +16,10 @@ from stereotrack_core.evaluation.episodes.drawing import (
     Window,
     draw_body,
     draw_reference,
+    text_width,
     whole_window,
+    write,
 )
-from stereotrack_core.evaluation.episodes.lettering import text_width, write
 from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording, View

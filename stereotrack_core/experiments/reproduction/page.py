@@ -17,21 +17,9 @@ from stereotrack_core.experiments.reproduction.thesis import (
     ThesisMotion,
 )
 from stereotrack_core.experiments.reproduction.timing import Timing
-from stereotrack_core.experiments.reproduction.words import html_table
-from stereotrack_core.parameters import Value
-from stereotrack_core.report.html import (
-    Html,
-    bullets,
-    document,
-    element,
-    fold,
-    heading,
-    joined,
-    link,
-    paragraph,
-    picture,
-)
-from stereotrack_core.report.tables import number, table
+from stereotrack_core.experiments.reproduction.words import page_table
+from stereotrack_core.report.pages import Table, code, embedded, number
+from stereotrack_core.report.pages import page as drawn_page
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
 
@@ -110,32 +98,36 @@ class Results:
     circumstances: Circumstances
 
 
-_FULL_WORDS = (
-    "Simulated after what the thesis says of its recordings: four stereo cameras of 640 × 480 with "
-    "a base line of 120 mm, 10 frame sets per second, furniture, somebody else now and then (P2), "
-    "a defined pose at the beginning. What it shows in pictures stands at its own frame numbers. "
-    "Lenses differ: 400 px focal length instead of 267, with which preset thesis, on points of "
-    "every second pixel, loses the arms of a person who stands still."
-)
-_SHORT_WORDS = "Simulated, with pictures of 400 × 300 and every motion in a few frames."
+_TITLE = "The evaluation of the thesis, repeated"
+_ORDER = ("4.1", "4.2", "4.3", "4.4", "fast", "motions")
 
 
 def page(results: Results) -> str:
     """The whole page as HTML."""
     by_key = {compared.key: compared for compared in results.tables}
-    parts: list[Html] = [
-        heading(1, "The evaluation of the thesis, repeated"),
-        paragraph(_lead(by_key["4.1"]), kind="lead"),
-        _state(results.circumstances),
-        _how_to_read(results),
-        heading(2, "What was recorded", "recordings"),
-        _recordings(results),
-    ]
-    for key in ("4.1", "4.2", "4.3", "4.4", "fast", "motions"):
-        if key in by_key:
-            parts += _table_section(by_key[key])
-    parts += [*_timing(results), *_motions(results.motions), *_made(results.circumstances)]
-    return document("The evaluation of the thesis, repeated", *parts)
+    made = results.circumstances
+    timed = bool(results.timings) and results.timing_picture is not None
+    return drawn_page(
+        "reproduction.html",
+        _TITLE,
+        lead=_lead(by_key["4.1"]),
+        made=made,
+        of_thesis=OF_THESIS,
+        source=SOURCE,
+        good_to=REFERENCE_GOOD_TO_DEG,
+        recordings=_recordings(results.recordings),
+        compared_tables=[
+            {"key": key, "title": one.title, "table": page_table(one), "remark": one.remark}
+            for key in _ORDER
+            if (one := by_key.get(key)) is not None
+        ],
+        timings=_timings(results.timings),
+        timing_picture=embedded(results.timing_picture or b"", "svg+xml") if timed else "",
+        motions=results.motions,
+        embedded=embedded,
+        circumstances=_circumstances(made),
+        presets=[_parameters(name) for name in made.presets],
+    )
 
 
 def _lead(compared: ComparedTable) -> str:
@@ -161,165 +153,48 @@ def _lead(compared: ComparedTable) -> str:
     )
 
 
-def _state(made: Circumstances) -> Html:
-    parts = []
-    if made.short:
-        parts.append(
-            "This is the short form, in which recordings last some tens of frames: it shows that "
-            "every step works, and its numbers say nothing."
-        )
-    if made.runs < made.wanted:
-        parts.append(
-            f"Not finished: {made.runs} of {made.wanted} runs are there. The same command goes on."
-        )
-    return joined(paragraph(text, kind="note") for text in parts)
-
-
-def _how_to_read(results: Results) -> Html:
-    return joined(
-        [
-            heading(2, "How to read this", "reading"),
-            bullets(
-                [
-                    f"{OF_THESIS.capitalize()}: its own numbers ({SOURCE}), against a reference "
-                    f"that it takes to be good to {REFERENCE_GOOD_TO_DEG:.0f} degrees. Table and "
-                    "page stand below each table.",
-                    "Preset thesis: its method with its parameters, from the first frame to the "
-                    f"last; mean{_spread(results.circumstances.seeds)}.",
-                    "Preset thesis, started anew: the same, but put on the true pose at the "
-                    "beginning of every segment. A protocol for judging, not a way of tracking: "
-                    "it tells errors that grow from arms that were lost before.",
-                    "Other presets: this program's own, one run, first pose found without help.",
-                    "Tables 4.1 to 4.4 count the frames at the thesis's pace. What is done fast "
-                    "at the end of every recording counts in a table of its own.",
-                    "Lost: share of upper arms and forearms more than 45 degrees off. A frame that "
-                    "is not tracked counts 90 degrees and 500 mm.",
-                ]
-            ),
-        ]
-    )
-
-
-def _spread(seeds: int) -> str:
-    return f" ± standard deviation over {seeds} seeds" if seeds > 1 else " over frames, one seed"
-
-
-def _recordings(results: Results) -> Html:
+def _recordings(recordings: Sequence[RecordingFacts]) -> Table:
     rows = [
         (r.name, f"{r.stature:.2f}", str(r.frames), f"{r.frames / r.fps:.0f}", r.clothes, r.motions)
-        for r in results.recordings
+        for r in recordings
     ]
-    headings = ("", ">stature [m]", ">frames", ">seconds", "clothes", "motions")
-    words = _SHORT_WORDS if results.circumstances.short else _FULL_WORDS
-    return joined([table(headings, rows), paragraph(words, kind="soft")])
+    return Table(("", ">stature [m]", ">frames", ">seconds", "clothes", "motions"), rows)
 
 
-def _table_section(compared: ComparedTable) -> list[Html]:
-    return [
-        heading(2, compared.title, f"table-{compared.key}"),
-        html_table(compared),
-        paragraph(compared.remark, kind="soft"),
-    ]
-
-
-def _timing(results: Results) -> list[Html]:
-    if not results.timings or results.timing_picture is None:
-        return []
-    rows: list[tuple[str, ...]] = [
-        (
-            OF_THESIS,
-            number(FILTER_MS, 0),
-            number(STEREO_MS_PER_VIEW, 0),
-            number(SEGMENTATION_MS, 0),
-            "m³, as it says",
-        )
-    ]
-    for timed in results.timings:
+def _timings(timings: Sequence[Timing]) -> Table:
+    thesis = (number(FILTER_MS, 0), number(STEREO_MS_PER_VIEW, 0), number(SEGMENTATION_MS, 0))
+    rows: list[tuple[str, ...]] = [(OF_THESIS, *thesis, "m³, as it says")]
+    for timed in timings:
         values = (timed.filter_ms, timed.stereo_ms_per_view, timed.segmentation_ms)
         what = "m" if timed.preset == THESIS else "points"
         power = f"{what} to the power {number(timed.exponent(), 2)}"
         rows.append((timed.preset, *(number(value) for value in values), power))
-    headings = (
+    columns = (
         *("", ">tracking [ms]", ">stereo, each view [ms]", ">segmentation [ms]"),
         "tracking grows with",
     )
-    alt = "Time of tracking a frame over the number of points"
-    return [
-        heading(2, "Figure 4.4: time for a frame", "timing"),
-        table(headings, rows),
-        picture(
-            results.timing_picture,
-            "svg+xml",
-            alt,
-            "Processor time of the tracker's step for a frame. Of the thesis's curve only the "
-            "value at m = 64 is told in words (page 66: four frame sets per second).",
-            640,
-        ),
-        paragraph(
-            "Tracking is processor time on one core; stereo and segmentation are wall time of "
-            "their stages, which other work on the machine makes longer.",
-            kind="soft",
-        ),
+    return Table(columns, rows)
+
+
+def _circumstances(made: Circumstances) -> Table:
+    rows = [
+        ("command", code(made.command)),
+        ("machine", made.machine),
+        *made.versions.items(),
+        ("runs tracked by version", ", ".join(made.tracked_by) or "–"),
+        ("seeds", f"0 to {made.seeds - 1} for {THESIS}, 0 for others"),
+        ("recordings", "simulated with seed 0; their reference is the exact truth"),
     ]
+    return Table(("", ""), rows)
 
 
-def _motions(motions: Sequence[MotionPictures]) -> list[Html]:
-    if not motions:
-        return []
-    parts = [heading(2, "Short motions in detail (section 4.3)", "short-motions")]
-    for shown in motions:
-        motion = shown.motion
-        title = (
-            f"Figures {motion.pictures} and {motion.curves}: {motion.title} ({motion.recording})"
-        )
-        parts += [
-            heading(3, title, f"motion-{motion.segment}"),
-            paragraph(f"The thesis: {motion.remark} (Page {motion.page}.)", kind="soft"),
-        ]
-        frames = ", ".join(map(str, shown.frames))
-        for way, strip in shown.strips.items():
-            caption = f"{way}: frames {frames}; model in the limbs' colours, truth dashed white."
-            parts.append(picture(strip, "jpeg", f"{motion.title}, tracked by {way}", caption))
-        caption = (
-            "Errors of each limb. Preset thesis: mean over seeds, band from the smallest to the "
-            "largest; others in the limb's colour. Dotted: 45 degrees."
-        )
-        parts.append(picture(shown.curves, "svg+xml", f"Errors during {motion.title}", caption))
-    return parts
-
-
-def _made(made: Circumstances) -> list[Html]:
-    rows = [("command", element("code", made.command)), ("machine", made.machine)]
-    rows += [(name, version) for name, version in made.versions.items()]
-    rows.append(("runs tracked by version", ", ".join(made.tracked_by) or "–"))
-    seeds = f"0 to {made.seeds - 1} for {THESIS}, 0 for others"
-    rows.append(("seeds", seeds))
-    rows.append(("recordings", "simulated with seed 0; their reference is the exact truth"))
-    parts = [
-        heading(2, "How this was made", "made"),
-        table(("", ""), rows),
-    ]
-    for name in made.presets:
-        changed, same = _parameters(preset(name))
-        parts.append(
-            fold(
-                f"All parameters of preset {name} ({len(changed)} differ from the defaults)",
-                paragraph("Different from the default:") if changed else "",
-                table(("parameter", ">value", "unit", ">default"), changed) if changed else "",
-                paragraph("As the default:"),
-                table(("parameter", ">value", "unit", ">default"), same),
-            )
-        )
-    parts.append(paragraph(link("To the tables", "table-4.1")))
-    return parts
-
-
-def _parameters(settings: Settings) -> tuple[list[tuple[str, ...]], list[tuple[str, ...]]]:
-    """Rows of the parameters that differ from the defaults, and of the others."""
-    changed: list[tuple[str, ...]] = []
-    same: list[tuple[str, ...]] = []
-    for row in Settings.rows():
-        value: Value = settings.values()[row.name]
-        line = (row.name, str(value), row.unit, str(row.default))
-        (same if value == row.default else changed).append(line)
-    return changed, same
+def _parameters(name: str) -> dict[str, str | Table]:
+    """Parameters of a preset that differ from the defaults, and the others."""
+    columns, values = ("parameter", ">value", "unit", ">default"), preset(name).values()
+    lines = {
+        row: (row.name, str(values[row.name]), row.unit, str(row.default))
+        for row in Settings.rows()
+    }
+    changed = [line for row, line in lines.items() if values[row.name] != row.default]
+    same = [line for row, line in lines.items() if values[row.name] == row.default]
+    return {"name": name, "changed": Table(columns, changed), "same": Table(columns, same)}

@@ -26,10 +26,9 @@ from stereotrack_core.experiments.reproduction.plan import Group
 from stereotrack_core.experiments.reproduction.tables import compared_tables
 from stereotrack_core.experiments.reproduction.timing import StepCost, Timing, timing
 from stereotrack_core.experiments.reproduction.words import columns_of, in_full, rows_of
-from stereotrack_core.interop.table_file import markdown_text
 from stereotrack_core.plain_data import check_kind, plain
 from stereotrack_core.reading import decoding, read_json
-from stereotrack_core.recording.csv_table import csv_text
+from stereotrack_core.recording.csv_table import csv_text, markdown_text
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.simulation.people import person_named
 from stereotrack_core.simulation.thesis_recordings import FAST, thesis_recordings

@@ -7,8 +7,7 @@ from collections.abc import Sequence
 
 from stereotrack_core.experiments.reproduction.outcomes import Figure
 from stereotrack_core.experiments.reproduction.tables import OF_THESIS, ComparedTable, Line
-from stereotrack_core.report.html import Html
-from stereotrack_core.report.tables import Row, table
+from stereotrack_core.report.pages import Row, Table
 
 
 def shown(figure: Figure, unit: str) -> str:
@@ -36,14 +35,14 @@ def rows_of(compared: ComparedTable) -> list[tuple[str, ...]]:
     return rows
 
 
-def html_table(compared: ComparedTable) -> Html:
+def page_table(compared: ComparedTable) -> Table:
     """The table for the page, the thesis's own numbers set apart."""
     rows = []
     for cells, line in zip(rows_of(compared), compared.lines, strict=True):
         kinds = ["first"] if cells[0] else []
         kinds += ["given"] if line.source == OF_THESIS else []
         rows.append(Row(cells, " ".join(kinds)))
-    return table(columns_of(compared), rows)
+    return Table(columns_of(compared), rows)
 
 
 def in_full(compared: ComparedTable) -> tuple[list[str], list[list[str | float | int]]]:

@@ -18,7 +18,7 @@ from stereotrack_core.interop.first_pose import first_pose
 from stereotrack_core.reading import TABLE_BYTES, read_bytes
 from stereotrack_core.recording.depth_views import usable_views
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.detection_csv import OWN_FILE
+from stereotrack_core.recording.detections import OWN_FILE
 from stereotrack_core.recording.fingerprint import calibration_fingerprint, fingerprint
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import frames_within, views_of

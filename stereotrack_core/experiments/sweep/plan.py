@@ -20,8 +20,8 @@ from stereotrack_core.experiments.sweep.points import (
 )
 from stereotrack_core.experiments.sweep.request import SweepRequest
 from stereotrack_core.experiments.sweep.search import Search, parsed_range
-from stereotrack_core.interop.table_file import read_csv_table
 from stereotrack_core.parameters import parsed_settings
+from stereotrack_core.recording.csv_table import read_csv_table
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.selection import seeds_of
 from stereotrack_core.tracking.presets import preset

@@ -17,11 +17,10 @@ from stereotrack_core.experiments.measures import MEASURES
 from stereotrack_core.experiments.runner.job import Job, JobResult
 from stereotrack_core.experiments.sweep.points import varied_names
 from stereotrack_core.interop.journal import Journal, read_journal
-from stereotrack_core.interop.table_file import read_csv_table
 from stereotrack_core.plain_data import Kind, check_kind
-from stereotrack_core.project.lock import ProjectLock
+from stereotrack_core.project.owner import ProjectLock
 from stereotrack_core.reading import read_json
-from stereotrack_core.recording.csv_table import csv_text
+from stereotrack_core.recording.csv_table import csv_text, read_csv_table
 
 JOB_COLUMN = "job"
 """Column of identities: what tells a sweep's table from others."""

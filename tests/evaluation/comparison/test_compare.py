@@ -12,8 +12,10 @@ from stereotrack_core.evaluation.comparison.compare import (
     Candidate,
     compare,
     compare_segments,
+    how_it_is_made,
+    magnitude,
+    verdict,
 )
-from stereotrack_core.evaluation.comparison.words import how_it_is_made, magnitude, verdict
 from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.evaluation.summary import summarise
 from stereotrack_core.recording.description import Segment

@@ -6,10 +6,10 @@ import pytest
 
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.evaluation.episodes.best_view import best_view, seen_shares
+from stereotrack_core.evaluation.episodes.drawing import text_width, write
 from stereotrack_core.evaluation.episodes.export import before_peak_after, film_of, strip_of
 from stereotrack_core.evaluation.episodes.film import write_film
 from stereotrack_core.evaluation.episodes.find import Subject, find_episodes
-from stereotrack_core.evaluation.episodes.lettering import text_width, write
 from stereotrack_core.evaluation.episodes.looks import Looker
 from stereotrack_core.evaluation.episodes.strip import evenly, frame_captions, picture_strip
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run

@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stereotrack_core.evaluation.episodes.episode import limbs_words
-from stereotrack_core.evaluation.episodes.joining import joined
-from stereotrack_core.evaluation.episodes.stretches import Stretch, high_stretches
+from stereotrack_core.evaluation.episodes.stretches import Stretch, high_stretches, joined
 
 VALUES = st.lists(
     st.one_of(st.just(float("nan")), st.floats(0.0, 10.0)), min_size=1, max_size=60

@@ -14,7 +14,7 @@ from stereotrack_core.experiments.reproduction.outcomes import (
 from stereotrack_core.experiments.reproduction.plan import Entry, Way
 from stereotrack_core.experiments.reproduction.tables import OF_THESIS, compared_tables
 from stereotrack_core.experiments.reproduction.thesis import TABLE_4_1
-from stereotrack_core.experiments.reproduction.words import html_table, in_full, rows_of, shown
+from stereotrack_core.experiments.reproduction.words import in_full, page_table, rows_of, shown
 from stereotrack_core.recording.description import Segment
 
 SEGMENTS = (Segment("whip", 2, 8), Segment("whip-fast", 12, 18))
@@ -112,4 +112,4 @@ def test_numbers_are_written_as_people_and_programs_read_them(tables):
     columns, full = in_full(tables["4.2"])
     assert len(columns) == len(full[0]) == 3 + 2 * 4
     assert "" in full[1]  # not known is empty, not NaN
-    assert 'class="first given"' in html_table(tables["4.1"])
+    assert page_table(tables["4.1"]).rows[0].kind == "first given"

@@ -22,9 +22,8 @@ from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.click_edits import DeleteClicks, PlaceClicks
-from stereotrack_core.project.fitted import fit_of_reference
 from stereotrack_core.project.marks import FrameFlag, SetFlags
-from stereotrack_core.project.references import load_reference
+from stereotrack_core.project.references import fit_of_reference, load_reference
 
 FRAMES = 30
 

@@ -12,8 +12,7 @@ from app.features.annotate import dialogs
 from app.features.annotate.dialogs import AnnotationDialogs
 from app.features.annotate.exchange.importing import LabelFile
 from app.services.tasks.task import TaskList
-from stereotrack_core.recording.landmark_csv import write_landmarks
-from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.recording.landmarks import LandmarkTrajectory, write_landmarks
 
 PATIENCE_S = 300.0
 

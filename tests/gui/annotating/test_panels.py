@@ -31,8 +31,7 @@ from stereotrack_core.project.click_edits import MoveClicks, PlaceClicks, place
 from stereotrack_core.project.marks import SetKeyframes
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.recording.landmark_csv import read_landmarks, write_landmarks
-from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.recording.landmarks import LandmarkTrajectory, read_landmarks, write_landmarks
 
 LEFT = Qt.MouseButton.LeftButton
 FRAMES = 60

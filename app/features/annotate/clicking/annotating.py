@@ -14,8 +14,8 @@ from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.annotation.predict import ACCEPTED
 from stereotrack_core.annotation.prediction import Prediction
 from stereotrack_core.annotation.swaps import Swap
-from stereotrack_core.project.accept import AcceptPredictions
 from stereotrack_core.project.click_edits import (
+    AcceptPredictions,
     DeleteClicks,
     MarkClicks,
     MoveClicks,

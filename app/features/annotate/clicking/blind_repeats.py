@@ -6,11 +6,11 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from itertools import chain
 
+from stereotrack_core.annotation.agreement import next_repeat
 from stereotrack_core.annotation.click import Click, ClickKey, Visibility
 from stereotrack_core.annotation.predict import ACCEPTED
-from stereotrack_core.annotation.repeats import next_repeat
-from stereotrack_core.project.accept import AcceptPredictions
 from stereotrack_core.project.click_edits import (
+    AcceptPredictions,
     DeleteClicks,
     MarkClicks,
     MoveClicks,

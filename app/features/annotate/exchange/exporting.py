@@ -12,7 +12,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.interop.clicks_csv import read_clicks, write_clicks
 from stereotrack_core.interop.reference_npz import write_reference
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.landmark_csv import write_landmarks
+from stereotrack_core.recording.landmarks import write_landmarks
 
 from ....session.counting import counted
 

@@ -10,8 +10,7 @@ from stereotrack_core.annotation.agreement import Difference, farthest_first
 from stereotrack_core.annotation.click import Click, ClickKey, Visibility
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.click_edits import PlaceClicks
-from stereotrack_core.project.incoming import Incoming
-from stereotrack_core.project.merging import Decision, has_mean, merging_edit
+from stereotrack_core.project.merging import Decision, Incoming, has_mean
 
 from ....session.counting import counted
 from ....widgets.tables.decision_table import DecisionRow
@@ -110,7 +109,7 @@ class TakeIn:
         InputError
             Where nothing would change.
         """
-        edit = merging_edit(self.incoming, self._decisions, with_new=self.with_new)
+        edit = self.incoming.edit(self._decisions, with_new=self.with_new)
         if not edit.clicks:
             raise InputError(
                 "nothing would be taken in",
@@ -121,7 +120,7 @@ class TakeIn:
 
     def taken(self) -> int:
         """Number of clicks that :meth:`edit` would write."""
-        return len(merging_edit(self.incoming, self._decisions, with_new=self.with_new).clicks)
+        return len(self.incoming.edit(self._decisions, with_new=self.with_new).clicks)
 
     def summary(self) -> str:
         """``412 new, 1208 equal, 5 differ: 3 moved, 1 seen differently, 1 deleted``."""

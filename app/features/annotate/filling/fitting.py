@@ -15,8 +15,7 @@ import numpy as np
 from stereotrack_core import __version__
 from stereotrack_core.annotation.camera_doubts import what_disagrees, what_to_do
 from stereotrack_core.annotation.click import Click
-from stereotrack_core.annotation.click_points import click_pixels
-from stereotrack_core.annotation.click_residuals import click_residuals, limb_residuals
+from stereotrack_core.annotation.click_points import click_pixels, click_residuals, limb_residuals
 from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA, measurements
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, TrajectoryFit
 from stereotrack_core.annotation.fit.settings import FitSettings
@@ -27,9 +26,8 @@ from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.geometry.camera_agreement import Disagreement
 from stereotrack_core.project.click_sigma import measured_sigmas
-from stereotrack_core.project.fitted import reference_of_fit, without_gaps
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.references import Reference
+from stereotrack_core.project.references import Reference, reference_of_fit, without_gaps
 from stereotrack_core.recording.description import Recording
 
 from ....services.tasks.helper_process import HelperProcess

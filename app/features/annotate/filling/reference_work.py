@@ -15,8 +15,8 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.reference_quality import reference_quality
-from stereotrack_core.project.accept import AcceptPredictions
 from stereotrack_core.project.click_edits import (
+    AcceptPredictions,
     DeleteClicks,
     MarkClicks,
     MoveClicks,
@@ -24,10 +24,15 @@ from stereotrack_core.project.click_edits import (
     SwapLandmarks,
 )
 from stereotrack_core.project.entries import Choose
-from stereotrack_core.project.fitted import fit_of_reference, merged_reference
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.references import Reference, load_reference, save_reference
+from stereotrack_core.project.references import (
+    Reference,
+    fit_of_reference,
+    load_reference,
+    merged_reference,
+    save_reference,
+)
 from stereotrack_core.project.schema import REFERENCE
 from stereotrack_core.recording.description import Recording
 

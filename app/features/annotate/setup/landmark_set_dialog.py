@@ -21,8 +21,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from stereotrack_core.annotation.landmark_set import read_landmark_set, write_landmark_set
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.landmark_set_file import read_landmark_set, write_landmark_set
 
 from ....widgets.forms.body_sketch import BodySketch
 from ....widgets.tables.landmark_table import LandmarkTable

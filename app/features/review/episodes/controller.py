@@ -10,7 +10,7 @@ from stereotrack_core.evaluation.episodes.episode import CAUSE_WORDS, FOUND_WORD
 from stereotrack_core.evaluation.episodes.export import film_of, write_strips
 from stereotrack_core.evaluation.episodes.find import Subject
 from stereotrack_core.evaluation.episodes.matching import agreement
-from stereotrack_core.evaluation.episodes.rules import EpisodeRules
+from stereotrack_core.evaluation.episodes.stretches import EpisodeRules
 from stereotrack_core.recording.description import Recording
 
 from ....context import Context

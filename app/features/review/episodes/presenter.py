@@ -9,7 +9,7 @@ from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
 from stereotrack_core.evaluation.episodes.episode import Episode
 from stereotrack_core.evaluation.episodes.find import Subject, explained, stretches_of
-from stereotrack_core.evaluation.episodes.rules import EpisodeRules
+from stereotrack_core.evaluation.episodes.stretches import EpisodeRules
 from stereotrack_core.recording.description import Recording
 
 from ....services.tasks.task import Task, TaskList
