@@ -12,7 +12,7 @@ from .camera_doubts import CameraDoubts
 from .clouds import CloudPresenter
 from .document import DocumentPresenter
 from .instant import InstantPresenter
-from .judging import JudgementPresenter
+from .judgement import JudgementPresenter
 from .opening import Opening
 from .project import ProjectPresenter
 from .runs import RunList

@@ -12,8 +12,14 @@ from stereotrack_core.tracking.frame import TrackedFrame
 
 from ..context import Context
 from ..session.document import DocumentPresenter
-from ..session.judgement import UNCERTAIN_DEG, USUAL_RESIDUAL, USUAL_UNEXPLAINED, Judgement, doubts
-from ..session.judging import JudgementPresenter
+from ..session.judgement import (
+    UNCERTAIN_DEG,
+    USUAL_RESIDUAL,
+    USUAL_UNEXPLAINED,
+    Judgement,
+    JudgementPresenter,
+    doubts,
+)
 from ..session.runs import RunEntry, RunList
 from ..session.tracking import TrackPresenter
 from ..widgets.style.icons import set_icon

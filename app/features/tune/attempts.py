@@ -16,7 +16,7 @@ from stereotrack_core.tracking.tuning.attempt import Attempt, work_of
 from ...services.failures import message_of
 from ...session.clouds import CloudPresenter
 from ...session.document import DocumentPresenter
-from ...session.judging import JudgementPresenter
+from ...session.judgement import JudgementPresenter
 from ...session.runs import RunEntry, RunList
 from ...session.tracking import TrackPresenter
 from .base import Base, attempt_from, base_of, changes_in_words

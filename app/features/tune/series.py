@@ -18,8 +18,7 @@ from stereotrack_core.tracking.tuning.attempt import Attempt
 from ...services.failures import message_of
 from ...services.tasks.task import Task, TaskList
 from ...session.document import DocumentPresenter
-from ...session.judgement import MEASURED_LIMBS, Judgement, judged
-from ...session.judging import JudgementPresenter
+from ...session.judgement import MEASURED_LIMBS, Judgement, JudgementPresenter, judged
 from ...session.runs import RunEntry, RunList
 from ...widgets.plots.small_multiples import Multiple
 from .attempts import AttemptPresenter, take_over

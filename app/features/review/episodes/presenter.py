@@ -14,7 +14,7 @@ from stereotrack_core.recording.description import Recording
 
 from ....services.tasks.task import Task, TaskList
 from ....session.document import DocumentPresenter
-from ....session.judging import JudgementPresenter
+from ....session.judgement import JudgementPresenter
 from ....session.runs import RunEntry, RunList, RunNow
 from ....session.tracking import TrackPresenter
 from ....session.truth import Truth
