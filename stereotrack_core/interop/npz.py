@@ -20,8 +20,8 @@ _LARGEST_TOTAL = 256 * MB
 _LARGEST_RATIO = 32
 """Bytes of arrays for each byte of a file; more only where they are few altogether."""
 
-_WIDEST = 8
-"""Bytes of a number that all of NumPy computes with."""
+_FLOATS = (4, 8)
+"""Bytes of the numbers that all of NumPy computes with."""
 
 _PIECE = 4 * MB
 _HEADERS = {
@@ -141,8 +141,8 @@ def _header(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> _Header:
 
 def _mismatch(name: str, header: _Header, own: ArrayLayout, lengths: dict[str, int]) -> str:
     """What is wrong about an array, empty where nothing is; `lengths` learns its lengths."""
-    wide = own.kind in "fi" and header.dtype.itemsize > _WIDEST
-    if header.dtype.kind != own.kind or wide:
+    odd = own.kind == "f" and header.dtype.itemsize not in _FLOATS
+    if header.dtype.kind != own.kind or odd:
         return f"the values of {name} are of the wrong kind ({header.dtype})"
     if len(header.shape) != len(own.shape):
         return f"{name} has {len(header.shape)} dimensions instead of {len(own.shape)}"
