@@ -124,7 +124,7 @@ def facts_of_meta(meta: Mapping[str, Any], frame: IntArray, tracked: int) -> dic
     subject = meta.get("subject")
     if isinstance(subject, dict) and subject.get("name"):
         facts["subject"] = subject["name"]
-    if "parameters" in meta:
+    if meta.get("parameters"):
         changed = changed_parameters(meta["parameters"], str(meta.get("preset", "")))
         facts["changed"] = {name: list(values) for name, values in changed.items()}
     return facts
