@@ -11,7 +11,7 @@ import pytest
 
 from app.features.review.limb_numbers import StretchNumbers, as_csv
 from stereotrack_core.annotation.click import Click
-from stereotrack_core.cli.benchmark_tables import in_full
+from stereotrack_core.cli.benchmark import in_full
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.limb_statistics import limb_statistics
 from stereotrack_core.experiments.benchmark.accuracy import Row
