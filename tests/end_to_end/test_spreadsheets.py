@@ -31,6 +31,7 @@ from stereotrack_core.recording.detections import Detection
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.segments_file import read_segments, write_segments
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run_spec import RunSpec
 
 SIGNS = ("=", "+", "-", "@", "\t", "\r")
 NAMES = (
@@ -116,8 +117,8 @@ def test_a_trajectory_in_a_file_of_that_name(name, tmp_path):
 
 def _sweep(name: str) -> str:
     point = Point((("views", name),))
-    settings = preset("fast")
-    job = Job("x", "", name, "", "", point, settings, "fast", (), 0, 3, 0, "auto", False)
+    spec = RunSpec(preset("fast"), preset="fast", frames=range(3))
+    job = Job("x", "", name, "", "", point, spec)
     return csv_text(*table_of([job], {"x": JobResult("x", "failed", error=name)}))
 
 
