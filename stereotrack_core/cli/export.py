@@ -112,7 +112,7 @@ def _project_clicks(args: Namespace, project: Project) -> dict[str, Any]:
 
 
 def _project_reference(args: Namespace, project: Project) -> dict[str, Any]:
-    from stereotrack_core.cli.angle_sources import write_angles
+    from stereotrack_core.cli.sources import write_angles
     from stereotrack_core.evaluation.joint_angles.series import angles_of_reference
     from stereotrack_core.interop.reference_npz import write_reference
     from stereotrack_core.interop.run_file import write_trajectory
@@ -154,7 +154,7 @@ def _reference(project: Project, name: str | None) -> Reference:
 
 def _trajectory(args: Namespace) -> dict[str, Any]:
     """Export a run, a reference or landmarks."""
-    from stereotrack_core.cli.angle_sources import angle_source, write_angles
+    from stereotrack_core.cli.sources import angle_source, write_angles
     from stereotrack_core.interop.run_file import (
         holds_run,
         read_run,

@@ -6,7 +6,7 @@ import shutil
 
 import pytest
 
-from stereotrack_core.cli.benchmark_tables import in_full, readable
+from stereotrack_core.cli.benchmark import in_full, readable
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.benchmark import ablations
 from stereotrack_core.experiments.benchmark.accuracy import MEASURES, Row

@@ -11,7 +11,7 @@ import pytest
 
 from app.features.review.limb_numbers import StretchNumbers, as_csv
 from stereotrack_core.annotation.click import Click
-from stereotrack_core.cli.benchmark_tables import in_full
+from stereotrack_core.cli.benchmark import in_full
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.limb_statistics import limb_statistics
 from stereotrack_core.experiments.benchmark.accuracy import Row
@@ -29,6 +29,7 @@ from stereotrack_core.recording.detections import Detection, read_detections, wr
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.segments_file import read_segments, write_segments
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run_spec import RunSpec
 
 SIGNS = ("=", "+", "-", "@", "\t", "\r")
 NAMES = (
@@ -114,8 +115,8 @@ def test_a_trajectory_in_a_file_of_that_name(name, tmp_path):
 
 def _sweep(name: str) -> str:
     point = Point((("views", name),))
-    settings = preset("fast")
-    job = Job("x", "", name, "", "", point, settings, "fast", (), 0, 3, 0, "auto", False)
+    spec = RunSpec(preset("fast"), preset="fast", frames=range(3))
+    job = Job("x", "", name, "", "", point, spec)
     return csv_text(*table_of([job], {"x": JobResult("x", "failed", error=name)}))
 
 

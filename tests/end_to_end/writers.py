@@ -17,7 +17,7 @@ from app.shell.picture_file import write_picture
 from stereotrack_core.annotation.click import Click, Visibility
 from stereotrack_core.annotation.landmark_set import NINE, write_landmark_set
 from stereotrack_core.annotation.reference import Reference
-from stereotrack_core.cli.angle_sources import write_angles
+from stereotrack_core.cli.sources import write_angles
 from stereotrack_core.evaluation.episodes.export import film_of, write_strips
 from stereotrack_core.evaluation.episodes.find import Subject as JudgedRun
 from stereotrack_core.evaluation.episodes.find import find_episodes

@@ -1,13 +1,15 @@
 """A recording of cones, and jobs on it."""
 
-import dataclasses
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
-from stereotrack_core.experiments.sweep.jobs import Base, Planner
+from stereotrack_core.cli.sweep import text_of
+from stereotrack_core.experiments.sweep.jobs import Planner
+from stereotrack_core.experiments.sweep.request import SweepRequest
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.tracking.presets import preset
 from tests.tracking.recordings import write_depth_recording
@@ -39,9 +41,15 @@ def cones(tmp_path_factory):
 def plan(cones):
     """Function that makes jobs of points on the cones."""
 
-    def jobs(*points, recording=cones, **changes):
-        base = Base("fast", SMALL, (0,), frames="0:4", init="tpose")
-        return Planner((recording,), dataclasses.replace(base, **changes)).jobs(points)
+    def jobs(*points, recording=cones, changes=SMALL, seeds=(0,), **more):
+        request = SweepRequest(
+            (recording.folder,),
+            Path("sweep.csv"),
+            changes=tuple(f"{name}={text_of(value)}" for name, value in changes.items()),
+            seeds=",".join(map(str, seeds)),
+            **{"preset": "fast", "frames": "0:4", "init": "tpose", **more},
+        )
+        return Planner((recording,), request).jobs(points)
 
     return jobs
 

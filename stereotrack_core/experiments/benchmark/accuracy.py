@@ -11,7 +11,7 @@ import numpy as np
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.errors import knows_something, truth_of
 from stereotrack_core.experiments.measures import measured
-from stereotrack_core.experiments.runner.lockstep import Entry, cloud_key, track_together
+from stereotrack_core.experiments.runner.lockstep import RunInput, cloud_key, track_together
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.reader import FrameReader
@@ -131,8 +131,10 @@ def accuracy(
         groups.setdefault(cloud_key(spec), []).extend((name, seed) for seed in seeds)
     scores: dict[tuple[str, int], Score] = {}
     for own in groups.values():
-        entries = [Entry(blind, dataclasses.replace(specs[name], seed=seed)) for name, seed in own]
-        together = track_together(entries, on_frames=on_frames, cancelled=cancelled)
+        inputs = [
+            RunInput(blind, dataclasses.replace(specs[name], seed=seed)) for name, seed in own
+        ]
+        together = track_together(inputs, on_frames=on_frames, cancelled=cancelled)
         for (name, seed), tracked in zip(own, together, strict=True):
             values = measured(tracked.run(), reference)
             chosen = {column.name: values[column.name] for column in MEASURES}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -81,21 +81,55 @@ def cost_of_points(
     dense = settings.replaced(pixel_step=1, fit_shape=False)
     clouds = _clouds(recording, dense, views, frames)
     most = min((len(cloud.points) for cloud in clouds), default=0)
-    used = usable_views(recording, views)
-    cameras = [recording.reference_camera(recording.view(name)) for name in used]
-    positions = np.array([camera.position_world for camera in cameras])
-    body = body_model(proportions_of(recording.subject), dense.body)
     costs = []
     for k, size in enumerate(size for size in sizes if size <= most):
         own = dense.replaced(data_points=size)
-        tracker = tracker_for(body, own, positions, recording.fps, 0)
-        tracker.start(t_pose_in_cloud(body, clouds[0].points))
-        with one_blas_thread():
-            tracker.step(clouds[0])
-            seconds = [_processor_seconds(tracker.step, cloud) for cloud in clouds]
-        costs.append(Cost(size, 1000.0 * median(seconds)))
+        costs.append(Cost(size, step_milliseconds(recording, own, clouds, views)))
         on_progress(k + 1)
     return tuple(costs)
+
+
+def step_milliseconds(
+    recording: Recording,
+    settings: Settings,
+    clouds: Sequence[Cloud],
+    views: Sequence[str] | None = None,
+    *,
+    judging: bool = True,
+) -> float:
+    """Median processor time of the tracker's step over clouds, the first of them done before.
+
+    Parameters
+    ----------
+    recording : Recording
+    settings : Settings
+    clouds : sequence of Cloud
+    views : sequence of str, optional
+        Views to use; all that give depth when not given.
+    judging : bool
+        Whether what the step says about its own errors counts as well.
+    """
+    cameras = [recording.reference_camera(recording.view(name))
+               for name in usable_views(recording, views)]  # fmt: skip
+    positions = np.array([camera.position_world for camera in cameras])
+    body = body_model(proportions_of(recording.subject), settings.body)
+    tracker = tracker_for(body, settings, positions, recording.fps, 0)
+    tracker.start(t_pose_in_cloud(body, clouds[0].points))
+    spent = []
+    with one_blas_thread():
+        tracker.step(clouds[0])
+        for cloud in clouds:
+            begun = time.process_time()
+            estimate = tracker.step(cloud)
+            seconds = time.process_time() - begun
+            spent.append(seconds if judging else seconds * _share_of_tracking(estimate.seconds))
+    return 1000.0 * median(spent)
+
+
+def _share_of_tracking(seconds: Mapping[str, float]) -> float:
+    """Share of tracking in a step, by its own clock; the rest is judging how good it was."""
+    total = sum(seconds.values())
+    return seconds.get("track", total) / total if total > 0 else 1.0
 
 
 def cost_of_views(
@@ -146,9 +180,3 @@ def _clouds(
         found = [frame.cloud for frame in pipeline.frames(wanted)]
     least = settings.tracking.least_points
     return [cloud for cloud in found if len(cloud.points) >= least]
-
-
-def _processor_seconds(step: Callable[[Cloud], object], cloud: Cloud) -> float:
-    begun = time.process_time()
-    step(cloud)
-    return time.process_time() - begun

@@ -146,13 +146,13 @@ def track_group(
         Nothing of the group is kept then.
     """
     inside = {frame: pose for frame, pose in starts.items() if frame in frames}
-    entries = []
+    inputs = []
     for entry in group.entries:
         own = inside if entry.way.anew else {}
         spec = entry.way.spec(entry.seed, frames, own.get(frames.start))
         blind = recording_for(entry.way, recording, average)
-        entries.append(lockstep.Entry(blind, spec, own))
-    together = lockstep.track_together(entries, on_frames=on_frames, cancelled=cancelled)
+        inputs.append(lockstep.RunInput(blind, spec, own))
+    together = lockstep.track_together(inputs, on_frames=on_frames, cancelled=cancelled)
     with closing(together):
         return [
             (entry, _described(tracked.run(), entry, sorted(inside)))

@@ -3,26 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
-import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
-from stereotrack_core.blas_threads import one_blas_thread
-from stereotrack_core.body.model import body_model
-from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.experiments.benchmark.clock import median
-from stereotrack_core.recording.depth_views import usable_views
+from stereotrack_core.experiments.benchmark.growth import Cost, exponent, step_milliseconds
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.tracking.initialise.seeds import t_pose_in_cloud
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.shared_clouds import read_cloud
-from stereotrack_core.tracking.tracker import tracker_for
 
 MODEL_POINTS = (24, 40, 64, 120, 240, 480, 960)
 DATA_POINTS = (200, 400, 800, 1600, 3200)
@@ -65,10 +57,7 @@ class Timing:
 
     def exponent(self) -> float:
         """Exponent e of time ~ points^e over the measured range; NaN for a single size."""
-        if len(self.costs) < 2:
-            return float("nan")
-        sizes = np.log([cost.points for cost in self.costs])
-        return float(np.polyfit(sizes, np.log([c.milliseconds for c in self.costs]), 1)[0])
+        return exponent([Cost(cost.points, cost.milliseconds) for cost in self.costs])
 
 
 def timing(
@@ -100,10 +89,11 @@ def timing(
     wanted = sorted({usual, *(MODEL_POINTS if samples else DATA_POINTS)})
     sizes = [size for size in wanted if samples or size <= most or size == usual]
     costs = []
-    _step_ms(blind, settings.replaced(fit_shape=False), clouds[:2])  # what is compiled at first use
+    # what is compiled at first use shall not be timed
+    step_milliseconds(blind, settings.replaced(fit_shape=False), clouds[:2])
     for done, size in enumerate(sizes, start=1):
         own = settings.replaced(**{key: size, "fit_shape": False})
-        costs.append(StepCost(size, _step_ms(blind, own, clouds)))
+        costs.append(StepCost(size, step_milliseconds(blind, own, clouds, judging=False)))
         on_progress(done)
     return Timing(
         preset=name,
@@ -120,28 +110,6 @@ def _clouds(recording: Recording, settings: Settings, frames: int) -> list[Cloud
         count = min(frames, pipeline.reader.frame_count)
         pipeline.chain.learn_background(pipeline.reader, range(count))
         return [read_cloud(pipeline.chain, pipeline.reader, frame)[0] for frame in range(count)]
-
-
-def _step_ms(recording: Recording, settings: Settings, clouds: Sequence[Cloud]) -> float:
-    cameras = [recording.reference_camera(recording.view(n)) for n in usable_views(recording, None)]
-    positions = np.array([camera.position_world for camera in cameras])
-    body = body_model(proportions_of(recording.subject), settings.body)
-    tracker = tracker_for(body, settings, positions, recording.fps, 0)
-    tracker.start(t_pose_in_cloud(body, clouds[0].points))
-    spent = []
-    with one_blas_thread():
-        tracker.step(clouds[0])
-        for cloud in clouds:
-            begun = time.process_time()
-            estimate = tracker.step(cloud)
-            spent.append((time.process_time() - begun) * _share(estimate.seconds))
-    return 1000.0 * median(spent)
-
-
-def _share(seconds: Mapping[str, float]) -> float:
-    """Share of tracking in a step, by its own clock; the rest is judging how good it was."""
-    total = sum(seconds.values())
-    return seconds.get("track", total) / total if total > 0 else 1.0
 
 
 def _stage_ms(clouds: Sequence[Cloud], stages: Sequence[str]) -> float:

@@ -33,7 +33,7 @@ _PER_FRAME = (
 
 
 @dataclass(frozen=True, eq=False)
-class Entry:
+class RunInput:
     """A run that shall be made together with others.
 
     Attributes
@@ -62,8 +62,8 @@ class LockstepRun:
         That it would have taken alone, from images to poses.
     """
 
-    def __init__(self, entry: Entry, frames: range, clouds: CloudTaker) -> None:
-        self._entry = entry
+    def __init__(self, given: RunInput, frames: range, clouds: CloudTaker) -> None:
+        self._given = given
         self._frames = frames
         self._clouds = clouds
         self._found: list[TrackedFrame] = []
@@ -76,19 +76,19 @@ class LockstepRun:
     def step(self) -> None:
         """Track the next frame."""
         if self._going is None:
-            self._pipeline = Pipeline(self._entry.recording, self._entry.spec, clouds=self._clouds)
+            self._pipeline = Pipeline(self._given.recording, self._given.spec, clouds=self._clouds)
             self._pipeline.prepare(self._frames)
             self._going = self._stretches(self._pipeline)
         tracked = next(self._going)
         self.seconds += _seconds_of(tracked)
         self._found.append(tracked.without_cloud())
-        if not self._entry.spec.smooth and len(self._found) == _KEPT:
+        if not self._given.spec.smooth and len(self._found) == _KEPT:
             self._pack({})
 
     def run(self) -> Run:
         """All frames so far as one run."""
         assert self._pipeline is not None  # noqa: S101 - there is at least one frame
-        if self._entry.spec.smooth:
+        if self._given.spec.smooth:
             return self._pipeline.smoothed_run(self._found)
         self._pack(self._pipeline.origin().meta())
         return joined(self._packed)
@@ -103,7 +103,7 @@ class LockstepRun:
 
     def _stretches(self, pipeline: Pipeline) -> Generator[TrackedFrame, None, None]:
         """All frames; the tracker is put on the poses that are given before it sees theirs."""
-        starts = self._entry.starts
+        starts = self._given.starts
         begins = sorted(frame for frame in starts if frame in self._frames)
         if not begins or begins[0] != self._frames.start:
             begins.insert(0, self._frames.start)
@@ -120,20 +120,20 @@ class LockstepRun:
 
 
 def track_together(
-    entries: Sequence[Entry],
+    inputs: Sequence[RunInput],
     *,
     on_frames: Callable[[int], None] = lambda _: None,
     cancelled: Callable[[], bool] = lambda: False,
     go_on_after_errors: bool = False,
 ) -> Generator[LockstepRun, None, None]:
-    """Track with all entries, frame by frame, in bounded memory; then gives one after the other.
+    """Make all runs, frame by frame, in bounded memory; then gives one after the other.
 
     Parameters
     ----------
-    entries : sequence of Entry
+    inputs : sequence of RunInput
         They agree in all that clouds depend on; see :func:`cloud_key`.
     on_frames : callable, optional
-        Told how many frames more were tracked, over all entries.
+        Told how many frames more were tracked, over all runs.
     cancelled : callable, optional
         Asked after every frame whether to stop.
     go_on_after_errors : bool
@@ -144,9 +144,9 @@ def track_together(
     Cancelled
     """
     with ExitStack() as stack:
-        clouds = _clouds_for(entries[0], stack)
-        frames = entries[0].spec.frames_of(clouds.reader.frame_count)
-        runs = [LockstepRun(entry, frames, clouds.taker()) for entry in entries]
+        clouds = _clouds_for(inputs[0], stack)
+        frames = inputs[0].spec.frames_of(clouds.reader.frame_count)
+        runs = [LockstepRun(one, frames, clouds.taker()) for one in inputs]
         for run in runs:
             stack.callback(run.close)
         for _ in frames:
@@ -172,9 +172,9 @@ def cloud_key(spec: RunSpec) -> tuple[Any, ...]:
     return spec.settings.depth, spec.settings.tracking.wants_colour, views, spec.frames
 
 
-def _clouds_for(entry: Entry, stack: ExitStack) -> SharedClouds:
-    recording, settings = entry.recording, entry.spec.settings
-    names = usable_views(recording, entry.spec.views)
+def _clouds_for(given: RunInput, stack: ExitStack) -> SharedClouds:
+    recording, settings = given.recording, given.spec.settings
+    names = usable_views(recording, given.spec.views)
     colour = settings.tracking.wants_colour and has_colours(recording, names)
     chain = stack.enter_context(
         closing(DepthChain(recording, settings.depth, views=names, colour=colour))

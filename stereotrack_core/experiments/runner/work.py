@@ -11,7 +11,7 @@ from pathlib import Path
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.experiments.measures import measured
 from stereotrack_core.experiments.runner.job import Job, JobResult, failure
-from stereotrack_core.experiments.runner.lockstep import Entry, LockstepRun, track_together
+from stereotrack_core.experiments.runner.lockstep import LockstepRun, RunInput, track_together
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import own_detections
 from stereotrack_core.recording.fingerprint import fingerprint
@@ -47,12 +47,12 @@ def do_batch(
         recording = recording_of(jobs[0])
         detections = own_detections(recording)
         blind = dataclasses.replace(recording, reference=None)  # the tracker never sees the truth
-        entries = [
-            Entry(blind, dataclasses.replace(job.spec, detections=detections)) for job in jobs
+        inputs = [
+            RunInput(blind, dataclasses.replace(job.spec, detections=detections)) for job in jobs
         ]
         seconds: float | None = None
         for run in track_together(
-            entries, on_frames=on_frames, cancelled=cancelled, go_on_after_errors=True
+            inputs, on_frames=on_frames, cancelled=cancelled, go_on_after_errors=True
         ):
             if seconds is None:
                 seconds = (time.perf_counter() - begun) / len(jobs)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,41 +13,19 @@ import numpy as np
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.experiments.runner.job import Job
 from stereotrack_core.experiments.sweep.points import Point
+from stereotrack_core.experiments.sweep.request import SweepRequest
 from stereotrack_core.interop.first_pose import first_pose
+from stereotrack_core.parameters import Value, parsed_settings
 from stereotrack_core.reading import TABLE_BYTES, read_bytes
 from stereotrack_core.recording.depth_views import usable_views
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import OWN_FILE
 from stereotrack_core.recording.fingerprint import calibration_fingerprint, fingerprint
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.recording.selection import frames_within, views_of
+from stereotrack_core.recording.selection import frames_within, seeds_of, views_of
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
 from stereotrack_core.version import __version__
-
-
-@dataclass(frozen=True)
-class Base:
-    """What holds where a point says nothing else.
-
-    Attributes
-    ----------
-    preset : str
-    changes : mapping from parameter to value
-    seeds : tuple of int
-    views, frames : str or None
-        As on the command line; None for all.
-    init : str
-    smooth : bool
-    """
-
-    preset: str
-    changes: Mapping[str, Any]
-    seeds: tuple[int, ...]
-    views: str | None = None
-    frames: str | None = None
-    init: str = "auto"
-    smooth: bool = False
 
 
 class Planner:
@@ -57,11 +34,20 @@ class Planner:
     Parameters
     ----------
     recordings : sequence of Recording
-    base : Base
+    request : SweepRequest
+        What holds where a point says nothing else.
+
+    Raises
+    ------
+    InputError
+        Where the request asks for what no point could mend.
     """
 
-    def __init__(self, recordings: Sequence[Recording], base: Base) -> None:
-        self._base = base
+    def __init__(self, recordings: Sequence[Recording], request: SweepRequest) -> None:
+        preset(request.preset, request.changes)
+        self._request = request
+        self._changes = parsed_settings(request.changes)
+        self.seeds = seeds_of(request.seeds)
         self._sources = tuple(_Source(recording) for recording in recordings)
 
     def jobs(self, points: Sequence[Point]) -> tuple[Job, ...]:
@@ -76,8 +62,8 @@ class Planner:
         for source in self._sources:
             for point in points:
                 own = point.special("seed")
-                seeds = self._base.seeds if own is None else (int(own),)
-                jobs += [source.job(point, self._base, seed) for seed in seeds]
+                seeds = self.seeds if own is None else [int(own)]
+                jobs += [source.job(point, self._request, self._changes, seed) for seed in seeds]
         return tuple(jobs)
 
 
@@ -92,9 +78,9 @@ class _Source:
         self._facts = _facts_of(recording, self._fingerprint)
         self._truth = _digest(_reference_facts(recording))
 
-    def job(self, point: Point, base: Base, seed: int) -> Job:
+    def job(self, point: Point, base: SweepRequest, changes: Mapping[str, Value], seed: int) -> Job:
         name = point.special("preset") or base.preset
-        settings = preset(name).replaced(**{**base.changes, **point.parameters})
+        settings = preset(name).replaced(**{**changes, **point.parameters})
         asked = views_of(self._recording, point.special("views") or base.views)
         views = usable_views(self._recording, asked)
         views = tuple(view.name for view in self._recording.views if view.name in views)

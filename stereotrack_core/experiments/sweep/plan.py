@@ -11,7 +11,7 @@ from stereotrack_core.errors import InputError, did_you_mean
 from stereotrack_core.experiments.measures import MEASURES, measure_named
 from stereotrack_core.experiments.runner.job import Job, JobResult
 from stereotrack_core.experiments.sweep.estimate import expected_seconds
-from stereotrack_core.experiments.sweep.jobs import Base, Planner
+from stereotrack_core.experiments.sweep.jobs import Planner
 from stereotrack_core.experiments.sweep.points import (
     Point,
     grid_points,
@@ -20,11 +20,8 @@ from stereotrack_core.experiments.sweep.points import (
 )
 from stereotrack_core.experiments.sweep.request import SweepRequest
 from stereotrack_core.experiments.sweep.search import Search, parsed_range
-from stereotrack_core.parameters import parsed_settings
 from stereotrack_core.recording.csv_table import read_csv_table
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.selection import seeds_of
-from stereotrack_core.tracking.presets import preset
 
 
 class SweepPlan:
@@ -54,18 +51,7 @@ class SweepPlan:
     def __init__(self, request: SweepRequest, recordings: Sequence[Recording]) -> None:
         self.request = request
         self.by = _judged_by(request.minimise, recordings)
-        preset(request.preset, request.changes)  # refuses what no point could mend
-        self._seeds = tuple(seeds_of(request.seeds))
-        base = Base(
-            preset=request.preset,
-            changes=parsed_settings(request.changes),
-            seeds=self._seeds,
-            views=request.views,
-            frames=request.frames,
-            init=request.init,
-            smooth=request.smooth,
-        )
-        self.planner = Planner(recordings, base)
+        self.planner = Planner(recordings, request)
         self.ranges = tuple(parsed_range(text) for text in request.search)
         self.jobs = () if self.ranges else self.planner.jobs(_points(request))
 
@@ -78,7 +64,7 @@ class SweepPlan:
 
     def search_batch(self, at_once: int) -> int:
         """Points that a search asks for at once, so that nobody has to wait for work."""
-        return max(1, math.ceil(at_once / (len(self.request.recordings) * len(self._seeds))))
+        return max(1, math.ceil(at_once / (len(self.request.recordings) * len(self.planner.seeds))))
 
     def search_signature(self) -> str:
         """Hash by which a search is known again."""
