@@ -111,28 +111,6 @@ def progress(keyframes: Mapping[int, bool], flagged: Collection[int], clicks: in
     )
 
 
-def missing_at(
-    clicks: Iterable[Click], cameras: Sequence[str], landmarks: Sequence[str]
-) -> tuple[tuple[str, str], ...]:
-    """Pairs (camera, landmark) that a frame has no click of, in the order of clicking.
-
-    Landmark by landmark over all cameras; a click that says "outside" is one, a deleted one is not.
-    """
-    there = {(click.camera, click.landmark) for click in clicks if not click.deleted}
-    wanted = [(camera, landmark) for landmark in landmarks for camera in cameras]
-    return tuple(one for one in wanted if one not in there)
-
-
-def next_keyframe(
-    keyframes: Mapping[int, bool], frame: int, *, backwards: bool = False
-) -> int | None:
-    """The nearest keyframe after (before) `frame` that is not done; None where there is none."""
-    waiting = [one for one, done in keyframes.items() if not done]
-    if backwards:
-        return max((one for one in waiting if one < frame), default=None)
-    return min((one for one in waiting if one > frame), default=None)
-
-
 def lane_states(
     found: Iterable[Seen],
     landmarks: Sequence[str],

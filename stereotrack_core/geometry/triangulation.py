@@ -13,6 +13,17 @@ from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.geometry.camera import Camera
 
 _SINGULAR = 1e8
+_STEP = 1e-6
+_NEAREST = 1e-6
+_GROSS = 8.0
+"""Standard deviations beyond which a sighting has no weight."""
+
+_OUTLIER_WEIGHT = 0.05
+_ROUNDS = 40
+_STILL = 1e-10
+"""Metres; a step shorter than this ends the search."""
+
+_UNPLACED = 1e12
 
 
 def nearest_to_rays(
@@ -82,22 +93,14 @@ def _across(directions: FloatArray, weight: FloatArray | None) -> FloatArray:
     return result
 
 
-_STEP = 1e-6
-_NEAREST = 1e-6
-_GROSS = 8.0
-"""Standard deviations beyond which a sighting has no weight."""
-
-_OUTLIER_WEIGHT = 0.05
-_ROUNDS = 40
-_STILL = 1e-10
-"""Metres; a step shorter than this ends the search."""
-
-_UNPLACED = 1e12
-
-
 @dataclass(frozen=True, eq=False)
 class Sightings:
-    """One point in the images of V cameras.
+    """One point in the images of V cameras; errors count in raw pixels.
+
+    The lens is taken to be straight around every sighting: the error in raw pixels is A (n - p),
+    with the sighting and the point as undistorted image coordinates n and p, and the derivative A
+    of raw pixels by these at the sighting. That is exact where it matters, for small errors, and
+    no lens has to be computed while the point is looked for.
 
     Attributes
     ----------

@@ -143,7 +143,7 @@ class Edit(ABC):
         """
 
     def contents(self) -> Iterable[bytes]:
-        """Large immutable data that its rows name by :func:`content.hash_of`."""
+        """Large immutable data that its rows name by :func:`entries.hash_of`."""
         return ()
 
 

@@ -61,7 +61,10 @@ def mean_click(conflict: Difference) -> Click:
 
 @dataclass(frozen=True)
 class Incoming:
-    """Clicks from elsewhere beside those of the project.
+    """Clicks from elsewhere beside those of the project; what contradicts is decided by a person.
+
+    Where the project says something else, also where it says that a click was deleted, nothing
+    happens until then.
 
     Attributes
     ----------

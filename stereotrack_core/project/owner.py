@@ -195,6 +195,10 @@ def is_held(project: Path) -> bool:
 class ProjectLock:
     """Taken on construction, given back by :meth:`release`.
 
+    It is the operating system's, on a file beside the project (SQLite's own locks on the project
+    file itself would be lost if another handle on it were closed). The system lets go of it when
+    the program ends in whichever way.
+
     Attributes
     ----------
     holds : bool

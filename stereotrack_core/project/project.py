@@ -66,8 +66,7 @@ class Project:
         Readers of what their names say; a person's clicks and a program's predictions are kept
         apart.
     references, runs, subjects, landmark_sets, parameter_sets, descriptions : Entries
-        Named things; see ``references.py``, ``runs.py``, ``setups.py`` and ``corrections.py`` for
-        typed ones.
+        Named things; see ``references.py``, ``runs.py`` and ``setups.py`` for typed ones.
 
     Examples
     --------

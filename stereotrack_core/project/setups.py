@@ -99,7 +99,10 @@ def load_parameters(sets: Entries, name: str) -> ParameterSet:
 
 @dataclass(frozen=True, eq=False)
 class Corrections:
-    """What is different from the recording's folder; streams are named ``N/left``.
+    """What is different from the recording's folder, which is not touched.
+
+    Every version says everything that differs, so that versions can be compared and taken back one
+    by one. Streams are named ``N/left``.
 
     Attributes
     ----------

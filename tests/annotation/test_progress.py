@@ -9,8 +9,6 @@ import numpy as np
 from stereotrack_core.annotation.click import UNCERTAIN, Click, Visibility
 from stereotrack_core.annotation.progress import (
     lane_states,
-    missing_at,
-    next_keyframe,
     progress,
     seen,
 )
@@ -33,21 +31,6 @@ def test_without_keyframes_clicks_are_counted():
     assert progress({}, (), 1).words() == "1 click, no keyframes chosen"
     assert progress({}, (), 2).words() == "2 clicks, no keyframes chosen"
     assert progress({}, (), 0).share == 0.0
-
-
-def test_what_is_missing_is_told_in_the_order_of_clicking():
-    found = missing_at(
-        [HEAD, OUTSIDE, replace(HIP, deleted=True)], ["N", "S"], ["head", "left_hip"]
-    )
-    assert found == (("N", "left_hip"), ("S", "left_hip"))
-
-
-def test_the_next_keyframe_is_one_that_is_not_done():
-    keyframes = {1: False, 5: True, 9: False, 12: False}
-    assert next_keyframe(keyframes, 1) == 9
-    assert next_keyframe(keyframes, 12) is None
-    assert next_keyframe(keyframes, 9, backwards=True) == 1
-    assert next_keyframe(keyframes, 1, backwards=True) is None
 
 
 def test_lanes_show_what_there_is():

@@ -47,6 +47,17 @@ def test_npz_holds_what_the_format_says(tmp_path, random, make_run):
         assert json.loads(str(stored["meta"]))["preset"] == "accurate"
 
 
+def test_a_run_keeps_its_unexplained_fraction_under_the_key_of_the_format(
+    tmp_path, random, make_run
+):
+    run, path = make_run(random), tmp_path / "run.npz"
+    write_run(path, run)
+    with np.load(path, allow_pickle=False) as stored:
+        np.testing.assert_array_equal(stored["coverage"], run.unexplained_fraction)
+        assert "unexplained_fraction" not in stored.files
+    np.testing.assert_array_equal(read_run(path).unexplained_fraction, run.unexplained_fraction)
+
+
 def test_a_file_need_not_say_which_limbs_are_lost(tmp_path, random, make_run):
     run, path = make_run(random), tmp_path / "run.npz"
     write_run(path, run)

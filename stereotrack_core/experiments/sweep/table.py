@@ -13,9 +13,6 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.measures import MEASURES, measure_named
 
 _FIXED = ("status", "frames", "attempts", "error", "job")
-_RENAMED = {"coverage": "unexplained_fraction"}
-"""Columns of earlier tables, and what they are called now."""
-
 _LOG_FROM = 20.0
 """Values whose largest is so many times the smallest are spread over a logarithmic axis."""
 
@@ -172,8 +169,7 @@ def table_of_cells(columns: Sequence[str], rows: Sequence[Sequence[str]], where:
         raise InputError(
             "no job of this sweep has been done yet", where=where, remedy="Let it go on first."
         )
-    names = tuple(_RENAMED.get(name, name) for name in columns)
-    return SweepTable(names, done, failed=len(rows) - len(done))
+    return SweepTable(tuple(columns), done, failed=len(rows) - len(done))
 
 
 def axis_of(table: SweepTable, name: str) -> Axis:
