@@ -6,6 +6,7 @@ import dataclasses
 from collections import deque
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import closing
 from datetime import UTC, datetime
 
 import numpy as np
@@ -22,7 +23,6 @@ from stereotrack_core.recording.depth_views import usable_views
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.fingerprint import fingerprint
-from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.estimate import Estimate, Tracker
 from stereotrack_core.tracking.frame import Origin, TrackedFrame, run_of
@@ -126,23 +126,60 @@ class Pipeline:
         self._started = False
         self._prepared = False
         self._made: dict[int, tuple[Cloud, float]] = {}
-        self.on_first_pass: Callable[[TrackedFrame], None] = _nothing
-        self.on_replay: Callable[[int], None] = _nothing
+        self.on_first_pass: Callable[[TrackedFrame], None] = lambda _: None
+        self.on_replay: Callable[[int], None] = lambda _: None
 
     def frames(self, frames: range) -> Generator[TrackedFrame, None, None]:
-        """Track frames in their order; goes on from the last pose when called again."""
+        """Images -> cloud -> the tracker's step -> pose, frame by frame in their order.
+
+        Goes on from the last pose when called again. While the tracker works on a cloud, the next
+        ones are made.
+        """
         self.prepare(frames)
         if self._begun is not None:
             frames = self._begun.rest_of(frames)
+        with closing(self._clouds_ahead(frames)) as clouds:
+            for cloud, read in clouds:
+                yield self._keep(self._tracked(cloud, read))
+
+    def _clouds_ahead(self, frames: range) -> Generator[tuple[Cloud, float], None, None]:
         with ThreadPoolExecutor(1, thread_name_prefix="cloud") as ahead:
             waiting: deque[Future[tuple[Cloud, float]]] = deque()
-            upcoming = iter(frames)
-            for frame in upcoming:
+            for frame in frames:
                 waiting.append(ahead.submit(self._cloud, frame))
                 if len(waiting) > _AHEAD:
-                    yield self._keep(self._tracked(*waiting.popleft().result()))
+                    yield waiting.popleft().result()
             while waiting:
-                yield self._keep(self._tracked(*waiting.popleft().result()))
+                yield waiting.popleft().result()
+
+    def _cloud(self, frame: int) -> tuple[Cloud, float]:
+        if frame in self._made:
+            return self._made.pop(frame)
+        if self._shared is not None:
+            return self._shared.take(frame)
+        return read_cloud(self.chain, self.reader, frame)
+
+    def _tracked(self, cloud: Cloud, read: float) -> TrackedFrame:
+        if len(self._detections):
+            cloud = dataclasses.replace(cloud, detections=self._detections.until(cloud.frame))
+        estimate = self._estimate(cloud)
+        found = np.where(estimate.tracked, landmarks(self.body, estimate.pose), np.nan)
+        seconds = {"read": read, **cloud.seconds, **estimate.seconds}
+        place = cloud.frame - (self._asked or range(0)).start
+        contradicted = np.nan if place % FRAMES_APART else contradicted_share(cloud)
+        return TrackedFrame(cloud.frame, estimate, found, cloud, seconds, contradicted)
+
+    def _estimate(self, cloud: Cloud) -> Estimate:
+        if not self._started and len(cloud.points) >= self.settings.tracking.least_points:
+            self.tracker.start(self.first_pose(cloud))
+            self._started = True
+        return self.tracker.step(cloud)
+
+    def _keep(self, tracked: TrackedFrame) -> TrackedFrame:
+        if self._keeper is not None:
+            checkpoint = Checkpoint(tracked.frame, self._started, self.tracker.memory())
+            self._keeper.keep(tracked.without_cloud(), checkpoint, self.origin)
+        return tracked
 
     def prepare(self, frames: range) -> None:
         """Learn the background and fit the body's shape; once, before the first frame."""
@@ -178,12 +215,6 @@ class Pipeline:
             if self._made.pop(frame, None) is None and self.chain.learns:
                 self._cloud(frame)
             self.on_replay(frame)
-
-    def _keep(self, tracked: TrackedFrame) -> TrackedFrame:
-        if self._keeper is not None:
-            checkpoint = Checkpoint(tracked.frame, self._started, self.tracker.memory())
-            self._keeper.keep(tracked.without_cloud(), checkpoint, self.origin)
-        return tracked
 
     def learn(self, frames: range) -> None:
         """Learn the background."""
@@ -320,31 +351,6 @@ class Pipeline:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _cloud(self, frame: int) -> tuple[Cloud, float]:
-        if frame in self._made:
-            return self._made.pop(frame)
-        if self._shared is not None:
-            return self._shared.take(frame)
-        return read_cloud(self.chain, self.reader, frame)
-
-    def _tracked(self, cloud: Cloud, read: float) -> TrackedFrame:
-        if len(self._detections):
-            cloud = dataclasses.replace(cloud, detections=self._detections.until(cloud.frame))
-        estimate = self._estimate(cloud)
-        found = np.full((len(LANDMARKS), 3), np.nan)
-        if estimate.tracked:
-            found = landmarks(self.body, estimate.pose)
-        seconds = {"read": read, **cloud.seconds, **estimate.seconds}
-        place = cloud.frame - (self._asked or range(0)).start
-        contradicted = np.nan if place % FRAMES_APART else contradicted_share(cloud)
-        return TrackedFrame(cloud.frame, estimate, found, cloud, seconds, contradicted)
-
-    def _estimate(self, cloud: Cloud) -> Estimate:
-        if not self._started and len(cloud.points) >= self.settings.tracking.least_points:
-            self.tracker.start(self.first_pose(cloud))
-            self._started = True
-        return self.tracker.step(cloud)
-
     def first_pose(self, cloud: Cloud) -> Pose:
         """Where the track begins in the first cloud that shows somebody."""
         if isinstance(self._init, Pose):
@@ -395,8 +401,8 @@ def track(
     """
     found: list[TrackedFrame] = [] if begun is None else list(begun.done)
     with Pipeline(recording, spec, keeper=keeper, begun=begun) as pipeline:
-        pipeline.on_first_pass = on_first_pass or _nothing
-        pipeline.on_replay = on_replay or _nothing
+        pipeline.on_first_pass = on_first_pass or pipeline.on_first_pass
+        pipeline.on_replay = on_replay or pipeline.on_replay
         wanted = spec.frames_of(pipeline.reader.frame_count)
         pipeline.prepare(wanted)
         complete = begun is not None and cancelled is not None and cancelled()
@@ -408,7 +414,3 @@ def track(
                 break
         run = pipeline.smoothed_run(found) if spec.smooth else run_of(found, pipeline.origin())
         return with_warnings(run, found, spec.settings)
-
-
-def _nothing(_: object) -> None:
-    pass
