@@ -24,8 +24,8 @@ from stereotrack_core.simulation.make import simulate
 from stereotrack_core.tracking.failure.classifier import LOST_DEG, with_neighbours
 from stereotrack_core.tracking.failure.features import FEATURES
 from stereotrack_core.tracking.frame import TrackedFrame
-from stereotrack_core.tracking.pipeline import track
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 
 PRESETS = ("accurate", "fast", "ekf", "thesis")

@@ -24,7 +24,7 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.reprojection import pixel_jacobian
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 
 FIT, NEIGHBOURS, FOLLOWING = "fit", "neighbours", "following"
 

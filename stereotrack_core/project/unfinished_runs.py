@@ -12,7 +12,7 @@ from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.interop.run_journal import PART_SUFFIX
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.runs import free_name, keep_run, kept_runs
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 
 
 def place_for_run(project: Path) -> Path:

@@ -16,7 +16,7 @@ from stereotrack_core.evaluation.summary import LOST_ANGLE, Summary, root_mean
 from stereotrack_core.report.html import Html, heading, paragraph, picture
 from stereotrack_core.report.reported import Accuracy, Reported, ShownEpisode
 from stereotrack_core.report.tables import Row, number, table
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 
 _DEGREES = 180.0 / math.pi
 _MAIN = ("torso_long", "torso_cross", "upper_arms", "forearms")

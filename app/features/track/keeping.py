@@ -38,8 +38,7 @@ from stereotrack_core.project.unfinished_runs import (
     take_in,
     unfinished_runs,
 )
-from stereotrack_core.tracking.frame import TrackedFrame
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run, TrackedFrame
 from stereotrack_core.tracking.stored import body_of_run
 
 from ...services.failures import message_of

@@ -9,7 +9,7 @@ from stereotrack_core.evaluation.episodes.episode import Episode
 from stereotrack_core.evaluation.episodes.joining import joined
 from stereotrack_core.evaluation.episodes.rules import EpisodeRules
 from stereotrack_core.evaluation.episodes.stretches import high_stretches
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 
 
 def episodes_by_signs(

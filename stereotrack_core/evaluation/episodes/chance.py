@@ -14,7 +14,7 @@ from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.skeleton import FOREARMS, TORSO, UPPER_ARMS
 from stereotrack_core.evaluation.episodes import coefficients
 from stereotrack_core.evaluation.episodes.signs import episode_signs
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 
 ARM_HALVES: MappingProxyType[str, tuple[int, ...]] = MappingProxyType(
     {"UPPER_ARM": UPPER_ARMS, "FOREARM": FOREARMS}

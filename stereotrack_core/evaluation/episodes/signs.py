@@ -11,7 +11,7 @@ from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.evaluation.episodes.closeness import turns
 from stereotrack_core.tracking.failure.features import NEIGHBOUR
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 
 _TURNS = ("turned before", "turns after")
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.episodes.episode import Episode, Evidence
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 
 _STRANGE = 0.25
 """Unexplained fraction over the usual from which there are points of something else."""
