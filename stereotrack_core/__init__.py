@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from stereotrack_core.project.project import Project
     from stereotrack_core.recording.folder import open_recording
     from stereotrack_core.simulation.make import simulate
-    from stereotrack_core.tracking.pipeline import track
     from stereotrack_core.tracking.presets import preset
+    from stereotrack_core.tracking.run import track
     from stereotrack_core.tracking.run_spec import RunSpec
 
 # OpenCV reads these once, when it is loaded. A small file may unfold into any number of pixels, and
@@ -53,7 +53,7 @@ _HOMES = {
     "read_clicks": "interop.clicks_csv",
     "read_run": "interop.run_file",
     "simulate": "simulation.make",
-    "track": "tracking.pipeline",
+    "track": "tracking.run",
     "write_run": "interop.run_file",
 }
 

@@ -22,10 +22,10 @@ from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.simulation.make import simulate
 from stereotrack_core.tracking.failure.classifier import LOST_DEG, with_neighbours
-from stereotrack_core.tracking.failure.features import SIGNS
+from stereotrack_core.tracking.failure.features import FEATURES
 from stereotrack_core.tracking.frame import TrackedFrame
-from stereotrack_core.tracking.pipeline import track
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 
 PRESETS = ("accurate", "fast", "ekf", "thesis")
@@ -90,7 +90,9 @@ def examples(place: Path, used: str, views: str) -> tuple[FloatArray, FloatArray
     if recording.reference is None:
         raise ValueError(f"{place} has no reference")
     errors = errors_against(run.trajectory(), recording.reference)
-    judged = {f.frame: f.estimate.limb_signs for f in frames if f.estimate.limb_signs is not None}
+    judged = {
+        f.frame: f.estimate.limb_features for f in frames if f.estimate.limb_features is not None
+    }
     known = [k for k, frame in enumerate(errors.frame) if int(frame) in judged]
     degrees = np.full((len(known), 6), np.nan)
     degrees[:, list(UPPER_ARMS)] = np.degrees(errors.upper_arm[known])
@@ -113,7 +115,7 @@ def fitted_by_limb(signs: FloatArray, degrees: FloatArray) -> dict[str, FloatArr
 def written(coefficients: Mapping[str, FloatArray]) -> str:
     """Text of the module that holds them."""
     lines = ['"""Written by ``tools/fit_lost_limbs.py``: a constant, a slope per sign."""']
-    names = ("constant", *SIGNS, *(f"{sign} of the neighbour" for sign in SIGNS))
+    names = ("constant", *FEATURES, *(f"{sign} of the neighbour" for sign in FEATURES))
     for name, values in coefficients.items():
         rows = [f"    {value:.4f},  # {sign}" for value, sign in zip(values, names, strict=True)]
         lines += ["", f"{name} = (", *rows, ")"]

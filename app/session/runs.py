@@ -16,9 +16,8 @@ from stereotrack_core.body.pose import hanging_pose
 from stereotrack_core.project.run_facts import RunFacts
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.estimate import Estimate
-from stereotrack_core.tracking.frame import Origin, TrackedFrame, cloudless, run_of
+from stereotrack_core.tracking.frame import Origin, Run, TrackedFrame, cloudless, run_of
 from stereotrack_core.tracking.parameters import Settings
-from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.run_checks import WARNINGS
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 

@@ -21,8 +21,8 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.frame import Origin, TrackedFrame
 from stereotrack_core.tracking.parameters import Settings
-from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run import Pipeline
 from stereotrack_core.tracking.run_checks import CHECK, Untracked, misfits
 from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
 

@@ -23,7 +23,7 @@ from stereotrack_core.annotation.prediction import Prediction
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.geometry.camera import Camera, pixel_jacobian
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 
 FIT, NEIGHBOURS, FOLLOWING = "fit", "neighbours", "following"
 

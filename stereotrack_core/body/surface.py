@@ -23,7 +23,7 @@ _NO_PENALTY = np.zeros((0, 0))
 
 
 @dataclass(frozen=True, eq=False)
-class Feet:
+class ClosestPoints:
     """Nearest places on the surface for N data.
 
     Attributes
@@ -85,7 +85,7 @@ def _place(
 
 def nearest_on_surface(
     points: FloatArray, placed: PlacedCones, reach: float, penalty: FloatArray | None = None
-) -> Feet:
+) -> ClosestPoints:
     """Find the foot of every datum on the nearest cone.
 
     Parameters
@@ -106,7 +106,7 @@ def nearest_on_surface(
     data = np.ascontiguousarray(points, dtype=np.float64)
     other = _NO_PENALTY if penalty is None else np.ascontiguousarray(penalty)
     _nearest(data, cone_table(placed), reach, other, cone, distance, foot, direction)
-    return Feet(cone, distance, foot, direction)
+    return ClosestPoints(cone, distance, foot, direction)
 
 
 def parts_of_cones(body: BodyModel, cone: IntArray) -> IntArray:

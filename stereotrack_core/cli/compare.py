@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from stereotrack_core.evaluation.comparison.paired import Paired
     from stereotrack_core.recording.description import Segment
     from stereotrack_core.recording.landmarks import LandmarkTrajectory
-    from stereotrack_core.tracking.run import Run
+    from stereotrack_core.tracking.frame import Run
 
 _END = 2**62
 

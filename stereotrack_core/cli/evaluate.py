@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from stereotrack_core.evaluation.errors import LimbErrors
     from stereotrack_core.evaluation.summary import Summary
     from stereotrack_core.recording.landmarks import LandmarkTrajectory
-    from stereotrack_core.tracking.run import Run
+    from stereotrack_core.tracking.frame import Run
 
 
 def add_arguments(parser: ArgumentParser) -> None:

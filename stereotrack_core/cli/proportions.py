@@ -84,8 +84,8 @@ def _estimated(args: Namespace, recording: Recording) -> EstimatedLengths:
     from stereotrack_core.interop.first_pose import first_pose
     from stereotrack_core.recording.reader import FrameReader
     from stereotrack_core.tracking.frame import TrackedFrame
-    from stereotrack_core.tracking.pipeline import LENGTH_FRAMES, Pipeline
     from stereotrack_core.tracking.presets import preset
+    from stereotrack_core.tracking.run import LENGTH_FRAMES, Pipeline
     from stereotrack_core.tracking.run_spec import RunSpec
 
     settings = preset(args.preset, args.changes)

@@ -18,7 +18,7 @@ from stereotrack_core.recording.selection import frame_bounds
 if TYPE_CHECKING:
     from stereotrack_core.recording.description import Recording
     from stereotrack_core.report.reported import Reported, Source
-    from stereotrack_core.tracking.run import Run
+    from stereotrack_core.tracking.frame import Run
 
 
 def add_arguments(parser: ArgumentParser) -> None:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from stereotrack_core.recording.description import Recording, Segment
     from stereotrack_core.recording.finding import Finding
     from stereotrack_core.recording.landmarks import LandmarkTrajectory
-    from stereotrack_core.tracking.run import Run
+    from stereotrack_core.tracking.frame import Run
 
 
 @dataclass(frozen=True, eq=False)

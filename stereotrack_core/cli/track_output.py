@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from stereotrack_core.experiments.tracked_run import TrackedRun
     from stereotrack_core.interop.run_journal import Wish
     from stereotrack_core.recording.description import Recording
-    from stereotrack_core.tracking.run import Run
+    from stereotrack_core.tracking.frame import Run
     from stereotrack_core.tracking.run_spec import RunSpec
     from stereotrack_core.tracking.unfinished import UnfinishedRun
 

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from stereotrack_core.cli.track_output import UnfinishedOutput
     from stereotrack_core.recording.description import Recording
     from stereotrack_core.recording.detections import Detections
+    from stereotrack_core.tracking.frame import Run
     from stereotrack_core.tracking.parameters import Settings
     from stereotrack_core.tracking.repeating import StoredSpec
-    from stereotrack_core.tracking.run import Run
     from stereotrack_core.tracking.run_spec import RunSpec
     from stereotrack_core.tracking.unfinished import UnfinishedRun
 

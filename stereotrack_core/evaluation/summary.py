@@ -11,7 +11,7 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.evaluation.errors import LimbErrors, errors_against
 from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 
 LOST_ANGLE = np.deg2rad(45.0)
 """An arm segment farther off than this is lost."""

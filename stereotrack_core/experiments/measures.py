@@ -13,7 +13,7 @@ from stereotrack_core.evaluation import summary
 from stereotrack_core.evaluation.doubts import doubts_against
 from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 
 
 @dataclass(frozen=True)

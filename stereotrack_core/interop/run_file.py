@@ -16,7 +16,7 @@ from stereotrack_core.interop.run_journal import PART_SUFFIX, read_unfinished
 from stereotrack_core.interop.run_npz import check_run, read_npz, write_npz
 from stereotrack_core.reading import check_file
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.stored import fps_of_run
 
 RUN_SUFFIXES: tuple[str, ...] = (".npz", ".csv", ".trc", ".c3d", ".bvh")

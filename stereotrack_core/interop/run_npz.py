@@ -20,7 +20,7 @@ from stereotrack_core.interop.npz import ArrayLayout, read_arrays
 from stereotrack_core.reading import MB, decoding, open_file, parsed_json
 from stereotrack_core.recording.csv_table import LARGEST as LAST_FRAME
 from stereotrack_core.recording.landmarks import LANDMARKS
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.run_meta import check_meta
 
 _LAYOUT: dict[str, ArrayLayout] = {

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from stereotrack_core.arrays import IntArray
+from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.repeating import changed_parameters
-from stereotrack_core.tracking.run import Run
 
 _META = (
     *("program", "version", "preset", "parameters", "seed", "views", "init", "smoothed"),

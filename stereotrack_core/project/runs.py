@@ -26,7 +26,7 @@ from stereotrack_core.project.entries import (
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.run_facts import RunFacts, facts_to_keep, run_facts
 from stereotrack_core.project.schema import RUN
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 
 
 @dataclass(frozen=True)

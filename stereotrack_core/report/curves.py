@@ -15,7 +15,7 @@ from stereotrack_core.evaluation.limb_colours import LIMB_COLOURS
 from stereotrack_core.evaluation.summary import LOST_ANGLE
 from stereotrack_core.recording.description import Segment
 from stereotrack_core.report.drawing import Kind, drawn_axes, image_of
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

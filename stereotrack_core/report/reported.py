@@ -27,8 +27,8 @@ from stereotrack_core.recording.finding import Finding
 from stereotrack_core.recording.findings import examine
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.repeating import what_differs
-from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.stored import fps_of_run
 
 MOST_STRIPS = 8

@@ -19,8 +19,8 @@ from stereotrack_core.report.curves import limb_curves
 from stereotrack_core.report.drawing import Kind, mime
 from stereotrack_core.report.pages import embedded, page
 from stereotrack_core.report.reported import Accuracy, Reported, ShownEpisode
+from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import PRESETS
-from stereotrack_core.tracking.run import Run
 
 _MAIN = ("torso_long", "torso_cross", "upper_arms", "forearms")
 _OF_CAMERAS = ("calibration", "camera", "view")

@@ -14,9 +14,9 @@ from stereotrack_core.evaluation.summary import root_mean
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.report.pages import Row, Table, number
 from stereotrack_core.report.reported import Reported
+from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.repeating import changed_parameters
-from stereotrack_core.tracking.run import Run
 
 _DEGREES = 180.0 / math.pi
 

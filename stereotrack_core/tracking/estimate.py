@@ -102,8 +102,8 @@ class Estimate:
         None where the frame was not predicted from the one before.
     limb_lost : (6,) float64
         Probability that the limb is lost, more than 45 deg off; NaN where that is not known.
-    limb_signs : (6, S) float64 or None
-        What that was said by, in the order of ``SIGNS``; see :mod:`tracking.failure.features`.
+    limb_features : (6, S) float64 or None
+        What that was said by, in the order of ``FEATURES``; see :mod:`tracking.failure.features`.
     """
 
     tracked: bool
@@ -119,7 +119,7 @@ class Estimate:
     seconds: Mapping[str, float] = field(default_factory=dict)
     prior: Prior | None = None
     limb_lost: FloatArray = field(default_factory=lambda: np.full(len(LIMBS), np.nan))
-    limb_signs: FloatArray | None = None
+    limb_features: FloatArray | None = None
 
 
 class Tracker(Protocol):

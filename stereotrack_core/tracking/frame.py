@@ -1,4 +1,9 @@
-"""One tracked frame, and a run made of many."""
+"""One tracked frame, and a run made of many.
+
+A tracker's limbs have a turn about their own axis that no state keeps, and its covariance is about
+the axes of limbs turned so. What is kept together with the state is about the axes of the chain
+that the state stands for (:func:`pose_of_state`), so that both can be used together.
+"""
 
 from __future__ import annotations
 
@@ -9,25 +14,80 @@ from typing import Any
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray
+from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+from stereotrack_core.body.angles import THESIS_JOINTS, pose_of_state, state_names
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.skeleton import PARENTS, PARTS, TORSO
 from stereotrack_core.depth.cloud import Cloud, PointCounts
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.fingerprint import calibration_fingerprint
-from stereotrack_core.recording.landmarks import LANDMARKS
+from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.tracking.estimate import Correspondences, Estimate
-from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.run_spec import RunSpec
-from stereotrack_core.tracking.stored import (
-    AXES_KEY,
-    CHAIN_AXES,
-    in_chain_axes,
-    joints_named,
-)
 from stereotrack_core.version import __version__
 from stereotrack_core.versions import versions
+
+AXES_KEY, CHAIN_AXES = "covariance_axes", "chain"
+"""What a run's meta says of its covariances; runs of older versions do not say it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """What tracking gave, frame by frame; F frames, n states, S stages.
+
+    Attributes
+    ----------
+    frame : (F,) int64
+        Frame numbers of the recording.
+    landmarks : (F, 9, 3) float64, world, metres
+        NaN where not tracked; in the order of ``LANDMARKS``.
+    x : (F, n) float64
+        State; NaN where not tracked. Metres and radians, see `state_names`.
+    P : (F, n, n) float64
+        Covariance of the error state.
+    state_names : tuple of str
+    tracked : (F,) bool
+    unexplained_fraction : (F,) float64
+        Of the cloud, 0 is best: mean of d^2 / (d^2 + 50 mm^2); the run file's ``coverage``.
+    residual : (F,) float64, metres
+        Weighted root mean square of the residuals after the last correction.
+    innovation : (F,) float64
+        Normalised, see :class:`Estimate`: of the points of the frame's first correction, over the
+        standard deviations predicted of them.
+    limb_sigma_deg : (F, 6) float64
+        Standard deviation of each limb's direction, in the order of ``LIMBS``.
+    limb_lost : (F, 6) float64
+        Probability that the limb's direction is more than 45 deg off, in the order of ``LIMBS``;
+        NaN where not known: for torso and head, and in runs of older versions.
+    seconds : (F, S) float64
+        Wall time of each stage.
+    stage_names : tuple of str
+    meta : mapping
+        Program version, preset, parameters, seed, recording and its fingerprint, subject;
+        JSON-serialisable.
+    """
+
+    frame: IntArray
+    landmarks: FloatArray
+    x: FloatArray
+    P: FloatArray
+    state_names: tuple[str, ...]
+    tracked: BoolArray
+    unexplained_fraction: FloatArray
+    residual: FloatArray
+    innovation: FloatArray
+    limb_sigma_deg: FloatArray
+    limb_lost: FloatArray
+    seconds: FloatArray
+    stage_names: tuple[str, ...]
+    meta: Mapping[str, Any]
+    landmark_names: tuple[str, ...] = LANDMARKS
+
+    def trajectory(self) -> LandmarkTrajectory:
+        """The landmarks alone."""
+        return LandmarkTrajectory(self.frame, self.landmarks)
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,3 +320,49 @@ def _stage_names(frames: Sequence[TrackedFrame]) -> tuple[str, ...]:
 
 def _stacked(arrays: list[FloatArray], shape: tuple[int, ...]) -> FloatArray:
     return np.stack(arrays) if arrays else np.empty((0, *shape))
+
+
+def in_chain_axes(pose: Pose, x: FloatArray, P: FloatArray, joints: tuple[int, ...]) -> FloatArray:
+    """Turn the covariance (n, n) of a manifold error state to the axes of the state's own chain.
+
+    Both limbs point the same way, so that tangents t about the pose's axes are T t about the
+    chain's, T the turn between them about the limb. A state of the thesis's joints alone has no
+    manifold: its covariance is returned as it is.
+
+    Parameters
+    ----------
+    pose : Pose
+        As the tracker has it.
+    x : (n,) float64
+        Its state.
+    P : (n, n) float64
+    joints : tuple of int
+        Parts whose joints are in the state.
+    """
+    if joints == THESIS_JOINTS or not np.isfinite(P).all():
+        return P
+    own, chain = _world(pose), _world(pose_of_state(x, joints))
+    turn = np.eye(len(P))
+    for k, part in enumerate(joints):
+        at = slice(6 + 2 * k, 8 + 2 * k)
+        turn[at, at] = (chain[part].T @ own[part])[:2, :2]
+    result: FloatArray = turn @ P @ turn.T
+    return result
+
+
+def joints_named(names: tuple[str, ...]) -> tuple[int, ...] | None:
+    """Joints of a state with these names; None where they are not those of a body."""
+    parts = [name.removesuffix("_alpha") for name in names[6:] if name.endswith("_alpha")]
+    if not all(part in PARTS for part in parts):
+        return None
+    joints = tuple(PARTS.index(part) for part in parts)
+    return joints if state_names(joints) == tuple(names) else None
+
+
+def _world(pose: Pose) -> FloatArray:
+    """Rotations world_from_part (P, 3, 3)."""
+    result = pose.rotations.copy()
+    for part, parent in enumerate(PARENTS):
+        if part != TORSO:
+            result[part] = result[parent] @ pose.rotations[part]
+    return result

@@ -17,9 +17,9 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording, Subject
 from stereotrack_core.recording.detections import OWN_FILE, Detections, read_detections
 from stereotrack_core.recording.fingerprint import calibration_fingerprint, fingerprint
+from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import PRESETS, preset
-from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
 from stereotrack_core.tracking.stored import EARLIER, subject_of_meta
 from stereotrack_core.versions import versions

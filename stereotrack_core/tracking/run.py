@@ -1,67 +1,415 @@
-"""A tracked trajectory with everything needed to judge and to repeat it."""
+"""From a recording to poses: read, make the cloud, follow; stages of successive frames overlap."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+import dataclasses
+from collections import deque
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import closing
+from datetime import UTC, datetime
 
-from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
-from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+import numpy as np
+
+from stereotrack_core.blas_threads import one_blas_thread
+from stereotrack_core.body.model import body_model, landmarks
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.proportions import proportions_of
+from stereotrack_core.depth.agreement import FRAMES_APART, contradicted_share
+from stereotrack_core.depth.chain import DepthChain
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.recording.chroma import has_colours
+from stereotrack_core.recording.depth_views import usable_views
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.detections import Detections
+from stereotrack_core.recording.fingerprint import fingerprint
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.tracking.estimate import Estimate, Tracker
+from stereotrack_core.tracking.frame import Origin, Run, TrackedFrame, run_of
+from stereotrack_core.tracking.initialise.first_pose import first_pose_from_images, first_pose_in
+from stereotrack_core.tracking.initialise.seeds import t_pose_in_cloud
+from stereotrack_core.tracking.lengths_fit import (
+    EstimatedLengths,
+    WellSeenFrames,
+    lengths_by_height,
+)
+from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.residuals.silhouette import edge_maps
+from stereotrack_core.tracking.run_checks import with_warnings
+from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.shape_fit import SeenPose, fitted_shape
+from stereotrack_core.tracking.shared_clouds import CloudSource, read_cloud
+from stereotrack_core.tracking.smoothing import error_state_of, smoothed
+from stereotrack_core.tracking.stored import subject_of_meta
+from stereotrack_core.tracking.tracker import PersonTracker, seeker_for, tracker_for
+from stereotrack_core.tracking.unfinished import Checkpoint, RunKeeper, UnfinishedRun, recall
+
+_LOOK_AHEAD = 5
+"""Frames in which somebody is looked for to fit the shape, for each frame that it needs."""
+
+LENGTH_FRAMES = 600
+"""Frames, the first ones, from which lengths are estimated."""
+
+_LEAST_SETTLED = 3
+"""Frames without which a fit would be worse than the default shape."""
+
+_AHEAD = 2
+"""Clouds that are made while the tracker works on an earlier one."""
 
 
-@dataclass(frozen=True, eq=False)
-class Run:
-    """What tracking gave, frame by frame; F frames, n states, S stages.
+class Pipeline:
+    """Everything between a recording and its tracked frames.
 
-    Attributes
+    Parameters
     ----------
-    frame : (F,) int64
-        Frame numbers of the recording.
-    landmarks : (F, 9, 3) float64, world, metres
-        NaN where not tracked; in the order of ``LANDMARKS``.
-    x : (F, n) float64
-        State; NaN where not tracked. Metres and radians, see `state_names`.
-    P : (F, n, n) float64
-        Covariance of the error state.
-    state_names : tuple of str
-    tracked : (F,) bool
-    unexplained_fraction : (F,) float64
-        Of the cloud, 0 is best: mean of d^2 / (d^2 + 50 mm^2); the run file's ``coverage``.
-    residual : (F,) float64, metres
-        Weighted root mean square of the residuals after the last correction.
-    innovation : (F,) float64
-        Normalised, see :class:`Estimate`: of the points of the frame's first correction, over the
-        standard deviations predicted of them.
-    limb_sigma_deg : (F, 6) float64
-        Standard deviation of each limb's direction, in the order of ``LIMBS``.
-    limb_lost : (F, 6) float64
-        Probability that the limb's direction is more than 45 deg off, in the order of ``LIMBS``;
-        NaN where not known: for torso and head, and in runs of older versions.
-    seconds : (F, S) float64
-        Wall time of each stage.
-    stage_names : tuple of str
-    meta : mapping
-        Program version, preset, parameters, seed, recording and its fingerprint, subject;
-        JSON-serialisable.
+    recording : Recording
+    spec : RunSpec
+        What to track; its frames and its smoothing are up to whoever goes through the frames.
+    reader : FrameReader, optional
+        Shared reader; it is then not closed by :meth:`close`.
+    clouds : CloudSource, optional
+        Clouds that this run shares with others, made with the same views and depth parameters;
+        their chain and reader are then not closed by :meth:`close`.
+    keeper : RunKeeper, optional
+        Is given every frame before anybody else.
+    begun : UnfinishedRun, optional
+        To go on with, where everything else is as it was: to the last bit as if it had never been
+        stopped.
+
+    Raises
+    ------
+    InputError
+        Where a view is unknown or no view gives depth.
     """
 
-    frame: IntArray
-    landmarks: FloatArray
-    x: FloatArray
-    P: FloatArray
-    state_names: tuple[str, ...]
-    tracked: BoolArray
-    unexplained_fraction: FloatArray
-    residual: FloatArray
-    innovation: FloatArray
-    limb_sigma_deg: FloatArray
-    limb_lost: FloatArray
-    seconds: FloatArray
-    stage_names: tuple[str, ...]
-    meta: Mapping[str, Any]
-    landmark_names: tuple[str, ...] = LANDMARKS
+    def __init__(
+        self,
+        recording: Recording,
+        spec: RunSpec,
+        *,
+        reader: FrameReader | None = None,
+        clouds: CloudSource | None = None,
+        keeper: RunKeeper | None = None,
+        begun: UnfinishedRun | None = None,
+    ) -> None:
+        self._keeper, self._begun = keeper, begun
+        if begun is not None:
+            recording = dataclasses.replace(recording, subject=subject_of_meta(begun.meta))
+        self.recording = recording
+        self.spec = spec
+        self.settings = settings = spec.settings
+        self.views = usable_views(recording, spec.views)
+        self.body = body_model(proportions_of(recording.subject), settings.body)
+        self._shared = clouds
+        self._detections = spec.detections or Detections()
+        coloured = False
+        if clouds is None:
+            coloured = settings.tracking.wants_colour and has_colours(recording, self.views)
+            self.chain = DepthChain(recording, settings.depth, views=self.views, colour=coloured)
+        else:
+            self.chain, reader = clouds.chain, clouds.reader
+        cameras = [recording.reference_camera(recording.view(name)) for name in self.views]
+        self._cameras = np.array([camera.position_world for camera in cameras])
+        self.shape = settings.body
+        self.tracker = self._tracker()
+        self._init = spec.init
+        self._found: Pose | None = None
+        self._owns_reader = reader is None
+        self._release_blas = one_blas_thread.hold()
+        self.reader = reader or FrameReader(
+            recording, views=self.views, colour=coloured if spec.colour is None else spec.colour
+        )
+        self._asked: range | None = None
+        now = datetime.now(UTC).isoformat(timespec="milliseconds")
+        self._made_at = now if begun is None else str(begun.meta.get("made", now))
+        self._started = False
+        self._prepared = False
+        self._made: dict[int, tuple[Cloud, float]] = {}
+        self.on_first_pass: Callable[[TrackedFrame], None] = lambda _: None
+        self.on_replay: Callable[[int], None] = lambda _: None
 
-    def trajectory(self) -> LandmarkTrajectory:
-        """The landmarks alone."""
-        return LandmarkTrajectory(self.frame, self.landmarks)
+    def frames(self, frames: range) -> Generator[TrackedFrame, None, None]:
+        """Images -> cloud -> the tracker's step -> pose, frame by frame in their order.
+
+        Goes on from the last pose when called again. While the tracker works on a cloud, the next
+        ones are made.
+        """
+        self.prepare(frames)
+        if self._begun is not None:
+            frames = self._begun.rest_of(frames)
+        with closing(self._clouds_ahead(frames)) as clouds:
+            for cloud, read in clouds:
+                yield self._keep(self._tracked(cloud, read))
+
+    def _clouds_ahead(self, frames: range) -> Generator[tuple[Cloud, float], None, None]:
+        with ThreadPoolExecutor(1, thread_name_prefix="cloud") as ahead:
+            waiting: deque[Future[tuple[Cloud, float]]] = deque()
+            for frame in frames:
+                waiting.append(ahead.submit(self._cloud, frame))
+                if len(waiting) > _AHEAD:
+                    yield waiting.popleft().result()
+            while waiting:
+                yield waiting.popleft().result()
+
+    def _cloud(self, frame: int) -> tuple[Cloud, float]:
+        if frame in self._made:
+            return self._made.pop(frame)
+        if self._shared is not None:
+            return self._shared.take(frame)
+        return read_cloud(self.chain, self.reader, frame)
+
+    def _tracked(self, cloud: Cloud, read: float) -> TrackedFrame:
+        if len(self._detections):
+            cloud = dataclasses.replace(cloud, detections=self._detections.until(cloud.frame))
+        estimate = self._estimate(cloud)
+        found = np.where(estimate.tracked, landmarks(self.body, estimate.pose), np.nan)
+        seconds = {"read": read, **cloud.seconds, **estimate.seconds}
+        place = cloud.frame - (self._asked or range(0)).start
+        contradicted = np.nan if place % FRAMES_APART else contradicted_share(cloud)
+        return TrackedFrame(cloud.frame, estimate, found, cloud, seconds, contradicted)
+
+    def _estimate(self, cloud: Cloud) -> Estimate:
+        if not self._started and len(cloud.points) >= self.settings.tracking.least_points:
+            self.tracker.start(self.first_pose(cloud))
+            self._started = True
+        return self.tracker.step(cloud)
+
+    def _keep(self, tracked: TrackedFrame) -> TrackedFrame:
+        if self._keeper is not None:
+            checkpoint = Checkpoint(tracked.frame, self._started, self.tracker.memory())
+            self._keeper.keep(tracked.without_cloud(), checkpoint, self.origin)
+        return tracked
+
+    def prepare(self, frames: range) -> None:
+        """Learn the background and fit the body's shape; once, before the first frame."""
+        if self._prepared:
+            return
+        self._prepared, self._asked = True, frames
+        self.learn(frames)
+        checkpoint = None if self._begun is None else self._begun.checkpoint
+        if checkpoint is None or not checkpoint.started:
+            self._get_ready(frames)
+        if checkpoint is not None:
+            self._go_on_after(checkpoint, frames)
+
+    def _get_ready(self, frames: range) -> None:
+        """Find out all that has to be known of the person before the first frame."""
+        if self.settings.body.proportions == "sequence":
+            self.take_lengths(frames)
+        if self._init == "auto":
+            clouds = self._first_clouds(frames)
+            self._found = self._look_for_pose(clouds) if clouds else None
+        if self.settings.tracking.fit_shape and self._follows_data:
+            self._fit_shape(frames)
+
+    def _go_on_after(self, checkpoint: Checkpoint, frames: range) -> None:
+        """Be as after the frames that are done; a background that learns on sees them again."""
+        if self._begun is not None and checkpoint.started:
+            self.shape = self._begun.shape
+            self.body = body_model(proportions_of(self.recording.subject), self.shape)
+            self.tracker = self._tracker()
+        recall(self.tracker, checkpoint.memory)
+        self._started = checkpoint.started
+        for frame in frames[: frames.index(checkpoint.frame) + 1]:
+            if self._made.pop(frame, None) is None and self.chain.learns:
+                self._cloud(frame)
+            self.on_replay(frame)
+
+    def learn(self, frames: range) -> None:
+        """Learn the background."""
+        if self._shared is None:
+            self.chain.learn_background(self.reader, frames)
+        else:
+            self._shared.learn(frames)
+
+    def take_lengths(self, frames: range) -> EstimatedLengths:
+        """Track the first part once with lengths after the height, and estimate them from it."""
+        expected = lengths_by_height(self._first_clouds(frames))
+        p = self.settings.tracking
+        follows = p if self._follows_data else TrackingParameters()
+        settings = dataclasses.replace(self.settings, tracking=follows)
+        with Pipeline(
+            dataclasses.replace(self.recording, subject=EstimatedLengths(expected).subject()),
+            RunSpec(
+                settings.replaced(proportions="individual"),
+                views=self.views,
+                seed=self.spec.seed,
+                init=self._init,
+            ),
+            reader=self.reader,
+        ) as first:
+            seen = WellSeenFrames()
+            for tracked in first.frames(frames[:LENGTH_FRAMES]):
+                seen.add(tracked)
+                self.on_first_pass(tracked)
+        known = seen.lengths(expected, settings.body, follows, first.tracker.state_names)
+        self.go_on_with(known)
+        return known
+
+    def go_on_with(self, lengths: EstimatedLengths) -> None:
+        """Track a body of these lengths."""
+        self.recording = dataclasses.replace(self.recording, subject=lengths.subject())
+        self.body = body_model(lengths.proportions, self.settings.body)
+        self.tracker = self._tracker()
+
+    def _fit_shape(self, frames: range) -> None:
+        """Follow the first frames in which somebody is there, and fit the shape to them."""
+        p = self.settings.tracking
+        tracker = self._seeker()
+        seen: list[SeenPose] = []
+        for cloud in self._first_clouds(frames):
+            if not seen:
+                tracker.start(self.first_pose(cloud))
+            estimate = tracker.step(cloud)
+            if estimate.tracked:
+                seen.append(
+                    SeenPose(
+                        tracker.leader.correspondences.choose(cloud),
+                        estimate.pose,
+                        edge_maps(cloud),
+                    )
+                )
+        settled = seen[len(seen) // 3 :: 2]
+        if len(settled) < _LEAST_SETTLED:
+            return
+        lengths = self.body.skeleton.proportions
+        self.shape = fitted_shape(lengths, self.settings.body, settled, p, tracker.setup.joints)
+        self.body = body_model(lengths, self.shape)
+        self.tracker = self._tracker()
+
+    def _first_clouds(self, frames: range) -> list[Cloud]:
+        """The first clouds that show somebody; all that are made on the way are kept."""
+        p, found = self.settings.tracking, []
+        for frame in frames[: _LOOK_AHEAD * p.fit_frames]:
+            if frame not in self._made:
+                self._made[frame] = self._cloud(frame)
+            cloud, _ = self._made[frame]
+            if len(cloud.points) >= p.least_points:
+                found.append(cloud)
+            if len(found) == p.fit_frames:
+                break
+        return found
+
+    def _look_for_pose(self, clouds: Sequence[Cloud]) -> Pose | None:
+        if self._follows_data:
+            return first_pose_in(self._seeker(), clouds, self.settings.body)
+        frames, known = [cloud.frame for cloud in clouds], self._asked or range(0)
+        return first_pose_from_images(self._seeker(), self.reader, self.views, frames, known)
+
+    @property
+    def _follows_data(self) -> bool:
+        """Whether the tracker is one that can look for poses."""
+        return self.settings.tracking.matching == "data_to_model"
+
+    def _seeker(self) -> PersonTracker:
+        return seeker_for(self.body, self.settings, self._cameras, self.recording, self.spec.seed)
+
+    def _tracker(self) -> Tracker:
+        return tracker_for(
+            self.body, self.settings, self._cameras, self.recording.fps, self.spec.seed
+        )
+
+    def origin(self) -> Origin:
+        """Describe where the frames come from."""
+        spec = dataclasses.replace(
+            self.spec,
+            views=self.views,
+            frames=self._asked,
+            init=self._init,
+            detections=self._detections,
+            colour=self.reader.colour,
+        )
+        return Origin(
+            recording=self.recording,
+            fingerprint=fingerprint(self.recording),
+            spec=spec,
+            state_names=self.tracker.state_names,
+            shape=self.shape,
+            made=self._made_at,
+            resumed_at=() if self._begun is None else self._begun.resumed_at,
+        )
+
+    def smoothed_run(self, frames: Sequence[TrackedFrame]) -> Run:
+        """Go over successive frames backwards and put them together to a run."""
+        state, p = error_state_of(self.tracker.setup.joints), self.settings.tracking
+        back = smoothed(frames, self.body, state, p, self.recording.fps)
+        origin = dataclasses.replace(self.origin(), smoothed=True, bridged=back.bridged)
+        return run_of(back.frames, origin)
+
+    def close(self) -> None:
+        """Close the reader, unless it is shared."""
+        if self._shared is None:
+            self.chain.close()
+        self._release_blas()
+        if self._owns_reader:
+            self.reader.close()
+
+    def __enter__(self) -> Pipeline:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def first_pose(self, cloud: Cloud) -> Pose:
+        """Where the track begins in the first cloud that shows somebody."""
+        if isinstance(self._init, Pose):
+            return self._init
+        looked_for = self._init == "auto"
+        found = self._found or self._look_for_pose([cloud]) if looked_for else None
+        return found or t_pose_in_cloud(self.body, cloud.points)
+
+
+def track(
+    recording: Recording,
+    spec: RunSpec,
+    *,
+    on_frame: Callable[[TrackedFrame], None] | None = None,
+    cancelled: Callable[[], bool] | None = None,
+    on_first_pass: Callable[[TrackedFrame], None] | None = None,
+    on_replay: Callable[[int], None] | None = None,
+    keeper: RunKeeper | None = None,
+    begun: UnfinishedRun | None = None,
+) -> Run:
+    """Track a recording; a run that is cancelled keeps the frames it has.
+
+    Parameters
+    ----------
+    recording : Recording
+    spec : RunSpec
+    on_frame : callable, optional
+        Called after every frame.
+    cancelled : callable, optional
+        Asked after every frame whether to stop.
+    on_first_pass, on_replay : callable, optional
+        Called after every frame from which lengths are estimated, and after every one that need
+        not be tracked again; may raise :class:`Cancelled`.
+    keeper, begun
+        See :class:`Pipeline`.
+
+    Raises
+    ------
+    Cancelled
+        Where `on_first_pass` or `on_replay` raises it.
+
+    Examples
+    --------
+    >>> spec = RunSpec(preset("accurate"), frames=range(40))
+    >>> run = track(open_recording(Path("recording")), spec)
+    >>> run.trajectory().points.shape  # frames, nine landmarks, x y z in metres
+    (40, 9, 3)
+    """
+    found: list[TrackedFrame] = [] if begun is None else list(begun.done)
+    with Pipeline(recording, spec, keeper=keeper, begun=begun) as pipeline:
+        pipeline.on_first_pass = on_first_pass or pipeline.on_first_pass
+        pipeline.on_replay = on_replay or pipeline.on_replay
+        wanted = spec.frames_of(pipeline.reader.frame_count)
+        pipeline.prepare(wanted)
+        complete = begun is not None and cancelled is not None and cancelled()
+        for tracked in () if complete else pipeline.frames(wanted):
+            found.append(tracked.without_cloud())
+            if on_frame is not None:
+                on_frame(tracked)
+            if cancelled is not None and cancelled():
+                break
+        run = pipeline.smoothed_run(found) if spec.smooth else run_of(found, pipeline.origin())
+        return with_warnings(run, found, spec.settings)

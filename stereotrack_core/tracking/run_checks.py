@@ -15,9 +15,8 @@ from stereotrack_core.depth.cloud import PointCounts
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.recording.description import Recording, View
-from stereotrack_core.tracking.frame import TrackedFrame
+from stereotrack_core.tracking.frame import Run, TrackedFrame
 from stereotrack_core.tracking.parameters import Settings
-from stereotrack_core.tracking.run import Run
 
 WARNINGS = "warnings"
 """Key of a run's meta."""

@@ -290,7 +290,7 @@ def _as_bridge(estimate: Estimate) -> Estimate:
         correspondences=None,
         prior=None,
         limb_lost=np.full_like(estimate.limb_lost, unknown),
-        limb_signs=None,
+        limb_features=None,
     )
 
 

@@ -11,8 +11,7 @@ import numpy as np
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.errors import InputError
 from stereotrack_core.tracking.estimate import Memory, Tracker
-from stereotrack_core.tracking.frame import Origin, TrackedFrame, assembled
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Origin, Run, TrackedFrame, assembled
 from stereotrack_core.tracking.stored import shape_of_meta
 
 INCOMPLETE = "incomplete"

@@ -19,7 +19,7 @@ from stereotrack_core.annotation.prefill import (
     unclicked,
 )
 from stereotrack_core.recording.landmarks import LANDMARKS
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 from tests.annotation.fits import fit_of
 from tests.annotation.scenes import bodies, cameras
 

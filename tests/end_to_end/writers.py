@@ -47,8 +47,8 @@ from stereotrack_core.recording.video_file import VideoWriter, write_png
 from stereotrack_core.recording.writing import write_recording_description
 from stereotrack_core.simulation.make import simulate
 from stereotrack_core.simulation.options import SceneOptions
+from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import named, preset
-from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.trace import StepTrace
 
 

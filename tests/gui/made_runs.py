@@ -12,7 +12,7 @@ from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.interop.landmark_pose import pose_of_landmarks
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 
 NAMES = state_names(ALL_JOINTS)
 

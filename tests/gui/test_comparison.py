@@ -19,7 +19,7 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.evaluation.comparison.compare import Candidate, compare
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 
 STANDING = np.array(
     [

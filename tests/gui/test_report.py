@@ -4,8 +4,8 @@ import pytest
 
 from app.pdf import page_picture
 from app.session.runs import entry_of_run
-from stereotrack_core.tracking.pipeline import track
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 
 pytestmark = pytest.mark.window

@@ -22,8 +22,8 @@ from stereotrack_core.project.references import save_reference
 from stereotrack_core.project.schema import REFERENCE
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.tracking.pipeline import track
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 
 FRAMES = 8

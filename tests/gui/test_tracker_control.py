@@ -14,7 +14,7 @@ from app.session import tracking
 from app.session.runs import RunList
 from app.session.tracking import TrackPresenter
 from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.tracking.pipeline import Pipeline, track
+from stereotrack_core.tracking.run import Pipeline, track
 from stereotrack_core.tracking.run_spec import RunSpec
 
 pytestmark = pytest.mark.window

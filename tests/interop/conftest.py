@@ -5,7 +5,7 @@ import pytest
 
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 
 
 def _body_trajectory(random, frame):

@@ -16,9 +16,9 @@ from stereotrack_core.interop import run_journal
 from stereotrack_core.interop.records import Record, RecordFile, read_records
 from stereotrack_core.interop.run_file import read_run, read_trajectory
 from stereotrack_core.interop.run_journal import RunJournal, Wish, has_frames, read_unfinished
-from stereotrack_core.tracking.pipeline import track
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repeating import sameness
+from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 from tests.tracking.recordings import write_depth_recording
 from tests.tracking.scenes import pose_with_arms

@@ -28,8 +28,8 @@ from stereotrack_core.project.runs import (
     kept_runs,
     load_run,
 )
+from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.run import Run
 
 CLICK = Click(1, "N", "head", (1.0, 2.0))
 VERSIONS = {"stereotrack": "1", "numpy": "2.1"}

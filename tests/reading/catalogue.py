@@ -53,9 +53,9 @@ from stereotrack_core.recording.segments_file import read_segments
 from stereotrack_core.recording.stream_files import open_stream, picture_size
 from stereotrack_core.recording.stream_source import DamagedFrame
 from stereotrack_core.recording.subject_file import read_subject
+from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import UserPreset
 from stereotrack_core.tracking.repeating import stored_spec, what_differs
-from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.stored import body_of_run, fps_of_run, pose_of_run
 from tests.reading.mutations import (
     Mutation,

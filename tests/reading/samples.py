@@ -29,9 +29,8 @@ from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.video_file import write_png
 from stereotrack_core.recording.writing import write_recording_description
 from stereotrack_core.tracking.estimate import Estimate, Prior
-from stereotrack_core.tracking.frame import TrackedFrame, cloudless
+from stereotrack_core.tracking.frame import Run, TrackedFrame, cloudless
 from stereotrack_core.tracking.parameters import Settings
-from stereotrack_core.tracking.run import Run
 from stereotrack_core.tracking.unfinished import Checkpoint
 from stereotrack_core.versions import versions
 

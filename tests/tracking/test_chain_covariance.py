@@ -16,7 +16,7 @@ from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.pose import t_pose
 from stereotrack_core.body.proportions import proportions_of
-from stereotrack_core.tracking.stored import in_chain_axes, joints_named
+from stereotrack_core.tracking.frame import in_chain_axes, joints_named
 
 BODY = body_model(proportions_of(None))
 

@@ -17,8 +17,8 @@ from stereotrack_core.tracking.lengths_fit import (
     lengths_by_height,
 )
 from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.pipeline import track
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.shape_fit import SeenPose
 from tests.tracking.recordings import write_depth_recording

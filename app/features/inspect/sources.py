@@ -26,8 +26,8 @@ from stereotrack_core.tracking.inspection import (
     traced_step,
 )
 from stereotrack_core.tracking.parameters import Settings
-from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.repeating import stored_spec
+from stereotrack_core.tracking.run import Pipeline
 from stereotrack_core.tracking.trace import StepTrace, movement
 from stereotrack_core.tracking.tracker import PersonTracker
 from stereotrack_core.tracking.tuning.attempt import stoppable

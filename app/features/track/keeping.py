@@ -36,8 +36,7 @@ from stereotrack_core.project.runs import (
     unfinished_runs,
 )
 from stereotrack_core.project.schema import RUN
-from stereotrack_core.tracking.frame import TrackedFrame
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run, TrackedFrame
 from stereotrack_core.tracking.stored import body_of_run
 
 from ...services.failures import message_of

@@ -10,8 +10,7 @@ from PySide6.QtCore import QObject, Signal, Slot
 
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.tracking.frame import TrackedFrame
-from stereotrack_core.tracking.pipeline import track
+from stereotrack_core.tracking.frame import Run, TrackedFrame
 from stereotrack_core.tracking.repeating import (
     Sameness,
     StoredSpec,
@@ -19,7 +18,7 @@ from stereotrack_core.tracking.repeating import (
     stored_spec,
     what_differs,
 )
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.run import track
 
 from ...services.tasks.task import Task, TaskList
 from ...session.document import DocumentPresenter

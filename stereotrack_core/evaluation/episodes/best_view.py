@@ -14,7 +14,7 @@ from stereotrack_core.body.skeleton import LIMB_OF_PART
 from stereotrack_core.body.visibility import segment_blocked
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 
 _ALONG = np.linspace(0.15, 0.95, 5)

@@ -9,7 +9,7 @@ import numpy as np
 
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.episodes.episode import UNCLEAR, Cause, Episode, Evidence, Verdict
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 
 _WEIGHT: MappingProxyType[Cause, float] = MappingProxyType(
     {

@@ -23,7 +23,7 @@ from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.video_file import VideoWriter
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 
 _HEIGHT, _LINE = 400, 34
 _ASPECT = 4.0 / 3.0

@@ -21,7 +21,7 @@ from stereotrack_core.evaluation.episodes.stretches import EpisodeRules, episode
 from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.stored import fps_of_run
 
 _INSIDE, _USUAL = 6, 10

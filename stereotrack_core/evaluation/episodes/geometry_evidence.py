@@ -11,7 +11,7 @@ from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.episodes.closeness import to_other_arm, to_torso, turns
 from stereotrack_core.evaluation.episodes.episode import Episode, Evidence
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 
 CROSSED = 0.16
 """Metres between the axes of two arms' limbs from which they cross."""

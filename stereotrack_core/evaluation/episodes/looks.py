@@ -21,7 +21,7 @@ from stereotrack_core.evaluation.episodes.closeness import limb_axes
 from stereotrack_core.geometry.segments import segment_distance
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.shared_clouds import read_cloud
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 

@@ -24,7 +24,7 @@ from stereotrack_core.evaluation.episodes.stretches import (
     joined,
 )
 from stereotrack_core.tracking.failure.features import NEIGHBOUR
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 
 _TURNS = ("turned before", "turns after")
 

@@ -25,7 +25,7 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 
 _HEIGHT, _GAP, _BORDER = 300, 6, 10

@@ -14,7 +14,7 @@ from stereotrack_core.evaluation.joint_angles.definitions import ANGLES, NAMES
 from stereotrack_core.evaluation.joint_angles.geometry import angles_of_landmarks
 from stereotrack_core.evaluation.joint_angles.uncertainty import sigma_of_reference, sigma_of_run
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 
 
 @dataclass(frozen=True, eq=False)

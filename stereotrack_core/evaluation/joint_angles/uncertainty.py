@@ -23,8 +23,8 @@ from stereotrack_core.evaluation.joint_angles.definitions import NAMES
 from stereotrack_core.evaluation.joint_angles.geometry import raw_angles, wrapped
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.estimate import OVERCONFIDENCE
-from stereotrack_core.tracking.run import Run
-from stereotrack_core.tracking.stored import AXES_KEY, CHAIN_AXES, body_of_run, joints_named
+from stereotrack_core.tracking.frame import AXES_KEY, CHAIN_AXES, Run, joints_named
+from stereotrack_core.tracking.stored import body_of_run
 
 _OF_INTEREST = (*THESIS_JOINTS, HEAD, *CLAVICLES)
 

@@ -12,7 +12,7 @@ from stereotrack_core.evaluation.errors import LimbErrors, errors_against
 from stereotrack_core.evaluation.summary import Summary, summarise
 from stereotrack_core.experiments.reproduction.plan import Entry
 from stereotrack_core.recording.description import Recording, Segment
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 
 FAST = "-fast"
 """End of the names of segments that are faster than the thesis's people were."""

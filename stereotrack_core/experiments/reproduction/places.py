@@ -16,7 +16,7 @@ from stereotrack_core.recording.fingerprint import fingerprint
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.simulation.make import simulate
 from stereotrack_core.simulation.thesis_recordings import ThesisRecording, thesis_recordings
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 
 _SEED = 0
 

@@ -28,7 +28,7 @@ from stereotrack_core.interop.landmark_pose import pose_of_landmarks
 from stereotrack_core.interop.run_npz import write_npz
 from stereotrack_core.recording.description import Recording, Subject
 from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 from stereotrack_core.worker_processes import Asker, Lost, Pool
 
 _Task: TypeAlias = tuple[Places, Sequence[Path], Group]

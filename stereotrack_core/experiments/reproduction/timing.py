@@ -11,8 +11,8 @@ from stereotrack_core.experiments.benchmark.clock import median
 from stereotrack_core.experiments.benchmark.growth import Cost, exponent, step_milliseconds
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.parameters import Settings
-from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run import Pipeline
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.shared_clouds import read_cloud
 

@@ -17,9 +17,8 @@ from stereotrack_core.recording.chroma import has_colours
 from stereotrack_core.recording.depth_views import usable_views
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.tracking.frame import TrackedFrame, assembled
-from stereotrack_core.tracking.pipeline import Pipeline
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run, TrackedFrame, assembled
+from stereotrack_core.tracking.run import Pipeline
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.shared_clouds import CloudTaker, SharedClouds
 

@@ -19,7 +19,7 @@ from stereotrack_core.geometry.rotation import rotation_from_vector, vector_from
 from stereotrack_core.tracking.baselines.base import Baseline
 from stereotrack_core.tracking.correction import gathered
 from stereotrack_core.tracking.estimator import Measurements, Prediction
-from stereotrack_core.tracking.residuals.surface import SurfaceResidual, Trust, residual_of_feet
+from stereotrack_core.tracking.residuals.surface import SurfaceResidual, Trust, residual_of_closest
 from stereotrack_core.tracking.state import Belief
 
 _LEAST_DATA = 6
@@ -107,7 +107,7 @@ class LimbIcp(Baseline):
         feet = nearest_on_surface(data, placed_cones(body, frames)[own], p.reach)
         effective = p.effective_points * len(data) / all_data
         trust = Trust(p.reach, p.robust_narrow, p.sigma_measurement, effective)
-        return residual_of_feet(data, np.where(feet.cone >= 0, part, -1), feet, frames, trust)
+        return residual_of_closest(data, np.where(feet.cone >= 0, part, -1), feet, frames, trust)
 
 
 def joined(limbs: list[Registered], measured: Measurements, pose: Pose) -> Information:

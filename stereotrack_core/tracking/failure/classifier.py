@@ -21,7 +21,7 @@ from stereotrack_core.tracking.estimate import (
     limb_sigma_deg,
 )
 from stereotrack_core.tracking.failure.coefficients import FOREARM, UPPER_ARM
-from stereotrack_core.tracking.failure.features import NEIGHBOUR, Judged, limb_signs, unexpected
+from stereotrack_core.tracking.failure.features import NEIGHBOUR, Judged, limb_features, unexpected
 from stereotrack_core.tracking.residuals.surface import unexplained_fraction_of
 from stereotrack_core.tracking.state import Setup
 
@@ -34,7 +34,7 @@ def with_neighbours(signs: FloatArray) -> FloatArray:
     return np.concatenate([signs, signs[..., list(NEIGHBOUR), :]], axis=-1)
 
 
-def lost_probability(signs: FloatArray | None) -> FloatArray:
+def failure_probability(signs: FloatArray | None) -> FloatArray:
     """Probability (6,) that each limb is lost, more than 45 deg off; NaN where not known.
 
     A logistic regression, one for the upper arms and one for the forearms; its coefficients were
@@ -44,7 +44,7 @@ def lost_probability(signs: FloatArray | None) -> FloatArray:
     Parameters
     ----------
     signs : (6, S) float64 or None
-        See :func:`limb_signs`.
+        See :func:`limb_features`.
     """
     result: FloatArray = np.full(len(LIMBS), np.nan)
     if signs is None:
@@ -85,7 +85,7 @@ def judged(cloud: Cloud, setup: Setup, found: Unjudged, seconds: float) -> Estim
     sigma = limb_sigma_deg(body.frames(found.sigma_points), setup.weights.covariance)
     share = unexplained_fraction_of(cloud.points, body, frames)
     jump = unexpected(found.movement, found.prior, setup.joints)
-    signs = limb_signs(
+    signs = limb_features(
         cloud, body, Judged(found.pose, frames, sigma, share, found.correspondences, jump)
     )
     return Estimate(
@@ -98,8 +98,8 @@ def judged(cloud: Cloud, setup: Setup, found: Unjudged, seconds: float) -> Estim
         residual=found.residual,
         innovation=found.innovation,
         limb_sigma_deg=OVERCONFIDENCE * sigma,
-        limb_lost=lost_probability(signs),
-        limb_signs=signs,
+        limb_lost=failure_probability(signs),
+        limb_features=signs,
         correspondences=found.correspondences,
         seconds={"track": seconds, "judge": perf_counter() - begun},
         prior=found.prior,

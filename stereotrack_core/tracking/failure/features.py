@@ -29,7 +29,7 @@ from stereotrack_core.tracking.failure.kernels import (
     unexplained_near,
 )
 
-SIGNS: tuple[str, ...] = (
+FEATURES: tuple[str, ...] = (
     "through",
     "behind",
     "before",
@@ -49,7 +49,7 @@ SIGNS: tuple[str, ...] = (
     "better",
     "ambiguous",
 )
-"""What is known of a limb, in the order of the coefficients; see :func:`limb_signs`."""
+"""What is known of a limb, in the order of the coefficients; see :func:`limb_features`."""
 
 _STEP = 3
 _SQUARED_SIGMA = 0.8**2
@@ -84,8 +84,8 @@ class Judged:
     jump: FloatArray
 
 
-def limb_signs(cloud: Cloud, body: BodyModel, judged: Judged) -> FloatArray | None:
-    """Signs (6, len(SIGNS)) of the limbs; None where no view has a picture of somebody.
+def limb_features(cloud: Cloud, body: BodyModel, judged: Judged) -> FloatArray | None:
+    """Signs (6, len(FEATURES)) of the limbs; None where no view has a picture of somebody.
 
     Of a limb's pixels in sight of all views: the shares that lie beside the person
     (``through``), where the range is behind or before the limb's, and where there is none; the

@@ -16,11 +16,11 @@ from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, IntArra
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import CLAVICLES, FOREARMS, HEAD, PARTS, TORSO, UPPER_ARMS
-from stereotrack_core.body.surface import Feet, cone_tables, parts_of_cones
+from stereotrack_core.body.surface import ClosestPoints, cone_tables, parts_of_cones
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.residuals.parameters import SilhouetteParameters
 from stereotrack_core.tracking.residuals.silhouette_kernels import measure_outline
-from stereotrack_core.tracking.residuals.surface import SurfaceResidual, Trust, residual_of_feet
+from stereotrack_core.tracking.residuals.surface import SurfaceResidual, Trust, residual_of_closest
 
 _LEAST_PATCH = 150
 """Pixels below which a patch of the silhouette is noise."""
@@ -183,9 +183,9 @@ class SilhouetteObservation:
         seen = contours_of(self.edges, body, frames, self.trust)
         t = self.trust
         trust = Trust(t.outline_reach, t.outline_scale, t.outline_sigma, t.outline_points)
-        feet = Feet(seen.cone, seen.distance, seen.foot, seen.direction)
+        feet = ClosestPoints(seen.cone, seen.distance, seen.foot, seen.direction)
         data = seen.foot + seen.distance[:, None] * seen.direction
-        return (residual_of_feet(data, parts_of_cones(body, seen.cone), feet, frames, trust),)
+        return (residual_of_closest(data, parts_of_cones(body, seen.cone), feet, frames, trust),)
 
 
 @dataclass(frozen=True)

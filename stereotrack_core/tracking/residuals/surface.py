@@ -10,7 +10,7 @@ from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.jacobian import Columns, point_jacobian, points_along
 from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import PartFrames, Pose
-from stereotrack_core.body.surface import Feet, nearest_on_surface, parts_of_cones
+from stereotrack_core.body.surface import ClosestPoints, nearest_on_surface, parts_of_cones
 
 UNEXPLAINED_SCALE = 0.05
 """Metres from the model at which a datum counts as half unexplained."""
@@ -135,11 +135,11 @@ def surface_residual(
         What speaks against a cone besides its distance; see :func:`nearest_on_surface`.
     """
     feet = nearest_on_surface(data, placed_cones(body, frames), trust.reach, penalty)
-    return residual_of_feet(data, parts_of_cones(body, feet.cone), feet, frames, trust)
+    return residual_of_closest(data, parts_of_cones(body, feet.cone), feet, frames, trust)
 
 
-def residual_of_feet(
-    data: FloatArray, part: IntArray, feet: Feet, frames: PartFrames, trust: Trust
+def residual_of_closest(
+    data: FloatArray, part: IntArray, feet: ClosestPoints, frames: PartFrames, trust: Trust
 ) -> SurfaceResidual:
     """Residual of data whose feet are known; data with part -1 are left out."""
     order = np.argsort(part, kind="stable")

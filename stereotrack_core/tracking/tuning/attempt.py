@@ -18,7 +18,7 @@ from stereotrack_core.tracking.estimate import Estimate, Tracker
 from stereotrack_core.tracking.frame import Origin, TrackedFrame
 from stereotrack_core.tracking.lengths_fit import EstimatedLengths
 from stereotrack_core.tracking.parameters import Settings
-from stereotrack_core.tracking.pipeline import Pipeline
+from stereotrack_core.tracking.run import Pipeline
 from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
 from stereotrack_core.tracking.tuning.clouds import CloudKey, CloudStore, never
 from stereotrack_core.tracking.tuning.stages import shape_key

@@ -19,9 +19,9 @@ from stereotrack_core.recording.writing import VideoWriter, write_recording_desc
 from stereotrack_core.simulation import extras
 from stereotrack_core.simulation.make import simulate
 from stereotrack_core.simulation.options import SceneOptions
-from stereotrack_core.tracking.pipeline import track
+from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 
 

@@ -12,7 +12,7 @@ from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.pose import hanging_pose
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 from tests.tracking.recordings import write_depth_recording
 
 NAMES = state_names(ALL_JOINTS)

@@ -8,8 +8,8 @@ import pytest
 from stereotrack_core.evaluation.joint_angles.errors import angle_errors
 from stereotrack_core.evaluation.joint_angles.series import angles_of_run, angles_of_trajectory
 from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.tracking.pipeline import track
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 
 

@@ -29,8 +29,7 @@ from stereotrack_core.evaluation.joint_angles.series import (
 from stereotrack_core.evaluation.joint_angles.uncertainty import sigma_of_reference, sigma_of_run
 from stereotrack_core.interop.landmark_pose import pose_of_landmarks
 from stereotrack_core.tracking.estimate import OVERCONFIDENCE
-from stereotrack_core.tracking.run import Run
-from stereotrack_core.tracking.stored import AXES_KEY, CHAIN_AXES
+from stereotrack_core.tracking.frame import AXES_KEY, CHAIN_AXES, Run
 from tests.evaluation.joint_angles.cases import landmarks as made
 from tests.evaluation.joint_angles.cases import torso_of
 

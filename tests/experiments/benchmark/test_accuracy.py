@@ -19,8 +19,8 @@ from stereotrack_core.experiments.benchmark.accuracy import (
 )
 from stereotrack_core.experiments.benchmark.speed import speeds
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
-from stereotrack_core.tracking.pipeline import track
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 from tests.tracking.recordings import write_depth_recording
 from tests.tracking.scenes import pose_with_arms

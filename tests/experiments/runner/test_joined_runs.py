@@ -3,7 +3,7 @@
 import numpy as np
 
 from stereotrack_core.experiments.runner.lockstep import joined
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 
 
 def stretch(first, count, stages):

@@ -16,7 +16,7 @@ from stereotrack_core.experiments.runner.work import do_batch
 from stereotrack_core.experiments.sweep.points import Point, grid_points, parsed_axis
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.iekf import PoseFilter
-from stereotrack_core.tracking.pipeline import track
+from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 
 

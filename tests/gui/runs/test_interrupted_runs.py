@@ -13,8 +13,8 @@ import pytest
 
 from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.project.runs import kept_runs, load_run, place_for_run, unfinished_runs
-from stereotrack_core.tracking.pipeline import track
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 from tests.gui.conftest import FRAMES
 

@@ -5,8 +5,8 @@ import pytest
 from app.session.runs import entry_of_run
 from stereotrack_core.interop.run_file import read_run, write_run
 from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.tracking.pipeline import track
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 
 QUICK = {

@@ -9,7 +9,7 @@ import pytest
 from scipy.special import expit
 
 from stereotrack_core.tracking.failure.coefficients import FOREARM, UPPER_ARM
-from stereotrack_core.tracking.failure.features import SIGNS
+from stereotrack_core.tracking.failure.features import FEATURES
 
 TOOL = Path(__file__).parents[3] / "tools" / "fit_lost_limbs.py"
 
@@ -32,7 +32,7 @@ def test_coefficients_are_found_again(tool, rng):
 
 
 def test_what_is_written_is_what_the_program_reads(tool):
-    assert len(UPPER_ARM) == len(FOREARM) == 1 + 2 * len(SIGNS)
+    assert len(UPPER_ARM) == len(FOREARM) == 1 + 2 * len(FEATURES)
     values = {"UPPER_ARM": np.array(UPPER_ARM), "FOREARM": np.array(FOREARM)}
     read: dict[str, object] = {}
     exec(tool.written(values), read)

@@ -7,8 +7,8 @@ import pytest
 
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.errors import Cancelled
-from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run import Pipeline
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.tuning.attempt import (
     Attempt,
@@ -58,7 +58,7 @@ def test_an_attempt_from_a_first_pose_is_what_the_pipeline_gives(cones, store_of
     with made:
         equal(made.tracked(), expected)
         assert made.origin().shape == origin.shape
-        assert (made.origin().preset, made.origin().seed) == (name, 5)
+        assert (made.origin().spec.preset, made.origin().spec.seed) == (name, 5)
 
 
 def test_with_the_run_s_own_settings_an_attempt_gives_the_run_again(cones, store_of, run):

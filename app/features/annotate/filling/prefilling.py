@@ -23,7 +23,7 @@ from stereotrack_core.project import prefilling
 from stereotrack_core.project.click_sigma import measured_sigmas
 from stereotrack_core.project.edit import Edit
 from stereotrack_core.project.project import Project
-from stereotrack_core.tracking.run import Run
+from stereotrack_core.tracking.frame import Run
 
 from ....session.counting import counted
 from ..selection import Selection, gaps_of, landmark_gaps_of

@@ -12,8 +12,8 @@ from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.tracking.arm_search.arms import LEFT, RIGHT, with_arm
 from stereotrack_core.tracking.estimate import Correspondences, Prior
-from stereotrack_core.tracking.failure.classifier import lost_probability
-from stereotrack_core.tracking.failure.features import SIGNS, Judged, limb_signs, unexpected
+from stereotrack_core.tracking.failure.classifier import failure_probability
+from stereotrack_core.tracking.failure.features import FEATURES, Judged, limb_features, unexpected
 from stereotrack_core.tracking.residuals.surface import Trust, surface_residual
 from tests.tracking.scenes import POSES, surface_points
 from tests.tracking.views import cloud_of_body
@@ -34,10 +34,10 @@ def judged(pose, true, rng) -> Judged:
 
 def signs_of(pose, true, rng):
     """Signs (6,) of each limb by their names."""
-    signs = limb_signs(cloud_of_body(BODY, true), BODY, judged(pose, true, rng))
+    signs = limb_features(cloud_of_body(BODY, true), BODY, judged(pose, true, rng))
     assert signs is not None
     assert np.isfinite(signs).all()
-    return dict(zip(SIGNS, signs.T, strict=True)), lost_probability(signs)
+    return dict(zip(FEATURES, signs.T, strict=True)), failure_probability(signs)
 
 
 @pytest.mark.parametrize("name", POSES)
@@ -75,8 +75,8 @@ def test_torso_and_head_have_no_probability(rng):
 
 def test_nothing_is_said_where_nobody_is_seen(rng):
     cloud = dataclasses.replace(cloud_of_body(BODY, POSES["t"]), depths={})
-    assert limb_signs(cloud, BODY, judged(POSES["t"], POSES["t"], rng)) is None
-    assert np.isnan(lost_probability(None)).all()
+    assert limb_features(cloud, BODY, judged(POSES["t"], POSES["t"], rng)) is None
+    assert np.isnan(failure_probability(None)).all()
 
 
 def test_jumps_are_stated_in_standard_deviations():
