@@ -21,10 +21,13 @@ def main(arguments: list[str] | None = None) -> int:
     """Open a recording, fill the cache, step through it by key, and say what a step takes."""
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("recording", type=Path)
-    options.add_argument("--frames", type=int, default=40, help="frames that are stepped through")
-    options.add_argument("--workspace", default="annotate", help="workspace that is measured")
+    options.add_argument("--frames", type=int, default=40, help="number of frames to step through")
+    options.add_argument("--workspace", default="annotate", help="workspace to measure")
     options.add_argument(
-        "--clicks", type=int, default=0, help="clicks that the project has meanwhile"
+        "--clicks",
+        type=int,
+        default=0,
+        help="number of clicks in the project during the measurement",
     )
     args = options.parse_args(arguments)
     prepare(needs_screen=False)
@@ -207,7 +210,7 @@ def _until(condition: Any, seconds: float = 120.0) -> None:
     while not condition():
         QCoreApplication.processEvents(QEventLoop.ProcessEventsFlag.AllEvents, 2)
         if time.perf_counter() > end:
-            raise TimeoutError("the window did not paint in time")
+            raise TimeoutError("the window did not repaint in time")
         time.sleep(0.0002)
 
 

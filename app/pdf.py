@@ -136,7 +136,7 @@ def _fitted(html: str, width: int) -> str:
 def main(arguments: Sequence[str]) -> int:
     """Convert the page that is named."""
     if len(arguments) != 2:
-        sys.stderr.write("Give the page and the PDF.\n")
+        sys.stderr.write("Usage: python -m app.pdf PAGE.html FILE.pdf\n")
         return 2
     page, pdf = (Path(word) for word in arguments)
     application = QGuiApplication.instance() or QGuiApplication(["stereotrack"])

@@ -148,7 +148,7 @@ class WindowProgram:
         window.statusBar().clearMessage()
         saved = self._write_picture(path, say)
         if not settled:
-            say("Not everything was ready in time; the picture shows what was.")
+            say("Not everything was ready in time. The screenshot may be incomplete.")
         message = window.messages.message
         failed = message is not None and message.severity == "error"
         if message is not None and failed:

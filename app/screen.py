@@ -39,9 +39,9 @@ def prepare(*, needs_screen: bool) -> None:
         return
     if needs_screen:
         raise InputError(
-            "there is no screen to show the window on",
-            remedy="Give --screenshot PNG to save a picture of the window instead, "
-            "or use the commands of `stereotrack --help`.",
+            "there is no display to show the window on",
+            remedy="Give --screenshot PNG to save an image of the window, or use the commands "
+            "listed by `stereotrack --help`.",
         )
     os.environ["QT_QPA_PLATFORM"] = "offscreen"
 
@@ -59,7 +59,7 @@ def load_qt() -> None:
     except ImportError as error:
         raise InputError(
             f"Qt cannot be loaded ({error})",
-            remedy=f"Install what it needs: sudo apt-get install {_PACKAGES}",
+            remedy=f"Install the missing libraries: sudo apt-get install {_PACKAGES}",
         ) from error
     if sys.platform == "linux" and os.environ.get("QT_QPA_PLATFORM", "xcb").startswith("xcb"):
         _check_xcb()
@@ -81,5 +81,5 @@ def _check_xcb() -> None:
     except OSError as error:
         raise InputError(
             f"the window cannot be shown ({error})",
-            remedy=f"Install what it needs: sudo apt-get install {_PACKAGES}",
+            remedy=f"Install the missing libraries: sudo apt-get install {_PACKAGES}",
         ) from error

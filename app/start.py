@@ -66,9 +66,9 @@ def _check(opening: Opening) -> None:
         folder = picture.absolute().parent
         if not folder.is_dir() or not os.access(folder, os.W_OK):
             raise InputError(
-                "the picture cannot be written there",
+                "cannot write the image here",
                 where=str(picture),
-                remedy="Name a folder that exists and that you may write to.",
+                remedy="Choose a folder that exists and that you may write to.",
             )
 
 

@@ -19,5 +19,5 @@ def check_workspace_name(name: str | None) -> None:
         raise InputError(
             f"there is no workspace {name!r}",
             where="--workspace",
-            remedy=f"Known are: {', '.join(WORKSPACE_NAMES)}.",
+            remedy=f"Available: {', '.join(WORKSPACE_NAMES)}.",
         )

@@ -71,13 +71,15 @@ def replacing(path: Path, is_whole: Check | None = None) -> Iterator[Path]:
     """
     path = Path(path)
     if path.is_dir():
-        raise InputError("this is a folder", where=str(path), remedy="Name a file in it.")
+        raise InputError(
+            "this is a folder", where=str(path), remedy="Give the name of a file in it."
+        )
     temporary = path.with_name(f".{path.stem}-{uuid.uuid4().hex}{path.suffix}")
     try:
         temporary.touch(exist_ok=False)
     except OSError as error:
         raise InputError(
-            f"no file can be written there ({error.strerror})",
+            f"cannot write a file here ({error.strerror})",
             where=str(path),
             remedy="Choose a folder that exists and that you may write to.",
         ) from error
@@ -85,7 +87,7 @@ def replacing(path: Path, is_whole: Check | None = None) -> Iterator[Path]:
         yield temporary
         _flush(temporary)
         if is_whole is not None and not _passes(is_whole, temporary):
-            raise OSError("not all of it is on the drive")
+            raise OSError("not all data reached the drive")
         temporary.replace(path)
     except OSError as error:
         raise _unwritten("file", path, error) from error
@@ -109,15 +111,17 @@ def filling(folder: Path) -> Iterator[Path]:
     target = Path(folder).resolve()
     there = target.is_dir()  # then perhaps a drive of its own, and nothing may be made beside it
     if target.exists() and not there:
-        raise InputError("this is not a folder", where=str(folder), remedy="Name a folder.")
+        raise InputError(
+            "this is not a folder", where=str(folder), remedy="Give the name of a folder."
+        )
     workplace = (target if there else target.parent) / f".{target.name}-{uuid.uuid4().hex}"
     try:
         workplace.mkdir(parents=True)
     except OSError as error:
         raise InputError(
-            f"nothing can be written there ({error.strerror})",
+            f"cannot write here ({error.strerror})",
             where=str(folder),
-            remedy="Choose a folder in which you may write.",
+            remedy="Choose a folder that you may write to.",
         ) from error
     try:
         yield workplace
@@ -161,7 +165,7 @@ def _unwritten(what: str, path: Path, error: OSError) -> InputError:
     return InputError(
         f"the {what} could not be written ({error.strerror or error})",
         where=str(path),
-        remedy="Make room on the drive, or name another place; nothing was lost.",
+        remedy="Free space on the drive, or choose another place. No data were lost.",
     )
 
 

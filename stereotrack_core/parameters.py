@@ -197,10 +197,10 @@ class ParameterGroup:
         for name in values:
             if name not in known:
                 raise InputError(
-                    f"there is no parameter {name!r}",
+                    f"unknown parameter {name!r}",
                     where="--set",
                     remedy=did_you_mean(name, known).rstrip()
-                    or f"Known are: {', '.join(sorted(known))}.",
+                    or f"Available: {', '.join(sorted(known))}.",
                 )
         return self._replaced(values)
 

@@ -50,7 +50,7 @@ def checked_tree(content: Any, where: str) -> None:
                 raise InputError(
                     "it is nested too deeply",
                     where=_at(where, place[:3]),
-                    remedy=f"Write at most {DEEPEST} lists and tables within each other.",
+                    remedy=f"Use at most {DEEPEST} levels of lists and tables.",
                 )
             inner = value.items() if isinstance(value, Mapping) else enumerate(value)
             waiting += [(one, (*place, key)) for key, one in inner if not _is_sound(one)]
@@ -58,9 +58,9 @@ def checked_tree(content: Any, where: str) -> None:
                 waiting += [(key, place) for key in value if not _is_sound(key)]
         elif isinstance(value, str):
             raise InputError(
-                "a text holds signs that are no letters",
+                "a text contains invalid characters",
                 where=_at(where, place),
-                remedy="Write it again.",
+                remedy="Write the file again.",
             )
         elif isinstance(value, int):
             raise InputError(

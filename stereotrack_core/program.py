@@ -50,7 +50,7 @@ class _Parser(ArgumentParser):
 
 def _add_no_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
-        "command_name", nargs="?", metavar="COMMAND", help="a command (default: the list)"
+        "command_name", nargs="?", metavar="COMMAND", help="a command (default: list all commands)"
     )
 
 
@@ -63,8 +63,8 @@ def _help(args: Namespace) -> int:
 
 HELP = Command(
     name="help",
-    summary="this list, or the help of one command",
-    description="Print the list of commands, or the help of one command.",
+    summary="list all commands, or show the help of one command",
+    description="List all commands, or show the help of one command.",
     add_arguments=_add_no_arguments,
     run=_help,
 )
@@ -97,8 +97,8 @@ def command_list() -> str:
     """All commands with one line each."""
     width = max(len(command.name) for command in COMMANDS)
     lines = [f"  {PROGRAM} {command.name:<{width}}  {command.summary}" for command in COMMANDS]
-    bare = f"  {PROGRAM} {'':<{width}}  the workbench, with a welcome page"
-    end = f"`{PROGRAM} COMMAND --help` says more about a command."
+    bare = f"  {PROGRAM} {'':<{width}}  open the workbench with a welcome page"
+    end = f"`{PROGRAM} COMMAND --help` shows the help of a command."
     return "\n".join([f"{PROGRAM} {__version__}", "", bare, *lines, "", end])
 
 
@@ -116,7 +116,7 @@ def parser() -> ArgumentParser:
         )
         command.add_arguments(own)
         own.add_argument(
-            "--debug", action="store_true", help="show where an unexpected error comes from"
+            "--debug", action="store_true", help="show the traceback of an unexpected error"
         )
         own.set_defaults(run=command.run)
     return root
@@ -159,12 +159,12 @@ def main(argv: Sequence[str] | None = None, *, window: Window | None = None) -> 
         return FAILED
     except PermissionError as error:
         where = error.filename or "a file"
-        say(f"{PROGRAM}: {where}: this may not be read or written. Ask for the right to.")
+        say(f"{PROGRAM}: {where}: permission denied. Check the permissions of the file or folder.")
         return WRONG_INPUT
     except OSError as error:
         if error.filename is None or "--debug" in arguments:
             return _unexpected(error, debug="--debug" in arguments)
-        remedy = "Look whether its drive is there and has room."
+        remedy = "Check that the drive is connected and has free space."
         say(f"{PROGRAM}: {error.filename}: {error.strerror or error}. {remedy}")
         return FAILED
     except Exception as error:  # noqa: BLE001 - the last resort: a sentence instead of a traceback
@@ -175,8 +175,8 @@ def _check_command(name: str) -> None:
     known = [command.name for command in COMMANDS]
     if name not in known and not name.startswith("-"):
         raise InputError(
-            f"there is no command {name!r}",
-            remedy=f"{did_you_mean(name, known)}`{PROGRAM} help` lists all.",
+            f"unknown command {name!r}",
+            remedy=f"{did_you_mean(name, known)}`{PROGRAM} help` lists all commands.",
         )
 
 
@@ -187,8 +187,8 @@ def _unexpected(error: Exception, *, debug: bool) -> int:
     detail = " ".join(str(error).split())
     kind = type(error).__name__
     say(
-        f"Something went wrong that this program did not expect ({kind}: {detail or 'no details'})."
-        " Give the same command with --debug to see where."
+        f"Unexpected error in the program ({kind}: {detail or 'no details'}). Run the same "
+        "command with --debug for details."
     )
     return FAILED
 

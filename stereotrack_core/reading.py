@@ -35,7 +35,7 @@ TABLE_BYTES = 512 * MB
 PICTURE_BYTES = 512 * MB
 """Of a picture."""
 
-_AGAIN = "Take another copy of the file."
+_AGAIN = "Use another copy of the file."
 _WRITE_AGAIN = "Write the file again."
 
 _KINDS = (
@@ -124,7 +124,7 @@ def read_text(path: Path, at_most: int = SETTINGS_BYTES) -> str:
         See :func:`open_file`; also where it is no text.
     """
     content = read_bytes(path, at_most)
-    with decoding(path, "the file cannot be read", "It has to be a UTF-8 text file."):
+    with decoding(path, "the file cannot be read", "It must be a UTF-8 text file."):
         return content.decode("utf-8-sig")
 
 
@@ -187,13 +187,13 @@ def reason(error: Exception) -> str:
     """The reason within a decoder's error, in a few words; empty where it has none for people."""
     match error:
         case UnicodeDecodeError():
-            return f"byte {error.start} is no text"
+            return f"byte {error.start} is not text"
         case OSError() if error.strerror:
             return error.strerror
         case RecursionError():
             return "it is nested too deeply"
         case MemoryError():
-            return "it does not fit into memory"
+            return "it is too large for the memory"
         case OverflowError():
             return "a number is too large"
         case tomllib.TOMLDecodeError() | json.JSONDecodeError() | csv.Error():
@@ -208,7 +208,7 @@ def reason(error: Exception) -> str:
 def readable(error: Exception, otherwise: str) -> str:
     """What to do about a file that may not be read, else `otherwise`."""
     if isinstance(error, PermissionError):
-        return "Give yourself the right to read it."
+        return "Change its permissions so that you may read it."
     return otherwise
 
 
@@ -216,13 +216,13 @@ def _check_kind(where: Path | str, found: os.stat_result) -> None:
     if stat.S_ISREG(found.st_mode):
         return
     kind = next((name for test, name in _KINDS if test(found.st_mode)), "something else")
-    raise InputError(f"this is {kind}, not a file", where=str(where), remedy="Give a regular file.")
+    raise InputError(f"this is {kind}, not a file", where=str(where), remedy="Use a regular file.")
 
 
 def _check_size(path: Path, size: int, at_most: int | None) -> None:
     if at_most is not None and size > at_most:
         raise InputError(
-            f"the file has more than {at_most // MB} MB, which no file of its kind has",
+            f"the file has more than {at_most // MB} MB, too large for this type of file",
             where=str(path),
-            remedy="Look whether it is the right one.",
+            remedy="Check that it is the right file.",
         )

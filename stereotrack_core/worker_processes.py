@@ -67,7 +67,7 @@ class Lost(Exception):
     """
 
     def __init__(self, code: int | None) -> None:
-        super().__init__(f"the process that tracked it has ended by itself (exit code {code})")
+        super().__init__(f"the tracking process ended unexpectedly (exit code {code})")
 
 
 class WorkerProcess:

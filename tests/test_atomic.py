@@ -47,7 +47,7 @@ def test_what_cannot_be_read_back_replaces_nothing(older, error):
         return False
 
     with (
-        pytest.raises(InputError, match="not all of it is on the drive") as refused,
+        pytest.raises(InputError, match="not all data reached the drive") as refused,
         replacing(older, is_whole) as temporary,
     ):
         temporary.write_text("half")

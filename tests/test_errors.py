@@ -23,7 +23,7 @@ def test_what_may_have_been_meant(name, meant):
 def test_parameters_name_what_is_near_or_else_all():
     with pytest.raises(InputError, match=r"'model_pionts'\. Did you mean model_points\?$"):
         Settings().replaced(model_pionts=3)
-    with pytest.raises(InputError, match=r"'qqq'\. Known are: .*, model_points, "):
+    with pytest.raises(InputError, match=r"'qqq'\. Available: .*, model_points, "):
         Settings().replaced(qqq=3)
 
 

@@ -21,9 +21,9 @@ class Inner(ParameterGroup):
 
 @dataclass(frozen=True)
 class Outer(ParameterGroup):
-    count: int = parameter(4, "Count.", group="Numbers", minimum=1)
-    gain: float = parameter(1.0, "Gain.", group="Numbers")
-    on: bool = parameter(True, "Switch.", group="Numbers")
+    count: int = parameter(4, "Count.", group="Frame metrics", minimum=1)
+    gain: float = parameter(1.0, "Gain.", group="Frame metrics")
+    on: bool = parameter(True, "Switch.", group="Frame metrics")
     inner: Inner = dataclasses.field(default_factory=Inner)
 
 

@@ -59,9 +59,9 @@ def new_environment(folder: Path) -> None:
     version = "{}.{}".format(*sys.version_info)
     package = f"python{version}-venv"
     if importlib.util.find_spec("ensurepip") is None and not debian.install([package]):
-        debian.say(f"this Python {version} cannot make environments")
+        debian.say(f"this Python {version} cannot create virtual environments")
         sys.exit(f"stereotrack: install: {debian.install_command([package])}")
-    debian.say(f"making {folder.relative_to(ROOT)} with Python {version}")
+    debian.say(f"creating {folder.relative_to(ROOT)} with Python {version}")
     subprocess.run([sys.executable, "-m", "venv", "--clear", folder], check=True)
 
 
@@ -89,7 +89,7 @@ def main() -> int:
             make_environment()
         install_project()
     except subprocess.CalledProcessError as error:
-        debian.say("the environment could not be made (see above); is the network there?")
+        debian.say("the environment could not be created (see above); check the network connection")
         return error.returncode
     libraries = subprocess.run([PYTHON, ROOT / "tools" / "system_libraries.py"])
     if libraries.returncode == 0:

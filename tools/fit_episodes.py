@@ -131,7 +131,7 @@ def main(arguments: list[str]) -> int:
         for used, views, seed in made.tracked:
             print(name, used, views, seed, flush=True)
             examples.append(example(tracked(folder, place, used, views, seed), place))
-    print("each recording found by what the others teach:", left_out(examples))
+    print("each recording classified with weights from the others:", left_out(examples))
     WRITTEN.write_text(written(fitted_by_limb(examples)))
     return 0
 

@@ -92,7 +92,7 @@ def main(arguments: Sequence[str]) -> int:
         # Old versions warn of what newer ones beside them have deprecated since.
         try_out(python, folder, ("-o", "filterwarnings=default") if oldest else ())
     except subprocess.CalledProcessError as error:
-        debian.say(f"the {name} versions do not do (see above)")
+        debian.say(f"the {name} versions do not work (see above)")
         return error.returncode
     return 0
 

@@ -27,7 +27,7 @@ def main() -> int:
     libraries = Path(__file__).with_name("system_libraries.py")
     if subprocess.run([sys.executable, libraries, "--window"]).returncode == 0 and window_opens():
         return 0
-    debian.say("the screen that is set cannot be used; going on without one")
+    debian.say("the configured display cannot be used; continuing without one")
     return 1
 
 

@@ -112,7 +112,7 @@ def main(arguments: Sequence[str]) -> int:
     libraries = sorted(always | window)
     debian.say(f"system libraries are missing: {', '.join(libraries)}")
     if not always:
-        debian.say("without them the program runs without a screen, but opens no window")
+        debian.say("without them the program works only without a display")
     debian.say(f"install them with: {debian.install_command(sorted(map(package_of, libraries)))}")
     return 1 if always or "--window" in arguments else 0
 

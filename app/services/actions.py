@@ -110,7 +110,7 @@ class ActionRegistry(QObject):
         """
         for command in commands:
             if command.id in self._commands:
-                raise ValueError(f"there are two commands {command.id!r}")
+                raise ValueError(f"two commands have the id {command.id!r}")
             self._commands[command.id] = command
             self._actions[command.id] = self._action(command)
             stored = self._settings.value(f"{_SHORTCUTS}/{command.id}")
@@ -230,7 +230,7 @@ class ActionRegistry(QObject):
 
     def _say(self, command: Command, action: QAction, why_not: str, keys: str) -> None:
         action.setEnabled(not why_not)
-        words = f"{command.tip} Not now: {why_not}" if why_not else command.tip
+        words = f"{command.tip} Unavailable: {why_not}" if why_not else command.tip
         action.setStatusTip(words)
         action.setToolTip(f"{words}  [{keys}]" if keys else words)
 

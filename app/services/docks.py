@@ -176,10 +176,10 @@ class Docks(QObject):
         space = self._workspaces.get(name.strip().lower())
         if space is None:
             known = ", ".join(self._workspaces)
-            unknown = InputError(f"there is no workspace {name!r}", remedy=f"Known are: {known}.")
+            unknown = InputError(f"there is no workspace {name!r}", remedy=f"Available: {known}.")
             self._notifier.error(unknown)
         elif why_not := space.why_not():
-            what = f"The workspace {space.title} has nothing to show"
+            what = f"The {space.title} workspace has nothing to show"
             self._notifier.show(Message("note", what, remedy=why_not))
         else:
             self.show_workspace(space.name)

@@ -56,8 +56,8 @@ def message_of(error: BaseException) -> Message:
     detail = f"{type(error).__name__}: {words[0]}" if words else type(error).__name__
     return Message(
         "error",
-        f"Something went wrong inside the program ({detail})",
-        remedy=f"Your data are untouched; details are in {log_path()}.",
+        f"Unexpected error in the program ({detail})",
+        remedy=f"Your data are safe. Details are in {log_path()}.",
     )
 
 

@@ -81,20 +81,24 @@ def compared(shown: Sequence[RunEntry], truth: Judgement, selection: range | Non
     where = " in the selection" if selection is not None else ""
     if len(candidates) == 1:
         rows = _rows_of_one(candidates[0], reference, truth, selection)
-        words = f"Means of the run{where}{_against(truth)}." if rows else "Nothing is known here."
+        words = (
+            f"Mean values of the run{where}{_against(truth)}."
+            if rows
+            else "No measures are available for this run."
+        )
         return ComparedRuns(words, "", names, rows)
     try:
         found = compare(candidates, reference, selection)
     except InputError as error:
         return ComparedRuns(f"{error.what[0].upper()}{error.what[1:]}.", "", names, ())
     count = len(found.frames)
-    frames = f"{count} frame{'' if count == 1 else 's'} that all runs have{where}"
+    frames = f"{count} frame{'' if count == 1 else 's'} that all runs share{where}"
     told = (
-        "the difference from the first run has its 95 % interval in brackets"
+        "in brackets the 95 % confidence interval of the difference from the first run"
         if len(candidates) == 2
         else "in brackets the difference from the first run"
     )
-    words = f"Means over {frames}{_against(truth)}; {told}."
+    words = f"Mean values over {frames}{_against(truth)}; {told}."
     return ComparedRuns(words, how_it_is_made(found), names, _rows(found, truth))
 
 
@@ -158,11 +162,11 @@ def _rows_apart(pairs: Sequence[Pair]) -> list[ComparedRow]:
         for pair in pairs:
             figures = pair.apart.measures[place].statistics
             said = (
-                f"{first.label} of {pair.second} is {figures.median:.1f} {first.unit} from that of "
-                f"{pair.first} in the median, {figures.p95:.1f} in the 95th percentile"
+                f"{first.label}, {pair.first} to {pair.second}: median difference "
+                f"{figures.median:.1f} {first.unit}, 95th percentile {figures.p95:.1f}"
             )
             cells.append(ComparedCell(figures.mean, verdict=said))
-        label = f"apart: {_label(first.label, first.unit, first.name, {})}"
+        label = f"difference: {_label(first.label, first.unit, first.name, {})}"
         rows.append(ComparedRow(_LIMB_OF.get(first.name, ""), label, tuple(cells)))
     return rows
 

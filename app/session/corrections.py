@@ -56,9 +56,9 @@ def applied_message(corrections: Corrections, recording: str) -> Message:
     why = f" ({corrections.reason})" if corrections.reason else ""
     return Message(
         "note",
-        f"the recording is shown as its project corrects it{why}",
+        f"the recording is shown with the corrections of its project{why}",
         recording,
-        f"Corrected: {what or 'nothing'}. The folder stays as it is.",
+        f"Corrected: {what or 'nothing'}. The recording folder is unchanged.",
     )
 
 
@@ -66,9 +66,9 @@ def refused_message(error: InputError, recording: str) -> Message:
     """Say that the project asks for corrections that cannot be applied."""
     return Message(
         "warning",
-        f"the project asks for corrections of the recording that cannot be applied: {error.what}",
+        f"the corrections of the recording in the project cannot be applied: {error.what}",
         recording,
-        "The recording is shown as its folder describes it; clicks may not fit its cameras.",
+        "The recording is shown without corrections. Clicks may not fit its cameras.",
     )
 
 
@@ -76,9 +76,9 @@ def differ_message(project: str, reopen: Callable[[], None]) -> Message:
     """Say that the project asks for other corrections than the recording is shown with."""
     return Message(
         "warning",
-        "the project asks for other corrections of the recording than it is shown with",
+        "the corrections of the recording in the project have changed",
         project,
-        "Open the project again to see the recording as the project corrects it.",
-        button="Open again",
+        "Open the project again to apply them.",
+        button="Reopen project",
         do=reopen,
     )

@@ -291,7 +291,7 @@ class DocumentPresenter(QObject):
         self.close()
         self._opened = opened
         self._reader = Shared(opened.reader, opened.reader.close)
-        self._reading = NewestWins(partial(_frame_set, self._reader), "read frames")
+        self._reading = NewestWins(partial(_frame_set, self._reader), "frames read")
         self._reading.answered.connect(self._on_frame_read)
         self._reading.failed.connect(self._on_frame_failed)
         self._count, final = opened.reader.frame_count_so_far()
@@ -311,12 +311,12 @@ class DocumentPresenter(QObject):
                     "note",
                     f"there is no frame {self._start_frame}",
                     opened.recording.name,
-                    f"Its frames go from 0 to {self._count - 1}; the last one is shown.",
+                    f"The frames are numbered 0 to {self._count - 1}. The last one is shown.",
                 )
             )
         self.go_to(self._start_frame)
         self._tasks.begin(
-            "examining the recording",
+            "checking the recording",
             lambda _task: (opened, examine(opened.recording.folder, compare=True)),
             self._on_examined,
         )
@@ -400,7 +400,7 @@ def _unless_cancelled(task: Task, read: Callable[[], Opened]) -> Opened:
 def _no_frames(recording: Recording) -> Message:
     return Message(
         "error",
-        "there is no frame that all streams have",
+        "no frame is present in all streams",
         recording.name,
-        "See the findings for the length of every stream.",
+        "See Recording checks for the length of every stream.",
     )

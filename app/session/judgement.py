@@ -173,7 +173,7 @@ class Doubt:
     @property
     def words(self) -> str:
         """What is to be said of the limb, without its name."""
-        doubt = "probably lost" if self.lost > LOST_SHARE else "uncertain"
+        doubt = "likely wrong" if self.lost > LOST_SHARE else "uncertain"
         return f"{doubt} ({self.cause})" if self.cause else doubt
 
 
@@ -225,14 +225,14 @@ def heading_words(judgement: Judgement) -> tuple[str, str, str]:
     good = arms_good_to(judgement.quality)
     full = with_quality(judgement.words, good)
     if full == judgement.words:
-        return full, "", f"Against {judgement.truth.words}, which does not say how good it is."
+        return full, "", f"Against {judgement.truth.words}, whose uncertainty is not known."
     limbs = ", ".join(
         f"{limb_words(limb)} {judgement.quality[measure_of(limb)]:.1f}°"
         for limb in MEASURED_LIMBS
         if measure_of(limb) in judgement.quality
     )
-    tip = f"Against {judgement.truth.words}, which is good to: {limbs}."
-    return f"{full}° (arms)", f"good to {good:.1f}°", tip
+    tip = f"Against {judgement.truth.words}, with the uncertainty: {limbs}."
+    return f"{full}° (arms)", f"reference ± {good:.1f}°", tip
 
 
 def score_words(judgement: Judgement | None, *, short: bool = False) -> str:
@@ -246,7 +246,7 @@ def score_words(judgement: Judgement | None, *, short: bool = False) -> str:
         return ""
     sign = "" if judgement.measure == "error" else "± "
     stated = with_quality(f"{sign}{np.median(values):.1f}°", arms_good_to(judgement.quality))
-    return stated.replace("reference good", "good") if short else stated
+    return stated.replace("reference uncertainty", "±") if short else stated
 
 
 _INTERVAL_MS = 250

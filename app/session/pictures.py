@@ -164,18 +164,18 @@ def _picture(instant: Instant, view: View, kind: PictureKind, overlays: frozense
     frame = instant.frame_set.index
     images = instant.frame_set.views.get(view.name)
     if images is None:
-        why = instant.frame_set.problems.get(view.name, "There is no image here.")
+        why = instant.frame_set.problems.get(view.name, "No image.")
         return Picture(view.name, kind, frame, None, why)
     depth = instant.cloud.depths.get(view.name) if instant.cloud is not None else None
     problem = instant.cloud.problems.get(view.name, "") if instant.cloud is not None else ""
     if kind in {"image", "left"}:
         return _camera_picture(instant, view, kind, images, depth, problem, overlays)
     if depth is None:
-        why = problem or f"View {view.name} has no measured depth in this frame."
+        why = problem or f"View {view.name} has no depth map in this frame."
         return Picture(view.name, kind, frame, None, why)
     pixels = _depth_pixels(kind, depth)
     if pixels is None:
-        return Picture(view.name, kind, frame, None, "A depth camera has no disparity.")
+        return Picture(view.name, kind, frame, None, "A depth camera has no disparity map.")
     eye = depth.geometry.world_from_depth.translation
     overlay = _overlay(instant, view.name, depth_projection(depth.geometry), eye, overlays)
     value_at = partial(_depth_words, depth)
@@ -283,11 +283,15 @@ def _pixel_words(
     pixels: ImageArray, camera: Camera, depth: ViewDepth | None, x: float, y: float
 ) -> str:
     value = pixels[round(y), round(x)]
-    words = f"grey {value}" if value.ndim == 0 else "rgb {2} {1} {0}".format(*value)
+    words = f"intensity {value}" if value.ndim == 0 else "rgb {2} {1} {0}".format(*value)
     if depth is None:
         return words
     metres = ray_range(camera, depth, x, y)
-    return f"{words}  ray {metres:.3f} m" if np.isfinite(metres) else f"{words}  ray not measured"
+    return (
+        f"{words}  distance {metres:.3f} m"
+        if np.isfinite(metres)
+        else f"{words}  distance not measured"
+    )
 
 
 def _depth_words(depth: ViewDepth, x: float, y: float) -> str:

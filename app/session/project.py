@@ -109,11 +109,11 @@ class ProjectPresenter(QObject):
         """Why nothing can be edited now, as a sentence; empty where it can."""
         if self.project is None:
             if self._task is not None:
-                return "The project is still being opened."
-            return self._problem or "No project is open."
+                return "The project is still loading."
+            return self._problem or "No project is open. Open or create one first."
         if self.project.read_only:
-            why = "another program has it" if self.in_use else "it cannot be written to"
-            return f"The project is open for reading only: {why}."
+            why = "another program has locked it" if self.in_use else "it is write-protected"
+            return f"The project is open read-only: {why}."
         return ""
 
     # ---- opening and closing
@@ -197,7 +197,7 @@ class ProjectPresenter(QObject):
     def _changing(self, change: Callable[[Project], Changed | None]) -> Changed | None:
         why_not = self.why_no_edit()
         if why_not or self.project is None:
-            self.message.emit(Message("warning", "This cannot be changed now", remedy=why_not))
+            self.message.emit(Message("warning", "Editing is not possible now", remedy=why_not))
             return None
         try:
             return change(self.project)

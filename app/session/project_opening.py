@@ -13,7 +13,7 @@ from stereotrack_core.recording.finding import Finding
 
 from ..widgets.forms.message import Message
 
-_READING = "It is shown for reading only. {}"
+_READING = "It is open read-only. {}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,9 +70,9 @@ def project_of_recording(folder: Path, wishes: Wishes) -> OpenedProject | None:
             return opened
         several = Message(
             "note",
-            f"this recording has {len(found)} projects; the one changed last is open",
+            f"this recording has {len(found)} projects; the most recently changed one is open",
             found[0].name,
-            "Open another one by its file.",
+            "To open another one, open its project file.",
         )
         messages = (*opened.messages, several)
         return OpenedProject(opened.project, opened.folder, messages, opened.in_use)
@@ -84,9 +84,9 @@ def project_of_recording(folder: Path, wishes: Wishes) -> OpenedProject | None:
     if path.parent != folder.resolve().parent and wishes.home is None:
         elsewhere = Message(
             "note",
-            "the recording's folder cannot be written to, so its project is kept elsewhere",
+            "the recording's folder is write-protected, so its project is stored elsewhere",
             str(path),
-            "Clicks are saved there; opening the recording finds it again.",
+            "Clicks are saved there and are found again when the recording is opened.",
         )
         messages = (*messages, elsewhere)
     return OpenedProject(project, folder, messages)

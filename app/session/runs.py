@@ -286,7 +286,7 @@ def _stored_frame(run: Run, i: int) -> TrackedFrame:
     frame = int(run.frame[i])
     estimate = Estimate(
         tracked=pose is not None,
-        reason="" if pose is not None else "the run has no pose here",
+        reason="" if pose is not None else "the run has no pose in this frame",
         pose=pose if pose is not None else hanging_pose(np.zeros(3)),
         x=run.x[i],
         P=run.P[i],

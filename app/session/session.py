@@ -127,8 +127,10 @@ class Session(QObject):
     def no_recording(self) -> str:
         """Nothing is open."""
         if self.document.opening:
-            return "The recording is still being opened."
-        return "" if self.document.recording is not None else "Open a recording first."
+            return "The recording is still loading."
+        return (
+            "" if self.document.recording is not None else "No recording is open. Open one first."
+        )
 
     def no_project(self) -> str:
         """No project is open, be it for reading."""
@@ -141,23 +143,29 @@ class Session(QObject):
 
     def no_frames(self) -> str:
         """There is no frame to go to."""
-        none = "" if self.document.frame_count else "The recording has no frames."
+        none = (
+            ""
+            if self.document.frame_count
+            else "The recording has no frames. See Recording checks."
+        )
         return self.no_recording() or none
 
     def no_depth(self) -> str:
         """No view gives depth."""
-        none = "No view of this recording gives depth; tracking needs a stereo or depth view."
+        none = "No view of this recording provides depth. Tracking needs a stereo or depth view."
         return self.no_frames() or ("" if self.clouds.available else none)
 
     def no_run(self) -> str:
         """There is no run."""
         active = self.runs.active
         there = active is not None and bool(active.frames)
-        return self.no_recording() or ("" if there else "There is no run yet.")
+        return self.no_recording() or (
+            "" if there else "There is no run yet. Run the tracker or open a run."
+        )
 
     def tracker_works(self) -> str:
         """The tracker is running."""
-        return "The tracker is running; pause it first." if self.track.running else ""
+        return "The tracker is running. Pause it first." if self.track.running else ""
 
     # ---- following
 

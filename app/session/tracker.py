@@ -15,8 +15,8 @@ from .tracking import TrackPresenter
 from .view_state import ViewState
 
 FIRST_POSES: dict[str, tuple[str, str]] = {
-    "tpose": ("T pose", "Begin with the person facing north, both arms stretched out sideways."),
-    "auto": ("Found without help", "Begin with whatever pose the person has in the first frame."),
+    "tpose": ("T pose", "Start with the person facing north, both arms stretched out sideways."),
+    "auto": ("Found automatically", "Start with whatever pose the person has in the first frame."),
 }
 """Where a run's first pose may come from, as a title and a sentence."""
 

@@ -357,7 +357,7 @@ class TrackPresenter(QObject):
         self.message.emit(
             Message(
                 "warning",
-                "nobody was tracked in any of its frames",
+                "no frame of the run has a tracked person",
                 entry.name,
                 " ".join(cause.sentence() for cause in causes),
             )

@@ -72,4 +72,4 @@ def with_quality(error: str, good: float | None, digits: int = 1) -> str:
     """``9.1°, reference good to 2.3``; the error alone where the reference does not say."""
     if good is None or not np.isfinite(good):
         return error
-    return f"{error}, reference good to {good:.{digits}f}"
+    return f"{error}, reference uncertainty {good:.{digits}f}"

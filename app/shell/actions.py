@@ -40,8 +40,8 @@ def _workspaces(context: Context) -> list[Command]:
         for number, space in enumerate(docks.workspaces, start=1)
     ]  # fmt: skip
     reset = Command(
-        "workspace_reset", f"{_MENU}/Workspace", "Reset this workspace",
-        "Put the panels back where they belong.", docks.reset, icon="reset",
+        "workspace_reset", f"{_MENU}/Workspace", "Reset workspace",
+        "Restore the default layout of the panels.", docks.reset, icon="reset",
         why_not=context.session.no_recording, section=True,
     )  # fmt: skip
     return [*spaces, reset]
@@ -51,7 +51,7 @@ def _panels(context: Context) -> list[Command]:
     docks = context.docks
     return [
         Command(
-            f"panel_{name}", f"{_MENU}/Panel", title, f"Show or hide the panel {title}.",
+            f"panel_{name}", f"{_MENU}/Panel", title, f"Show or hide the {title} panel.",
             partial(docks.toggle, name), why_not=context.session.no_recording,
             checked=partial(docks.is_shown, name),
         )
@@ -71,7 +71,7 @@ def _themes(context: Context) -> list[Command]:
     def theme(name: ThemeName) -> Command:
         return Command(
             f"theme_{name}", f"{_MENU}/Theme", name.capitalize(),
-            "Follow the system's theme." if name == "system" else f"Use the {name} theme.",
+            "Follow the system theme." if name == "system" else f"Use the {name} theme.",
             partial(choose, name), icon="theme", checked=lambda: chosen_theme() == name,
         )  # fmt: skip
 
@@ -81,20 +81,21 @@ def _themes(context: Context) -> list[Command]:
 def _help(dialogs: Dialogs, messages: MessageBar) -> list[Command]:
     return [
         Command(
-            "palette", "&Help", "All commands …", "Search everything that can be done.",
+            "palette", "&Help", "Command palette …", "Search all commands.",
             dialogs.show_palette, "Ctrl+K", "palette-of-commands",
         ),
         Command(
-            "shortcuts", "&Help", "Change shortcuts …", "Give commands other keys.",
+            "shortcuts", "&Help", "Shortcuts …", "Change the keyboard shortcuts of "
+            "commands.",
             dialogs.show_shortcuts, "Ctrl+Alt+K", "settings",
         ),
         Command(
-            "close_message", "&Help", "Close the message", "Close the message above the views.",
+            "close_message", "&Help", "Dismiss message", "Dismiss the message above the views.",
             messages.dismiss, "Esc", "close",
             lambda: "" if messages.message is not None else "No message is shown.",
         ),
         Command(
-            "about", "&Help", "About stereotrack", "Version, and where the log is.",
+            "about", "&Help", "About stereotrack", "Version, and the location of the log file.",
             dialogs.show_about, icon="info",
         ),
     ]  # fmt: skip
@@ -103,11 +104,11 @@ def _help(dialogs: Dialogs, messages: MessageBar) -> list[Command]:
 def _file(dialogs: Dialogs) -> list[Command]:
     return [
         Command(
-            "picture", "&File", "Save a picture of the window …", "Save what is seen now as PNG.",
+            "picture", "&File", "Save screenshot …", "Save the window as a PNG image.",
             dialogs.ask_for_picture, "Ctrl+Shift+P", "picture",
         ),
         Command(
-            "quit", "&File", "Quit", "Stop everything and close the window.",
+            "quit", "&File", "Quit", "Stop all tasks and close the window.",
             dialogs.close_later, "Ctrl+Q", "close", section=True,
         ),
     ]  # fmt: skip

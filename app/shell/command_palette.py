@@ -27,9 +27,9 @@ class CommandPalette(QDialog):
         self._book = book
         self._chosen: Command | None = None
         self._blank = _blank_icon()
-        self.setWindowTitle("Commands")
+        self.setWindowTitle("Command palette")
         self.search = QLineEdit()
-        self.search.setPlaceholderText("What do you want to do?")
+        self.search.setPlaceholderText("Search commands")
         self.search.setClearButtonEnabled(True)
         self.list = QTreeWidget()
         self.list.setRootIsDecorated(False)
@@ -89,7 +89,7 @@ class CommandPalette(QDialog):
         if found:
             self._go_to(0)
         else:
-            self._why.setText("No command has these letters.")
+            self._why.setText("No command matches.")
 
     def _item(self, command: Command) -> QTreeWidgetItem:
         action = self._book.action(command.id)
@@ -110,7 +110,7 @@ class CommandPalette(QDialog):
             return
         command = self._book.command(item.data(0, _ID))
         why_not = command.why_not()
-        self._why.setText(f"Not now: {why_not}" if why_not else command.tip)
+        self._why.setText(f"Unavailable: {why_not}" if why_not else command.tip)
         self._why.setProperty("role", "error" if why_not else "muted")
         self._why.style().polish(self._why)
 

@@ -53,8 +53,8 @@ class Dialogs:
         box.setTextFormat(Qt.TextFormat.RichText)
         box.setText(f"<b>stereotrack {__version__}</b>")
         box.setInformativeText(
-            "A workbench for tracking the movement of a person's upper body in recordings of "
-            f"several cameras.<br><br>Details of failures are in {escape(str(log_path()))}."
+            "A workbench for tracking the movement of a person's upper body in multi-view stereo "
+            f"recordings.<br><br>Details of errors are logged in {escape(str(log_path()))}."
         )
         box.open()
 
@@ -62,7 +62,7 @@ class Dialogs:
         """Let the person choose where a picture of the window is kept."""
         picture = self._window.grab()
         chosen, _ = QFileDialog.getSaveFileName(
-            self._window, "Save a picture of the window", "stereotrack.png", "PNG (*.png)"
+            self._window, "Save screenshot", "stereotrack.png", "PNG image (*.png)"
         )
         if not chosen:
             return

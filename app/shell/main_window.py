@@ -115,7 +115,7 @@ class MainWindow(QMainWindow):
         recording, project = self.context.session.document.recording, self.context.session.project
         names = [recording.name] if recording is not None else []
         if recording is not None and project.project is not None:
-            reading = " (reading only)" if project.project.read_only else ""
+            reading = "  (read-only)" if project.project.read_only else ""
             names.append(f"{project.project.path.name}{reading}")
         self.setWindowTitle(" – ".join([*names, "stereotrack"]))
 

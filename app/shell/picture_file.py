@@ -23,8 +23,8 @@ def write_picture(path: Path, picture: QPixmap) -> None:
     buffer.open(QIODevice.OpenModeFlag.WriteOnly)
     if not picture.save(buffer, path.suffix.removeprefix(".")):
         raise InputError(
-            "a picture cannot be written to this kind of file",
+            "an image cannot be written to this type of file",
             where=str(path),
-            remedy="Name a file that ends in .png.",
+            remedy="Choose a file name that ends in .png.",
         )
     write_file(path, bytes(buffer.data().data()))

@@ -32,7 +32,7 @@ class ShortcutEditor(QDialog):
         self._book = book
         self.setWindowTitle("Shortcuts")
         self.search = QLineEdit()
-        self.search.setPlaceholderText("Search a command")
+        self.search.setPlaceholderText("Search commands")
         self.list = QTreeWidget()
         self.list.setHeaderLabels(["Command", "Menu", "Shortcut"])
         self.list.setRootIsDecorated(False)
@@ -113,11 +113,13 @@ class ShortcutEditor(QDialog):
         name = item.data(0, _ID)
         taken = self._book.user_of(keys, besides=name)
         if taken is not None:
-            self.note.setText(f"{keys} already does: {taken.text}. Give that one other keys first.")
+            self.note.setText(
+                f"{keys} is already used by {taken.text}. Change that shortcut first."
+            )
             return
         self._book.set_shortcut(name, keys)
         self.keys.setKeySequence(QKeySequence(keys))
         self.note.setText(
-            f"{item.text(0)} is now on {keys}." if keys else f"{item.text(0)} has none."
+            f"Shortcut of {item.text(0)}: {keys}." if keys else f"{item.text(0)} has no shortcut."
         )
         self._refresh()

@@ -45,11 +45,11 @@ def status_words(
     """
     parts = []
     if document.opening:
-        parts.append("opening the recording …")
+        parts.append("opening recording …")
     elif document.recording is None:
         parts.append("no recording is open")
     elif document.frame_count == 0:
-        parts.append("the recording has no frame that all streams have")
+        parts.append("the recording has no frame that is present in all streams")
     else:
         parts.append(_tracker_words(document, track, runs, judging))
     if doing:
@@ -84,13 +84,13 @@ def _tracker_words(
     if active is not None and shown is not None:
         return _joined(f"frame {document.frame}, run “{active.name}”", words(shown, active))
     if active is not None:
-        return f"frame {document.frame} is not part of the run “{active.name}”"
+        return f"run “{active.name}” does not contain frame {document.frame}"
     if recording is None:
         return ""
     count = document.frame_count
     length = f"{count} frame{'' if count == 1 else 's'}, {count / recording.fps:.1f} s"
     deep = any(view.kind != "mono" for view in recording.views)
-    state = "nothing tracked yet" if deep else "no view gives depth, so it is not tracked"
+    state = "not tracked yet" if deep else "no view provides depth, so it cannot be tracked"
     return f"{recording.name}: {length}; {state}"
 
 
@@ -109,7 +109,7 @@ def frame_words(tracked: TrackedFrame, judgement: Judgement | None = None) -> st
     if unsure:
         return _some([f"{limb_words(doubt.limb)} {doubt.words}" for doubt in unsure])
     if not np.isfinite(tracked.limb_lost).any():
-        return _joined("limbs not judged", _spread_words(tracked))
+        return _joined("failure not assessed", _spread_words(tracked))
     against = _against(tracked)
     return f"no limb flagged, but {' and '.join(against)}" if against else "no limb flagged"
 
@@ -138,7 +138,7 @@ def _against(tracked: TrackedFrame) -> list[str]:
     """What is not usual about a frame as a whole."""
     found = []
     if not np.isfinite([tracked.unexplained_fraction, tracked.residual]).all():
-        found.append("how well the model explains the points is not known")
+        found.append("the fit of the model to the points is not known")
     if tracked.unexplained_fraction > USUAL_UNEXPLAINED:
         found.append(f"{100.0 * tracked.unexplained_fraction:.0f} % of the points are unexplained")
     if tracked.residual > USUAL_RESIDUAL:
@@ -149,7 +149,7 @@ def _against(tracked: TrackedFrame) -> list[str]:
 def _spread_words(tracked: TrackedFrame) -> str:
     sigma = tracked.limb_sigma_deg
     known = sigma[np.isfinite(sigma)]
-    return f"± {known.max():.0f}° at most by the filter alone" if len(known) else ""
+    return f"at most ± {known.max():.0f}° (filter estimate)" if len(known) else ""
 
 
 def _some(words: Sequence[str], between: str = ", ") -> str:
@@ -183,7 +183,7 @@ class StatusLine(QObject):
         self.progress.setMaximumHeight(14)
         self.progress.setTextVisible(False)
         self.cancel = QToolButton()
-        self.cancel.setToolTip("Cancel the work in the background")
+        self.cancel.setToolTip("Cancel the background tasks")
         self.cancel.setAutoRaise(True)
         set_icon(self.cancel, "stop")
         bar.addWidget(self.state, 1)
@@ -207,7 +207,7 @@ class StatusLine(QObject):
         words = status_words(session.document, track, session.runs, session.judging, doing)
         drawing = self._context.view_state.drawing
         if drawing is not None and drawing.frame == session.document.frame:
-            words = f"inside frame {drawing.frame}: {drawing.words}"
+            words = f"step trace of frame {drawing.frame}: {drawing.words}"
         self.state.setText(words)
         entry = track.entry
         self.cancel.setVisible(bool(tasks))

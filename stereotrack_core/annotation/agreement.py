@@ -214,7 +214,7 @@ def next_repeat(
         Where the share is not between 0 and 1.
     """
     if not 0.0 <= share <= 1.0:
-        raise ValueError(f"a share of {share} is not between 0 and 1")
+        raise ValueError(f"the share {share} is not between 0 and 1")
     known = set(repeated)
     if len(known & set(done)) >= int(share * len(done)):
         return None

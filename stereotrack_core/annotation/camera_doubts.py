@@ -74,14 +74,17 @@ def what_disagrees(found: Disagreement, names: Mapping[str, str] | None = None) 
     called = names or {}
     if not found.camera:
         both = " and ".join(called.get(name, name) for name in found.others)
-        return f"{both} disagree by {found.off_px:.0f} px, and nothing tells which of them is wrong"
+        return (
+            f"{both} disagree by {found.off_px:.0f} px, and it cannot be told which of them is "
+            "wrong"
+        )
     camera, count = called.get(found.camera, found.camera), len(found.others)
     others = f"the other {_NUMBERS[count] if count < len(_NUMBERS) else count}"
     if np.isfinite(found.late_frames):
         when = "later" if found.late_frames > 0 else "earlier"
         return (
-            f"{camera} shows everything {abs(found.late_frames):.1f} frames {when} than {others}, "
-            f"{found.off_px:.0f} px off"
+            f"{camera} is {abs(found.late_frames):.1f} frames {when} than {others}, with "
+            f"{found.off_px:.0f} px of disagreement"
         )
     return f"{camera} disagrees with {others} by {found.off_px:.0f} px"
 
@@ -90,12 +93,12 @@ def what_to_do(found: Disagreement) -> str:
     """What the person should do before clicks are blamed."""
     if not found.camera:
         return (
-            "Check calibration and synchronisation of both. Clicks of the same landmarks in a "
-            "further view would tell which is wrong."
+            "Check calibration and synchronisation of both. Click the same landmarks in a third "
+            "view to find out which is wrong."
         )
     if np.isfinite(found.late_frames):
-        return "Check its synchronisation, and state its time offset; its clicks may be right."
-    return "Check its calibration and its synchronisation; its clicks may be right."
+        return "Check its synchronisation and set its time offset. Its clicks may be correct."
+    return "Check its calibration and synchronisation. Its clicks may be correct."
 
 
 def own_mistakes(

@@ -72,13 +72,15 @@ class Click:
 
     def __post_init__(self) -> None:
         if self.frame < 0:
-            raise ValueError(f"frame {self.frame}: frames are counted from 0")
+            raise ValueError(f"frame {self.frame} is negative: frames are counted from 0")
         if (self.position is None) != (self.visibility == Visibility.OUTSIDE):
-            raise ValueError("a landmark has a position exactly where it is not outside the image")
+            raise ValueError(
+                "a landmark must have a position, unless it is marked as outside the image"
+            )
         if self.position is not None and not all(isfinite(value) for value in self.position):
-            raise ValueError(f"{self.position} is no place in an image")
+            raise ValueError(f"{self.position} is not a position in an image")
         if self.sigma is not None and not (isfinite(self.sigma) and self.sigma > 0):
-            raise ValueError(f"sigma is {self.sigma} px, but has to be positive")
+            raise ValueError(f"sigma is {self.sigma} px, but must be positive")
 
     @property
     def key(self) -> ClickKey:

@@ -70,8 +70,8 @@ def doubts_of(
             continue
         point = fit.landmarks[rows[key.frame], fit.names.index(key.landmark)]
         angle = _angle_deg(camera, point, length)
-        what = "probably a mistake" if mistake > MISTAKEN else "far from the fit"
-        found[key] = Doubt(mistake, angle, f"{what}: {length:.0f} px off")
+        what = "probable outlier" if mistake > MISTAKEN else "far from the fit"
+        found[key] = Doubt(mistake, angle, f"{what}, {length:.0f} px")
     return found
 
 

@@ -97,7 +97,7 @@ class ClickGains:
         reach: int = REACH,
     ) -> None:
         if fit.names != landmark_set.names:
-            raise ValueError("the fit is of another set of landmarks")
+            raise ValueError("the fit was made with another landmark set")
         self.names = tuple(cameras)
         self.reach = reach
         self.frame = fit.frame

@@ -37,7 +37,7 @@ class FollowSettings(ParameterGroup):
 
     follow_window: int = parameter(
         13,
-        "Side of the patch in pictures of 480 lines; in proportion in larger ones.",
+        "Side of the patch in images of 480 lines; scaled for larger images.",
         group=_GROUP,
         unit="px",
         minimum=7,
@@ -56,13 +56,13 @@ class FollowSettings(ParameterGroup):
     )
     follow_score: float = parameter(
         0.8,
-        "Least correlation with the patch that was clicked.",
+        "Smallest correlation with the clicked patch.",
         group=_GROUP,
         minimum=0.0,
         maximum=1.0,
     )
     follow_frames: int = parameter(
-        30, "Frames that are followed at most.", group=_GROUP, minimum=1, maximum=100000
+        30, "Largest number of frames to follow.", group=_GROUP, minimum=1, maximum=100000
     )
 
 
@@ -123,7 +123,7 @@ def follow_patch(
     pictures = iter(images)
     first = next(pictures, None)
     if first is None:
-        raise ValueError("there is no first picture to follow a patch from")
+        raise ValueError("there is no first image to follow a patch from")
     patch = _Patch(first, np.asarray(start, dtype=np.float64), settings)
     steps = [_Step(patch.start, 1.0, 0.0)]
     before, trouble = first, ""
@@ -210,31 +210,33 @@ def _next_picture(
 ) -> tuple[ImageArray | None, str]:
     """The next picture, or why there is none."""
     if done > settings.follow_frames:
-        return None, f"{settings.follow_frames} frames were followed"
+        return None, f"the limit of {settings.follow_frames} frames was reached"
     if cancelled is not None and cancelled():
-        return None, "it was stopped"
+        return None, "stopped"
     try:
         picture = next(pictures)
     except StopIteration:
-        return None, "the pictures end"
-    return picture, "the picture cannot be read"
+        return None, "the images end"
+    return picture, "the image cannot be read"
 
 
 def _trouble(step: _Step, picture: ImageArray, settings: FollowSettings, scale: float) -> str:
     """Why a step cannot be relied on; empty where it can."""
     if not np.isfinite(step.pixel).all():
-        return "there is nothing to hold on to"
+        return "the image has no texture here"
     height, width = picture.shape[:2]
     x, y = step.pixel
     if not (-0.5 <= x <= width - 0.5 and -0.5 <= y <= height - 0.5):
         return "it leaves the image"
     if not step.back <= scale * settings.follow_back:
         missed = (
-            f"misses it by {step.back:.1f} px" if np.isfinite(step.back) else "does not find it"
+            f"misses the start by {step.back:.1f} px"
+            if np.isfinite(step.back)
+            else "does not find the start"
         )
-        return f"going back {missed}"
+        return f"following backwards {missed}"
     if not step.score >= settings.follow_score:
-        return f"it does not look the same any more (correlation {step.score:.2f})"
+        return f"the patch has changed too much (correlation {step.score:.2f})"
     return ""
 
 

@@ -36,7 +36,7 @@ class FollowedClick:
         """``left elbow in N_right: followed to frame 231; then it leaves the image``."""
         last = int(self.frame[self.followed.reliable_until - 1])
         what = f"{self.click.landmark.replace('_', ' ')} in {self.click.camera}"
-        return f"{what}: followed to frame {last}; then {self.followed.reason}"
+        return f"{what}: followed to frame {last}; stopped because {self.followed.reason}"
 
 
 def follow_click(
@@ -66,9 +66,9 @@ def follow_click(
     first = next(pictures, None)
     if first is None:
         raise InputError(
-            f"the picture of {click.camera} at frame {click.frame} cannot be read",
+            f"the image of {click.camera} at frame {click.frame} cannot be read",
             where=reader.recording.name,
-            remedy="Follow from another frame.",
+            remedy="Start from another frame.",
         )
     followed = follow_patch(
         chain([first], pictures), np.array(click.position), settings, cancelled=cancelled
@@ -91,7 +91,7 @@ def pictures_of(
             break
     else:
         raise InputError(
-            f"no image of the camera {camera!r} is read",
+            f"no stream of the recording uses the camera {camera!r}",
             where=reader.recording.name,
             remedy="Choose a camera of one of the views.",
         )

@@ -81,7 +81,7 @@ class LandmarkSet:
 
     def __post_init__(self) -> None:
         if not self.name.strip():
-            raise InputError("the set of landmarks has no name", remedy="Give it one.")
+            raise InputError("the landmark set has no name", remedy="Give it one.")
         if not self.landmarks:
             raise InputError("there are no landmarks", where=self.name, remedy="Add at least one.")
         counts = Counter(landmark.name for landmark in self.landmarks)
@@ -98,9 +98,9 @@ class LandmarkSet:
             other = landmark.mirror
             if other and (other not in counts or self[other].mirror != landmark.name):
                 raise InputError(
-                    f"its mirror {other!r} does not name it in return",
+                    f"its mirror {other!r} does not name it as its mirror",
                     where=f"{self.name}, {landmark.name}",
-                    remedy="Let both landmarks of a pair name each other.",
+                    remedy="Both landmarks of a pair must name each other as mirror.",
                 )
 
     @cached_property
@@ -161,30 +161,33 @@ def _landmark(set_name: str, entry: Any) -> Landmark:
         raise InputError(
             f"a landmark cannot be read ({error})",
             where=set_name,
-            remedy="It has name, colour, limb, part, along, across, offset (x, y, z) and mirror.",
+            remedy="It must have name, colour, limb, part, along, across, offset (x, y, z) and "
+            "mirror.",
         ) from error
 
 
 def _check(landmark: Landmark, where: str) -> None:
     if not landmark.name or any(sign in landmark.name for sign in ',;"\n\t'):
         raise InputError(
-            f"{landmark.name!r} is no name", where=where, remedy="Use letters, digits and _."
+            f"{landmark.name!r} is not a valid name",
+            where=where,
+            remedy="Use letters, digits and _.",
         )
     if not _COLOUR.fullmatch(landmark.colour):
         raise InputError(
-            f"{landmark.colour!r} is no colour", where=where, remedy="Write it as #rrggbb."
+            f"{landmark.colour!r} is not a colour", where=where, remedy="Write it as #rrggbb."
         )
     for word, known in ((landmark.limb, LIMBS), (landmark.part, PARTS)):
         if word not in known:
             raise InputError(
-                f"{word!r} is not known", where=where, remedy=f"It is one of {', '.join(known)}."
+                f"unknown name {word!r}", where=where, remedy=f"Use one of {', '.join(known)}."
             )
     numbers = np.array([landmark.along, landmark.across, *landmark.offset])
     if numbers.shape != (5,) or not np.isfinite(numbers).all() or (abs(numbers) > _FARTHEST).any():
         raise InputError(
-            "its place is not on the body",
+            "the position is not on the body",
             where=where,
-            remedy="Shares and offsets (three of them, in metres) are between -1 and 1.",
+            remedy="Fractions and offsets (three, in metres) must be between -1 and 1.",
         )
 
 

@@ -215,7 +215,7 @@ class NextClicks:
             landmark = next(iter(wish.landmarks or self._set.names))
             key = ClickKey(frame, camera, landmark)
             if _asked_for(key, wish):
-                reason = f"nothing is known of {end - first} frame{'s' if end - first > 1 else ''}"
+                reason = f"no information on {end - first} frame{'s' if end - first > 1 else ''}"
                 gain = UNKNOWN_DEG * len(self._limbs)
                 yield Suggestion(*key, gain, reason, over_frames_deg=gain * (end - first))
 
@@ -229,18 +229,18 @@ class NextClicks:
             worst = int(np.argmax(excess))
             name = LIMBS[worst].replace("_", " ")
             said.append(
-                f"tracker and reference {self._apart_deg[row, worst]:.0f} deg apart ({name})"
+                f"tracker and reference differ by {self._apart_deg[row, worst]:.0f} deg ({name})"
             )
-        much = f"{sigma:.1f} deg" if sigma < UNKNOWN_DEG else "may point anywhere"
+        much = f"{sigma:.1f} deg" if sigma < UNKNOWN_DEG else "direction unknown"
         said.append(f"{AXES[axis].replace('_', ' ')} uncertain ({much})")
         gap = self._gap(row, landmark)
         if gap >= LARGE_GAP:
-            said.append(f"{gap} frames without a click of it")
+            said.append(f"no click for {gap} frames")
         seen_by = int((self.gains.state[row, :, landmark] == Place.CLICKED).sum())
         if seen_by == 1:
             said.append("clicked in one camera only")
         if self.gains.hidden[row, camera, landmark]:
-            said.append("hidden, so only a guess")
+            said.append("occluded, position must be estimated")
         return ", ".join(said)
 
     def _told(self, row: int, landmark: int) -> float:

@@ -102,7 +102,7 @@ def predicted_point(
         if not click.deleted and click.position is not None and click.camera in cameras
     }
     if len({(click.frame, click.landmark) for click in there.values()}) > 1:
-        raise ValueError("these are clicks of several landmarks or frames")
+        raise ValueError("the clicks are of several landmarks or frames")
     used = _measurements(there)
     if len(used) < 2:
         return None

@@ -87,9 +87,9 @@ class Progress:
         """``214 of 300 keyframes, 3 flagged``."""
         if not self.keyframes:
             text = f"{self.clicks} click{'' if self.clicks == 1 else 's'}"
-            return f"{text}, no keyframes chosen"
+            return f"{text}, no keyframes set"
         flagged = f", {self.flagged} flagged" if self.flagged else ""
-        return f"{self.done} of {self.keyframes} keyframes{flagged}"
+        return f"{self.done} of {self.keyframes} keyframes done{flagged}"
 
 
 def progress(keyframes: Mapping[int, bool], flagged: Collection[int], clicks: int) -> Progress:

@@ -51,9 +51,9 @@ class Reference:
         }
         for name, (array, shape) in shapes.items():
             if array is not None and array.shape != shape:
-                raise ValueError(f"{name} has the shape {array.shape} instead of {shape}")
+                raise ValueError(f"{name} has the shape {array.shape}, expected {shape}")
         if (self.frame[1:] <= self.frame[:-1]).any():
-            raise ValueError("the frames do not ascend")
+            raise ValueError("the frames are not in ascending order")
 
     def trajectory(self) -> LandmarkTrajectory:
         """The nine landmarks alone, NaN where the reference does not have one of them."""

@@ -38,7 +38,7 @@ def good_enough(
         Where the wanted accuracy is not positive or the share is none.
     """
     if not wanted_deg > 0 or not 0 <= allowed < 1:
-        raise ValueError(f"{wanted_deg} deg in all but a share of {allowed} is no wish")
+        raise ValueError(f"{wanted_deg} deg in all but a share of {allowed} is not a valid target")
     sigma = limb_sigma_deg[:, [LIMBS.index(limb) for limb in limbs]]
     missing = ~(sigma <= wanted_deg)
     known = np.isfinite(sigma)

@@ -79,12 +79,12 @@ class StopSign:
     def words(self) -> str:
         """``12 of 490 frames miss 3 deg, most often the left forearm (9)``."""
         if not self.frames:
-            return "nothing is fitted yet"
+            return "not fitted yet"
         if not self.frames_missing:
-            return f"good to {self.wanted_deg:g} deg in all {self.frames} frames: that is enough"
+            return f"all {self.frames} frames are within {self.wanted_deg:g} deg: target reached"
         worst = max(self.missing_by_limb, key=lambda limb: self.missing_by_limb[limb])
         number = self.missing_by_limb[worst]
-        text = f"{self.frames_missing} of {self.frames} frames miss {self.wanted_deg:g} deg"
+        text = f"{self.frames_missing} of {self.frames} frames exceed {self.wanted_deg:g} deg"
         if number:
             text += f", most often the {worst.replace('_', ' ')} ({number})"
-        return f"{text}: that is enough" if self.reached else text
+        return f"{text}: target reached" if self.reached else text

@@ -15,22 +15,22 @@ class BodyParameters(ParameterGroup):
 
     proportions: str = parameter(
         "individual",
-        "Lengths from the recording's subject file, or the average ones for everybody, or estimated"
-        " from the sequence, which tracks its first part twice.",
+        "Segment lengths: of the recording's subject file, average lengths, or estimated from the "
+        "sequence (its first part is then tracked twice).",
         group=_GROUP,
         choices=("individual", "average", "sequence"),
         thesis="individual",
     )
     legs: bool = parameter(
         True,
-        "Cones for the legs, so that their data attract nothing else.",
+        "Add cones for the legs, so that leg points are not assigned to other parts.",
         group=_GROUP,
         thesis=False,
     )
     girdle: bool = parameter(
         True,
-        "Shoulders can be lifted, pushed forward and drawn back; otherwise they are fixed to the"
-        " torso.",
+        "Let the shoulders be raised, protracted and retracted. Otherwise they are fixed to the "
+        "torso.",
         group=_GROUP,
         thesis=False,
     )
@@ -46,11 +46,11 @@ class BodyParameters(ParameterGroup):
         maximum=0.4,
     )
     torso_flatness: float = parameter(
-        0.62, "Depth of the torso over its width.", group=_GROUP, minimum=0.3, maximum=1.0
+        0.62, "Depth of the torso relative to its width.", group=_GROUP, minimum=0.3, maximum=1.0
     )
     torso_forward_low: float = parameter(
         0.03,
-        "Shift of the torso's middle in front of the hips.",
+        "Forward offset of the torso centre at the hips.",
         group=_GROUP,
         unit="m",
         minimum=-0.2,
@@ -59,7 +59,7 @@ class BodyParameters(ParameterGroup):
     )
     torso_forward_high: float = parameter(
         0.015,
-        "Shift of the torso's middle in front of the shoulders.",
+        "Forward offset of the torso centre at the shoulders.",
         group=_GROUP,
         unit="m",
         minimum=-0.2,
@@ -68,29 +68,29 @@ class BodyParameters(ParameterGroup):
     )
     shoulder_rise: float = parameter(
         0.0,
-        "Height of the shoulders' cones above the shoulder joints.",
+        "Height of the shoulder cones above the shoulder joints.",
         group=_GROUP,
         unit="m",
         minimum=-0.2,
         maximum=0.2,
     )
     shoulder_radius_factor: float = parameter(
-        1.0, "Factor on the radii of the shoulders.", group=_GROUP, minimum=0.3, maximum=3.0
+        1.0, "Scale of the shoulder radii.", group=_GROUP, minimum=0.3, maximum=3.0
     )
     head_rise: float = parameter(
         0.0,
-        "Height of the head's widest place above the head landmark.",
+        "Height of the widest point of the head above the head landmark.",
         group=_GROUP,
         unit="m",
         minimum=-0.2,
         maximum=0.2,
     )
     head_radius_factor: float = parameter(
-        1.0, "Factor on the radii of the head.", group=_GROUP, minimum=0.3, maximum=3.0
+        1.0, "Scale of the head radii.", group=_GROUP, minimum=0.3, maximum=3.0
     )
     leg_forward: float = parameter(
         0.015,
-        "Shift of the legs' middle in front of hips and knees.",
+        "Forward offset of the leg centre at hips and knees.",
         group=_GROUP,
         unit="m",
         minimum=-0.2,
@@ -98,7 +98,7 @@ class BodyParameters(ParameterGroup):
     )
     head_forward: float = parameter(
         0.015,
-        "Shift of the head's middle in front of the neck.",
+        "Forward offset of the head centre at the neck.",
         group=_GROUP,
         unit="m",
         minimum=-0.2,
@@ -106,9 +106,9 @@ class BodyParameters(ParameterGroup):
         thesis=0.0,
     )
     arm_radius_factor: float = parameter(
-        1.0, "Factor on the radii of arms and hands.", group=_GROUP, minimum=0.3, maximum=3.0
+        1.0, "Scale of the radii of arms and hands.", group=_GROUP, minimum=0.3, maximum=3.0
     )
     leg_radius_factor: float = parameter(
-        1.0, "Factor on the radii of the legs.", group=_GROUP, minimum=0.3, maximum=3.0
+        1.0, "Scale of the leg radii.", group=_GROUP, minimum=0.3, maximum=3.0
     )
     outline: OutlineParameters = dataclasses.field(default_factory=OutlineParameters)

@@ -40,24 +40,28 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--cutoff",
         type=float,
         metavar="HZ",
-        help="cut-off of the low-pass (default: 6; never above 0.4 of the frame rate)",
+        help="cut-off frequency of the low-pass filter (default: 6; at most 0.4 of the frame rate)",
     )
     parser.add_argument(
         "--fps",
         type=float,
         metavar="N",
-        help="frames per second, for files that do not state them themselves",
+        help="frames per second, for files that do not state it",
     )
     parser.add_argument(
         "--reference",
         nargs="?",
         const="",
         metavar="FILE",
-        help="also the errors of the angles against this reference, or the recording's own "
-        "without a name",
+        help="also print the errors of the angles against this reference; without a file name, "
+        "against the recording's reference",
     )
     parser.add_argument(
-        "-o", "--output", type=Path, metavar="FILE", help="write every frame as a table (.csv)"
+        "-o",
+        "--output",
+        type=Path,
+        metavar="FILE",
+        help="write the angles of every frame as a table (.csv)",
     )
     add_json(parser)
 
@@ -67,9 +71,9 @@ def run(args: Namespace) -> int:
     if args.output is not None:
         if args.output.suffix.lower() != ".csv":
             raise InputError(
-                "the angles of every frame are written as .csv",
+                "the angles of every frame can only be written as .csv",
                 where="-o",
-                remedy=f"Name it {args.output.with_suffix('.csv').name}.",
+                remedy=f"Use the name {args.output.with_suffix('.csv').name}.",
             )
         check_output(args.output)
     from stereotrack_core.cli.sources import angle_source, write_angles
@@ -83,7 +87,7 @@ def run(args: Namespace) -> int:
     errors = None if args.reference is None else _errors(args, source, angles)
     if args.output is not None:
         write_angles(args.output, angles, source.fps, args.cutoff)
-        say(f"Every frame written to {args.output}.")
+        say(f"Angles of every frame written to {args.output}.")
     if args.json:
         facts: dict[str, Any] = {
             "source": args.source,
@@ -104,7 +108,7 @@ def run(args: Namespace) -> int:
         put_table(angle_error_table(errors, "Errors of the joint angles, degrees"))
     say(motion.words)
     if not any(one.frames for one in stretches[0].ranges):
-        say(f"No angle is known over {SHORTEST} successive frames, so there are no ranges of it.")
+        say(f"No angle is known in {SHORTEST} consecutive frames, so ranges cannot be computed.")
     return OK
 
 
@@ -115,9 +119,9 @@ def _chosen(angles: JointAngles, frames: str | None) -> JointAngles:
         angles = angles.between(first or 0, last + 1 if end is None else end)
     if not len(angles.frame):
         raise InputError(
-            "there is no frame to work on",
+            "there are no frames to process",
             where="--frames" if frames is not None else "",
-            remedy="Give a file with frames, or other frames.",
+            remedy="Give a file with frames, or another frame range.",
         )
     return angles
 
@@ -127,9 +131,9 @@ def _segments(args: Namespace, source: AngleSource) -> Sequence[Segment]:
         return ()
     if not source.segments:
         raise InputError(
-            "there are no segments",
+            "the recording has no segments",
             where=str(args.source),
-            remedy="Put a segments.csv into the recording, or leave --segments out.",
+            remedy="Add a segments.csv to the recording, or omit --segments.",
         )
     return source.segments
 
@@ -143,15 +147,15 @@ def _errors(args: Namespace, source: AngleSource, angles: JointAngles) -> Sequen
     truth = source.truth if not args.reference else angles_of_file(Path(args.reference))
     if truth is None:
         raise InputError(
-            "the recording of this file has no reference, or is not there any more",
+            "the recording of this file has no reference, or was not found",
             where=str(args.source),
-            remedy="Name the reference with --reference FILE.",
+            remedy="Give the reference with --reference FILE.",
         )
     if not np.isin(angles.frame, truth.frame).any():
         raise InputError(
-            "the reference knows none of the frames",
+            "the reference contains none of the frames",
             where=str(args.reference or args.source),
-            remedy="Choose frames that it knows.",
+            remedy="Choose frames that it contains.",
         )
     return angle_errors(angles, truth)
 
@@ -282,13 +286,14 @@ def _side_facts(side: SideDifference) -> dict[str, Any]:
 
 COMMAND = Command(
     name="angles",
-    summary="joint angles of a run or reference: ranges of motion, velocities, left and right",
+    summary="joint angles of a run or reference: ranges of motion, velocities, left-right "
+    "differences",
     description=(
-        "Joint angles after the recommendations of the International Society of Biomechanics, as"
-        " far as nine landmarks have them: shoulder plane of elevation, elevation and axial"
-        " rotation, elbow flexion, turn and tilt of torso and head. Every angle has a standard"
-        " deviation where the file states how uncertain it is. What is positive and when an angle"
-        " is not defined is said in docs/angles.md."
+        "Compute joint angles following the recommendations of the International Society of "
+        "Biomechanics, as far as nine landmarks allow: shoulder plane of elevation, elevation and "
+        "axial rotation, elbow flexion, rotation and tilt of torso and head. Each angle has a "
+        "standard deviation if the file states its uncertainty. Sign conventions and undefined "
+        "angles are described in docs/angles.md."
     ),
     add_arguments=add_arguments,
     run=run,

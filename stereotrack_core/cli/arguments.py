@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 def add_recording(parser: ArgumentParser) -> None:
     """Add the folder to work on."""
     parser.add_argument(
-        "recording", type=Path, metavar="RECORDING", help="folder that holds recording.toml"
+        "recording", type=Path, metavar="RECORDING", help="folder that contains recording.toml"
     )
 
 
@@ -32,8 +32,8 @@ def add_settings(parser: ArgumentParser) -> None:
         "--preset",
         default="accurate",
         metavar="accurate|thesis|fast|FILE.toml",
-        help="where all parameters come from (default: accurate); a file holds a preset of your "
-        "own, as the workbench saves it",
+        help="preset that the parameters come from (default: accurate), or a file with your own "
+        "preset as saved by the workbench",
     )
     add_changes(parser, "change one parameter")
 
@@ -55,14 +55,16 @@ def add_frames(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--frames",
         metavar="A:B",
-        help="only the frames from A up to, not including, B; either may be left out",
+        help="only frames A up to but not including B; either may be omitted",
     )
 
 
 def add_segments(parser: ArgumentParser) -> None:
     """Add the choice of named stretches."""
     parser.add_argument(
-        "--segments", action="store_true", help="also for each stretch of segments.csv"
+        "--segments",
+        action="store_true",
+        help="also print the results for each segment of segments.csv",
     )
 
 
@@ -71,7 +73,7 @@ def add_views(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--views",
         metavar="NS or cam_0+cam_2",
-        help="only these views; names are joined by +, names of one letter may be run together",
+        help="use only these views; join names with +; single-letter names may be written together",
     )
 
 
@@ -84,7 +86,7 @@ def check_seed(seed: int | None) -> None:
         For a negative one.
     """
     if seed is not None and seed < 0:
-        raise InputError("a seed is not negative", where="--seed", remedy="Give 0 or more.")
+        raise InputError("a seed must not be negative", where="--seed", remedy="Give 0 or more.")
 
 
 def check_output(path: Path, recording: Recording | None = None) -> Path:
@@ -97,22 +99,26 @@ def check_output(path: Path, recording: Recording | None = None) -> Path:
     """
     if not path.parent.is_dir():
         raise InputError(
-            "there is no such folder", where=str(path.parent), remedy="Make it, or name another."
+            "there is no such folder",
+            where=str(path.parent),
+            remedy="Create it, or choose another folder.",
         )
     if path.is_dir():
-        raise InputError("this is a folder", where=str(path), remedy="Name a file in it.")
+        raise InputError(
+            "this is a folder", where=str(path), remedy="Give the name of a file in it."
+        )
     place = Path(os.path.realpath(path))  # which knows links that lead in a circle
     if recording is not None and place.is_relative_to(recording.folder.resolve()):
         raise InputError(
-            "this is inside the recording, which is never written to",
+            "this is inside the recording folder, which is never written to",
             where=str(path),
-            remedy="Choose a place outside the recording's folder.",
+            remedy="Choose a place outside the recording folder.",
         )
     try:
         tempfile.TemporaryFile(dir=path.parent).close()
     except OSError as error:
         raise InputError(
-            f"nothing can be written to this folder ({error.strerror})",
+            f"cannot write to this folder ({error.strerror})",
             where=str(path.parent),
             remedy="Choose a folder that you may write to.",
         ) from None

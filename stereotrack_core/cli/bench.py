@@ -34,27 +34,28 @@ def add_arguments(parser: ArgumentParser) -> None:
         type=Path,
         nargs="?",
         metavar="RECORDING",
-        help="recording with stereo views (default: the demo recording, made where it is missing)",
+        help="recording with stereo views (default: the demo recording, which is created if "
+        "missing)",
     )
     parser.add_argument(
         "--only",
         action="append",
         choices=PARTS,
-        help="only this benchmark; may be given several times",
+        help="run only this benchmark; may be given several times",
     )
     parser.add_argument(
         "--frames",
         type=int,
         default=40,
         metavar="N",
-        help="frame sets in a round of the chain (default: 40)",
+        help="frame sets per round of the whole chain (default: 40)",
     )
     parser.add_argument(
         "--rounds",
         type=int,
         default=5,
         metavar="N",
-        help="rounds of the chain, of which medians are told (default: 5)",
+        help="rounds of the whole chain; medians are reported (default: 5)",
     )
     add_json(parser)
 
@@ -63,13 +64,15 @@ def run(args: Namespace) -> int:
     """Run the benchmarks and print them."""
     for name in ("frames", "rounds"):
         if getattr(args, name) < 1:
-            raise InputError("at least 1 is needed", where=f"--{name}", remedy="Give 1 or more.")
+            raise InputError(
+                "the value must be at least 1", where=f"--{name}", remedy="Give 1 or more."
+            )
     if args.recording is not None:
         _check_recording(args.recording)
     parts = args.only or PARTS
     load = _load_per_core()
     if load > _BUSY:
-        say(f"The machine is busy (load {load:.1f} per core), so the figures will be off.")
+        say(f"The machine is busy (load {load:.1f} per core). The results will be inaccurate.")
     folder = _recording(args.recording) if set(parts) & {"chain", "window"} else None
     facts: dict[str, Any] = {"cores": os.cpu_count(), "load_per_core": load, "recording": folder}
     tables: list[Table] = []
@@ -119,7 +122,7 @@ def _chain(folder: Path, frames: int, rounds: int) -> tuple[ChainSpeed, ...]:
     from stereotrack_core.tracking.presets import preset
 
     presets = {name: preset(name) for name in ("fast", "accurate", "thesis")}
-    say("Timing the whole chain against bare block matching.")
+    say("Timing the whole chain against plain block matching.")
     with progress("Chain", rounds * len(presets)) as show:
         return chain_speed(
             open_recording(folder), presets, frames=frames, rounds=rounds, on_progress=show
@@ -140,7 +143,7 @@ def _chain_table(speeds: tuple[ChainSpeed, ...]) -> Table:
         for speed in speeds
     ]
     return Table(
-        "From encoded images to the pose, against StereoBM (64 disparities, window 15) alone",
+        "From encoded images to the pose, compared with StereoBM (64 disparities, window 15) alone",
         ("preset", ">chain ms", ">StereoBM ms", ">ratio", ">frame sets/s", ">once s", ">tracked"),
         rows,
     )
@@ -152,11 +155,11 @@ def _correction() -> tuple[CorrectionSpeed, ...]:
         correction_speed,
     )
 
-    say("Timing the correction against its dense form and filterpy.")
+    say("Timing the correction step against a dense implementation and filterpy.")
     with progress("Correction", len(MEASUREMENTS)) as show:
         speeds = correction_speed(on_progress=show)
     if any(speed.filterpy_seconds is None for speed in speeds):
-        say("filterpy is not installed; its column stays empty (pip install filterpy).")
+        say("filterpy is not installed, so its column stays empty (pip install filterpy).")
     return speeds
 
 
@@ -176,7 +179,7 @@ def _correction_table(speeds: tuple[CorrectionSpeed, ...], exponent: float) -> T
             )
         )
     return Table(
-        f"The correction with m measurements; its time grows as m^{exponent:.2f}",
+        f"Correction step with m measurements; time grows as m^{exponent:.2f}",
         (">m", ">ms", ">dense ms", ">times", ">filterpy ms", ">times", ">difference"),
         rows,
     )
@@ -185,7 +188,7 @@ def _correction_table(speeds: tuple[CorrectionSpeed, ...], exponent: float) -> T
 def _window(folder: Path, window: Window | None) -> dict[str, Any] | None:
     """Figures of the window, which measures itself in its own process."""
     if window is None:
-        say("The window is not measured: the workbench is not installed.")
+        say("The window was not timed because the workbench is not installed.")
         return None
     say("Timing frame steps in the window.")
     environment = dict(os.environ)
@@ -203,7 +206,7 @@ def _window(folder: Path, window: Window | None) -> dict[str, Any] | None:
         figures = json.loads(done.stdout)
     except (subprocess.SubprocessError, OSError, json.JSONDecodeError) as error:
         last = (getattr(error, "stderr", None) or str(error)).strip().splitlines()[-1:]
-        say(f"The window could not be measured: {' '.join(last)}")
+        say(f"The window could not be timed: {' '.join(last)}")
         return None
     return dict(figures) if isinstance(figures, dict) else {"figures": figures}
 
@@ -218,11 +221,11 @@ def _window_table(figures: dict[str, Any]) -> Table:
 
 COMMAND = Command(
     name="bench",
-    summary="the benchmarks of the README, as ratios",
+    summary="run the README's benchmarks, as ratios",
     description=(
-        "Measure on this machine: the whole chain against bare block matching on the same "
-        "images, the correction against its dense form and filterpy, and frame steps in the "
-        "window."
+        "Measure on this machine: the whole chain against plain block matching on the same "
+        "images, the correction step against a dense implementation and filterpy, and frame steps "
+        "in the window."
     ),
     add_arguments=add_arguments,
     run=run,

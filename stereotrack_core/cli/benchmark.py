@@ -41,24 +41,25 @@ def add_arguments(parser: ArgumentParser) -> None:
         type=Path,
         nargs="*",
         metavar="RECORDING",
-        help="recordings with a reference (default: the demo recording, made where it is missing)",
+        help="recordings with a reference (default: the demo recording, which is created if "
+        "missing)",
     )
     _add_choice(parser)
     _add_kind(parser)
-    add_changes(parser, "change one parameter for all")
+    add_changes(parser, "change one parameter for all runs")
     parser.add_argument(
         "--speed-frames",
         type=int,
         default=20,
         metavar="N",
-        help="frame sets that the speed is measured on (default: 20); 0 leaves it out",
+        help="frame sets for timing (default: 20); 0 skips timing",
     )
     parser.add_argument(
         "-o",
         "--output",
         type=Path,
         metavar="TABLE",
-        help="also write the table: .md (as it is printed) or .csv (every number in full)",
+        help="also write the table to a file: .md (as printed) or .csv (full precision)",
     )
     add_json(parser)
 
@@ -68,18 +69,19 @@ def _add_kind(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--ablation",
         action="store_true",
-        help=f"instead of presets: {_BASE}, and {_BASE} with one part taken away at a time",
+        help=f"compare {_BASE} with variants of {_BASE} that lack one part each, instead of "
+        "presets",
     )
     parser.add_argument(
         "--growth",
         action="store_true",
-        help="instead of errors: how the cost of a frame grows with measured points and views",
+        help="measure how the cost of a frame grows with the number of points and views, instead "
+        "of errors",
     )
     parser.add_argument(
         "--annotation",
         action="store_true",
-        help="instead of tracking: clicks are simulated from the reference, and the body is fitted "
-        "to them",
+        help="fit the body to clicks simulated from the reference, instead of tracking",
     )
 
 
@@ -88,12 +90,12 @@ def _add_choice(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--presets",
         metavar="a,b,c",
-        help=f"presets, joined by commas (default: all; for growth {_BASE})",
+        help=f"comma-separated presets (default: all; for growth {_BASE})",
     )
     parser.add_argument(
         "--seeds",
         metavar="0,1,2",
-        help="seeds, joined by commas (default: 0,1,2,3,4; for annotation 0)",
+        help="comma-separated seeds (default: 0,1,2,3,4; for annotation 0)",
     )
     add_frames(parser)
     add_views(parser)
@@ -101,8 +103,8 @@ def _add_choice(parser: ArgumentParser) -> None:
         "--init",
         choices=("auto", "tpose"),
         default="auto",
-        help="where the first pose comes from: found without help (auto), or the T pose facing "
-        "north (default: auto)",
+        help="initial pose: found automatically (auto), or the T pose facing north (tpose) "
+        "(default: auto)",
     )
 
 
@@ -117,7 +119,9 @@ def run(args: Namespace) -> int:
         return _annotation(args)
     seeds = seeds_of(args.seeds or "0,1,2,3,4")
     if args.speed_frames < 0:
-        raise InputError("this is less than 0", where="--speed-frames", remedy="Give 0 or more.")
+        raise InputError(
+            "the value must not be negative", where="--speed-frames", remedy="Give 0 or more."
+        )
     presets = _BASE if args.growth and args.presets is None else args.presets
     contestants = _contestants(presets, args.ablation, args.changes)
     if args.output is not None:
@@ -132,7 +136,7 @@ def run(args: Namespace) -> int:
         for name, speed in _speeds(recording, contestants, args).items():
             speeds[recording.name, name] = speed
     rows = pooled(scores)
-    what = "What each part brings" if args.ablation else "Presets and baselines"
+    what = "Ablation" if args.ablation else "Presets and baselines"
     table = readable(rows, speeds, seeds, what)
     if args.output is not None:
         _write(args.output, table, rows, speeds)
@@ -148,7 +152,7 @@ def _annotation(args: Namespace) -> int:
 
     _refuse_others(args, "--annotation", ("growth", "ablation", "presets", "views", "output"))
     if args.changes:
-        raise InputError("nothing is tracked", where="--set", remedy="Leave it out.")
+        raise InputError("nothing is tracked", where="--set", remedy="Omit this option.")
     return annotation_benchmark(_recordings(args.recordings), seeds_of(args.seeds or "0"), args)
 
 
@@ -157,7 +161,7 @@ def _refuse_others(args: Namespace, kind: str, names: Sequence[str]) -> None:
     given = [f"--{name}" for name in names if getattr(args, name)]
     if given:
         raise InputError(
-            f"{', '.join(given)} does not go with it", where=kind, remedy="Leave it out."
+            f"{', '.join(given)} cannot be combined with it", where=kind, remedy="Omit this option."
         )
 
 
@@ -169,7 +173,9 @@ def _contestants(presets: str | None, ablation: bool, changes: list[str]) -> dic
     if ablation:
         if presets is not None:
             raise InputError(
-                "an ablation compares no presets", where="--presets", remedy="Leave it out."
+                "an ablation does not compare presets",
+                where="--presets",
+                remedy="Omit this option.",
             )
         base = preset(_BASE, changes)
         return {_BASE: base, **{row.name: base.replaced(**row.changes) for row in ABLATIONS}}
@@ -201,7 +207,7 @@ def _scores(
         frames = frames_within(args.frames, reader.frame_count)
     total = len(frames) * len(contestants) * len(seeds)
     say(
-        f"Tracking {recording.name}: {len(frames)} frames, {counted(len(contestants), 'way')}, "
+        f"Tracking {recording.name}: {len(frames)} frames, {counted(len(contestants), 'method')}, "
         f"{counted(len(seeds), 'seed')}."
     )
     specs = {
@@ -222,7 +228,7 @@ def _speeds(
 
     if not args.speed_frames:
         return {}
-    say(f"Timing on {recording.name}; nothing else should run meanwhile.")
+    say(f"Timing on {recording.name}. Do not run anything else meanwhile.")
     views = views_of(recording, args.views)
     with progress("Timing", len(contestants)) as show:
         return dict(
@@ -243,7 +249,7 @@ def _growth(
     for recording in recordings:
         views = views_of(recording, args.views)
         for preset_name, settings in contestants.items():
-            say(f"Timing {preset_name} on {recording.name}; nothing else should run meanwhile.")
+            say(f"Timing {preset_name} on {recording.name}. Do not run anything else meanwhile.")
             points = cost_of_points(recording, settings, views=views)
             by_views = cost_of_views(recording, settings, views=views)
             where = {"recording": recording.name, "preset": preset_name}
@@ -269,7 +275,7 @@ def _write(path: Path, table: Table, rows: Sequence[Row], speeds: Speeds) -> Non
     else:
         text = csv_text(*in_full(rows, speeds))
     write_file(path, text)
-    say(f"The table is in {path}.")
+    say(f"Table written to {path}.")
 
 
 Speeds = Mapping[tuple[str, str], "Speed"]
@@ -285,7 +291,7 @@ _SPEED_HEADINGS = (">frames/s", ">times StereoBM")
 def readable(rows: Sequence[Row], speeds: Speeds, seeds: Sequence[int], what: str) -> Table:
     """Means, with their standard deviations over the seeds, one line per recording and preset."""
     spread = f" ± standard deviation over seeds {', '.join(map(str, seeds))}"
-    title = f"{what}; degrees where no unit is said, means{spread if len(seeds) > 1 else ''}"
+    title = f"{what}; degrees unless stated otherwise, means{spread if len(seeds) > 1 else ''}"
     headings = (*_HEADINGS, *(_SPEED_HEADINGS if speeds else ()))
     return Table(title, headings, [_line(row, speeds) for row in rows])
 
@@ -359,13 +365,13 @@ def growth_table(title: str, what: str, costs: Sequence[Cost], exponent: float) 
 
 COMMAND = Command(
     name="benchmark",
-    summary="presets and baselines on recordings with a reference, in one table",
+    summary="compare presets and baselines on recordings with a reference",
     description=(
-        "Track every recording with every preset and every seed, and print one table: errors "
-        "against the reference, their spread over the seeds, and the speed of the whole chain. "
-        "Trackers never see the reference. A frame that is not tracked counts 90 degrees and "
-        "500 mm. With --ablation, what each part of accurate brings; with --annotation, how good "
-        "references are that the body is fitted to."
+        "Track every recording with every preset and seed, and print one table: errors against "
+        "the reference, their spread over seeds, and the speed of the whole chain. Trackers never "
+        "see the reference. A frame that is not tracked counts 90 degrees and 500 mm. With "
+        "--ablation: the contribution of each part of accurate. With --annotation: the accuracy "
+        "of references fitted to clicks."
     ),
     add_arguments=add_arguments,
     run=run,

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 _HEADINGS = (
     *("recording", "clicks", ">upper arms", ">forearms", ">cross axis"),
-    *(">inside 95 %", ">limbs inside", ">mistakes found", ">good accused"),
+    *(">inside 95 %", ">limbs inside", ">outliers found", ">false alarms"),
 )
 
 
@@ -31,7 +31,10 @@ def annotation_benchmark(
     if args.json:
         put_json([_facts(score) for score in scores])
     else:
-        what = "Fitted references; degrees, means of all frames, 95 % intervals that hold"
+        what = (
+            "Fitted references; degrees, means over all frames, share of limbs inside their 95 % "
+            "interval"
+        )
         put_table(Table(what, _HEADINGS, [_line(score, seeds) for score in scores]))
     return OK
 
@@ -78,9 +81,9 @@ def _cut(recording: Recording, text: str | None) -> Recording:
     inside = (truth.frame >= frames.start) & (truth.frame < frames.stop)
     if not inside.any():
         raise InputError(
-            "the reference knows none of the frames",
+            "the reference contains none of the frames",
             where=str(recording.folder),
-            remedy="Choose frames that it knows.",
+            remedy="Choose frames that it contains.",
         )
     cut = LandmarkTrajectory(truth.frame[inside], truth.points[inside])
     return dataclasses.replace(recording, reference=cut)

@@ -23,7 +23,9 @@ from stereotrack_core.recording.selection import views_of
 def add_arguments(parser: ArgumentParser) -> None:
     """Declare the arguments."""
     add_recording(parser)
-    parser.add_argument("--frame", type=int, required=True, metavar="N", help="frame, from 0")
+    parser.add_argument(
+        "--frame", type=int, required=True, metavar="N", help="frame, counted from 0"
+    )
     parser.add_argument(
         "-o", "--output", type=Path, required=True, metavar="cloud.ply", help="file to write"
     )
@@ -42,7 +44,9 @@ def run(args: Namespace) -> int:
     from stereotrack_core.tracking.presets import preset
 
     if args.output.suffix.lower() != ".ply":
-        raise InputError("only .ply can be written", where="-o", remedy="Name a .ply file.")
+        raise InputError(
+            "only .ply files can be written", where="-o", remedy="Use a name that ends in .ply."
+        )
     recording = open_recording(args.recording)
     check_output(args.output, recording)
     settings = preset(args.preset, args.changes)
@@ -81,7 +85,7 @@ COMMAND = Command(
     summary="the fused point cloud of one frame as a PLY file",
     description=(
         "Write the fused point cloud of one frame as a binary PLY file: metres in the world "
-        "frame, with the view of every point as a number and as a colour."
+        "frame, with the view of each point as a number and as a colour."
     ),
     add_arguments=add_arguments,
     run=run,

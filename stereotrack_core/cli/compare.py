@@ -40,15 +40,15 @@ def add_arguments(parser: ArgumentParser) -> None:
         type=Path,
         nargs="+",
         metavar="RUN",
-        help="two runs (.npz) or more, or landmarks (.csv, .trc, .c3d); the first is what the "
-        "others are compared with",
+        help="two or more runs (.npz) or landmark files (.csv, .trc, .c3d); the others are "
+        "compared with the first",
     )
     parser.add_argument(
         "--reference",
         type=Path,
         metavar="FILE",
-        help="landmarks taken as truth; a run knows its recording's own. Without any, runs are "
-        "compared with each other alone",
+        help="reference landmarks (.csv, .trc, .c3d); a run knows its recording's reference. "
+        "Without any, runs are only compared with each other",
     )
     add_frames(parser)
     add_segments(parser)
@@ -64,7 +64,7 @@ def run(args: Namespace) -> int:
     )
 
     if len(args.run_files) > len(string.ascii_uppercase):
-        raise InputError("these are too many runs", remedy="Compare up to 26 at once.")
+        raise InputError("too many runs", remedy="Compare at most 26 at once.")
     frames = _frames(args.frames)
     read = [read_measured(path) for path in args.run_files]
     candidates = _candidates(read)
@@ -93,7 +93,7 @@ def run(args: Namespace) -> int:
     put(f"Reference: {source}\n" if source is not None else "No reference.\n")
     for title, comparison in (("", whole), *parts):
         if comparison is None:
-            put(f"{title}: no frame that all runs have.\n")
+            put(f"{title}: the runs have no frame in common.\n")
             continue
         for pair in comparison.pairs:
             put_table(comparison_table(comparison, pair, title))
@@ -118,12 +118,12 @@ def _truth(given: Path | None, stored: Sequence[Run]) -> Truth | None:
     if given is not None:
         return truth_of(given, stored[0].meta if stored else {})
     if not stored:
-        say("These files do not say which recording they belong to; there is no reference.")
+        say("No reference: the files do not state their recording.")
         return None
     try:
         return truth_of(None, stored[0].meta)
     except InputError as error:
-        say(f"{error.where}: {error.what}; the runs are compared with each other alone.")
+        say(f"{error.where}: {error.what}. The runs are only compared with each other.")
         return None
 
 
@@ -142,8 +142,8 @@ def _warn(paths: Sequence[Path], stored: Sequence[Run], truth: Truth | None) -> 
     prints = {str(one.meta["fingerprint"]) for one in stored if one.meta.get("fingerprint")}
     if len(prints) > 1:
         say(
-            f"These runs are of {len(prints)} recordings, so their differences mean nothing: "
-            f"{', '.join(map(str, paths))}."
+            f"The runs are of {len(prints)} different recordings, so their differences are "
+            f"meaningless: {', '.join(map(str, paths))}."
         )
     if truth is not None:
         warn_about_size(truth)
@@ -156,7 +156,7 @@ def comparison_table(comparison: Comparison, pair: Pair, title: str = "") -> Tab
     first, second = pair.first, pair.second
     frames = len(comparison.frames)
     where = f"{title}: " if title else ""
-    heading = f"{where}{second} beside {first}, means over {frames} frames"
+    heading = f"{where}{second} compared with {first}, means over {frames} frames"
     rows = [
         (
             f"{measure.label} [{measure.unit}]",
@@ -173,7 +173,7 @@ def comparison_table(comparison: Comparison, pair: Pair, title: str = "") -> Tab
     ]
     columns = (
         *("measure", f">{first}", f">{second}", f">{second} - {first}", ">95 % interval"),
-        *(f">{second} better in", ">p", ">block", "what these frames show"),
+        *(f">{second} better in", ">p", ">block", "conclusion"),
     )
     return Table(heading, columns, rows)
 
@@ -183,7 +183,7 @@ def apart_table(pair: Pair, title: str = "") -> Table:
     where = f"{title}: " if title else ""
     rows = measure_rows(pair.apart)
     rows.append(("arm segments over 45 deg apart [%]", number(100.0 * pair.apart.lost), "", ""))
-    heading = f"{where}{pair.second} from {pair.first}, how far apart they are"
+    heading = f"{where}{pair.second} and {pair.first}, distance from each other"
     return Table(heading, ("measure", ">mean", ">median", ">95 %"), rows)
 
 
@@ -241,12 +241,11 @@ def _percent(share: float) -> str:
 
 COMMAND = Command(
     name="compare",
-    summary="runs against each other: by how much one is better, and whether that can be told",
+    summary="compare runs: how much better one is, and whether the difference is significant",
     description=(
-        "Compare runs over the frames that all of them have: every measure of `evaluate` where "
-        "there is a reference, how far the runs are apart where there is none. Differences are "
-        "paired frame by frame; their 95 % intervals come from blocks of frames, because "
-        "neighbouring frames are alike."
+        "Compare runs over the frames they share: all measures of `evaluate` where there is a "
+        "reference, otherwise the distance between the runs. Differences are paired by frame. "
+        "Their 95 % intervals use blocks of frames, because neighbouring frames are correlated."
     ),
     add_arguments=add_arguments,
     run=run,

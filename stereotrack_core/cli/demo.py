@@ -34,16 +34,17 @@ def add_arguments(parser: ArgumentParser) -> None:
         type=Path,
         nargs="?",
         metavar="DIR",
-        help="where recording and run are kept (default: the program's own data folder)",
+        help="folder for the recording and the run (default: the program's data folder)",
     )
     parser.add_argument(
-        "--headless", action="store_true", help="print the errors without opening the workbench"
+        "--headless", action="store_true", help="print the errors and do not open the workbench"
     )
     parser.add_argument(
         "--screenshot",
         type=Path,
         metavar="PNG",
-        help="save the workbench on the demo as a picture and leave; works without a screen",
+        help="save a screenshot of the workbench showing the demo and exit; works without a "
+        "display",
     )
     add_settings(parser)
     add_json(parser)
@@ -61,7 +62,7 @@ def made_demo(folder: Path | None = None) -> DemoPlaces:
 
     places = demo_places(folder)
     if not places.made:
-        say(f"Making the demo recording in {places.recording}, once.")
+        say(f"Creating the demo recording in {places.recording} (only once).")
         with progress("Rendering", DEMO_FRAMES) as show, stoppable() as stopped:
             make_demo(places, on_progress=lambda done, _: show(done), cancelled=stopped)
     return places
@@ -106,7 +107,7 @@ def _without_window(args: Namespace, settings: Settings) -> int:
         put_json({**facts, **told, "segments": [error_facts(part) for part in parts]})
     else:
         _put_errors(args.preset, recording, job.run.trajectory(), facts["frames_per_second"])
-    say(f"The recording is in {places.recording}, the run in {places.run}.")
+    say(f"Recording saved to {places.recording}, run saved to {places.run}.")
     say_signs(job)
     if job.stopped or job.nothing:
         return FAILED
@@ -139,15 +140,15 @@ def _put_errors(
     put_table(error_table(summary, title, frames_per_second))
     put_table(segment_table(parts))
     if saved is not None:
-        say(f"The run is in {saved}.")
+        say(f"Run saved to {saved}.")
 
 
 COMMAND = Command(
     name="demo",
-    summary="make a demo recording (once), track it, print its errors, open the workbench",
+    summary="create a demo recording (once), track it, print its errors, open the workbench",
     description=(
-        "Render the demo recording where it is not there yet, track it, print the errors of "
-        "every limb, and open the workbench on it. With --headless nothing is opened."
+        "Render the demo recording if it does not exist yet, track it, print the errors of each "
+        "limb, and open the workbench on it. With --headless the workbench is not opened."
     ),
     add_arguments=add_arguments,
     run=run,

@@ -26,35 +26,41 @@ def add_arguments(parser: ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("run_file", type=Path, metavar="RUN", help="a complete run (.npz)")
     parser.add_argument(
-        "--recording", type=Path, metavar="DIR", help="the run's recording; the run names its own"
+        "--recording",
+        type=Path,
+        metavar="DIR",
+        help="the run's recording; by default the one named in the run",
     )
     parser.add_argument(
         "--no-pictures",
         action="store_true",
-        help="judge causes by the run alone, without making clouds of the recording again",
+        help="classify causes from the run alone, without computing the recording's clouds",
     )
     parser.add_argument(
         "--reference",
         type=Path,
         metavar="FILE",
-        help="landmarks taken as truth (.csv, .trc, .c3d, .npz); the recording's own where it has "
-        "one",
+        help="reference landmarks (.csv, .trc, .c3d, .npz); by default the recording's reference",
     )
     parser.add_argument(
-        "--found", choices=("truth", "signs"), help="only those found with truth, or without"
+        "--found",
+        choices=("truth", "signs"),
+        help="only failures detected with the reference (truth), or without it (signs)",
     )
     parser.add_argument(
-        "--limb", metavar="LIMB", help="only those of a limb, for example left_forearm"
+        "--limb", metavar="LIMB", help="only failures of this limb, for example left_forearm"
     )
     parser.add_argument(
-        "--cause", metavar="CAUSE", help="only those of a cause, for example crossing"
+        "--cause", metavar="CAUSE", help="only failures with this cause, for example crossing"
     )
-    add_changes(parser, "change what counts as an episode, for example episode_error=30")
+    add_changes(parser, "change a detection parameter, for example episode_error=30")
     parser.add_argument(
-        "--strips", type=Path, metavar="DIR", help="folder for a strip of pictures of each"
+        "--strips", type=Path, metavar="DIR", help="folder for an image strip of each failure"
     )
-    parser.add_argument("--video", type=Path, metavar="MP4", help="a video of them all")
-    parser.add_argument("--view", metavar="VIEW", help="view of the strips (default: the best one)")
+    parser.add_argument("--video", type=Path, metavar="MP4", help="video of all failures")
+    parser.add_argument(
+        "--view", metavar="VIEW", help="view shown in the strips (default: the best one)"
+    )
     add_json(parser)
 
 
@@ -64,11 +70,11 @@ def run(args: Namespace) -> int:
 
     _check(args)
     subject = _subject(args)
-    with progress("Looking at episodes", 100) as show, stoppable() as stopped:
+    with progress("Detecting failures", 100) as show, stoppable() as stopped:
         try:
             every = find_episodes(subject, lambda share, _: show(round(100 * share)), stopped)
         except Cancelled:
-            say("Stopped; nothing was written.")
+            say("Stopped. Nothing was written.")
             return FAILED
     chosen = _chosen(every, args)
     agreed = _agreed(every) if subject.reference is not None else None
@@ -81,7 +87,7 @@ def run(args: Namespace) -> int:
     try:
         return _export(args, subject, chosen)
     except Cancelled:
-        say("Stopped; not everything was written.")
+        say("Stopped. The output is incomplete.")
         return FAILED
 
 
@@ -96,19 +102,21 @@ def _check(args: Namespace) -> None:
     ):
         if value is not None and value not in known:
             raise InputError(
-                f"there is no {value!r}", where=option, remedy=f"Give one of {', '.join(known)}."
+                f"unknown value {value!r}", where=option, remedy=f"Use one of {', '.join(known)}."
             )
     if args.strips is not None and args.strips.exists() and not args.strips.is_dir():
-        raise InputError("this is a file", where=str(args.strips), remedy="Name a folder.")
+        raise InputError(
+            "this is a file", where=str(args.strips), remedy="Give the name of a folder."
+        )
     if args.strips is not None:
         there = next(one for one in (args.strips, *args.strips.absolute().parents) if one.exists())
         check_output(there / "strip.png")
     if args.video is not None:
         if args.video.suffix.lower() != ".mp4":
             raise InputError(
-                "its name does not end in .mp4",
+                "the name of a video must end in .mp4",
                 where=str(args.video),
-                remedy=f"Name it {args.video.with_suffix('.mp4').name}.",
+                remedy=f"Use the name {args.video.with_suffix('.mp4').name}.",
             )
         check_output(args.video)
 
@@ -124,7 +132,7 @@ def _subject(args: Namespace) -> Subject:
     rules = EpisodeRules().replaced(**parsed_settings(args.changes))
     stored = read_run(args.run_file)
     say_if_unfinished(args.run_file, stored)
-    recording = recording_of_run(args.recording, stored, "causes are judged by the run alone")
+    recording = recording_of_run(args.recording, stored, "causes are classified from the run alone")
     reference: LandmarkTrajectory | None = None
     if args.reference is not None:
         reference = read_trajectory(args.reference)
@@ -132,8 +140,8 @@ def _subject(args: Namespace) -> Subject:
         reference = recording.reference
     if (args.strips is not None or args.video is not None) and recording is None:
         raise InputError(
-            "pictures need the run's recording", where="--strips, --video",
-            remedy="Name its folder with --recording.",
+            "images require the run's recording", where="--strips, --video",
+            remedy="Give its folder with --recording.",
         )  # fmt: skip
     views = [view.name for view in recording.views] if recording is not None else []
     if recording is not None and args.view not in (None, *views):
@@ -199,18 +207,27 @@ def _table(
         )
         for e in chosen
     ]
-    columns = ("frames", "seconds", "limbs", "found by", ">peak", "cause", ">sure", "in words")
+    columns = (
+        "frames",
+        "seconds",
+        "limbs",
+        "detected by",
+        ">peak",
+        "cause",
+        ">sure",
+        "description",
+    )
     return Table(_heading(args, len(chosen), agreed), columns, rows)
 
 
 def _heading(args: Namespace, count: int, agreed: Agreement | None) -> str:
     """How many episodes there are, and how many of the run's are found without truth."""
-    heading = f"{counted(count, 'episode') if count else 'No episodes'} of {args.run_file}"
+    heading = f"{counted(count, 'failure') if count else 'No failures'} in {args.run_file}"
     if agreed is None or not (agreed.true or agreed.called):
         return heading
     return (
-        f"{heading}; without truth {agreed.found} of {agreed.true} are found, {agreed.right} of "
-        f"{agreed.called} found are right"
+        f"{heading}; detection without the reference finds {agreed.found} of {agreed.true} true "
+        f"failures, and {agreed.right} of its {agreed.called} detections are true"
     )
 
 
@@ -219,7 +236,7 @@ def _export(args: Namespace, subject: Subject, chosen: Sequence[Episode]) -> int
     if recording is None:
         return OK
     if not chosen and (args.strips is not None or args.video is not None):
-        say("There is nothing to draw, so nothing was written.")
+        say("No failures, so nothing was written.")
         return OK
     if args.strips is not None:
         _write_strips(args, subject, recording, chosen)
@@ -233,7 +250,7 @@ def _write_strips(
 ) -> None:
     from stereotrack_core.evaluation.episodes.export import write_strips
 
-    with progress("Drawing strips", 100) as show, stoppable() as stopped:
+    with progress("Rendering image strips", 100) as show, stoppable() as stopped:
         count = write_strips(
             args.strips, subject, recording, chosen, view=args.view,
             report=lambda share, _: show(round(100 * share)), cancelled=stopped,
@@ -246,20 +263,20 @@ def _write_video(
 ) -> None:
     from stereotrack_core.evaluation.episodes.export import film_of
 
-    with progress("Drawing the video", 100) as show, stoppable() as stopped:
+    with progress("Rendering video", 100) as show, stoppable() as stopped:
         film_of(
             path, subject, recording, chosen, lambda share, _: show(round(100 * share)), stopped
         )
-    say(f"The video is {path}.")
+    say(f"Video written to {path}.")
 
 
 COMMAND = Command(
     name="episodes",
-    summary="the stretches in which a run fails, and why",
+    summary="detect failures in a run and their probable causes",
     description=(
-        "List the stretches in which limbs fail: by their errors where there is a reference, and "
-        "by the tracker's own signs, each with its probable cause and what speaks for it. Strips "
-        "of pictures and a video can be written of them."
+        "List the failures of limbs: detected by their error where there is a reference, and by "
+        "failure probability without it, each with its probable cause and the evidence for it. "
+        "Optionally write image strips and a video of them."
     ),
     add_arguments=add_arguments,
     run=run,

@@ -27,8 +27,8 @@ def error_table(
     rows.append(("lost (arm segments over 45 deg off) [%]", number(100.0 * summary.lost), "", ""))
     if doubts is not None:
         called = f"{doubts.both} of {doubts.called}"
-        rows.append(("called lost by the run, rightly", called, "", ""))
-        rows.append(("lost, and called so by the run", f"{doubts.both} of {doubts.lost}", "", ""))
+        rows.append(("failures flagged by the run that are real", called, "", ""))
+        rows.append(("real failures flagged by the run", f"{doubts.both} of {doubts.lost}", "", ""))
     rows.append(("frames", str(summary.frames), "", ""))
     rows.append(("frames not tracked", str(summary.not_tracked), "", ""))
     if frames_per_second is not None:
@@ -39,7 +39,7 @@ def error_table(
         good = [number(quality.get(name, float("nan"))) for name in names]
         good += [""] * (len(rows) - len(good))
         rows = [(*row, cell) for row, cell in zip(rows, good, strict=True)]
-        return Table(title, (*headings, ">reference good to"), rows)
+        return Table(title, (*headings, ">reference uncertainty"), rows)
     return Table(title, headings, rows)
 
 
@@ -68,7 +68,7 @@ def segment_table(summaries: Sequence[Summary]) -> Table:
         )
         for summary in summaries
     ]
-    return Table("Means per segment, degrees where no unit is said", headings, rows)
+    return Table("Means per segment, degrees unless stated otherwise", headings, rows)
 
 
 def doubt_facts(doubts: Doubts) -> dict[str, Any]:

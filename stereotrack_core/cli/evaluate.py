@@ -40,8 +40,8 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--reference",
         type=Path,
         metavar="FILE",
-        help="landmarks taken as truth (.csv, .trc, .c3d), or with their uncertainty (.npz of "
-        "`stereotrack fit`); a run knows its recording's own",
+        help="reference landmarks (.csv, .trc, .c3d), or with their uncertainty (.npz of "
+        "`stereotrack fit`); by default the reference of the run's recording",
     )
     add_frames(parser)
     add_segments(parser)
@@ -92,7 +92,7 @@ def _in_words(summary: Summary, quality: Mapping[str, float]) -> str:
         for measure in summary.measures
         if measure.name in ("torso_long", "torso_cross", "upper_arms", "forearms")
     ]
-    return f"In the mean: {'; '.join(said)}.\n"
+    return f"Means: {'; '.join(said)}.\n"
 
 
 def _doubts(stored: Run | None, errors: LimbErrors) -> Doubts | None:
@@ -112,9 +112,9 @@ def _chosen(errors: LimbErrors, frames: str | None) -> LimbErrors:
         errors = errors.between(first or 0, last if end is None else end)
     if not len(errors.frame):
         raise InputError(
-            "the reference knows none of the frames",
+            "the reference contains none of the frames",
             where="--frames" if frames else "--reference",
-            remedy="Choose frames that it knows.",
+            remedy="Choose frames that it contains.",
         )
     return errors
 
@@ -127,9 +127,9 @@ def _warn_about_frames(
     absent = int((~np.isin(errors.frame, trajectory.frame)).sum())
     if absent:
         say(
-            f"The run lacks {absent} of the {len(errors.frame)} frames that the reference knows; "
-            "they count 90 deg and 500 mm."
-            + ("" if frames else " Choose a stretch with --frames A:B.")
+            f"The run lacks {absent} of the {len(errors.frame)} frames of the reference. They "
+            "count 90 deg and 500 mm."
+            + ("" if frames else " Restrict the range with --frames A:B.")
         )
 
 
@@ -142,12 +142,12 @@ def _frames_per_second(trajectory: LandmarkTrajectory, meta: dict[str, Any]) -> 
 
 COMMAND = Command(
     name="evaluate",
-    summary="the errors of a run against the reference, as the thesis measures them",
+    summary="compute the errors of a run against the reference, with the thesis's measures",
     description=(
         "Print mean, median and 95th percentile of torso position, torso axes, upper arms and "
         "forearms against the reference, and the share of arm segments more than 45 degrees off. "
-        "What the run lacks counts 90 degrees and 500 mm; what the reference does not know is "
-        "not scored."
+        "Frames missing in the run count 90 degrees and 500 mm. Frames missing in the reference "
+        "are not scored."
     ),
     add_arguments=add_arguments,
     run=run,

@@ -31,7 +31,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "source",
         type=Path,
         metavar="RUN|PROJECT",
-        help="run (.npz), landmarks (.csv, .trc, .c3d), or a project (.stereotrack)",
+        help="run (.npz), landmarks (.csv, .trc, .c3d), or project (.stereotrack)",
     )
     parser.add_argument(
         "--format",
@@ -49,13 +49,14 @@ def add_arguments(parser: ArgumentParser) -> None:
         nargs="?",
         const="",
         metavar="NAME",
-        help="of a project: its reference instead of its clicks; the chosen one without a name",
+        help="for a project: export its reference instead of its clicks; without a name, the "
+        "active reference",
     )
     parser.add_argument(
         "--fps",
         type=float,
         metavar="N",
-        help="frames per second, for files that do not state them themselves",
+        help="frames per second, for files that do not state it",
     )
     add_json(parser)
 
@@ -65,9 +66,9 @@ def run(args: Namespace) -> int:
     suffix = _SUFFIX.get(args.format, f".{args.format}")
     if args.output.suffix.lower() != suffix:
         raise InputError(
-            f"a file of the format {args.format} ends in {suffix}",
+            f"a file of the format {args.format} must end in {suffix}",
             where="-o",
-            remedy=f"Name it {args.output.with_suffix(suffix).name}.",
+            remedy=f"Use the name {args.output.with_suffix(suffix).name}.",
         )
     check_output(args.output)
     from stereotrack_core.project.whereabouts import SUFFIX
@@ -100,7 +101,7 @@ def _project_clicks(args: Namespace, project: Project) -> dict[str, Any]:
     clicks = project.clicks.all()
     landmarks = project.landmark_set()
     if not clicks:
-        say("The project has no clicks; the file is empty.")
+        say("The project has no clicks, so the file is empty.")
     if args.format == "csv":
         write_clicks(args.output, clicks, recording)
         return _facts({args.output: len(clicks)})
@@ -145,9 +146,9 @@ def _reference(project: Project, name: str | None) -> Reference:
     chosen = name or project.chosen(project.references) or (names[0] if len(names) == 1 else None)
     if chosen is None:
         raise InputError(
-            "the project has several references and none is chosen",
+            "the project has several references and none is active",
             where=str(project.path),
-            remedy=f"Name one with --reference: {', '.join(names)}.",
+            remedy=f"Choose one with --reference: {', '.join(names)}.",
         )
     return load_reference(project.references, chosen)
 
@@ -163,7 +164,9 @@ def _trajectory(args: Namespace) -> dict[str, Any]:
     )
 
     if args.reference is not None:
-        raise InputError("only projects hold references", where="--reference", remedy="Leave it.")
+        raise InputError(
+            "only projects contain references", where="--reference", remedy="Omit this option."
+        )
     if args.format == ANGLES:
         source = angle_source(args.source, args.fps)
         frames = write_angles(args.output, source.angles, source.fps, None)
@@ -182,9 +185,9 @@ def _trajectory(args: Namespace) -> dict[str, Any]:
 
 def _wrong_kind(given: str, possible: Sequence[str]) -> InputError:
     return InputError(
-        f"this cannot be written as {given}",
+        f"this cannot be exported as {given}",
         where="--format",
-        remedy=f"Choose one of {', '.join(possible)}.",
+        remedy=f"Use one of {', '.join(possible)}.",
     )
 
 
@@ -194,11 +197,11 @@ def _facts(written: dict[Path, int]) -> dict[str, Any]:
 
 COMMAND = Command(
     name="export",
-    summary="a run, or the clicks or the reference of a project, for another tool",
+    summary="export a run, or the clicks or the reference of a project, for another tool",
     description=(
-        "Write clicks (csv, coco, slp, dlc), a trajectory (csv, trc, c3d, bvh) or joint angles"
-        " (angles). The formats keep what they can: only a project file keeps who clicked what and"
-        " when."
+        "Write clicks (csv, coco, slp, dlc), a trajectory (csv, trc, c3d, bvh) or joint angles "
+        "(angles). Each format stores what it can; only a project file keeps who clicked what and "
+        "when."
     ),
     add_arguments=add_arguments,
     run=run,

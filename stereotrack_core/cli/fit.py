@@ -54,7 +54,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         type=Path,
         required=True,
         metavar="REFERENCE",
-        help="file to write: .csv (as reference.csv) or .npz (with covariances)",
+        help="output file: .csv (as reference.csv) or .npz (with covariances)",
     )
     add_frames(parser)
     add_views(parser)
@@ -64,26 +64,28 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def _add_choice(parser: ArgumentParser) -> None:
     """Arguments that say how the fit is made."""
-    parser.add_argument("--no-depth", action="store_true", help="fit to the clicks alone")
+    parser.add_argument(
+        "--no-depth", action="store_true", help="fit to the clicks alone, without depth"
+    )
     parser.add_argument(
         "--gap",
         action="append",
         default=[],
         metavar="A:B",
         dest="gaps",
-        help="frames over which nothing is filled in; may be given several times",
+        help="frames that are not interpolated; may be given several times",
     )
     parser.add_argument(
         "--sigma",
         type=float,
         metavar="PX",
-        help="standard deviation of a seen click per axis (default: 3)",
+        help="standard deviation of a click on a visible landmark, per axis (default: 3)",
     )
     parser.add_argument(
         "--subject",
         metavar="FILE|measured",
-        help="lengths of the person: a subject.toml, or measured from the clicks (default: the "
-        "recording's own, average where it has none)",
+        help="segment lengths of the person: a subject.toml, or measured from the clicks "
+        "(default: those of the recording, or average lengths)",
     )
     add_changes(parser, "change one parameter of the fit")
 
@@ -97,9 +99,9 @@ def run(args: Namespace) -> int:
 
     if args.output.suffix.lower() not in _SUFFIXES:
         raise InputError(
-            f"a reference is not written as {args.output.suffix or 'a file without suffix'}",
+            f"a reference cannot be written as {args.output.suffix or 'a file without suffix'}",
             where="-o",
-            remedy=f"Name a file that ends in {' or '.join(_SUFFIXES)}.",
+            remedy=f"Use a name that ends in {' or '.join(_SUFFIXES)}.",
         )
     settings, sigma = _settings(args), _sigma(args.sigma)
     recording = open_recording(args.recording)
@@ -162,7 +164,9 @@ def _sigma(given: float | None) -> float:
         return USUAL_SIGMA
     if not (np.isfinite(given) and given > 0.0):
         raise InputError(
-            f"{given:g} px is no standard deviation", where="--sigma", remedy="Give more than 0."
+            f"{given:g} px is not a standard deviation",
+            where="--sigma",
+            remedy="Give a number above 0.",
         )
     return given
 
@@ -186,9 +190,9 @@ def _proportions(subject: str | None, recording: Recording, clicks: Sequence[Cli
     lengths = measured_lengths(click_pixels(clicks, recording.cameras, LANDMARKS))
     if not lengths:
         raise InputError(
-            "too few frames are clicked to measure the person",
+            "too few clicked frames to measure the person",
             where="--subject",
-            remedy="Click three frames in two views at least, or name a subject.toml.",
+            remedy="Click at least three frames in two views, or give a subject.toml.",
         )
     return proportions_of(subject_of(recording.name, lengths))
 
@@ -248,12 +252,12 @@ def _table(facts: Mapping[str, Any], title: str) -> Table:
     rows = [(f"frames {kind}", str(count)) for kind, count in facts["frames"].items()]
     rows += [
         ("clicks", str(facts["clicks"])),
-        ("probably mistaken", str(len(facts["probable_mistakes"]))),
-        ("clicks off the fit, per axis", f"{number(facts['residual_px'] or np.nan)} px"),
-        ("clicks scatter, over their sigma", number(facts["sigma_factor"], 2)),
+        ("probable outliers", str(len(facts["probable_mistakes"]))),
+        ("residual of clicks, per axis", f"{number(facts['residual_px'] or np.nan)} px"),
+        ("scatter of clicks relative to their sigma", number(facts["sigma_factor"], 2)),
     ]
     limbs = facts["limb_sigma_deg"].items()
-    rows += [(f"{limb.replace('_', ' ')} good to", f"{number(deg)} deg") for limb, deg in limbs]
+    rows += [(f"uncertainty {limb.replace('_', ' ')}", f"{number(deg)} deg") for limb, deg in limbs]
     return Table(title, ("what", ">value"), rows)
 
 
@@ -265,22 +269,23 @@ def _say_mistakes(
     if doubtful is not None:
         count = counted(len(fit.flagged()) - len(mistakes), "click")
         say(f"{what_disagrees(doubtful)}. {what_to_do(doubtful)}")
-        say(f"{count} far from the fit may be due to that; --views leaves the view out.")
+        say(f"{count} outliers may be due to that. Use --views to leave the view out.")
     for key in mistakes[:_LISTED]:
         off = float(np.linalg.norm(fit.residual_px[key]))
         place = f"frame {key.frame}, {key.camera}, {key.landmark}"
-        say(f"{place}: {off:.0f} px off, probably a mistake")
+        say(f"{place}: {off:.0f} px from the fit, probable outlier")
     if len(mistakes) > _LISTED:
-        say(f"and {len(mistakes) - _LISTED} more; --json lists them all")
+        say(f"and {len(mistakes) - _LISTED} more; --json lists all of them")
 
 
 COMMAND = Command(
     name="fit",
-    summary="the body fitted to clicked landmarks, as a reference",
+    summary="fit the body to clicked landmarks, to make a reference",
     description=(
-        "Fit the body to clicked landmarks, forward and backward over the frames, with the "
-        "recording's depth where it has any, and write the trajectory as a reference. Gross "
-        "mistakes among the clicks are found and named. Frames between clicked ones are filled."
+        "Fit the body to clicked landmarks with a forward and a backward pass over the frames, "
+        "using the recording's depth where available, and write the trajectory as a reference. "
+        "Outliers among the clicks are detected and listed. Frames between clicked ones are "
+        "interpolated."
     ),
     add_arguments=add_arguments,
     run=run,

@@ -23,20 +23,20 @@ _SHOWN = 20
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("what", choices=("labels",), help="what is imported")
+    parser.add_argument("what", choices=("labels",), help="what to import")
     parser.add_argument(
         "file",
         type=Path,
         metavar="FILE",
-        help="clicks (.csv), labels of DeepLabCut (.csv), COCO keypoints (.json), SLEAP (.slp),"
-        " another project of the recording (.stereotrack); or a trajectory (.csv with x, y and z,"
-        " .trc, .c3d, .npz), which becomes a reference of the project",
+        help="clicks (.csv), DeepLabCut labels (.csv), COCO keypoints (.json), SLEAP labels "
+        "(.slp), another project of the recording (.stereotrack); or a trajectory (.csv with x, y "
+        "and z, .trc, .c3d, .npz), which becomes a reference of the project",
     )
     parser.add_argument(
         "--into", type=Path, required=True, metavar="PROJECT", help="project (.stereotrack)"
     )
     parser.add_argument(
-        "--camera", metavar="NAME", help="camera or view that the labels are of (DeepLabCut, COCO)"
+        "--camera", metavar="NAME", help="camera or view of the labels (DeepLabCut, COCO)"
     )
     parser.add_argument(
         "--name",
@@ -44,18 +44,18 @@ def add_arguments(parser: ArgumentParser) -> None:
         default=[],
         metavar="THEIRS=OURS",
         dest="names",
-        help="what a landmark of theirs is called here; may be given several times",
+        help="landmark name here for a landmark name in the file; may be given several times",
     )
     parser.add_argument(
         "--conflicts",
         choices=("mine", "theirs"),
-        help="what stands where the project says something else: mine, what is in the project, or"
-        " theirs; without it nothing is taken in where that happens",
+        help="which clicks to keep where the file contradicts the project: mine (the project's) "
+        "or theirs (the file's); without this option, nothing is imported if there are conflicts",
     )
     parser.add_argument(
         "--skip-problems",
         action="store_true",
-        help="take in what can be read, and leave out the lines that are wrong",
+        help="skip lines that cannot be read and import the rest",
     )
     add_json(parser)
 
@@ -98,11 +98,11 @@ def _clicks(args: Namespace, project: Project, names: dict[str, str]) -> dict[st
     if found.conflicts and decided is None:
         count = len(found.conflicts)
         raise InputError(
-            f"{count} of its clicks contradict{'s' if count == 1 else ''} what the project says;"
-            " nothing was taken in",
+            f"{count} of its clicks contradict{'s' if count == 1 else ''} the project; nothing "
+            "was imported",
             where=str(args.file),
-            remedy="Say which stand with --conflicts mine or --conflicts theirs, or decide one by"
-            " one in the workbench.",
+            remedy="Choose which to keep with --conflicts mine or --conflicts theirs, or merge "
+            "them one by one in the workbench.",
         )
     edit = found.edit(decided)
     if edit.clicks:
@@ -142,15 +142,15 @@ def _reference(args: Namespace, project: Project) -> dict[str, Any]:
     from stereotrack_core.interop.run_file import reference_in
     from stereotrack_core.project.references import save_reference
 
-    _refuse_options(args, "a trajectory is of no camera and has its own names")
+    _refuse_options(args, "a trajectory belongs to no camera and has its own landmark names")
     reference = reference_in(args.file)
     name = args.file.stem
     replacing = args.conflicts == "theirs"
     if name in project.references.names() and not replacing:
         raise InputError(
-            f"the project has a reference {name!r} already",
+            f"the project already has a reference {name!r}",
             where=str(args.file),
-            remedy="Rename the file, or replace that one with --conflicts theirs.",
+            remedy="Rename the file, or replace the reference with --conflicts theirs.",
         )
     project.apply(save_reference(name, reference, replacing=replacing))
     return {"reference": name, "frames": len(reference.frame)}
@@ -160,7 +160,7 @@ def _refuse_options(args: Namespace, why: str) -> None:
     """Refuse what is said about labels where the file is of another kind."""
     for option, given in (("--camera", args.camera), ("--name", args.names)):
         if given:
-            raise InputError(why, where=option, remedy="Leave the option out.")
+            raise InputError(why, where=option, remedy="Omit this option.")
 
 
 def _names(stated: Sequence[str]) -> dict[str, str]:
@@ -187,19 +187,19 @@ def _say_problems(labels: Labels, *, skip: bool) -> None:
     if labels.problems and not skip:
         first = labels.problems[0]
         raise InputError(
-            f"{len(labels.problems)} of its lines are wrong; nothing was taken in",
+            f"{len(labels.problems)} of its lines cannot be read; nothing was imported",
             where=first.where,
-            remedy="Correct them, or take in the others with --skip-problems.",
+            remedy="Correct them, or import the rest with --skip-problems.",
         )
 
 
 COMMAND = Command(
     name="import",
-    summary="clicks or a trajectory from another tool, into a project",
+    summary="import clicks or a trajectory from another tool into a project",
     description=(
-        "Take in labels that another tool made. Landmarks are matched by name; what matches none is"
-        " left out and told. Where the project says something else, also that a click was deleted,"
-        " nothing happens before somebody decides. One undo takes all of it back."
+        "Import labels made with another tool. Landmarks are matched by name; those without a "
+        "match are reported and skipped. Conflicts with the project, including clicks deleted "
+        "there, are never resolved without a decision. One undo reverts the whole import."
     ),
     add_arguments=add_arguments,
     run=run,

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 def add_arguments(parser: ArgumentParser) -> None:
     """Declare the arguments."""
     add_recording(parser)
-    parser.add_argument("--deep", action="store_true", help="ask the images too; takes longer")
+    parser.add_argument("--deep", action="store_true", help="also check the images; takes longer")
     add_json(parser)
 
 
@@ -33,7 +33,7 @@ def run(args: Namespace) -> int:
         raise InputError(
             "this is a file" if folder.is_file() else "there is no such folder",
             where=str(folder),
-            remedy="Give the folder that holds recording.toml.",
+            remedy="Give the folder that contains recording.toml.",
         )
     findings = examine(folder, deep=args.deep)
     content = _content(folder)
@@ -102,9 +102,9 @@ def _print(content: dict[str, Any] | None, findings: tuple[Finding, ...]) -> Non
         put_table(Table("Views", headings, [_view_row(view) for view in content["views"]]))
     if findings:
         rows = [(f.severity, f.where, f.what, f.remedy) for f in findings]
-        put_table(Table("Findings", ("severity", "where", "what", "what to do"), rows))
+        put_table(Table("Recording checks", ("severity", "where", "what", "remedy"), rows))
     else:
-        put("Nothing looks wrong.")
+        put("No problems found.")
 
 
 def _facts(content: dict[str, Any]) -> list[tuple[str, str]]:
@@ -145,10 +145,10 @@ def _view_row(view: dict[str, Any]) -> tuple[str, ...]:
 
 COMMAND = Command(
     name="info",
-    summary="what a recording holds, and everything that looks wrong about it",
+    summary="print what a recording contains and all problems found in it",
     description=(
-        "Print what a recording holds and everything that looks wrong about it, with file, key "
-        "and remedy. The exit status is 2 where the recording has errors."
+        "Print what a recording contains and all problems found in it, with file, key and remedy. "
+        "The exit status is 2 if the recording has errors."
     ),
     add_arguments=add_arguments,
     run=run,

@@ -31,19 +31,21 @@ def add_arguments(parser: ArgumentParser) -> None:
     """Declare the arguments."""
     add_recording(parser)
     parser.add_argument(
-        "-o", "--output", type=Path, metavar="TOML", help="write them as a subject file (.toml)"
+        "-o",
+        "--output",
+        type=Path,
+        metavar="TOML",
+        help="write the lengths as a subject file (.toml)",
     )
     add_settings(parser)
     add_frames(parser)
     add_views(parser)
-    parser.add_argument(
-        "--seed", type=int, default=0, metavar="N", help="seed of all that is random (default: 0)"
-    )
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="random seed (default: 0)")
     parser.add_argument(
         "--init",
         default="auto",
         metavar="auto|tpose|FILE",
-        help="where the first pose comes from, as for track (default: auto)",
+        help="initial pose, as for track (default: auto)",
     )
     add_json(parser)
 
@@ -52,9 +54,9 @@ def run(args: Namespace) -> int:
     """Estimate, print, and write a subject file where that is asked for."""
     if args.output is not None and args.output.suffix.lower() != ".toml":
         raise InputError(
-            f"{args.output} is not the name of a subject file",
+            f"{args.output} is not a name for a subject file",
             where="--output",
-            remedy="Let it end in .toml.",
+            remedy="Use a name that ends in .toml.",
         )
     check_seed(args.seed)
     from stereotrack_core.recording.folder import open_recording
@@ -66,13 +68,13 @@ def run(args: Namespace) -> int:
     try:
         found = _estimated(args, recording)
     except Cancelled:
-        say("Stopped; nothing was written.")
+        say("Stopped. Nothing was written.")
         return FAILED
     if not found.frames:
         raise InputError(
-            "too little is well seen to tell the body's lengths",
+            "too few frames are tracked well enough to estimate the body's lengths",
             where=str(recording.folder),
-            remedy="Give more frames, best with elbows that bend and straighten.",
+            remedy="Use more frames, preferably with elbows that bend and straighten.",
         )
     if args.output is not None:
         write_subject(args.output, found.subject())
@@ -130,9 +132,9 @@ def _put(args: Namespace, recording: Recording, found: EstimatedLengths) -> None
         for name, length in lengths.items()
     ]
     columns = ("length", ">mm", ">+- mm", ">subject file mm", ">average mm")
-    put_table(Table(f"{recording.name}, from {found.frames} well seen frames", columns, rows))
+    put_table(Table(f"{recording.name}, from {found.frames} well-tracked frames", columns, rows))
     if args.output is not None:
-        say(f"Written to {args.output}; name it as subject in recording.toml to use it.")
+        say(f"Written to {args.output}. Name it as subject in recording.toml to use it.")
 
 
 def _millimetres(length: float | None) -> str:
@@ -141,11 +143,11 @@ def _millimetres(length: float | None) -> str:
 
 COMMAND = Command(
     name="proportions",
-    summary="estimate the lengths of a person's body from the recording",
+    summary="estimate a person's segment lengths from the recording",
     description=(
-        "Track the first 600 frames, and fit the lengths of the body to those of them that tell "
-        "most: well explained ones with bent elbows. `track --set proportions=sequence` does the "
-        "same before it tracks. The recording's reference and subject file are never used."
+        "Track the first 600 frames, and fit the segment lengths to the most informative ones: "
+        "frames with few unexplained points and bent elbows. `track --set proportions=sequence` "
+        "does the same before tracking. The recording's reference and subject file are not used."
     ),
     add_arguments=add_arguments,
     run=run,

@@ -27,26 +27,32 @@ def add_arguments(parser: ArgumentParser) -> None:
         "source",
         type=Path,
         metavar="RUN|PROJECT",
-        help="a complete run (.npz), or a project (.stereotrack) that keeps runs",
+        help="complete run (.npz), or project (.stereotrack) with stored runs",
     )
     parser.add_argument(
-        "-o", "--output", type=Path, required=True, metavar="HTML", help="the page to write"
+        "-o", "--output", type=Path, required=True, metavar="HTML", help="output page"
     )
     parser.add_argument(
-        "--run", metavar="NAME", dest="run_name", help="which run of a project; else the only one"
+        "--run",
+        metavar="NAME",
+        dest="run_name",
+        help="run of the project; may be omitted if there is only one",
     )
     parser.add_argument(
-        "--recording", type=Path, metavar="DIR", help="the run's recording; the run names its own"
+        "--recording",
+        type=Path,
+        metavar="DIR",
+        help="the run's recording; by default the one named in the run",
     )
     parser.add_argument(
         "--reference",
         type=Path,
         metavar="FILE",
-        help="landmarks taken as truth (.csv, .trc, .c3d), or with their uncertainty (.npz); else "
-        "the project's or the recording's own",
+        help="reference landmarks (.csv, .trc, .c3d), or with their uncertainty (.npz); by "
+        "default the reference of the project or the recording",
     )
     add_frames(parser)
-    parser.add_argument("--pdf", type=Path, metavar="PDF", help="write it as a PDF as well")
+    parser.add_argument("--pdf", type=Path, metavar="PDF", help="also write the report as a PDF")
     add_json(parser)
 
 
@@ -65,7 +71,7 @@ def run(args: Namespace) -> int:
                 cancelled=stopped,
             )
         except Cancelled:
-            say("Stopped; nothing was written.")
+            say("Stopped. Nothing was written.")
             return FAILED
     write_page(args.output, reported)
     if args.pdf is not None:
@@ -81,9 +87,9 @@ def _check(args: Namespace) -> None:
             continue
         if path.suffix.lower() not in suffixes:
             raise InputError(
-                f"its name does not end in {suffixes[0]}",
+                f"the name must end in {suffixes[0]}",
                 where=str(path),
-                remedy=f"Name it {path.with_suffix(suffixes[0]).name}.",
+                remedy=f"Use the name {path.with_suffix(suffixes[0]).name}.",
             )
         check_output(path)
 
@@ -97,10 +103,12 @@ def _source(args: Namespace) -> Source:
     from stereotrack_core.interop.run_file import read_run
 
     if args.run_name is not None:
-        raise InputError("only projects hold several runs", where="--run", remedy="Leave it out.")
+        raise InputError(
+            "only projects contain several runs", where="--run", remedy="Omit this option."
+        )
     stored = read_run(args.source)
     say_if_unfinished(args.source, stored)
-    recording = recording_of_run(args.recording, stored, "pictures are left out")
+    recording = recording_of_run(args.recording, stored, "images are left out")
     return _with_truth(args, stored, args.source.name, recording, str(args.source))
 
 
@@ -121,10 +129,10 @@ def _of_project(args: Namespace) -> Source:
         if name not in kept:
             raise InputError(
                 f"the project has no run {name!r}" if name else "the project has several runs"
-                if kept else "the project keeps no run",
+                if kept else "the project contains no run",
                 where=str(args.source),
-                remedy=f"Name one with --run: {', '.join(kept)}." if kept else "Track and keep one "
-                "in the workbench, or give a run file.",
+                remedy=f"Choose one with --run: {', '.join(kept)}." if kept else
+                "Track and store one in the workbench, or give a run file.",
             )  # fmt: skip
         stored = load_run(project.runs, name)
         recording = (
@@ -159,7 +167,7 @@ def _with_truth(
         reference, states = truth.reference, truth.states
         said = f"the reference {args.reference.name}"
     elif recording is not None and recording.reference is not None:
-        reference, said = recording.reference, "the recording's own reference"
+        reference, said = recording.reference, "the recording's reference"
     folder = str(recording.folder.name) if recording is not None else "RECORDING"
     return Source(
         name=name,
@@ -202,11 +210,11 @@ def _tell(args: Namespace, reported: Reported) -> None:
 
 COMMAND = Command(
     name="report",
-    summary="a run as one page that stands alone, with errors, curves, episodes and pictures",
+    summary="write a report on a run: one page with errors, curves, failures and images",
     description=(
-        "Write a page (HTML with everything embedded, and a PDF where asked for) about a run: "
-        "subject, recording, calibration, errors, curves, episodes with pictures, range of "
-        "motion, uncertainty, parameters, versions, and how to do it again."
+        "Write a self-contained HTML page, and optionally a PDF, about a run: subject, recording, "
+        "calibration, errors, curves, failures with images, range of motion, uncertainty, "
+        "parameters, versions, and how to reproduce it."
     ),
     add_arguments=add_arguments,
     run=run,

@@ -28,29 +28,34 @@ def add_arguments(parser: ArgumentParser) -> None:
         type=Path,
         nargs="?",
         metavar="DIR",
-        help="where recordings, runs and results are kept (default: the program's own data folder)",
+        help="folder for recordings, runs and results (default: the program's data folder)",
     )
     parser.add_argument(
         "--short",
         action="store_true",
-        help="recordings of some tens of frames: every step in some minutes, numbers that say "
-        "nothing",
+        help="use recordings of a few dozen frames: a test of all steps in a few minutes, without "
+        "meaningful numbers",
     )
     parser.add_argument(
         "--presets",
         default="thesis,accurate",
         metavar="a,b",
-        help="presets, joined by commas (default: thesis,accurate)",
+        help="comma-separated presets (default: thesis,accurate)",
     )
     parser.add_argument(
         "--seeds",
         type=int,
         default=5,
         metavar="N",
-        help="runs of preset thesis, which draws points at random (default: 5); others run once",
+        help="number of runs of preset thesis, which samples points at random (default: 5); other "
+        "presets run once",
     )
     parser.add_argument(
-        "--workers", type=int, default=1, metavar="N", help="processes that track (default: 1)"
+        "--workers",
+        type=int,
+        default=1,
+        metavar="N",
+        help="number of tracking processes (default: 1)",
     )
     add_json(parser)
 
@@ -65,7 +70,9 @@ def run(args: Namespace) -> int:
     presets = _presets(args.presets)
     for name in ("seeds", "workers"):
         if getattr(args, name) < 1:
-            raise InputError("at least 1 is needed", where=f"--{name}", remedy="Give 1 or more.")
+            raise InputError(
+                "the value must be at least 1", where=f"--{name}", remedy="Give 1 or more."
+            )
     places = made_folder(args.folder or default_folder(short=args.short))
     try:
         recordings = _recordings(places, short=args.short)
@@ -73,14 +80,17 @@ def run(args: Namespace) -> int:
         write = partial(write_results, places, recordings, planned, presets, short=args.short)
         _track(places, recordings, planned, args.workers, write)
     except (Cancelled, KeyboardInterrupt):
-        say(f"Stopped. What is finished is in {places.folder}; the same command goes on from it.")
+        say(
+            f"Stopped. Finished results are in {places.folder}; run the same command again to "
+            "continue."
+        )
         return FAILED
     except Lost as lost:
-        say(f"Stopped twice at the same runs: {lost}. Fewer --workers need less memory; the same "
-            "command goes on.")  # fmt: skip
+        say(f"The same runs failed twice: {lost}. Fewer --workers need less memory. Run the same "
+        "command again to continue.")  # fmt: skip
         return FAILED
     results = write(
-        on_timing=lambda name: say(f"Timing {name}; nothing else should run meanwhile.")
+        on_timing=lambda name: say(f"Timing {name}. Do not run anything else meanwhile.")
     )
     _print(results, places, as_json=args.json)
     return OK
@@ -139,7 +149,9 @@ def _track(
             workers,
             on_frames=going.advance,
             on_group=note,
-            on_lost=lambda group, why: say(f"{group.recording}: {why}; its runs are begun again."),
+            on_lost=lambda group, why: say(
+                f"{group.recording}: {why}; its runs are started again."
+            ),
             cancelled=stopped,
         )
 
@@ -155,7 +167,7 @@ def _print(results: Results, places: Places, *, as_json: bool) -> None:
     else:
         for compared in results.tables:
             put_table(Table(compared.title, columns_of(compared), rows_of(compared)))
-    say(f"The page is {places.page}; the tables are beside it as .csv and .md.")
+    say(f"Page written to {places.page}; the tables are next to it as .csv and .md.")
 
 
 def _presets(text: str) -> tuple[str, ...]:
@@ -163,7 +175,7 @@ def _presets(text: str) -> tuple[str, ...]:
 
     names = tuple(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
     if not names:
-        raise InputError("no preset is named", where="--presets", remedy="Give thesis,accurate.")
+        raise InputError("no preset is given", where="--presets", remedy="Give thesis,accurate.")
     for name in names:
         preset(name)
     return names
@@ -171,12 +183,12 @@ def _presets(text: str) -> tuple[str, ...]:
 
 COMMAND = Command(
     name="reproduce",
-    summary="the thesis's tables and curves beside ours",
+    summary="reproduce the tables and curves of the thesis",
     description=(
-        "Make four recordings like those of the thesis, track them with the presets, and write "
-        "the thesis's tables 4.1 to 4.4, its timing and its error curves beside its own numbers, "
-        "as one page with pictures, as CSV and as Markdown. Everything that is finished is kept: "
-        "the same command goes on where it was stopped."
+        "Create four recordings like those of the thesis, track them with the presets, and write "
+        "the thesis's tables 4.1 to 4.4, its timing and its error curves next to its own numbers: "
+        "as one page with images, as CSV and as Markdown. Finished results are kept; the same "
+        "command continues after an interruption."
     ),
     add_arguments=add_arguments,
     run=run,

@@ -20,19 +20,17 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--motion",
         default="cross-arms",
         metavar="NAME",
-        help="named motion, or several joined by + (default: cross-arms); an unknown name lists "
-        "them all",
+        help="named motion, or several joined by + (default: cross-arms); an unknown name prints "
+        "the list",
     )
     parser.add_argument(
         "--frames", type=int, default=120, metavar="N", help="number of frames (default: 120)"
     )
     parser.add_argument(
-        "--views", default="NOSW", metavar="NS", help="views, run together (default: NOSW)"
+        "--views", default="NOSW", metavar="NS", help="view names without separator (default: NOSW)"
     )
-    parser.add_argument(
-        "--seed", type=int, default=0, metavar="N", help="seed of all that is random (default: 0)"
-    )
-    add_changes(parser, "change the scene, for example clothes=plain")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="random seed (default: 0)")
+    add_changes(parser, "change a scene parameter, for example clothes=plain")
     add_json(parser)
 
 
@@ -57,7 +55,7 @@ def run(args: Namespace) -> int:
                 cancelled=stopped,
             )
         except Cancelled:
-            say("Stopped; no recording was made.")
+            say("Stopped. No recording was created.")
             return FAILED
     facts = {name: getattr(args, name) for name in ("person", "motion", "frames", "views", "seed")}
     facts["fps"] = options.fps
@@ -65,13 +63,13 @@ def run(args: Namespace) -> int:
         put_json({"recording": args.folder, **facts})
     else:
         rows = [(name, str(value)) for name, value in facts.items()]
-        put_table(Table(f"Recording {args.folder}", ("what", "value"), rows))
+        put_table(Table(f"Recording written to {args.folder}", ("what", "value"), rows))
     return OK
 
 
 COMMAND = Command(
     name="simulate",
-    summary="a rendered stereo recording with truth",
+    summary="render a stereo recording with ground truth",
     description=(
         "Render a stereo recording of a simulated person, with the true landmarks as its "
         "reference and the named motions as its segments."

@@ -67,20 +67,20 @@ def truth_of(given: Path | None, meta: Mapping[str, Any]) -> Truth:
         return Truth(read_trajectory(given), given, beside)
     if not folder:
         raise InputError(
-            "the file does not say which recording it belongs to",
-            remedy="Name the truth with --reference.",
+            "the file does not state its recording",
+            remedy="Give the reference with --reference.",
         )
     if recording is None:
         raise InputError(
-            "the run's recording is not there any more",
+            "the run's recording was not found",
             where=str(folder),
-            remedy="Move it back beside the run, or name the truth with --reference.",
+            remedy="Move it back beside the run, or give the reference with --reference.",
         )
     if recording.reference is None:
         raise InputError(
-            "the recording has no reference that can be read",
+            "the recording has no readable reference",
             where=str(folder),
-            remedy="See `stereotrack info`, or name the truth with --reference.",
+            remedy="See `stereotrack info`, or give the reference with --reference.",
         )
     return Truth(recording.reference, Path(folder), segments)
 
@@ -102,12 +102,12 @@ def recording_of_run(given: Path | None, run: Run, otherwise: str) -> Recording 
 
     folder = given or Path(str(run.meta.get("recording_folder") or ""))
     if given is None and not (run.meta.get("recording_folder") and folder.is_dir()):
-        say(f"The run's recording is not there, so {otherwise}; name its folder with --recording.")
+        say(f"The run's recording was not found, so {otherwise}. Give its folder with --recording.")
         return None
     recording = open_recording(folder)
     if run.meta.get("fingerprint") not in (None, fingerprint(recording)):
         say(
-            f"{folder}: this is not the recording that was tracked; its pictures and its reference "
+            f"{folder}: this is not the recording that was tracked; its images and its reference "
             "do not belong to the run."
         )
     return recording
@@ -123,9 +123,9 @@ def segments_of(truth: Truth) -> Sequence[Segment]:
     """
     if not truth.segments:
         raise InputError(
-            "there are no segments",
+            "the recording has no segments",
             where=str(truth.source),
-            remedy="Put a segments.csv beside the reference, or leave --segments out.",
+            remedy="Put a segments.csv beside the reference, or omit --segments.",
         )
     return truth.segments
 
@@ -146,9 +146,9 @@ def segments_beside_runs(truth: Truth | None, meta: Mapping[str, Any]) -> Sequen
     recording = describe(folder, []) if meta.get("recording_folder") else None
     if recording is None or not recording.segments:
         raise InputError(
-            "there are no segments",
+            "the recording has no segments",
             where=str(folder),
-            remedy="Put a segments.csv into the recording, or leave --segments out.",
+            remedy="Add a segments.csv to the recording, or omit --segments.",
         )
     return recording.segments
 
@@ -168,8 +168,8 @@ def say_if_unfinished(path: Path, run: Run) -> None:
     if run.meta.get(INCOMPLETE):
         first, end = run.meta["frames"]
         say(
-            f"{path}: this run was stopped and is not complete; it has {len(run.frame)} of the "
-            f"{counted(end - first, 'frame')} that were asked for."
+            f"{path}: this run was stopped and is incomplete: it has {len(run.frame)} of "
+            f"{counted(end - first, 'frame')}."
         )
 
 
@@ -203,7 +203,7 @@ def recording_of(project: Project) -> Recording:
         say(f"{place.finding.severity}: {place.finding.where}: {place.finding.what}.")
     if place.folder is None:
         raise InputError(
-            "the project's recording is not found",
+            "the project's recording was not found",
             where=project.recording_place().absolute,
             remedy="Move it back beside the project, or choose its folder in the workbench.",
         )
@@ -252,7 +252,7 @@ def angle_source(path: Path, fps: float | None) -> AngleSource:
         rate = recording.fps
     if rate is None:
         raise InputError(
-            "the file does not say how many frames a second has",
+            "the file does not state its frame rate",
             where=str(path),
             remedy="Give --fps N.",
         )

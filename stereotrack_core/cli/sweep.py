@@ -48,8 +48,8 @@ def add_arguments(parser: ArgumentParser) -> None:
         required=True,
         dest="table",
         metavar="TABLE.csv",
-        help="table to write; results are kept beside it at once, so that the same command goes "
-        "on where it was stopped",
+        help="results table to write; results are stored in it immediately, so that the same "
+        "command resumes a stopped sweep",
     )
     _add_points(parser)
     add_settings(parser)
@@ -59,15 +59,17 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--init",
         default="auto",
         metavar="auto|tpose|FILE",
-        help="where the first pose comes from, as for track (default: auto)",
+        help="initial pose, as for track (default: auto)",
     )
-    parser.add_argument("--smooth", action="store_true", help="go over runs backwards as well")
+    parser.add_argument("--smooth", action="store_true", help="smooth the runs")
     _add_workers(parser)
     parser.add_argument(
-        "--again", action="store_true", help="compute also what is in the table already"
+        "--again", action="store_true", help="recompute results that are already in the table"
     )
     parser.add_argument(
-        "--dry-run", action="store_true", help="only say what would be computed, and how long"
+        "--dry-run",
+        action="store_true",
+        help="only print what would be computed, and the expected time",
     )
     add_json(parser)
 
@@ -78,67 +80,75 @@ def _add_points(parser: ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME=a,b,c",
-        help="values of a parameter, or of views, preset, seed, frames, init or smooth; given "
-        "several times, every combination is tried",
+        help="values of a parameter, or of views, preset, seed, frames, init or smooth; if given "
+        "several times, all combinations are tried",
     )
     parser.add_argument(
         "--list",
         type=Path,
         dest="points",
         metavar="FILE.csv",
-        help="points to try: a column per name, a row each",
+        help="file with the points to try: one column per name, one row per point",
     )
     parser.add_argument(
         "--search",
         action="append",
         default=[],
         metavar="NAME=LOW:HIGH[:log|int]",
-        help="look for the best value between two, or among NAME=a,b,c; may be given several times",
+        help="search for the best value in a range, or among NAME=a,b,c; may be given several "
+        "times",
     )
     parser.add_argument(
         "--trials",
         type=int,
         default=TRIALS,
         metavar="N",
-        help=f"points that a search tries (default: {TRIALS})",
+        help=f"number of points that a search tries (default: {TRIALS})",
     )
     parser.add_argument(
-        "--search-seed", type=int, default=0, metavar="N", help="seed of the search (default: 0)"
+        "--search-seed",
+        type=int,
+        default=0,
+        metavar="N",
+        help="random seed of the search (default: 0)",
     )
     parser.add_argument(
         "--minimise",
         metavar="MEASURE",
-        help="column that says which point is best (default: forearms where all recordings have a "
-        "reference, else unexplained_fraction); one of which more is better is made large",
+        help="column that the search minimises (default: forearms where all recordings have a "
+        "reference, else unexplained_fraction); measures for which higher is better are maximised",
     )
     parser.add_argument(
-        "--seeds", default="0", metavar="0,1,2", help="seeds, joined by commas (default: 0)"
+        "--seeds", default="0", metavar="0,1,2", help="comma-separated seeds (default: 0)"
     )
 
 
 def _add_workers(parser: ArgumentParser) -> None:
     parser.add_argument(
-        "--workers", type=int, metavar="N", help="processes on this machine (default: its cores)"
+        "--workers",
+        type=int,
+        metavar="N",
+        help="number of processes on this machine (default: one per core)",
     )
     parser.add_argument(
         "--together",
         type=int,
         metavar="N",
-        help="jobs that one process does together at most, so that clouds are made once for all "
-        "(default: 8, fewer of long recordings); what is in work is lost when the program is "
+        help="largest number of jobs that one process runs together to share their clouds "
+        "(default: 8, fewer for long recordings); jobs in progress are lost when the program is "
         "killed",
     )
     parser.add_argument(
         "--scheduler",
         metavar="ADDRESS",
-        help="compute on a Dask cluster instead: tcp://host:port, or a scheduler file (.json)",
+        help="compute on a Dask cluster: tcp://host:port, or a scheduler file (.json)",
     )
     parser.add_argument(
         "--retries",
         type=int,
         default=1,
         metavar="N",
-        help="how often a job is tried again that failed by chance (default: 1)",
+        help="number of retries after a job failed by chance (default: 1)",
     )
 
 
@@ -203,10 +213,10 @@ def _tell_plan(plan: SweepPlan, *, as_json: bool) -> int:
     with _executor(request) as executor:
         workers = executor.count
     count, waiting = count_of(plan.jobs_to_count(), known, workers)
-    seconds, source = count.seconds, "from what was computed before"
+    seconds, source = count.seconds, "from earlier results"
     if seconds is None:
         seconds = expected_seconds(waiting, *_probe(waiting[0]), workers)
-        source = f"roughly, from the first {_LONGEST_PROBE} frames of one job"
+        source = f"rough estimate from the first {_LONGEST_PROBE} frames of one job"
     facts = {
         "jobs": count.jobs,
         "in_table": count.there,
@@ -222,13 +232,13 @@ def _tell_plan(plan: SweepPlan, *, as_json: bool) -> int:
         return OK
     rows = [
         ("jobs", str(facts["jobs"])),
-        ("in the table already", str(facts["in_table"])),
+        ("already in the table", str(facts["in_table"])),
         ("to compute", str(facts["to_compute"])),
         ("frames to track", str(facts["frames"])),
-        ("at once", str(workers)),
-        ("expected time", "not known" if seconds is None else f"{in_words(seconds)} ({source})"),
+        ("in parallel", str(workers)),
+        ("expected time", "unknown" if seconds is None else f"{in_words(seconds)} ({source})"),
     ]
-    put_table(Table(f"What a sweep to {request.table} would do", ("what", ">value"), rows))
+    put_table(Table(f"Plan of the sweep to {request.table}", ("what", ">value"), rows))
     return OK
 
 
@@ -236,7 +246,7 @@ def _probe(job: Job) -> tuple[tuple[Job, ...], dict[str, JobResult]]:
     """Track a few frames of a job to learn how long it takes."""
     from stereotrack_core.experiments.runner.work import do_batch
 
-    say(f"Tracking up to {_LONGEST_PROBE} frames to learn how long a job takes.")
+    say(f"Tracking up to {_LONGEST_PROBE} frames to estimate the time of a job.")
     spec = dataclasses.replace(job.spec, frames=job.frames[:_LONGEST_PROBE])
     short = dataclasses.replace(job, spec=spec)
     return (short,), {result.identity: result for result in do_batch((short,))}
@@ -268,7 +278,7 @@ def _report(store: SweepStore, outcome: SweepOutcome, by: str, *, as_json: bool)
     for line in failures(jobs, results):
         say(line)
     if outcome.stopped:
-        say("Stopped; what is done is kept. The same command goes on where it was.")
+        say("Stopped. Finished results are kept; run the same command again to continue.")
     return FAILED if outcome.stopped or failed else OK
 
 
@@ -291,7 +301,7 @@ def point_table(summaries: Sequence[PointSummary], by: str) -> Table:
     judged = (measures[0].short or measures[0].label) if measures else by
     title = f"Mean ± standard deviation over recordings and seeds, best {judged} first"
     if more > 0:
-        title += f"; {more} more points are in the table"
+        title += f"; the table has {more} more points"
     return Table(title, (*varied, ">runs", *(f">{_brief(measure)}" for measure in measures)), rows)
 
 
@@ -359,13 +369,13 @@ def _named(point: Point) -> str:
 
 COMMAND = Command(
     name="sweep",
-    summary="track with many values of parameters, recordings and seeds, and compare them",
+    summary="track with several parameter values, recordings and seeds, and compare the results",
     description=(
         "Track recordings with every combination of values (--grid), with the points of a list "
-        "(--list) or in search of the best ones (--search), each with all seeds, and write one "
-        "row per run to a table. What is in the table already is not computed again: the same "
-        "command goes on where it was stopped. References are only read to measure errors, never "
-        "by the tracker."
+        "(--list) or in search of the best values (--search), each with all seeds, and write one "
+        "row per run to a table. Results already in the table are not computed again, so the same "
+        "command resumes a stopped sweep. References are only used to measure errors, never by "
+        "the tracker."
     ),
     add_arguments=add_arguments,
     run=run,

@@ -32,33 +32,31 @@ def add_arguments(parser: ArgumentParser) -> None:
         type=Path,
         required=True,
         metavar="RUN",
-        help="file to write: .npz (a complete run), .csv, .trc, .c3d or .bvh (its landmarks)",
+        help="output file: .npz (a complete run), .csv, .trc, .c3d or .bvh (landmarks only)",
     )
     _add_earlier_runs(parser)
     add_settings(parser)
     parser.set_defaults(preset=None)  # what is given is told from what is not
     add_frames(parser)
     add_views(parser)
-    parser.add_argument(
-        "--seed", type=int, metavar="N", help="seed of all that is random (default: 0)"
-    )
+    parser.add_argument("--seed", type=int, metavar="N", help="random seed (default: 0)")
     parser.add_argument(
         "--init",
         metavar="auto|tpose|FILE",
-        help="where the first pose comes from: found without help (auto, default), the T pose "
-        "facing north (tpose), or a run or landmarks file that knows the first frame",
+        help="initial pose: found automatically (auto, default), the T pose facing north (tpose), "
+        "or a run or landmarks file that contains the first frame",
     )
     parser.add_argument(
         "--detections",
         type=Path,
         metavar="CSV",
-        help="head and hands that a detector has seen, as measurements (default: the recording's "
-        "own detections.csv, where it has one)",
+        help="keypoints of head and hands from a detector, used as measurements (default: the "
+        "recording's detections.csv, if it has one)",
     )
     parser.add_argument(
         "--smooth",
         action=BooleanOptionalAction,
-        help="go over the run backwards as well: steadier poses, short gaps bridged",
+        help="smooth the run: steadier poses, short gaps bridged",
     )
     add_json(parser)
 
@@ -68,13 +66,13 @@ def _add_earlier_runs(parser: ArgumentParser) -> None:
         "--like",
         type=Path,
         metavar="RUN.npz",
-        help="repeat a run: parameters, seed, views, frames, first pose and smoothing are the "
-        "run's; whatever else is given here wins, and is said",
+        help="reproduce a run with its parameters, seed, views, frames, initial pose and "
+        "smoothing; other options given here take precedence and are reported",
     )
     parser.add_argument(
         "--resume",
         action="store_true",
-        help="go on with this output's run that was stopped, as it was begun",
+        help="resume the stopped run of this output with its settings",
     )
 
 
@@ -100,7 +98,7 @@ def run(args: Namespace) -> int:
     with output.telling():
         job = output.track(plan.recording, plan.spec, plan.count, plan.begun)
         if not len(job.run.frame):
-            say("Stopped before the first frame; nothing was written.")
+            say("Stopped before the first frame. Nothing was written.")
             return FAILED
         place = output.write(job)
     return _tell(args, plan, job, place)
@@ -119,8 +117,8 @@ def _tell(args: Namespace, plan: TrackPlan, job: TrackedRun, place: Path | None)
         put_table(track_table(job, plan.recording.name + ("" if place is None else f" in {place}")))
     if job.changed:
         say(
-            f"{counted(len(job.changed), 'frame')} that had been tracked before came out "
-            "otherwise now, so the run is not what it had been without a stop; the new ones hold."
+            f"{counted(len(job.changed), 'frame')} tracked earlier came out differently now, so "
+            "the run differs from one without interruption; the new results were kept."
         )
     say_signs(job)
     if job.stopped or job.nothing:
@@ -141,13 +139,12 @@ def _say_findings(folder: Path) -> None:
 
 COMMAND = Command(
     name="track",
-    summary="follow the person through a recording and write the run",
+    summary="track the person through a recording and write the run",
     description=(
-        "Follow the person through a recording. Every frame is kept at once in RUN.part, until "
-        "the run is complete; what was in RUN before stays until then. Whatever ends the program, "
-        "--resume goes on. The recording's reference is never read by this command. With --like a "
-        "run is repeated exactly, and what differs from then is said: recording, calibration, "
-        "versions."
+        "Track the person through a recording. Every frame is stored immediately in RUN.part; RUN "
+        "itself is replaced only when the run is complete. After any interruption, --resume "
+        "continues. The recording's reference is never read by this command. With --like a run is "
+        "reproduced, and differences in recording, calibration and versions are reported."
     ),
     add_arguments=add_arguments,
     run=run,

@@ -54,9 +54,9 @@ class UnfinishedOutput:
 
         if not self.part.is_file():
             raise InputError(
-                "there is no unfinished run to go on with",
+                "there is no unfinished run to resume",
                 where=str(self.part),
-                remedy="Leave --resume out to begin.",
+                remedy="Omit --resume to start a run.",
             )
         return read_unfinished(self.part)
 
@@ -72,9 +72,9 @@ class UnfinishedOutput:
 
         if has_frames(self.part):
             raise InputError(
-                "an unfinished run is kept there",
+                "there is an unfinished run here",
                 where=str(self.part),
-                remedy="Go on with it: add --resume. To begin anew, delete it, or name another "
+                remedy="Resume it with --resume. To start again, delete it or choose another "
                 "output.",
             )
 
@@ -110,7 +110,7 @@ class UnfinishedOutput:
             from stereotrack_core.interop.run_journal import has_frames
 
             if has_frames(self.part):
-                say(f"What was tracked is kept in {self.part}. To go on: {self.command}")
+                say(f"The frames tracked so far are in {self.part}. To resume: {self.command}")
             raise
 
     def write(self, job: TrackedRun) -> Path | None:
@@ -126,17 +126,17 @@ class UnfinishedOutput:
         done = f"{len(job.run.frame)} of {counted(job.wanted, 'frame')}"
         if job.stopped and self.output.exists():
             say(
-                f"Stopped after {done}; they are in {self.part}, and what was in {self.output} is "
-                f"left as it was. To go on: {self.command}"
+                f"Stopped after {done}; they are in {self.part}. {self.output} was not changed. "
+                f"To resume: {self.command}"
             )
             return self.part
         if job.nothing and self.output.exists():
-            say(f"What was in {self.output} is left as it was.")
+            say(f"{self.output} was not changed.")
             self.part.unlink(missing_ok=True)
             return None
         write_run(self.output, job.run)
         if job.stopped:
-            say(f"Stopped after {done}; they are in {self.output}. To go on: {self.command}")
+            say(f"Stopped after {done}; they are in {self.output}. To resume: {self.command}")
         else:
             self.part.unlink(missing_ok=True)
         return self.output
@@ -148,7 +148,7 @@ def _lengths(run: Run) -> str:
         return "average"
     subject = run.meta.get("subject")
     if subject is None:
-        return "average, there is no subject file; see stereotrack proportions"
+        return "average (no subject file); see stereotrack proportions"
     return str(subject.get("name") or "the recording's subject file")
 
 
@@ -161,13 +161,13 @@ def track_table(job: TrackedRun, title: str) -> Table:
         ("tracked", str(facts["tracked"])),
         ("unexplained fraction of the cloud", number(facts["mean_unexplained_fraction"], 3)),
         ("residual", f"{number(facts['mean_residual_mm'])} mm"),
-        ("lengths of the body", _lengths(job.run)),
+        ("segment lengths", _lengths(job.run)),
         ("frames per second", number(facts["frames_per_second"] or math.nan)),
     ]
     if facts["smoothed"]:
-        rows.append(("smoothed, bridged frames", str(len(facts["bridged"]))))
+        rows.append(("frames bridged by smoothing", str(len(facts["bridged"]))))
     rows += [(f"not tracked {gap.first}:{gap.end}", gap.reason) for gap in job.gaps]
-    rows += [(f"view {b.view} blind {b.first}:{b.end}", b.reason) for b in job.blind]
+    rows += [(f"view {b.view} without points {b.first}:{b.end}", b.reason) for b in job.blind]
     return Table(title, ("what", ">value"), rows)
 
 
@@ -178,6 +178,6 @@ def say_signs(job: TrackedRun) -> None:
     for warning in job.run.meta["warnings"]:
         say(f"warning: {warning}. {CHECK}")
     if job.nothing and len(job.run.frame):
-        say(f"Nobody was tracked in any of the {counted(len(job.run.frame), 'frame')}.")
+        say(f"No person was tracked in any of the {counted(len(job.run.frame), 'frame')}.")
         for cause in job.untracked.causes():
             say(cause.sentence())

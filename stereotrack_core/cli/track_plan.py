@@ -104,14 +104,14 @@ def _plan_like(args: Namespace, recording: Recording) -> TrackPlan:
     for sentence in (*what_differs(run, recording), *stored.notes):
         say(f"{args.like}: {sentence}")
     if said:
-        say(f"Given on the command line, not taken from the run: {', '.join(said)}.")
+        say(f"Taken from the command line instead of the run: {', '.join(said)}.")
     views = usable_views(recording, views_of(recording, args.views) or stored.spec.views)
     frames = _frames_like(args, stored, _count(recording, views))
     if args.init is None and not stored.states_first_pose:
         raise InputError(
-            "the run began with a pose that it does not state",
+            "the run does not state its initial pose",
             where=str(args.like),
-            remedy="Say where the first pose comes from with --init.",
+            remedy="Set the initial pose with --init.",
         )
     preset_name, settings = _settings(args, stored)
     spec = dataclasses.replace(
@@ -145,15 +145,15 @@ def _plan_resumed(args: Namespace, recording: Recording, output: UnfinishedOutpu
     foreign = [*other_files(run, recording), *stored.notes, *([heard_else] if heard_else else [])]
     if foreign or not stored.states_first_pose:
         raise InputError(
-            "the unfinished run does not go on here" + (f": {foreign[0]}" if foreign else ""),
+            "the unfinished run cannot be resumed here" + (f": {foreign[0]}" if foreign else ""),
             where=str(output.part),
-            remedy="Restore what it was begun with, or track anew to another output; what is in "
-            "it can be evaluated and exported.",
+            remedy="Restore the conditions it was started with, or track to another output. Its "
+            "frames can still be evaluated and exported.",
         )
     _refuse_otherwise(args, stored, recording)
     for sentence in other_versions(run.meta):
         say(f"{output.part}: {sentence}")
-    say(f"Going on after {len(begun.frames)} of {len(begun.asked)} frames.")
+    say(f"Resuming after {len(begun.frames)} of {len(begun.asked)} frames.")
     spec = dataclasses.replace(
         stored.spec,
         frames=begun.asked,
@@ -181,10 +181,10 @@ def _refuse_otherwise(args: Namespace, stored: StoredSpec, recording: Recording)
     for option, agrees in same.items():
         if not agrees:
             raise InputError(
-                "the unfinished run was begun otherwise",
+                "the unfinished run was started with other settings",
                 where=option,
-                remedy="Leave the option out to go on as it was begun, or name another output to "
-                "begin anew.",
+                remedy="Omit this option to resume with its settings, or choose another output to "
+                "start again.",
             )
 
 
@@ -195,7 +195,7 @@ def _frames_like(args: Namespace, stored: StoredSpec, count: int) -> range:
         raise InputError(
             f"the run has the frames {frames.start}:{frames.stop}, the recording only 0:{count}",
             where=str(args.like),
-            remedy="Give the run's own recording, or a stretch with --frames A:B.",
+            remedy="Use the run's own recording, or restrict the range with --frames A:B.",
         )
     return frames
 

@@ -17,20 +17,20 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--workspace",
         metavar="NAME",
-        help="annotate, track, review, tune or calibrate (default: as it was left)",
+        help="annotate, track, review, tune or calibrate (default: the last one used)",
     )
     parser.add_argument(
         "--frame",
         type=int,
         default=0,
         metavar="N",
-        help="frame to start at, from 0 (default: as it was left)",
+        help="frame to start at, counted from 0 (default: the last one shown)",
     )
     parser.add_argument(
         "--screenshot",
         type=Path,
         metavar="PNG",
-        help="save the window as a picture and leave; works without a screen",
+        help="save a screenshot of the window and exit; works without a display",
     )
 
 
@@ -50,7 +50,7 @@ def show_window(window: Window | None, opening: Opening) -> int:
     """
     if window is None:
         raise InputError(
-            "the workbench is not started from here",
+            "the workbench cannot be started here",
             remedy="Start it with the program `stereotrack`.",
         )
     return OK if window.show(opening, say) else FAILED
@@ -58,7 +58,7 @@ def show_window(window: Window | None, opening: Opening) -> int:
 
 COMMAND = Command(
     name="open",
-    summary="the workbench on a recording folder or project file",
+    summary="open the workbench on a recording folder or project file",
     description="Open the workbench on a recording folder or a project file.",
     add_arguments=add_arguments,
     run=run,

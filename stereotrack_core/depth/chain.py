@@ -206,7 +206,7 @@ class DepthChain:
         present = [chain for chain in self._chains if chain.name in frame_set.views]
         for chain in self._chains:
             if chain not in present and chain.name not in problems:
-                problems[chain.name] = f"View {chain.name} gives no depth: it has no images."
+                problems[chain.name] = f"View {chain.name} provides no depth: it has no images."
         images = [frame_set.views[chain.name] for chain in present]
         measured = self._pool.map(ViewChain.process, present, images)
         results = {chain.name: r for chain, r in zip(present, measured, strict=True)}

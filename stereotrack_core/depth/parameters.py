@@ -22,18 +22,19 @@ class DepthParameters(ParameterGroup):
 
     matcher: str = parameter(
         "bm",
-        "Block matching; or semi-global matching, which finds more on clothes with little"
-        " texture, but on strong texture is drawn to whole pixels (by up to 0.2 px).",
+        "Block matching, or semi-global matching. The latter finds more points on clothes with "
+        "little texture, but on strong texture is biased towards whole-pixel disparities (by up "
+        "to 0.2 px).",
         group=_MATCH,
         choices=("bm", "sgbm"),
         thesis="bm",
     )
     disparity_minimum: int = parameter(
-        1, "Smallest disparity that is looked for.", group=_MATCH, unit="px", minimum=0, maximum=512
+        1, "Smallest disparity searched.", group=_MATCH, unit="px", minimum=0, maximum=512
     )
     disparity_count: int = parameter(
         64,
-        "Number of disparities that are looked for, rounded up to a multiple of 16.",
+        "Number of disparities searched, rounded up to a multiple of 16.",
         group=_MATCH,
         unit="px",
         minimum=16,
@@ -41,7 +42,7 @@ class DepthParameters(ParameterGroup):
     )
     disparity_from_volume: bool = parameter(
         True,
-        "Leave out disparities that are nearer to the camera than the working volume.",
+        "Discard disparities closer to the camera than the working volume.",
         group=_MATCH,
         thesis=False,
     )
@@ -50,8 +51,8 @@ class DepthParameters(ParameterGroup):
     )
     least_focal: float = parameter(
         400.0,
-        "Pictures of clearly wider lenses are enlarged to this focal length before they are"
-        " matched, at most to twice their size: a window is too coarse for their arms otherwise.",
+        "Images of clearly wider lenses are upsampled to this focal length before matching, at "
+        "most to twice their size, because the matching window is too coarse for arms otherwise.",
         group=_MATCH,
         unit="px",
         minimum=0.0,
@@ -60,7 +61,7 @@ class DepthParameters(ParameterGroup):
     )
     low_pass: float = parameter(
         0.0,
-        "Standard deviation of the low-pass filter before rectification; 0 leaves it out.",
+        "Standard deviation of the low-pass filter before rectification; 0 disables it.",
         group=_MATCH,
         unit="px",
         minimum=0.0,
@@ -69,20 +70,20 @@ class DepthParameters(ParameterGroup):
     )
     edge_images: bool = parameter(
         True,
-        "Match horizontal derivatives, which differences in gain do not change.",
+        "Match horizontal derivatives, which are insensitive to differences in gain.",
         group=_MATCH,
         thesis=False,
     )
     match_texture: int = parameter(
         10,
-        "Least texture in the window, as a sum over its prefiltered pixels; 0 accepts all.",
+        "Minimum texture in the window, as a sum over prefiltered pixels; 0 accepts all.",
         group=_MATCH,
         minimum=0,
         maximum=100000,
     )
     match_uniqueness: int = parameter(
         10,
-        "Percent by which the best match must beat the best one that is not its neighbour.",
+        "Percentage by which the best match must beat the second best that is not its neighbour.",
         group=_MATCH,
         unit="%",
         minimum=0,
@@ -90,7 +91,8 @@ class DepthParameters(ParameterGroup):
     )
     match_left_right: int = parameter(
         1,
-        "Largest difference between matching right to left and left to right; -1 is no check.",
+        "Largest difference between right-to-left and left-to-right matching; -1 disables the "
+        "check.",
         group=_MATCH,
         unit="px",
         minimum=-1,
@@ -99,24 +101,24 @@ class DepthParameters(ParameterGroup):
     )
     match_region: str = parameter(
         "changed",
-        "Match the whole image, or only around what differs from the empty scene's picture"
-        " (quicker; elsewhere the empty scene's disparity stands).",
+        "Match the whole image, or only regions that differ from the background image (faster; "
+        "elsewhere the disparity of the empty scene is used).",
         group=_MATCH,
         choices=("whole", "changed"),
         thesis="whole",
     )
     subpixel: str = parameter(
         "aligned",
-        "Where the part of a pixel comes from: the matcher's parabola, which is drawn to whole"
-        " pixels; or the pictures aligned once more around every pixel that becomes a point, with"
-        " the person's pixels only (needs the person's outline to keep the wall out).",
+        "Source of subpixel disparities: the matcher's parabola, which is biased towards whole "
+        "pixels; or image alignment around every pixel that becomes a point, using only the "
+        "person's pixels (needs the silhouette to exclude the background).",
         group=_MATCH,
         choices=("matcher", "aligned"),
         thesis="matcher",
     )
     speckle_size: int = parameter(
         60,
-        "Foreground patches of at most so many pixels are dropped; 0 keeps all.",
+        "Remove foreground patches of up to this many pixels; 0 keeps all.",
         group=_MATCH,
         unit="px",
         minimum=0,
@@ -124,7 +126,8 @@ class DepthParameters(ParameterGroup):
     )
     speckle_range: float = parameter(
         1.0,
-        "Neighbours whose disparities differ by more belong to different patches.",
+        "Neighbouring pixels whose disparities differ by more than this belong to different "
+        "patches.",
         group=_MATCH,
         unit="px",
         minimum=0.0625,
@@ -132,14 +135,14 @@ class DepthParameters(ParameterGroup):
     )
     background_mode: str = parameter(
         "percentile",
-        "How the background is learned where the recording has no images of the empty scene:"
-        " running average as in the thesis, low percentile over the recording, or not at all.",
+        "How the background is learned where the recording has no background images: running "
+        "average as in the thesis, low percentile over the recording, or none.",
         group=_BACKGROUND,
         choices=("average", "percentile", "none"),
         thesis="average",
     )
     background_empty_scene: bool = parameter(
-        True, "Use images of the empty scene where there are some.", group=_BACKGROUND
+        True, "Use background images where the recording has them.", group=_BACKGROUND
     )
     background_threshold: float = parameter(
         1.0,
@@ -165,14 +168,14 @@ class DepthParameters(ParameterGroup):
     )
     background_valid_above: float = parameter(
         0.5,
-        "The background is known where its disparity was valid more often than this.",
+        "The background of a pixel is known if its disparity was valid more often than this.",
         group=_BACKGROUND,
         minimum=0.0,
         maximum=1.0,
     )
     background_percentile: float = parameter(
         5.0,
-        "Percentile of a pixel's disparities that is taken for the background.",
+        "Percentile of a pixel's disparities used as background.",
         group=_BACKGROUND,
         unit="%",
         minimum=0.0,
@@ -180,37 +183,38 @@ class DepthParameters(ParameterGroup):
     )
     background_samples: int = parameter(
         40,
-        "Frames from which the background is learned beforehand, spread over the recording.",
+        "Number of frames, spread over the recording, from which the background is learned in "
+        "advance.",
         group=_BACKGROUND,
         minimum=1,
         maximum=1000,
     )
     background_doubt: bool = parameter(
         True,
-        "Take the silhouette, where the picture differs from the empty scene's, for evidence:"
-        " background disparities inside of it are forgotten.",
+        "Use the silhouette (difference from the background image) as evidence: background "
+        "disparities inside it are discarded.",
         group=_BACKGROUND,
         thesis=False,
     )
     outlines: bool = parameter(
         True,
-        "Find the sharp edge of the person in the pictures, for the tracker to measure; needs a"
-        " picture of the empty scene, or a mask.",
+        "Find the sharp silhouette contour of the person in the images as a measurement for the "
+        "tracker. Needs a background image or a mask.",
         group=_BACKGROUND,
         thesis=False,
     )
     halo_trim: str = parameter(
         "outline",
-        "Cut the border that block matching adds around the person: not at all, where the"
-        " picture looks as it does in the empty scene, or outside of the sharp outline (which is"
-        " kept whole for the search, and no points are made from it).",
+        "Remove the border that block matching adds around the person: never; where the image "
+        "looks like the background image; or outside the sharp silhouette (border points remain "
+        "available for the arm search, but are not measurements).",
         group=_BACKGROUND,
         choices=("none", "picture", "outline"),
         thesis="none",
     )
     halo_contrast: int = parameter(
         6,
-        "Difference in grey from which the picture differs from the empty scene.",
+        "Intensity difference above which a pixel differs from the background image.",
         group=_BACKGROUND,
         minimum=1,
         maximum=255,
@@ -227,7 +231,7 @@ class DepthParameters(ParameterGroup):
     volume_z: float = parameter(2.4, "Height of the volume.", group=_VOLUME, unit="m", minimum=0.1)
     pixel_step: int = parameter(
         2,
-        "Every how many rows and columns a pixel becomes a point.",
+        "Use every n-th row and column of pixels as points.",
         group=_CLOUD,
         unit="px",
         minimum=1,
@@ -242,7 +246,7 @@ class DepthParameters(ParameterGroup):
     )
     outlier_distance: float = parameter(
         60.0,
-        "A point goes when any of its k nearest neighbours is farther away.",
+        "A point is removed if any of its k nearest neighbours is farther away than this.",
         group=_CLOUD,
         unit="mm",
         minimum=0.1,
@@ -250,7 +254,7 @@ class DepthParameters(ParameterGroup):
     )
     outlier_repeat: bool = parameter(
         False,
-        "Repeat the removal of outliers until nothing changes.",
+        "Repeat the outlier removal until nothing changes.",
         group=_CLOUD,
         thesis=True,
     )

@@ -153,34 +153,34 @@ def _check_pair(left: Camera, right: Camera, where: str) -> None:
             f"left and right image differ in size ({left.width} x {left.height} and"
             f" {right.width} x {right.height})",
             where=where,
-            remedy="A stereo view needs two images of one size.",
+            remedy="A stereo view needs two images of the same size.",
         )
     to_left = right.camera_from_world.apply(left.position_world)
     length = float(np.linalg.norm(to_left))
     if not length > _SMALLEST_BASELINE:
         raise InputError(
-            f"{left.name} and {right.name} stand at the same place",
+            f"{left.name} and {right.name} have the same position",
             where=where,
             remedy="Give each camera of the stereo view its own translation.",
         )
     across, along_y, along_z = np.abs(to_left) / length
     if along_y > across:
         raise InputError(
-            f"{left.name} and {right.name} stand one above the other",
+            f"{left.name} and {right.name} are mounted one above the other",
             where=where,
-            remedy="Stereo cameras must stand side by side, along the rows of their images.",
+            remedy="Stereo cameras must be mounted side by side, along the rows of their images.",
         )
     if along_z > across:
         raise InputError(
-            f"{left.name} and {right.name} stand one behind the other",
+            f"{left.name} and {right.name} are mounted one behind the other",
             where=where,
             remedy="Check rotation and translation of both cameras.",
         )
     if to_left[0] > 0:
         raise InputError(
-            f"{left.name} stands on the right of {right.name}",
+            f"{left.name} is to the right of {right.name}",
             where=where,
-            remedy="Exchange left and right of this view.",
+            remedy="Swap left and right in this view.",
         )
     axes = [camera.camera_from_world.rotation[2] for camera in (left, right)]
     if np.arccos(np.clip(axes[0] @ axes[1], -1.0, 1.0)) > _LARGEST_CONVERGENCE:

@@ -316,7 +316,7 @@ class ViewChain:
     def _without_depth(self, reason: str, watch: Stopwatch) -> ViewResult:
         return ViewResult(
             depth=None,
-            problem=f"View {self.name} gives no depth: {reason}.",
+            problem=f"View {self.name} provides no depth: {reason}.",
             points=np.zeros((0, 3)),
             pixels=np.zeros((0, 2), dtype=np.int64),
             seconds=watch.seconds,

@@ -63,7 +63,7 @@ def stated(error: float, unit: str, quality: Mapping[str, float], measure: str) 
     """``9.1 deg, reference good to 2.3``; the error alone where the reference does not say."""
     text = f"{error:.1f} {unit}" if np.isfinite(error) else f"- {unit}"
     good = quality.get(measure)
-    return text if good is None else f"{text}, reference good to {good:.1f}"
+    return text if good is None else f"{text}, reference uncertainty {good:.1f}"
 
 
 def _cross_deg(nine: FloatArray, covariance: FloatArray) -> float:

@@ -62,20 +62,22 @@ MEASURES: tuple[SweepMeasure, ...] = (
         from_reference=True, short="not tracked",
     ),
     SweepMeasure(
-        "lost_precision", "of those called lost, rightly", "%",
+        "lost_precision", "flagged segments that are lost", "%",
         from_reference=True, more_is_better=True,
     ),
     SweepMeasure(
-        "lost_recall", "of those lost, called so", "%", from_reference=True, more_is_better=True
+        "lost_recall", "lost segments that are flagged",
+        "%", from_reference=True, more_is_better=True
     ),
     SweepMeasure("gaps", "frames without a pose", "%", short="no pose"),
     SweepMeasure("unexplained_fraction", "unexplained fraction", "%", short="unexplained"),
     SweepMeasure("residual", "residual", "mm"),
     SweepMeasure("innovation", "normalised innovation", ""),
     SweepMeasure("limb_sigma", "uncertainty of the limbs", "deg", short="uncertain"),
-    SweepMeasure("limb_lost", "own probability of lost arm segments", "%", short="taken for lost"),
+    SweepMeasure("limb_lost", "mean failure probability of arm segments",
+    "%", short="flagged as lost"),
     SweepMeasure("frames_per_second", "frames per second", "", more_is_better=True, short="fps"),
-    SweepMeasure("seconds", "seconds of computing", "s"),
+    SweepMeasure("seconds", "computing time in seconds", "s"),
 )  # fmt: skip
 """Errors against the reference as ``evaluate`` gives them, then the tracker's own signs."""
 

@@ -78,7 +78,7 @@ def correct(
     # For 29 unknowns the checks around numpy's solve cost as much as the solution.
     *_, solved, info = lapack.dgesv(np.eye(k) + GW, right, overwrite_a=1, overwrite_b=1)
     if info:
-        raise np.linalg.LinAlgError("the innovation's covariance is singular")
+        raise np.linalg.LinAlgError("the innovation covariance is singular")
     weighted = dX.T * Wc
     dx = weighted @ solved[:, 0]
     after = P - weighted @ (solved[:, 1:] @ dX)

@@ -114,7 +114,9 @@ def posterior(
     dx = P0_inverse @ from_prior + gathered.b
     factor, failed = scipy.linalg.lapack.dpotrf(total, lower=1)
     if failed:
-        raise np.linalg.LinAlgError("prior and measurements together are not positive definite")
+        raise np.linalg.LinAlgError(
+            "the information matrix of prior and measurements is not positive definite"
+        )
     dx, _ = scipy.linalg.lapack.dpotrs(factor, dx, lower=1)
     P, _ = scipy.linalg.lapack.dpotri(factor, lower=1)
     lower = np.tril(P, -1)

@@ -181,8 +181,8 @@ def _held(points: FloatArray) -> FloatArray:
         known = np.flatnonzero(~np.isnan(points[:, k]).any(axis=-1))
         if not len(known):
             raise InputError(
-                f"the landmark {name} is never known",
-                remedy="BVH cannot leave it out; export as csv, trc or c3d instead.",
+                f"the landmark {name} has no position in any frame",
+                remedy="BVH cannot omit landmarks. Export as csv, trc or c3d instead.",
             )
         last = np.searchsorted(known, np.arange(len(points)), side="right") - 1
         result[:, k] = points[known[np.maximum(last, 0)], k]

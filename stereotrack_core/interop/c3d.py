@@ -105,7 +105,7 @@ def _content(data: bytes, parameters: dict[str, _Parameter]) -> C3DContent:
              if name in parameters}  # fmt: skip
     labels = texts.get("LABELS", ())
     if len(labels) < count:
-        raise ValueError("there are points without a label")
+        raise ValueError("the file contains points without a label")
     return C3DContent(
         first_frame=first - 1,
         rate=rate,
@@ -119,7 +119,7 @@ def _content(data: bytes, parameters: dict[str, _Parameter]) -> C3DContent:
 def _parameters(data: bytes, start: int) -> dict[str, _Parameter]:
     """Parameters of the group POINT by name."""
     if start < 0 or data[start + 3] != _INTEL:
-        raise ValueError("the file is damaged or comes from a processor that is not known here")
+        raise ValueError("the file is damaged or uses an unsupported processor type")
     end = min(len(data), start + _BLOCK * data[start + 2])
     groups: dict[int, str] = {}
     found: list[tuple[int, str, _Parameter]] = []
@@ -184,9 +184,9 @@ def write_c3d(
     frame = trajectory.frame
     if len(frame) and (frame[0] < 0 or frame[-1] > _LAST_FRAME):
         raise InputError(
-            f"C3D counts frames up to {_LAST_FRAME}",
+            f"C3D frame numbers are limited to {_LAST_FRAME}",
             where=str(path),
-            remedy="Write a part of the run, or another format.",
+            remedy="Export part of the run, or use another format.",
         )
     first, points = contiguous(trajectory, str(path))
     per_frame = np.zeros(len(points))
@@ -238,15 +238,15 @@ def read_c3d(path: Path) -> tuple[LandmarkTrajectory, float]:
         content = parse_c3d(read_bytes(path, TABLE_BYTES))
     except ValueError as error:
         raise InputError(
-            str(error), where=str(path), remedy="Take another copy of it, or export it again."
+            str(error), where=str(path), remedy="Use another copy of the file, or export it again."
         ) from error
     metres = _metres(path, content)
     known = [name for name in LANDMARKS if name in content.labels]
     if not known:
         raise InputError(
-            "none of the nine landmarks is in the file",
+            "the file contains none of the nine landmarks",
             where=f"{path}, POINT:LABELS",
-            remedy=f"The points are named {', '.join(LANDMARKS)}.",
+            remedy=f"Name the points {', '.join(LANDMARKS)}.",
         )
     count = len(content.points)
     points = np.full((count, len(LANDMARKS), 3), np.nan)
@@ -261,14 +261,14 @@ def _metres(path: Path, content: C3DContent) -> float:
     metres = _METRES.get(content.units)
     if metres is None:
         raise InputError(
-            f"the unit {content.units!r} is not known",
+            f"unknown unit {content.units!r}",
             where=f"{path}, POINT:UNITS",
-            remedy="Write m or mm.",
+            remedy="Use m or mm.",
         )
     if content.vertical not in ("", "+Z"):
         raise InputError(
             f"the vertical axis is {content.vertical}",
             where=f"{path}, POINT:Y_SCREEN",
-            remedy="Turn the data so that z is up and write +Z.",
+            remedy="Rotate the data so that z points up, and set Y_SCREEN to +Z.",
         )
     return metres

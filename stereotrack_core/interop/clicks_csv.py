@@ -83,8 +83,8 @@ def read_clicks(
             click = _click(path, line, cells, recording, landmarks, frames)
             if click.key in lines:
                 raise InputError(
-                    f"line {line} gives {click.landmark} of frame {click.frame} in {click.camera}"
-                    f" a second time, after line {lines[click.key]}",
+                    f"line {line} repeats {click.landmark} of frame {click.frame} in "
+                    f"{click.camera}, given in line {lines[click.key]}",
                     where=str(path),
                     remedy="Delete one of the two lines.",
                 )
@@ -120,7 +120,7 @@ def _row(click: Click, recording: Recording) -> tuple[int, str, str, str, str, i
         raise InputError(
             f"the camera {name!r} has the name of a view that shows another camera",
             where=recording.name,
-            remedy="Rename the camera or the view; a clicks file could not tell them apart.",
+            remedy="Rename the camera or the view; a clicks file cannot distinguish them.",
         )
     x, y = ("", "") if click.position is None else map(_number_text, click.position)
     return click.frame, name, click.landmark, x, y, int(click.visibility)
@@ -141,14 +141,16 @@ def _click(
     frame = whole_number(cells["frame"], path, line, "frame")
     if frame < 0 or (frames is not None and frame >= frames):
         last = "" if frames is None else f", the last one is {frames - 1}"
-        raise _wrong(path, line, f"frame {frame} is not there", f"Frames begin with 0{last}.")
+        raise _wrong(
+            path, line, f"frame {frame} does not exist", f"Frames are counted from 0{last}."
+        )
     camera = _camera(path, line, cells["view"], recording)
     landmark = cells["landmark"]
     if landmark not in landmarks:
         raise _wrong(
             path,
             line,
-            f"the landmark {landmark!r} is not known",
+            f"unknown landmark {landmark!r}",
             f"The landmarks are {', '.join(landmarks)}.",
         )
     visibility = cells["visibility"]
@@ -156,7 +158,7 @@ def _click(
         raise _wrong(
             path,
             line,
-            f"the visibility is {visibility!r}",
+            f"invalid visibility {visibility!r}",
             "Write 2 for seen, 1 for guessed behind something, 0 for outside the image.",
         )
     seen = Visibility(int(visibility))
@@ -177,8 +179,8 @@ def _camera(path: Path, line: int, name: str, recording: Recording) -> str:
     raise _wrong(
         path,
         line,
-        f"there is no view or camera {name!r}",
-        f"It is one of {', '.join(known)}; {known[0]} means that view's reference image.",
+        f"unknown view or camera {name!r}",
+        f"Use one of {', '.join(known)}; {known[0]} is that view's reference image.",
     )
 
 
@@ -198,14 +200,14 @@ def _position(
                 path,
                 line,
                 f"{column} is {text!r}",
-                "Write pixels as a number; a landmark without a place has the visibility 0.",
+                "Write pixels as a number; a landmark without a position has the visibility 0.",
             )
         if not -0.5 <= value <= length - 0.5:
             raise _wrong(
                 path,
                 line,
                 f"{column} = {text} is outside the image of {camera} ({length} pixels)",
-                "Write raw-image pixels (the centre of the first one is 0), or the visibility 0.",
+                "Write raw-image pixels (the centre of the first pixel is 0), or the visibility 0.",
             )
         values.append(value)
     return values[0], values[1]

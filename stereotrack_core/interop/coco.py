@@ -128,9 +128,9 @@ def read_coco(
             place = _place(images.get(annotation.get("image_id")), recording, camera, where)
             if place in seen:
                 raise InputError(
-                    f"there is a second person in {place[1]} at frame {place[0]}",
+                    f"the file has a second person in {place[1]} at frame {place[0]}",
                     where=where,
-                    remedy="Keep the annotations of the one person alone.",
+                    remedy="Keep only the annotations of one person.",
                 )
             seen.add(place)
             keypoints = categories.get(annotation.get("category_id"), [])
@@ -171,7 +171,7 @@ def _content(path: Path) -> dict[str, list[dict[str, Any]]]:
     check_kind(content, _KINDS, str(path), remedy)
     missing = [key for key in _KINDS if content.get(key) is None]
     if missing:
-        what = f"this is no COCO file: it lacks {', '.join(missing)}"
+        what = f"this is not a COCO file: it lacks {', '.join(missing)}"
         raise InputError(what, where=str(path), remedy=remedy)
     return {key: [one for one in content[key] if one is not None] for key in _KINDS}
 
@@ -181,7 +181,11 @@ def _place(
 ) -> tuple[int, str]:
     """Frame and camera of a picture."""
     if image is None:
-        raise InputError("its picture is not in the file", where=where, remedy="Add it to images.")
+        raise InputError(
+            "the image of this annotation is not in the file",
+            where=where,
+            remedy="Add it to images.",
+        )
     name = str(image.get("file_name", ""))
     stated = camera if camera is not None else image.get("camera")
     own = camera_of(name, recording, None if stated is None else str(stated), where=where)
@@ -203,9 +207,9 @@ def _clicks(
         isinstance(value, int | float) and math.isfinite(value) for value in values
     ):
         raise InputError(
-            f"its keypoints are not {len(keypoints)} times x, y and v",
+            f"keypoints must be {len(keypoints)} triples of x, y and v",
             where=where,
-            remedy="Give the file as the labelling tool wrote it.",
+            remedy="Use the file as written by the labelling tool.",
         )
     outside = {str(name) for name in annotation.get("outside") or []}
     clicks = []

@@ -75,15 +75,15 @@ def read_deeplabcut(
     header = {line[0]: line for line in lines[:4] if line and line[0] in _HEADERS}
     if len(set(header.get("individuals", [])[1:]) - {""}) > 1:
         raise InputError(
-            "the file is of several individuals",
+            "the file contains several individuals",
             where=str(path),
-            remedy="Export the labels of the one person alone.",
+            remedy="Export the labels of one person only.",
         )
     if "bodyparts" not in header or "coords" not in header:
         raise InputError(
             "the lines bodyparts and coords are missing",
             where=str(path),
-            remedy="Give a .csv that DeepLabCut wrote.",
+            remedy="Use a .csv file written by DeepLabCut.",
         )
     columns = [
         _Column(part, coordinate, place)
@@ -165,9 +165,9 @@ def file_of_camera(path: Path, camera: str) -> Path:
     """
     if camera.strip() in ("", ".", "..") or any(sign in _NOT_IN_FILES for sign in camera):
         raise InputError(
-            f"the camera's name {camera!r} cannot be that of a folder",
+            f"the camera name {camera!r} cannot be used as a folder name",
             where=str(path),
-            remedy="Write the clicks as csv or coco, or rename the camera.",
+            remedy="Export the clicks as csv or coco, or rename the camera.",
         )
     return path.with_name(f"{path.stem}_{camera}{path.suffix}")
 
@@ -203,7 +203,7 @@ def _clicks(
                 raise InputError(
                     f"{one.coordinate} of {one.part} is {text!r}",
                     where=where,
-                    remedy="Write pixels as a number, or leave it empty.",
+                    remedy="Write pixels as a number, or leave the value empty.",
                 ) from None
             values.setdefault(one.part, {})[one.coordinate] = number
     clicks = []

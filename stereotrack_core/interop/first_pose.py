@@ -26,9 +26,9 @@ def first_pose(text: str, frame: int) -> FirstPose:
     path = Path(text)
     if not path.suffix and not path.exists():
         raise InputError(
-            f"{text!r} is not a way to begin",
+            f"{text!r} is not an initial pose",
             where="--init",
-            remedy="Give auto, tpose, or the name of a run or landmarks file.",
+            remedy="Use auto, tpose, or the name of a run or landmarks file.",
         )
     return _pose_in_file(path, frame)
 
@@ -48,8 +48,8 @@ def _pose_in_file(path: Path, frame: int) -> FirstPose:
                 continue
     if pose is None:
         raise InputError(
-            f"frame {frame} is not known there",
+            f"the file does not contain frame {frame}",
             where=f"--init {path}",
-            remedy="Begin at a frame that the file knows: --frames A:B.",
+            remedy="Start at a frame that the file contains: --frames A:B.",
         )
     return pose

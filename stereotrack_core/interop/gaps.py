@@ -28,9 +28,9 @@ def contiguous(trajectory: LandmarkTrajectory, where: str) -> tuple[int, FloatAr
     first, last = int(frame[0]), int(frame[-1])
     if last - first > _WIDEST_GAP + _MOST_MISSING * len(frame):
         raise InputError(
-            f"the frames go from {first} to {last}, but there are only {len(frame)}",
+            f"the frames range from {first} to {last}, but there are only {len(frame)} of them",
             where=where,
-            remedy="Write .csv or .npz, which need no rows in between, or a part of the frames.",
+            remedy="Use .csv or .npz, which allow gaps, or export part of the frames.",
         )
     points: FloatArray = np.full((last - first + 1, *trajectory.points.shape[1:]), np.nan)
     points[frame - first] = trajectory.points
@@ -47,6 +47,8 @@ def checked_fps(fps: float) -> float:
     """
     if not np.isfinite(fps) or fps <= 0:
         raise InputError(
-            f"{fps!r} is not a frame rate", where="fps", remedy="Give frames per second."
+            f"{fps!r} is not a frame rate",
+            where="fps",
+            remedy="Give a number of frames per second.",
         )
     return float(fps)

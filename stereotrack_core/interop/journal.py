@@ -91,7 +91,7 @@ class Journal:
         return InputError(
             f"the journal cannot be written ({error.strerror})",
             where=str(self._path),
-            remedy="Make room or choose another place; what is in it stays valid.",
+            remedy="Free space or choose another place. The data written so far remain valid.",
         )
 
 

@@ -76,11 +76,13 @@ def map_names(
     for one, two in stated.items():
         if one not in theirs:
             raise InputError(
-                f"there is no {one!r} in the file", where=where, remedy=f"It has {_list(theirs)}."
+                f"the file has no landmark {one!r}",
+                where=where,
+                remedy=f"Its landmarks are {_list(theirs)}.",
             )
         if two not in ours:
             raise InputError(
-                f"the landmark {two!r} is not known",
+                f"unknown landmark {two!r}",
                 where=where,
                 remedy=f"The landmarks are {_list(ours)}.",
             )
@@ -93,17 +95,17 @@ def map_names(
         twice = next((one for one, two in known.items() if two == own), None)
         if twice is not None:
             raise InputError(
-                f"{twice!r} and {name!r} both mean {own}",
+                f"{twice!r} and {name!r} both correspond to {own}",
                 where=where,
-                remedy="State which one is meant, for example with --name THEIRS=OURS.",
+                remedy="State which one to use, for example with --name THEIRS=OURS.",
             )
         known[name] = own
     if not known:
         raise InputError(
             f"none of its landmarks is known (it has {_list(theirs)})",
             where=where,
-            remedy=f"The landmarks are {_list(ours)}; say which means which with"
-            " --name THEIRS=OURS.",
+            remedy=f"The landmarks are {_list(ours)}. State the correspondences with --name "
+            "THEIRS=OURS.",
         )
     return NameMap(known, tuple(name for name in theirs if name not in known))
 
@@ -124,9 +126,9 @@ def camera_of(path: str, recording: Recording, stated: str | None, *, where: str
     if stated is not None:
         if stated not in known:
             raise InputError(
-                f"there is no camera {stated!r}",
+                f"the recording has no camera {stated!r}",
                 where=where,
-                remedy=f"The recording has {_list(tuple(known))}.",
+                remedy=f"The cameras of the recording are {_list(tuple(known))}.",
             )
         return known[stated]
     pure = PurePosixPath(path.replace("\\", "/"))
@@ -140,9 +142,10 @@ def camera_of(path: str, recording: Recording, stated: str | None, *, where: str
     longest = [name for name in found if not any(name != one and name in one for one in found)]
     if len(longest) != 1:
         raise InputError(
-            f"it cannot be told which camera {path!r} is of",
+            f"the camera of {path!r} cannot be determined",
             where=where,
-            remedy=f"Say it with --camera; the recording has {_list(tuple(known))}.",
+            remedy="Give it with --camera. The cameras of the recording are "
+            f"{_list(tuple(known))}.",
         )
     return known[longest[0]]
 
@@ -158,10 +161,10 @@ def known_camera(name: str, recording: Recording, *, where: str) -> Camera:
     camera = recording.cameras.get(name)
     if camera is None:
         raise InputError(
-            f"there is no camera {name!r} in the recording",
+            f"the recording has no camera {name!r}",
             where=where,
-            remedy=f"It has {_list(tuple(recording.cameras))}; name one of them so, or leave out"
-            " what is of this camera.",
+            remedy=f"Its cameras are {_list(tuple(recording.cameras))}. Rename the camera in the "
+            "file, or remove its labels.",
         )
     return camera
 
@@ -178,9 +181,9 @@ def frame_of(path: str, *, where: str) -> int:
     match = _LAST_NUMBER.search(stem)
     if match is None:
         raise InputError(
-            f"the picture {path!r} has no number",
+            f"the image name {path!r} contains no number",
             where=where,
-            remedy="The last number of its name has to be the frame, counted from 0.",
+            remedy="The last number in the name must be the frame, counted from 0.",
         )
     return checked_frame(float(match.group(1)), where=where)
 
@@ -194,7 +197,9 @@ def checked_frame(number: float, *, where: str) -> int:
         Where no recording has a frame of that number.
     """
     if not 0 <= number <= LARGEST or number != int(number):
-        raise InputError(f"{number:g} is no frame", where=where, remedy="Frames count from 0.")
+        raise InputError(
+            f"{number:g} is not a frame number", where=where, remedy="Frames are counted from 0."
+        )
     return int(number)
 
 

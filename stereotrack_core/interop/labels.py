@@ -18,12 +18,12 @@ from stereotrack_core.recording.csv_table import read_cells
 from stereotrack_core.recording.description import Recording
 
 _UNDERSTOOD = (
-    "Clicks files (.csv), DeepLabCut's .csv, COCO keypoints (.json) and SLEAP's .slp are understood"
-    " as clicks; .csv with x, y and z, .trc, .c3d and .npz as trajectories."
+    "Supported files: clicks from .csv, DeepLabCut .csv, COCO keypoints .json and SLEAP .slp; "
+    "trajectories from .csv with x, y and z, .trc, .c3d and .npz."
 )
 _OTHERS = {
-    ".h5": "DeepLabCut writes a .csv beside every .h5; give that one.",
-    ".mat": "Export the labels as .csv or COCO keypoints (.json), and give that file.",
+    ".h5": "DeepLabCut writes a .csv beside every .h5; use that file.",
+    ".mat": "Export the labels as .csv or COCO keypoints (.json), and use that file.",
 }
 
 TRAJECTORY_COLUMNS = {"frame", "landmark", "x", "y", "z"}
@@ -92,7 +92,7 @@ def read_labels(
             raise InputError(
                 "a clicks file states views and landmarks itself",
                 where=option,
-                remedy="Leave the option out.",
+                remedy="Omit this option.",
             )
     clicks = read_clicks(path, recording, landmarks=landmarks, frames=frames)
     return Labels(clicks.clicks, clicks.problems)
@@ -105,7 +105,7 @@ def _checked(found: Labels, path: Path, recording: Recording, frames: int | None
     for click in found.clicks:
         trouble = _trouble(click, recording, frames)
         if click.key in kept:
-            trouble = "it is there a second time"
+            trouble = "it is given twice"
         if trouble:
             what = f"{click.landmark} in {click.camera}, frame {click.frame}: {trouble}"
             problems.append(InputError(what, where=str(path), remedy="Correct or delete it."))

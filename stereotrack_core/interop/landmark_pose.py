@@ -57,6 +57,6 @@ def pose_of_landmarks(points: FloatArray) -> Pose:
 def _direction(vector: FloatArray) -> FloatArray:
     length = float(np.linalg.norm(vector))
     if not length > 0:
-        raise ValueError("two landmarks are the same, or one is not known")
+        raise ValueError("two landmarks coincide, or one is not known")
     result: FloatArray = vector / length
     return result

@@ -81,13 +81,13 @@ def read_arrays(
         For a damaged archive, a missing array, one of another kind or shape, and for more than
         such a file can hold.
     """
-    with decoding(where, f"the file is damaged or is no {what}", remedy):
+    with decoding(where, f"the file is damaged or is not a {what}", remedy):
         size = file.seek(0, os.SEEK_END)
         with zipfile.ZipFile(file) as archive:
             headers = _headers(archive, where, layout, what, remedy)
             total = sum(header.bytes for header in headers.values())
             if total > max(_LARGEST_TOTAL, _LARGEST_RATIO * size):
-                raise _foreign(where, what, f"it claims to hold {total // MB} MB", remedy)
+                raise _foreign(where, what, f"it claims to contain {total // MB} MB", remedy)
             return {name: _values(archive, name, header) for name, header in headers.items()}
 
 
@@ -99,7 +99,7 @@ def array_names(file: BinaryIO) -> frozenset[str]:
     InputError
         Where it is none.
     """
-    wrong = decoding("", "this is no archive of arrays", "Take another copy of the file.")
+    wrong = decoding("", "this is not an archive of arrays", "Use another copy of the file.")
     with wrong, zipfile.ZipFile(file) as archive:
         return frozenset(name.removesuffix(".npy") for name in archive.namelist())
 
@@ -143,13 +143,13 @@ def _mismatch(name: str, header: _Header, own: ArrayLayout, lengths: dict[str, i
     """What is wrong about an array, empty where nothing is; `lengths` learns its lengths."""
     odd = own.kind == "f" and header.dtype.itemsize not in _FLOATS
     if header.dtype.kind != own.kind or odd:
-        return f"the values of {name} are of the wrong kind ({header.dtype})"
+        return f"{name} has the wrong data type ({header.dtype})"
     if len(header.shape) != len(own.shape):
-        return f"{name} has {len(header.shape)} dimensions instead of {len(own.shape)}"
+        return f"{name} has {len(header.shape)} dimensions, expected {len(own.shape)}"
     for length, wanted in zip(header.shape, own.shape, strict=True):
         right = lengths.setdefault(wanted, length) if isinstance(wanted, str) else wanted
         if length != right or length < 0:
-            return f"{name} has the length {length} where {right} is expected"
+            return f"{name} has the length {length}, expected {right}"
     return ""
 
 
@@ -178,4 +178,4 @@ def _are_letters(texts: NDArray[np.str_]) -> bool:
 
 
 def _foreign(where: str, what: str, reason: str, remedy: str) -> InputError:
-    return InputError(f"this is no {what}: {reason}", where=where, remedy=remedy)
+    return InputError(f"this is not a {what}: {reason}", where=where, remedy=remedy)

@@ -137,7 +137,7 @@ def read_records(path: Path, magic: bytes) -> Iterator[Record]:
 def _payloads(file: IO[bytes], magic: bytes) -> Iterator[tuple[bytes, bytes]]:
     size = os.fstat(file.fileno()).st_size
     if not magic.startswith(file.read(len(magic))):
-        raise ValueError("it begins with other bytes")
+        raise ValueError("unknown file signature")
     while len(head := file.read(_FRAME.size)) == _FRAME.size:
         kind, length, checksum = _FRAME.unpack(head)
         if length > size - file.tell():
@@ -171,11 +171,11 @@ def _unpacked(kind: bytes, payload: bytes) -> Record:
     (length,) = struct.unpack_from("<I", payload)
     facts, layout = json.loads(payload[4 : 4 + length])
     if not isinstance(facts, dict):
-        raise ValueError("there are no facts")
+        raise ValueError("missing data")
     arrays, at = {}, 4 + length
     for name, dtype, shape, order in layout:
         if dtype not in _TYPES or order not in ("C", "F") or not all(_is_length(n) for n in shape):
-            raise ValueError("an array is of no known kind")
+            raise ValueError("an array has an unsupported type")
         flat = np.frombuffer(payload, dtype, math.prod(shape), at)
         at += flat.nbytes
         # in the order that it had in memory, on which the last bit of later sums may depend

@@ -36,7 +36,7 @@ _META: Kind = {
 }
 
 _WHAT = "reference of this program"
-_REMEDY = "Give the .npz file that `stereotrack fit` or the workbench wrote."
+_REMEDY = "Use an .npz file written by `stereotrack fit` or the workbench."
 _MOST_BYTES = 4096 * MB
 _FARTHEST = 1e6
 """Metres."""
@@ -106,8 +106,10 @@ def _reference_in(file: BinaryIO, where: str) -> Reference:
     arrays = read_arrays(file, where, _LAYOUT, _WHAT, _REMEDY)
     frame, points = arrays["frame"], arrays["points"]
     if len(frame) and (frame[0] < 0 or frame[-1] > LAST_FRAME or (abs(points) > _FARTHEST).any()):
-        raise InputError(f"this is no {_WHAT}: numbers are too large", where=where, remedy=_REMEDY)
-    with decoding(where, f"the file is damaged or is no {_WHAT}", _REMEDY):
+        raise InputError(
+            f"this is not a {_WHAT}: numbers are too large", where=where, remedy=_REMEDY
+        )
+    with decoding(where, f"the file is damaged or is not a {_WHAT}", _REMEDY):
         return Reference(
             frame=frame.astype(np.int64),
             points=points,

@@ -91,7 +91,7 @@ def write_trajectory(
         raise InputError(
             "the frame rate is not known",
             where=str(path),
-            remedy="State it, for example with --fps 30; or write .csv, which needs none.",
+            remedy="Give it, for example with --fps 30, or use .csv, which needs none.",
         )
     match suffix:
         case ".trc":
@@ -136,9 +136,9 @@ def read_run(path: Path) -> Run:
         return run
     if path.suffix.lower() != ".npz":
         raise InputError(
-            "this file does not hold a complete run",
+            "this file is not a complete run",
             where=str(path),
-            remedy="Give the .npz file that `stereotrack track` wrote.",
+            remedy="Use an .npz file written by `stereotrack track`.",
         )
     return read_npz(path)
 
@@ -187,9 +187,9 @@ def _suffix(path: Path, known: tuple[str, ...]) -> str:
     suffix = path.suffix.lower()
     if suffix not in known:
         raise InputError(
-            f"the suffix {path.suffix!r} is not known" if suffix else "the name has no suffix",
+            f"unknown suffix {path.suffix!r}" if suffix else "the name has no suffix",
             where=str(path),
-            remedy=f"Name a file that ends in {', '.join(known[:-1])} or {known[-1]}.",
+            remedy=f"Use a name that ends in {', '.join(known[:-1])} or {known[-1]}.",
         )
     return suffix
 

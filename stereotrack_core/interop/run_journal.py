@@ -34,7 +34,7 @@ _MAGIC = b"strun 1\n"
 _HEAD, _FRAME, _TRACKER = "head", "fram", "trac"
 
 _FOREIGN = "this is not an unfinished run of this program, or its beginning is damaged"
-_REMEDY = f"Give a file {PART_SUFFIX} that `stereotrack track` left, or move it away."
+_REMEDY = f"Use a {PART_SUFFIX} file written by `stereotrack track`, or move it away."
 
 _LARGEST = 1e9
 """Beyond it a number is no person's, and cannot be computed with."""
@@ -90,15 +90,15 @@ class RunJournal:
             self._file = RecordFile(path, _MAGIC)
         except BlockingIOError:
             raise InputError(
-                "another program is writing this run at the moment",
+                "another program is writing this run",
                 where=str(path),
-                remedy="Wait until it has ended, or name another output.",
+                remedy="Wait until it has finished, or choose another output.",
             ) from None
         except ValueError:
             raise InputError(_FOREIGN, where=str(path), remedy=_REMEDY) from None
         except OSError as error:
             raise InputError(
-                f"no file can be written there ({error.strerror})",
+                f"cannot write a file here ({error.strerror})",
                 where=str(path),
                 remedy="Choose a folder that you may write to.",
             ) from None
@@ -165,7 +165,7 @@ def read_unfinished(path: Path) -> tuple[UnfinishedRun, Wish]:
                 number, started = int(record.facts["frame"]), bool(record.facts["started"])
                 checkpoints[number] = Checkpoint(number, started, record.arrays)
         if head is None:
-            raise ValueError("it does not say where the frames come from")
+            raise ValueError("it does not state the source of the frames")
         check_meta(head.facts["meta"], f"{path}, meta", _REMEDY)
         return _unfinished(head, frames, checkpoints, seconds)
 
@@ -180,7 +180,7 @@ def _unfinished(
     asked = range(*(int(number) for number in meta["frames"]))
     n = len(names)
     if any(frame.estimate.P.shape != (n, n) or frame.x.shape != (n,) for frame in frames.values()):
-        raise ValueError("states of another size")
+        raise ValueError("wrong state size")
     last: Checkpoint | None = None
     for frame in asked:
         if frame not in frames:
@@ -255,7 +255,7 @@ def _frame_of(record: Record) -> TrackedFrame:
     )
     number = int(facts["frame"])
     if not 0 <= number <= LAST_FRAME:
-        raise ValueError("a frame that no recording has")
+        raise ValueError("invalid frame number")
     problems = {str(view): str(words) for view, words in facts["problems"].items()}
     stages = {str(stage): float(spent) for stage, spent in facts["stages"].items()}
     counts = {str(view): _counts(told) for view, told in facts.get("counts", {}).items()}
@@ -275,7 +275,7 @@ def _counts(told: list[Any]) -> PointCounts:
 
 def _shaped(array: FloatArray, *shape: int) -> FloatArray:
     if array.shape != shape or array.dtype != np.float64:
-        raise ValueError("an array of another shape")
+        raise ValueError("wrong array shape")
     if (np.abs(array) > _LARGEST).any():
-        raise ValueError("numbers that no frame has")
+        raise ValueError("invalid numbers in a frame")
     return array

@@ -48,7 +48,7 @@ FORMAT = 1
 """Version of the layout; kept in the meta as ``format``."""
 
 _WHAT = "run file of this program"
-_REMEDY = "Give a run that `stereotrack track` wrote, or track the recording again."
+_REMEDY = "Use a run written by `stereotrack track`, or track the recording again."
 
 _MOST_BYTES = 4096 * MB
 
@@ -108,7 +108,7 @@ def _run_of(path: Path, file: BinaryIO, beside: Path | None) -> Run:
     arrays = read_arrays(file, str(path), _LAYOUT, _WHAT, _REMEDY)
     unknown = np.full((len(arrays["frame"]), len(LIMBS)), np.nan)
     arrays.setdefault("limb_lost", unknown)
-    with decoding(path, f"the file is damaged or is no {_WHAT}", _REMEDY):
+    with decoding(path, f"the file is damaged or is not a {_WHAT}", _REMEDY):
         text = str(arrays["meta"])  # letters that are none show only now
         run = _run(arrays, _meta_from_store(path, text, beside))
     check_run(path, run)
@@ -169,17 +169,17 @@ def check_run(path: Path, run: Run) -> None:
     posed = np.isfinite(run.x).all(axis=1) & np.isfinite(run.landmarks).all(axis=(1, 2))
     large = [name for name, most in _LARGEST.items() if (abs(getattr(run, name)) > most).any()]
     wrong = {
-        "its landmarks are not the nine of this program, in their order": (
+        "its landmarks are not the nine landmarks of this program in their order": (
             run.landmark_names != LANDMARKS
         ),
-        "its frames do not ascend": not in_order,
+        "its frames are not in ascending order": not in_order,
         f"its frames are not between 0 and {LAST_FRAME}": not possible,
-        f"{', '.join(large)} hold numbers that are too large": bool(large),
-        "a frame that is tracked has no pose": bool((run.tracked & ~posed).any()),
+        f"{', '.join(large)} contain numbers that are too large": bool(large),
+        "a tracked frame has no pose": bool((run.tracked & ~posed).any()),
     }
     for reason, true in wrong.items():
         if true:
-            raise InputError(f"this is no {_WHAT}: {reason}", where=str(path), remedy=_REMEDY)
+            raise InputError(f"this is not a {_WHAT}: {reason}", where=str(path), remedy=_REMEDY)
 
 
 def _meta_to_store(path: Path, meta: Mapping[str, Any]) -> dict[str, Any]:

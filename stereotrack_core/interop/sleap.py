@@ -102,7 +102,7 @@ def read_sleap(
     """
     sio = _library(path)
     check_file(path)
-    with decoding(path, "this is no labels file of SLEAP", "Give the .slp that SLEAP saved."):
+    with decoding(path, "this is not a SLEAP labels file", "Use an .slp file saved by SLEAP."):
         stored = sio.load_slp(str(path), open_videos=False)
         theirs = [str(node.name) for skeleton in stored.skeletons for node in skeleton.nodes]
     found = map_names(theirs, landmarks, names, where=str(path))
@@ -127,7 +127,7 @@ def _labelled(
         raise InputError(
             f"{len(people)} people are labelled",
             where=where,
-            remedy="Keep the instances of the one person alone.",
+            remedy="Keep only the instances of one person.",
         )
     place = _place(labelled, recording, camera, where) if people else (0, "")
     return [click for person in people for click in _clicks(person, place, known)]
@@ -138,9 +138,10 @@ def _library(path: Path) -> Any:
         import sleap_io
     except ImportError:
         raise InputError(
-            "files of SLEAP need the library sleap-io, which is not installed",
+            "SLEAP files need the library sleap-io, which is not installed",
             where=str(path),
-            remedy="Install stereotrack with its extra `sleap`, or use COCO keypoints (.json).",
+            remedy="Install it with `pip install 'stereotrack[sleap]'`, or use COCO keypoints "
+            "(.json).",
         ) from None
     return sleap_io
 
@@ -184,7 +185,9 @@ def _place(labelled: Any, recording: Recording, camera: str | None, where: str) 
     frame = int(labelled.frame_idx) - _shift(streams[name], recording)
     if frame < 0:
         raise InputError(
-            f"it is {-frame} frames before the recording begins", where=where, remedy="Delete it."
+            f"it is {-frame} frames before the start of the recording",
+            where=where,
+            remedy="Delete it.",
         )
     return frame, name
 

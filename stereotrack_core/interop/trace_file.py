@@ -44,17 +44,17 @@ def write_trace(path: Path, trace: StepTrace, correction: int) -> None:
     elif suffix == ".csv":
         if not 0 <= correction < len(trace.corrections):
             raise InputError(
-                "this frame has no cross-covariance: nothing was corrected by points",
+                "this frame has no cross-covariance because no points were used for correction",
                 where=f"frame {trace.frame}",
-                remedy="Write an .npz file, which holds whatever there is.",
+                remedy="Export as .npz, which holds all available numbers.",
             )
         names = trace.state_names
         write_file(path, cross_covariance_csv(names, trace.corrections[correction]))
     else:
         raise InputError(
-            "the inside of a frame cannot be written to this kind of file",
+            "the step trace cannot be written to this type of file",
             where=str(path),
-            remedy="Name a file that ends in .csv (cross-covariance) or .npz (all numbers).",
+            remedy="Use a name that ends in .csv (cross-covariance) or .npz (all numbers).",
         )
 
 

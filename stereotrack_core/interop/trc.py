@@ -66,31 +66,31 @@ def read_trc(path: Path) -> tuple[LandmarkTrajectory, float]:
         raise InputError(
             "this is not a TRC file",
             where=str(path),
-            remedy="Give a file whose first line begins with PathFileType.",
+            remedy="Use a file whose first line begins with PathFileType.",
         )
     facts = dict(zip(lines[1], lines[2], strict=False))
     metres = _METRES.get(facts.get("Units", ""))
     if metres is None:
         raise InputError(
-            f"the unit {facts.get('Units', '')!r} is not known",
+            f"unknown unit {facts.get('Units', '')!r}",
             where=f"{path}, Units",
-            remedy="Write m or mm.",
+            remedy="Use m or mm.",
         )
     columns = {name: k for k, name in enumerate(lines[3]) if name in LANDMARKS}
     if not columns:
         raise InputError(
-            "none of the nine landmarks is in the file",
+            "the file contains none of the nine landmarks",
             where=f"{path}, line 4",
-            remedy=f"The columns are named {', '.join(LANDMARKS)}.",
+            remedy=f"Name the markers {', '.join(LANDMARKS)}.",
         )
     rate = facts.get("DataRate", "")
     try:
         fps = checked_fps(float(rate))
     except ValueError:
         raise InputError(
-            f"{rate!r} is no frame rate",
+            f"{rate!r} is not a frame rate",
             where=f"{path}, DataRate",
-            remedy="Write frames per second.",
+            remedy="Write a number of frames per second.",
         ) from None
     found = _frames(path, lines[5:], columns)
     stated = facts.get("NumFrames", "")
@@ -98,7 +98,7 @@ def read_trc(path: Path) -> tuple[LandmarkTrajectory, float]:
         raise InputError(
             f"the file ends after {len(found)} of its {stated} frames",
             where=str(path),
-            remedy="Take another copy of it, or export it again.",
+            remedy="Use another copy of the file, or export it again.",
         )
     frames = sorted(found)
     points = np.array([found[frame] for frame in frames]).reshape(-1, len(LANDMARKS), 3)
@@ -116,7 +116,7 @@ def _frames(path: Path, lines: list[list[str]], columns: dict[str, int]) -> dict
             frame = whole_number(line[0], path, number, "frame")
             if frame in found:
                 raise InputError(
-                    f"line {number} gives frame {frame} twice",
+                    f"line {number} repeats frame {frame}",
                     where=str(path),
                     remedy="Delete one of the two lines.",
                 )
@@ -124,9 +124,9 @@ def _frames(path: Path, lines: list[list[str]], columns: dict[str, int]) -> dict
                 found[frame] = _row(line, columns)
             except ValueError as error:
                 raise InputError(
-                    f"line {number} has a value that is no number ({error})",
+                    f"line {number} has a value that is not a number ({error})",
                     where=str(path),
-                    remedy="Write numbers with decimal points, and nothing where one is not known.",
+                    remedy="Write numbers with decimal points. Leave unknown values empty.",
                 ) from None
     return found
 

@@ -65,7 +65,7 @@ class MoveClicks(Edit):
 
     def __post_init__(self) -> None:
         if not all(map(math.isfinite, self.by)):
-            raise ValueError(f"{self.by} is no distance in an image")
+            raise ValueError(f"{self.by} is not a displacement in an image")
 
     def words(self) -> str:
         """``move left elbow in N_right, frame 213``."""
@@ -122,16 +122,17 @@ class MarkClicks(Edit):
     def __post_init__(self) -> None:
         if self.sigma is not None and not 0 < self.sigma < math.inf:
             raise InputError(
-                f"a click cannot be good to {self.sigma:g} px", remedy="Write a number above 0."
+                f"{self.sigma:g} px is not a valid click uncertainty",
+                remedy="Enter a number above 0.",
             )
 
     def words(self) -> str:
         """``mark left elbow in N_right, frame 213, as guessed``."""
         said = [
             "" if self.visibility is None else self.visibility.name.lower(),
-            "" if self.flag is None else self.flag or "without a flag",
-            "" if self.sigma is None else f"good to {self.sigma:g} px",
-            "as sure as usual" if self.usual_sigma else "",
+            "" if self.flag is None else self.flag or "not flagged",
+            "" if self.sigma is None else f"uncertainty {self.sigma:g} px",
+            "usual uncertainty" if self.usual_sigma else "",
         ]
         return f"mark {place_in_words(self.keys)}, as {', '.join(filter(None, said))}"
 
@@ -148,8 +149,8 @@ class MarkClicks(Edit):
             outside = visibility == Visibility.OUTSIDE
             if click.position is None and not outside:
                 raise InputError(
-                    f"{place_in_words([click.key])} is outside the image and has no place",
-                    remedy="Click where it is.",
+                    f"{place_in_words([click.key])} is outside the image and has no position",
+                    remedy="Click its position instead.",
                 )
             sigma = click.sigma if self.sigma is None else self.sigma
             marked = replace(
@@ -210,7 +211,7 @@ class PlaceRepeats(Edit):
 
     def words(self) -> str:
         """``place left elbow in N_right, frame 213, again``."""
-        return f"place {place_in_words([click.key for click in self.clicks])}, again"
+        return f"place {place_in_words([click.key for click in self.clicks])}, blind repeat"
 
     def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
         """Every click's row.
@@ -221,7 +222,9 @@ class PlaceRepeats(Edit):
             Where the round is not counted from 1.
         """
         if self.round < 1:
-            raise InputError(f"there is no repetition {self.round}", remedy="Count from 1.")
+            raise InputError(
+                f"there is no blind repeat {self.round}", remedy="Blind repeats are counted from 1."
+            )
         for click in self.clicks:
             key: Row = (self.round, *click.key)
             yield state.change(REPEAT_CLICK, key, values_of(click, stamp))

@@ -224,7 +224,8 @@ class Access:
         raise InputError(
             "the project file was moved, deleted or replaced while it was open",
             where=str(self.path),
-            remedy="Nothing more can be saved in it; save a copy, which has everything up to now.",
+            remedy="The project file can no longer be saved. Save a copy; it will contain "
+            "everything up to now.",
         )
 
     def rows(self, statement: str, values: Row = ()) -> list[Any]:

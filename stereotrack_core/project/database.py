@@ -43,7 +43,7 @@ def make_database(path: Path, recording: Row | None = None) -> None:
     """
     if path.exists():
         raise InputError(
-            "there is a file of that name already",
+            "a file of this name already exists",
             where=str(path),
             remedy="Open it, or choose another name for the new project.",
         )
@@ -52,7 +52,7 @@ def make_database(path: Path, recording: Row | None = None) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(
-            f"the folder cannot be made ({error.strerror})",
+            f"the folder cannot be created ({error.strerror})",
             where=str(path.parent),
             remedy="Choose another place.",
         ) from error
@@ -97,9 +97,9 @@ def check_nothing_beside(path: Path) -> None:
     """
     for left in beside(path):
         raise InputError(
-            "it belongs to a project that was here before",
+            "it belongs to an earlier project of this name",
             where=str(left),
-            remedy="Put it beside that project, where it makes that whole, or choose another name.",
+            remedy="Move it back beside that project, which needs it, or choose another name.",
         )
 
 
@@ -115,11 +115,11 @@ def check_header(path: Path) -> None:
     """
     header = _header(path)
     if not header:
-        raise InputError("the file is empty", where=str(path), remedy="Make a new project.")
+        raise InputError("the file is empty", where=str(path), remedy="Create a new project.")
     if not header.startswith(_MAGIC[: len(header)]):
         raise no_project(path)
     if len(header) < _HEADER:
-        raise ProjectDamaged(path, f"it ends after {len(header)} bytes")
+        raise ProjectDamaged(path, f"the file ends after {len(header)} bytes")
     (version,) = struct.unpack_from(">i", header, _VERSION_AT)
     (application,) = struct.unpack_from(">i", header, _APPLICATION_AT)
     if application != APPLICATION:
@@ -128,7 +128,7 @@ def check_header(path: Path) -> None:
     log = path.with_name(path.name + _LOG)
     if _WITH_LOG in header[_JOURNAL_AT : _JOURNAL_AT + 2] or log in beside(path):
         raise InputError(
-            f"another program keeps edits of it in a log ({log.name})",
+            f"another program stores edits of it in a log ({log.name})",
             where=str(path),
             remedy=f"Close it there. {RESCUE}",
         )
@@ -140,9 +140,9 @@ def resolved(path: Path) -> Path:
         return Path(path).resolve()
     except (OSError, RuntimeError, ValueError) as error:  # links in a circle, a zero in the name
         raise InputError(
-            f"it leads to no file ({error})",
+            f"the link cannot be followed ({error})",
             where=str(path),
-            remedy="Give the project file itself.",
+            remedy="Open the project file itself.",
         ) from error
 
 
@@ -158,8 +158,8 @@ def check_files(path: Path) -> None:
         raise InputError(
             "there is no such file",
             where=str(path),
-            remedy="Correct the path. The workbench makes a project beside a recording that is "
-            "opened in it: `stereotrack open RECORDING`.",
+            remedy="Correct the path. The workbench creates a project beside each recording that "
+            "it opens: `stereotrack open RECORDING`.",
         )
     check_file(path)
     for end in ("-journal", _LOG, "-shm"):
@@ -176,7 +176,7 @@ def check_beside(path: Path) -> None:
     """
     if os.path.lexists(path) and not path.is_file():
         raise InputError(
-            "this is not a file", where=str(path), remedy="Take it away; no project has that."
+            "this is not a file", where=str(path), remedy="Remove it; it is not part of a project."
         )
 
 
@@ -197,16 +197,16 @@ def check_version(path: Path, version: int) -> None:
         raise InputError(
             f"it has format {version}, and this program reads format {FORMAT}",
             where=str(path),
-            remedy="Open it with the version of the program that made it; nothing was changed.",
+            remedy="Open it with the version of the program that created it. Nothing was changed.",
         )
 
 
 def no_project(path: Path) -> InputError:
     """The complaint about a file that is something else."""
     return InputError(
-        "this is not a project of this program",
+        "this is not a stereotrack project",
         where=str(path),
-        remedy="Give a file that ends in .stereotrack.",
+        remedy="Open a file that ends in .stereotrack.",
     )
 
 
@@ -244,9 +244,9 @@ def copy_whole(database: sqlite3.Connection, path: Path) -> None:
             target.close()
         if not whole:
             raise InputError(
-                "the copy of the project is not whole",
+                "the copy of the project is incomplete",
                 where=str(path),
-                remedy="Copy it to another drive; the project itself was not changed.",
+                remedy="Copy it to another drive. The project itself was not changed.",
             )
 
 

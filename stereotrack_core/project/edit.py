@@ -45,7 +45,7 @@ def change_of(table: Table, key: str, before: str | None, after: str | None) -> 
     if rows[0] is None or any(
         row is not None and len(row) != length for row, length in zip(rows, lengths, strict=True)
     ):
-        raise ValueError(f"this is no row of {table.name}")
+        raise ValueError(f"this is not a row of {table.name}")
     return Change(table, rows[0], rows[1], rows[2])
 
 
@@ -61,9 +61,9 @@ def from_json(text: str | None) -> Row | None:
     try:
         row = json.loads(text)
     except RecursionError as error:
-        raise ValueError("this is no row") from error
+        raise ValueError("this is not a row") from error
     if not isinstance(row, list) or not all(isinstance(one, _VALUES) for one in row):
-        raise ValueError("this is no row")
+        raise ValueError("this is not a row")
     return tuple(row)
 
 

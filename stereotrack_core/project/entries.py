@@ -39,12 +39,12 @@ def fetch(database: sqlite3.Connection, path: Path, name: str) -> bytes:
     """
     row = database.execute("SELECT bytes FROM content WHERE hash = ?", (name,)).fetchone()
     if row is None or hash_of(row[0]) != name:
-        raise ProjectDamaged(path, f"stored data {name} are missing or changed")
+        raise ProjectDamaged(path, f"the stored data {name} are missing or damaged")
     data: bytes = row[0]
     return data
 
 
-_WORDS = {"landmark_set": "set of landmarks", "parameter_set": "parameters"}
+_WORDS = {"landmark_set": "landmark set", "parameter_set": "parameters"}
 
 
 @dataclass(frozen=True)
@@ -132,7 +132,7 @@ class Entries:
         entry = self.get(name)
         if entry.content is None:
             raise InputError(
-                "no data belong to it",
+                "its data are missing",
                 where=f"{word_of(self._table)} {name}",
                 remedy="Delete it and save it again.",
             )
@@ -182,7 +182,7 @@ class SaveEntry(Edit):
         if before is not None and not before[-1] and not self.replacing:
             raise InputError(
                 f"there is a {word_of(table)} {self.name!r} already",
-                remedy="Choose another name, or say that it shall be replaced.",
+                remedy="Choose another name, or confirm that it is to be replaced.",
             )
         content = None if self.data is None else hash_of(self.data)
         if before is not None and (*before[:2], before[-1]) == (self.facts, content, 0):
@@ -291,13 +291,13 @@ def _entry(name: Any, values: Row) -> Entry:
 
 def _missing(table: Table, name: str) -> InputError:
     return InputError(
-        f"there is no {word_of(table)} {name!r} in the project",
-        remedy="Look at the list of what is there.",
+        f"the project has no {word_of(table)} {name!r}",
+        remedy="Choose one of those listed.",
     )
 
 
 def _refuse(constant: str) -> None:
-    raise ValueError(f"{constant} is no number")
+    raise ValueError(f"{constant} is not a number")
 
 
 class ViewSettings:

@@ -15,27 +15,27 @@ PRIMARY = 0xFF
 _SENTENCES: dict[int, tuple[str, str]] = {
     sqlite3.SQLITE_BUSY: (
         "another program is reading or writing it",
-        "Close the project there, or wait until that is done; the last edit was not made.",
+        "Close the project there or wait, then repeat the last edit; it was not made.",
     ),
     sqlite3.SQLITE_FULL: (
         "there is no space left on the drive",
-        "Make space and do the last edit again; everything before it is saved.",
+        "Free space and repeat the last edit. All earlier edits are saved.",
     ),
     sqlite3.SQLITE_READONLY: (
-        "it may not be written to",
-        "Give yourself the right to write it, or open it for reading only.",
+        "it is write-protected",
+        "Change the permissions of the file, or open it read-only.",
     ),
     sqlite3.SQLITE_CANTOPEN: (
         "it cannot be opened",
-        "Look whether the drive is there and whether you may read the file.",
+        "Check that the drive is connected and that you may read the file.",
     ),
     sqlite3.SQLITE_IOERR: (
-        "the drive reports a failure",
-        "Look whether the drive is there; everything before the last edit is saved.",
+        "the drive reports an error",
+        "Check the drive. All edits before the last one are saved.",
     ),
     sqlite3.SQLITE_NOMEM: (
         "there is not enough memory",
-        "Close other programs; everything before the last edit is saved.",
+        "Close other programs. All edits before the last one are saved.",
     ),
 }
 
@@ -46,7 +46,7 @@ _CONTRADICTIONS: dict[int, str] = {
     sqlite3.SQLITE_MISMATCH: "",
     sqlite3.SQLITE_TOOBIG: "",
     sqlite3.SQLITE_ERROR: "",
-    sqlite3.SQLITE_INTERRUPT: "to read it takes endless work",
+    sqlite3.SQLITE_INTERRUPT: "reading it does not finish",
 }
 """What only comes of a file that is not as it should be; in which words, if not in SQLite's."""
 
@@ -54,8 +54,8 @@ NONSENSE = (ValueError, TypeError, LookupError, OverflowError, RecursionError)
 """What comes of making something of values that nothing can be made of."""
 
 RESCUE = (
-    "The workbench can rescue what can be read into a new file (File, Project); this one is left"
-    " as it is."
+    "The workbench can recover what is readable into a new file (File, Project, Recover damaged "
+    "project). This file is not changed."
 )
 
 
@@ -78,7 +78,7 @@ class ProjectDamaged(InputError):
         super().__init__(
             f"the project file is damaged ({detail})",
             where=str(path),
-            remedy=f"{first or 'Take another copy of it.'} {RESCUE}",
+            remedy=f"{first or 'Use another copy of it.'} {RESCUE}",
         )
 
 

@@ -188,12 +188,12 @@ class History(HistoryReader):
                 if change.table.read(database, change.key) != change.before:
                     raise ProjectDamaged(
                         self._access.path,
-                        f"the history of {change.table.name} contradicts its rows",
+                        f"the history of {change.table.name} is inconsistent with its rows",
                     )
                 change.table.write(database, change.key, change.after)
                 if not makes_sense(database, change.table, change.key):
                     raise ProjectDamaged(
-                        self._access.path, f"a row of {change.table.name} in the history is rubbish"
+                        self._access.path, f"the history has an invalid row of {change.table.name}"
                     )
             database.execute(
                 "UPDATE edit SET state = ? WHERE number = ?",

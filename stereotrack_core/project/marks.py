@@ -29,7 +29,7 @@ class FrameFlag:
 
     frame: int
     landmark: str = ""
-    kind: str = "look again"
+    kind: str = "review"
     note: str = ""
     who: str = ""
     at: str = ""
@@ -116,8 +116,8 @@ class SetKeyframes(Edit):
     def words(self) -> str:
         """``say of 3 frames: done``."""
         what = f"frame {self.frames[0]}" if len(self.frames) == 1 else f"{len(self.frames)} frames"
-        said = {"wanted": "to be annotated", "done": "done", "none": "no keyframe"}[self.state]
-        return f"say of {what}: {said}"
+        said = {"wanted": "to annotate", "done": "done", "none": "not a keyframe"}[self.state]
+        return f"mark {what}: {said}"
 
     def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
         """The keyframes' rows."""

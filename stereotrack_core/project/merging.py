@@ -42,8 +42,8 @@ def mean_click(conflict: Difference) -> Click:
     if conflict.apart is None or mine is None or theirs is None or mine.position is None:
         frame, camera, landmark = conflict.key
         raise InputError(
-            f"{landmark} in {camera}, frame {frame}, has a place in one reading only",
-            remedy="Take the project's or the other one; there is no mean.",
+            f"{landmark} in {camera}, frame {frame}, has a position on one side only",
+            remedy="Keep mine or use theirs; there is no mean.",
         )
     sigma = None
     if mine.sigma is not None and theirs.sigma is not None:
@@ -117,18 +117,17 @@ class Incoming:
             elif decision == "theirs" and conflict.second is not None:
                 taken.append(conflict.second)
         number = f"{len(taken)} click{'' if len(taken) == 1 else 's'}"
-        between = f", {means} of them means," if means else ""
+        between = f", {means} of them mean positions," if means else ""
         return PlaceClicks(tuple(taken), f"take {number}{between} from {self.source}")
 
     def _undecided(self, conflict: Difference) -> InputError:
         frame, camera, landmark = conflict.key
         several = len(self.conflicts) > 1
         return InputError(
-            f"{len(self.conflicts)} click{'s are' if several else ' is'} there already and"
-            f" {'say' if several else 'says'} something else, such as"
-            f" {landmark} in {camera}, frame {frame}",
+            f"{len(self.conflicts)} click{'s' if several else ''} already in the project "
+            f"differ{'' if several else 's'}, such as {landmark} in {camera}, frame {frame}",
             where=self.source,
-            remedy="Decide whether the project's or the other ones stay.",
+            remedy="Choose whether to keep the project's clicks or to use the others.",
         )
 
 
@@ -183,15 +182,15 @@ def clicks_of_project(
     """
     if resolved(path) == project.path:
         raise InputError(
-            "this is the project that is open", where=str(path), remedy="Choose another one."
+            "this project is already open", where=str(path), remedy="Choose another project."
         )
     with Project.open(path, read_only=True) as other:
         theirs, ours = other.recording_place(), project.recording_place()
         if theirs.fingerprint != ours.fingerprint:
             raise InputError(
-                f"this is a project of another recording ({theirs.name})",
+                f"this project is of a different recording ({theirs.name})",
                 where=str(path),
-                remedy=f"Give a project of {ours.name}.",
+                remedy=f"Choose a project of {ours.name}.",
             )
         return other.clicks.all(with_deleted=True), other.notes
 

@@ -157,10 +157,10 @@ def _copy(path: Path, folder: Path) -> Path:
         copy = copy_files(path, folder)
     except OSError as error:
         raise InputError(
-            f"it cannot be copied to be read ({error.strerror})",
+            f"it cannot be copied for reading ({error.strerror})",
             where=str(path),
-            remedy="Give yourself the right to read it, and look whether the drive of temporary"
-            " files has room.",
+            remedy="Check that you may read it, and that the drive of temporary files has free "
+            "space.",
         ) from error
     copy.chmod(0o600)
     return copy
@@ -189,7 +189,8 @@ def _check_gone(path: Path, left: Owner, *, gone: bool) -> None:
     raise ProjectInUse(
         complaint.what,
         where=complaint.where,
-        remedy="Close it there. If that program is gone for certain, take the project over.",
+        remedy="Close it there. If that program is certainly no longer running, force unlock the "
+        "project.",
     )
 
 
@@ -207,9 +208,9 @@ def _notes_of_end(path: Path, left: Owner | None, locked: bool) -> tuple[Finding
     if left is None:
         return ()
     who = f"process {left.process} on {left.host}"
-    what = f"{who} did not close it; every edit is there"
-    remedy = "Nothing has to be done; undo works as before."
+    what = f"{who} did not close it; all edits are saved"
+    remedy = "No action is needed. Undo works as before."
     if not locked:
-        what = f"it was copied or moved while {who} had it open; every edit until then is there"
-        remedy = "Nothing has to be done; edits made elsewhere later are not in this file."
+        what = f"it was copied or moved while {who} had it open; all edits until then are saved"
+        remedy = "No action is needed. Later edits made elsewhere are not in this file."
     return (Finding("note", str(path), what, remedy),)

@@ -74,13 +74,13 @@ def in_use(path: Path, owner: Owner | None = None) -> ProjectInUse:
     if owner is None:
         owner = _owner_of_file(path)
     if owner is None:
-        who = "another program has it open"
+        who = "it is open in another program"
     else:
         who = (
-            f"it is open already: process {owner.process} on {owner.host},"
-            f" user {owner.who}, since {owner.at.replace('T', ' ')[:16]} UTC"
+            f"it is already open: process {owner.process} on {owner.host}, user {owner.who}, "
+            f"since {owner.at.replace('T', ' ')[:16]} UTC"
         )
-    return ProjectInUse(who, where=str(path), remedy="Close it there, or open it for reading only.")
+    return ProjectInUse(who, where=str(path), remedy="Close it there, or open it read-only.")
 
 
 def _owner_of_file(path: Path) -> Owner | None:
@@ -224,9 +224,9 @@ class ProjectLock:
                 file = self._path.open("ab")
             except OSError as error:
                 raise InputError(
-                    f"nothing can be written beside the project ({error.strerror})",
+                    f"cannot write beside the project ({error.strerror})",
                     where=str(self._path.parent),
-                    remedy="Open the project for reading only, or copy it elsewhere.",
+                    remedy="Open the project read-only, or copy it elsewhere.",
                 ) from error
             try:
                 self.holds = take_lock(file)

@@ -249,7 +249,9 @@ class Project:
         place = self._place()
         if place is None:
             raise InputError(
-                "the project knows no recording", where=str(self.path), remedy="Choose its folder."
+                "the project does not state its recording",
+                where=str(self.path),
+                remedy="Choose the recording's folder.",
             )
         return place
 
@@ -281,9 +283,9 @@ class Project:
         known = self._place()
         if not (even_another or known is None or place.fingerprint == known.fingerprint):
             raise InputError(
-                "this is not the recording that the project was made from",
+                "this is not the recording of the project",
                 where=str(folder),
-                remedy="Choose another folder, or say that this one shall be used all the same.",
+                remedy="Choose another folder, or confirm that this one is to be used anyway.",
             )
         self._remember(place)
 
@@ -297,7 +299,11 @@ class Project:
         """
         path = resolved(path)
         if path == self.path:
-            raise InputError("this is the project itself", where=str(path), remedy="It is saved.")
+            raise InputError(
+                "this is the project itself",
+                where=str(path),
+                remedy="It is already saved. Choose another file for a copy.",
+            )
         with self._access.alone() as database:
             copy_whole(database, path)
 
@@ -309,7 +315,7 @@ class Project:
     def _changing(self, change: Callable[[], Changed | None]) -> Changed | None:
         if self.read_only:
             raise InputError(
-                "the project is open for reading only",
+                "the project is open read-only",
                 where=str(self.path),
                 remedy="Open it for writing, or work on a copy of it.",
             )

@@ -79,7 +79,7 @@ def rescue(damaged: Path, target: Path) -> Rescued:
         raise InputError(
             f"nothing in it can be read as a project of format {FORMAT}",
             where=str(damaged),
-            remedy="Take a copy that was made of it (File, Project), or a backup of the drive.",
+            remedy="Use a copy made with File, Project, or a backup of the drive.",
         )
     return saved
 

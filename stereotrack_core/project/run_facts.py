@@ -186,12 +186,12 @@ def beside(first: RunFacts, second: RunFacts) -> tuple[Difference, ...]:
         ("seed", first.seed, second.seed),
         ("views", "+".join(first.views), "+".join(second.views)),
         ("frames", _frames(first), _frames(second)),
-        ("first pose", first.init, second.init),
+        ("initial pose", first.init, second.init),
         ("smoothed", first.smoothed, second.smoothed),
         ("subject", first.subject, second.subject),
         ("recording", first.recording, second.recording),
         ("recording's fingerprint", first.fingerprint[:8], second.fingerprint[:8]),
-        ("calibration's fingerprint", first.calibration[:8], second.calibration[:8]),
+        ("fingerprint of the calibration", first.calibration[:8], second.calibration[:8]),
     )
     versions = dict.fromkeys((*first.versions, *second.versions))
     others += tuple(
@@ -212,7 +212,7 @@ def _frames(facts: RunFacts) -> str:
 
 def _said(value: Any) -> str:
     if value is None or value == "":
-        return "not known"
+        return "unknown"
     if isinstance(value, bool):
         return "yes" if value else "no"
     short = f"{value:g}" if isinstance(value, float) else str(value)

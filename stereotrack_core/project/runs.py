@@ -138,7 +138,7 @@ class RenameRun(Edit):
             return
         there = state.row(RUN, (self.new,))
         if there is not None and not there[-1]:
-            raise InputError(f"there is a run {self.new!r} already", remedy="Choose another name.")
+            raise InputError(f"there already is a run {self.new!r}", remedy="Choose another name.")
         yield Change(RUN, (self.name,), row, None)
         yield Change(RUN, (self.new,), there, row)
 

@@ -56,7 +56,7 @@ def load_subject(subjects: Entries, name: str) -> Subject:
 
 def _length(value: Any) -> float | None:
     if value is not None and not (isinstance(value, int | float) and 0 < value < inf):
-        raise ValueError(f"{value!r} is no length")
+        raise ValueError(f"{value!r} is not a length")
     return None if value is None else float(value)
 
 
@@ -192,7 +192,7 @@ def load_corrections(descriptions: Entries, name: str) -> Corrections:
 
 def _seconds(value: Any) -> float:
     if not isfinite(seconds := float(value)):
-        raise ValueError("a time offset is no time")
+        raise ValueError("a time offset is not a number")
     return seconds
 
 
@@ -222,5 +222,5 @@ def _check_known(what: str, unknown: set[str], recording: Recording) -> None:
         raise InputError(
             f"the recording has no {what} {min(unknown)!r}",
             where=recording.name,
-            remedy="These corrections belong to another recording.",
+            remedy="These corrections belong to a different recording.",
         )

@@ -114,14 +114,14 @@ def check_schema(database: sqlite3.Connection, path: Path) -> None:
         seen.add(found.name)
         if found.name not in wanted or not found.same(wanted[found.name]):
             raise InputError(
-                f"it was changed by something else: the {found.kind}"
-                f" {shortened(repr(found.name))} is not as this program makes it",
+                f"it was modified by another program: the {found.kind} "
+                f"{shortened(repr(found.name))} is not as this program creates it",
                 where=str(path),
-                remedy=f"It may do harm, so nothing of the project is used. {RESCUE}",
+                remedy=f"It could be harmful, so nothing of the project is used. {RESCUE}",
             )
     missing = [one.name for one in wanted.values() if one.kind == "table" and one.name not in seen]
     if missing:
-        raise ProjectDamaged(path, f"it has no table {missing[0]}")
+        raise ProjectDamaged(path, f"the table {missing[0]} is missing")
 
 
 @cache
@@ -165,7 +165,7 @@ def check_rows(
             f"SELECT * FROM {name} WHERE NOT {sense()[name]} LIMIT 1"  # noqa: S608 - constants
         ).fetchone()
         if row is not None:
-            raise ProjectDamaged(path, f"a row of {name} makes no sense: {shortened(repr(row))}")
+            raise ProjectDamaged(path, f"invalid row of {name}: {shortened(repr(row))}")
         if name in TABLES_OF_ENTRIES:
             with making_sense(path):
                 for (facts,) in database.execute(f"SELECT facts FROM {name}"):  # noqa: S608
@@ -201,10 +201,9 @@ def check_whole(database: sqlite3.Connection, path: Path) -> None:
     if wrong:
         raise ProjectDamaged(
             path,
-            f"{wrong}, as in a copy that was made in the middle of an edit",
-            "Copy it again where it comes from, with the file of the same name that ends in"
-            " -journal if there is one; if that lies beside it but is of another copy, move it"
-            " away.",
+            f"{wrong}, as in a copy made during an edit",
+            "Copy it again from the source, with the file of the same name that ends in -journal "
+            "if there is one. If such a file belongs to a different copy, move it away.",
         )
 
 
@@ -217,10 +216,10 @@ def contradiction(database: sqlite3.Connection) -> str:
     words = last_words(database)
     for (name, key), after in words.items():
         if EDITED_TABLES[name].read(database, key) != after:
-            return f"the history of {name} contradicts its rows"
+            return f"the history of {name} is inconsistent with its rows"
     for table in EDITED_TABLES.values():
         if any((table.name, key) not in words for key in _keys_since_first_edit(database, table)):
-            return f"the history of {table.name} lacks rows"
+            return f"the history of {table.name} is incomplete"
     return ""
 
 

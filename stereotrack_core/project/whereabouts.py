@@ -78,9 +78,9 @@ def place_of(folder: Path, project: Path) -> RecordingPlace:
         "".join(astuple(place)).encode()
     except UnicodeEncodeError as error:
         raise InputError(
-            "its path has letters that cannot be written as text",
+            "its path contains invalid characters",
             where=str(folder),
-            remedy="Rename the folder that has them in its name.",
+            remedy="Rename the folder with these characters in its name.",
         ) from error
     return place
 
@@ -144,7 +144,7 @@ def _moved(place: RecordingPlace, folder: Path) -> Finding:
         "note",
         str(folder),
         f"the recording {place.name!r} has moved here from {place.absolute}",
-        "Nothing has to be done; the project remembers the new place.",
+        "No action is needed. The project stores the new place.",
     )
 
 
@@ -152,8 +152,9 @@ def _changed(folder: Path) -> Finding:
     return Finding(
         "warning",
         str(folder),
-        "the recording's description or pictures have changed since the project was made",
-        "Look whether clicks still fit the pictures; choose another folder if this is another one.",
+        "the recording's description or images have changed since the project was created",
+        "Check that the clicks still fit the images. If this is a different recording, choose "
+        "another folder.",
     )
 
 
@@ -161,14 +162,14 @@ def _lost(place: RecordingPlace) -> Finding:
     return Finding(
         "error",
         place.absolute,
-        f"the recording {place.name!r} is not there any more",
-        "Choose the folder that holds it now; the clicks are not affected.",
+        f"the recording {place.name!r} was not found",
+        "Choose the folder where it is now. The clicks are not affected.",
     )
 
 
 def no_recording(project: Path) -> Whereabouts:
     """What there is to say of a project that was rescued without the row of its recording."""
-    what = "the project does not know any more which recording it is of"
+    what = "the recording of the project is not known"
     return Whereabouts(None, Finding("error", str(project), what, "Choose the recording's folder."))
 
 

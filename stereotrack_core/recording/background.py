@@ -56,7 +56,7 @@ def _picture(folder: Path, view: View, stream: Stream, key: str, kind: PictureKi
             str(problem), where=where, remedy="Replace the file or remove the key."
         ) from None
     if not pictures:
-        raise InputError("it holds no picture", where=where, remedy="Remove the key.")
+        raise InputError("it contains no image", where=where, remedy="Remove the key.")
     median: ImageArray = np.median(pictures, axis=0).round().astype(np.uint8)
     return median
 

@@ -61,7 +61,7 @@ def parse_calibration(path: Path, complaints: list[InputError]) -> dict[str, Cam
     if not cameras and not complaints:
         complaints.append(
             InputError(
-                "there is no camera in it",
+                "it contains no camera",
                 where=str(path),
                 remedy="Add a section with name, size, matrix, distortions, rotation, translation.",
             )
@@ -85,9 +85,7 @@ def _metres_per_unit(content: Mapping[str, Any], path: Path, complaints: list[In
     if isinstance(units, str) and units in METRES_PER_UNIT:
         return METRES_PER_UNIT[units]
     what = (
-        "it does not say in which unit the translations are"
-        if units is None
-        else f"the unit {units!r} is not known"
+        "the unit of the translations is not stated" if units is None else f"unknown unit {units!r}"
     )
     complaints.append(
         InputError(
@@ -134,10 +132,12 @@ def _numbers(
         table.complain(key, f"this is not {expected}", f"Write {key} = {expected}.")
         return None
     if not np.isfinite(array).all():
-        table.complain(key, "it holds a value that is not finite", "Calibrate this camera again.")
+        table.complain(
+            key, "it contains a value that is not finite", "Calibrate this camera again."
+        )
         return None
     if (np.abs(array) > LARGEST).any():
-        table.complain(key, "it holds a value that is too large", "Calibrate this camera again.")
+        table.complain(key, "it contains a value that is too large", "Calibrate this camera again.")
         return None
     return array
 
@@ -147,7 +147,7 @@ def _size(table: Table) -> tuple[int, int] | None:
     if size is None:
         return None
     if (size < 1).any() or (size != np.round(size)).any():
-        table.complain("size", f"{size.tolist()} is no image size", "Write [width, height].")
+        table.complain("size", f"{size.tolist()} is not an image size", "Write [width, height].")
         return None
     return int(size[0]), int(size[1])
 
@@ -160,7 +160,7 @@ def _matrix(table: Table) -> FloatArray | None:
     if not upright and np.allclose(matrix[:, 2], (0, 0, 1)) and matrix[0, 1] == 0:
         table.complain(
             "matrix",
-            "the matrix is transposed: the principal point stands in its last row",
+            "the matrix is transposed: the principal point is in its last row",
             "Write [[fx, 0, cx], [0, fy, cy], [0, 0, 1]].",
         )
         return None
@@ -174,9 +174,9 @@ def _matrix(table: Table) -> FloatArray | None:
     if matrix[0, 0] < 1 or matrix[1, 1] < 1:
         table.complain(
             "matrix",
-            f"the focal lengths {matrix[0, 0]:g} and {matrix[1, 1]:g} px make no image: the"
-            " matrix is singular or mirrors",
-            "Focal lengths are in pixels and positive; calibrate this camera again.",
+            f"the focal lengths {matrix[0, 0]:g} and {matrix[1, 1]:g} px are invalid: the matrix "
+            "is singular or mirrors the image",
+            "Focal lengths are positive and in pixels. Calibrate this camera again.",
         )
         return None
     return matrix
@@ -190,7 +190,7 @@ def _distortions(table: Table, fisheye: bool) -> FloatArray | None:
         table.complain(
             "distortions",
             f"it has {coefficients.size} coefficients",
-            f"Write {text}; zeros where there is no distortion.",
+            f"Write {text}. Use zeros if there is no distortion.",
         )
         return None
     return coefficients

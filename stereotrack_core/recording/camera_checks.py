@@ -47,17 +47,17 @@ def _check_intrinsics(camera: Camera) -> Iterator[Finding]:
             where,
             f"the principal point ({cx:.1f}, {cy:.1f}) lies outside the image of"
             f" {width} x {height} pixels",
-            "It fits the image turned by 90 degrees: calibrate with the images as they are stored."
+            "It fits the image rotated by 90 degrees. Calibrate with the images as they are stored."
             if turned
-            else "Use the calibration that belongs to this image size.",
+            else "Use the calibration for this image size.",
         )
     elif abs(cx - width / 2) > width / 4 or abs(cy - height / 2) > height / 4:
         yield Finding(
             "warning",
             where,
-            f"the principal point ({cx:.1f}, {cy:.1f}) is far from the middle of the image of"
-            f" {width} x {height} pixels",
-            "Right for cropped images only; else calibrate again.",
+            f"the principal point ({cx:.1f}, {cy:.1f}) is far from the centre of the image of "
+            f"{width} x {height} pixels",
+            "This is correct only for cropped images; otherwise calibrate again.",
         )
     fx, fy = camera.matrix[0, 0], camera.matrix[1, 1]
     if not 0.8 < fx / fy < 1.25:
@@ -65,15 +65,15 @@ def _check_intrinsics(camera: Camera) -> Iterator[Finding]:
             "warning",
             where,
             f"the focal lengths {fx:.0f} and {fy:.0f} px differ by more than a fifth",
-            "Right for pixels that are not square only; else calibrate again.",
+            "This is correct only for non-square pixels; otherwise calibrate again.",
         )
     angle = np.degrees(2 * np.arctan2(width / 2, fx))
     if not camera.fisheye and not FIELD_OF_VIEW_DEG[0] < angle < FIELD_OF_VIEW_DEG[1]:
         yield Finding(
             "warning",
             where,
-            f"a focal length of {fx:.0f} px makes a field of view of {angle:.1f} degrees",
-            "The focal length is in pixels, not in millimetres.",
+            f"a focal length of {fx:.0f} px gives a field of view of {angle:.1f} degrees",
+            "The focal length must be in pixels, not in millimetres.",
         )
     yield from _check_distortion(camera)
 
@@ -84,9 +84,9 @@ def _check_distortion(camera: Camera) -> Iterator[Finding]:
         yield Finding(
             "warning",
             f"{CALIBRATION}, camera {camera.name}, distortions",
-            f"they fold {100 * folded:.0f} % of the image's border back into the image, which no"
-            " lens does",
-            "Calibrate this camera again, with boards up to the corners of the image.",
+            f"they fold {100 * folded:.0f} % of the image border back into the image, which no "
+            "real lens does",
+            "Calibrate this camera again, with the board reaching the corners of the image.",
         )
 
 
@@ -112,8 +112,8 @@ def _check_distances(recording: Recording) -> Iterator[Finding]:
         yield Finding(
             "error",
             where,
-            f"a camera stands {farthest:,.0f} m from the origin of the world, as if the person"
-            f" were {1.7 * farthest / USUAL_DISTANCE_M / 1000:.1f} km tall",
+            f"a camera is {farthest:,.0f} m from the world origin, which corresponds to a person "
+            f"{1.7 * farthest / USUAL_DISTANCE_M / 1000:.1f} km tall",
             'If the translations are in millimetres, state units = "mm".',
         )
     spans = [float(np.linalg.norm(a - b)) for a, b in combinations(places, 2)]
@@ -121,8 +121,8 @@ def _check_distances(recording: Recording) -> Iterator[Finding]:
         yield Finding(
             "error",
             where,
-            f"all views stand within {1000 * max(spans):.1f} mm, as if the person were"
-            f" {1700 * max(spans) / USUAL_DISTANCE_M:.1f} mm tall",
+            f"all views are within {1000 * max(spans):.1f} mm, which corresponds to a person "
+            f"{1700 * max(spans) / USUAL_DISTANCE_M:.1f} mm tall",
             'If the translations are in metres, state units = "m".',
         )
 
@@ -141,7 +141,8 @@ def _check_pair(recording: Recording, view: View) -> Iterator[Finding]:
             "error" if baseline < 1e-6 or baseline > 20 else "warning",
             where,
             f"the two cameras of the stereo pair are {_length(baseline)} apart",
-            "State the right units in calibration.toml, and two cameras that belong together.",
+            "State the correct units in calibration.toml, and use two cameras that belong "
+            "together.",
         )
     if baseline < 1e-6:
         return
@@ -149,14 +150,14 @@ def _check_pair(recording: Recording, view: View) -> Iterator[Finding]:
         yield Finding(
             "error",
             where,
-            f"left and right are swapped: camera {left.name} stands to the right of {right.name}",
-            "Exchange left and right of this view in recording.toml.",
+            f"left and right are swapped: camera {left.name} is to the right of {right.name}",
+            "Swap left and right of this view in recording.toml.",
         )
     elif abs(offset[0]) < 0.8 * baseline:
         yield Finding(
             "warning",
             where,
-            "the two cameras do not stand side by side as the images show it",
+            "the two cameras are not side by side as seen in the images",
             "Check which cameras belong to this view, and their rotations.",
         )
     turn = np.arccos(np.clip((np.trace(right_from_left.rotation) - 1) / 2, -1, 1))
@@ -164,7 +165,7 @@ def _check_pair(recording: Recording, view: View) -> Iterator[Finding]:
         yield Finding(
             "warning",
             where,
-            f"the two cameras of the stereo pair look {np.degrees(turn):.0f} degrees apart",
+            f"the viewing directions of the stereo pair differ by {np.degrees(turn):.0f} degrees",
             "Check which cameras belong to this view, and their rotations.",
         )
 

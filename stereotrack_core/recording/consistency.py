@@ -140,16 +140,17 @@ def _check_place(file: str, cameras: Mapping[str, Camera], seen: Observations) -
         yield Finding(
             "warning",
             f"calibration.toml, views {both}",
-            f"they disagree: points of {file} lie {found.off_px:.0f} px off (median), and nothing"
-            " tells which of them is wrong",
-            "Check calibration and synchronisation of both; a further view would tell.",
+            f"they disagree: the median distance of the points of {file} is {found.off_px:.0f} "
+            "px, and it cannot be told which of them is wrong",
+            "Check calibration and synchronisation of both. A third view would help to find out "
+            "which is wrong.",
         )
         return
     yield Finding(
         "warning",
         f"calibration.toml, view {found.camera}",
-        f"it disagrees with the other cameras: points of {file} that they agree on within"
-        f" {found.agreement_px:.0f} px lie {found.off_px:.0f} px off in its image (median)",
+        f"it disagrees with the other cameras: points of {file} on which they agree within "
+        f"{found.agreement_px:.0f} px are {found.off_px:.0f} px off in its image (median)",
         "Leave this view out where accuracy matters, or calibrate it again.",
     )
 
@@ -165,11 +166,11 @@ def _check_time(
     yield Finding(
         "warning",
         f"recording.toml, view {name}, time_offset",
-        f"it is out of step with the other views: what they show in a frame it shows"
-        f" {1000 * abs(shift) / fps:.0f} ms ({abs(shift):.2f} frames)"
-        f" {'later' if shift > 0 else 'earlier'}; taken so, the points of {file} fit"
-        f" {100 * gain:.0f} % better",
-        f"State time_offset = {shift / fps:.3f} for its stream, or synchronise the cameras.",
+        "it is not synchronised with the other views: it shows the same instant "
+        f"{1000 * abs(shift) / fps:.0f} ms ({abs(shift):.2f} frames) "
+        f"{'later' if shift > 0 else 'earlier'}; corrected for this, the points of {file} fit "
+        f"{100 * gain:.0f} % better",
+        f"Set time_offset = {shift / fps:.3f} for its stream, or synchronise the cameras.",
     )
 
 

@@ -40,15 +40,17 @@ def check_lengths(
             "error",
             "recording.toml",
             "the streams have no frame in common",
-            "Check first_frame and time_offset, and whether the files belong together.",
+            "Check first_frame and time_offset, and that the files belong together.",
         )
     elif shortest != longest:
         names = ", ".join(f"{place} {count}" for place, count in lasting.items())
         yield Finding(
             "warning",
             "recording.toml",
-            f"the streams have different lengths ({names} frames); the first {shortest} are used",
-            "Check whether all begin at the same instant; state first_frame where one does not.",
+            f"the streams have different lengths ({names} frames); the first {shortest} frames "
+            "are used",
+            "Check that all streams start at the same instant. Set first_frame for those that do "
+            "not.",
         )
 
 
@@ -62,8 +64,8 @@ def check_times(where: str, times: FloatArray, fps: float | None) -> Iterator[Fi
         yield Finding(
             "note",
             where,
-            f"the video says {1 / usual:.2f} frames per second, the recording {fps:g}",
-            "The recording's figure is used; correct fps if the video is right.",
+            f"the video states {1 / usual:.2f} frames per second, the recording {fps:g}",
+            "The value of the recording is used. Correct fps if the video is right.",
         )
     uneven = np.flatnonzero(np.abs(steps - usual) > 0.5 * usual)
     if uneven.size:
@@ -74,7 +76,7 @@ def check_times(where: str, times: FloatArray, fps: float | None) -> Iterator[Fi
             f"the time stamps are irregular at {uneven.size} of {len(steps)} steps: frame"
             f" {k + 1} comes {1000 * steps[k]:.0f} ms after frame {k} instead of"
             f" {1000 * usual:.0f} ms",
-            "Frames may be missing: compare with the other views at that frame.",
+            "Frames may be missing. Compare with the other views at that frame.",
         )
 
 
@@ -90,10 +92,10 @@ def check_subject(recording: Recording) -> Iterator[Finding]:
         yield Finding(
             "error" if millimetres else "warning",
             f"subject.toml, {key}",
-            f"{length:g} m is no length of a person",
+            f"{length:g} m is not a body length",
             f"Lengths are in metres: write {length / 1000:g}."
             if millimetres
-            else f"Measure again; usual is {low} to {high} m.",
+            else f"Measure it again. Usual values are {low} to {high} m.",
         )
 
 
@@ -101,14 +103,14 @@ def check_segments(recording: Recording, frame_count: int) -> Iterator[Finding]:
     """Segments behind the end of the recording."""
     for segment in recording.segments:
         if segment.end > frame_count:
-            span = f"goes to frame {segment.end}"
+            span = f"ends at frame {segment.end}"
             if segment.first >= frame_count:
-                span = f"begins at frame {segment.first}"
+                span = f"starts at frame {segment.first}"
             yield Finding(
                 "warning",
                 f"segments.csv, {segment.name}",
                 f"it {span}, but the recording has {frame_count} frames",
-                "Correct the segment, or look whether a stream is too short.",
+                "Correct the segment, or check whether a stream is too short.",
             )
 
 
@@ -121,7 +123,7 @@ def check_reference(recording: Recording, frame_count: int) -> Iterator[Finding]
     yield from _check_names(recording)
     if not np.isfinite(reference.points).all(axis=2).any():
         yield Finding(
-            "warning", where, "it knows no landmark", "Add rows frame,landmark,x,y,z in metres."
+            "warning", where, "it contains no landmarks", "Add rows frame,landmark,x,y,z in metres."
         )
         return
     outside = int(((reference.frame < 0) | (reference.frame >= frame_count)).sum())
@@ -131,7 +133,8 @@ def check_reference(recording: Recording, frame_count: int) -> Iterator[Finding]
             where,
             f"{outside} of its {len(reference.frame)} frames are not in the recording, which has"
             f" {frame_count}",
-            "Look whether a stream is too short or the reference counts frames differently.",
+            "Check whether a stream is too short, or whether the reference counts frames "
+            "differently.",
         )
     points = _by_name(reference)
     size_is_wrong = yield from check_size(reference)
@@ -150,8 +153,8 @@ def _check_names(recording: Recording) -> Iterator[Finding]:
             yield Finding(
                 "note",
                 path.name,
-                f"landmarks that are not among the nine are ignored: {', '.join(others)}",
-                f"The nine are {', '.join(LANDMARKS)}.",
+                f"unknown landmarks are ignored: {', '.join(others)}",
+                f"The nine landmarks are {', '.join(LANDMARKS)}.",
             )
 
 
@@ -184,9 +187,9 @@ def check_size(reference: LandmarkTrajectory) -> Generator[Finding, None, bool]:
         yield Finding(
             "error",
             "reference.csv",
-            f"its {key.replace('_', ' ')} is {length:.4g} m, as if the person were"
-            f" {size if tall > 0.02 else f'{1000 * tall:.2g} mm'} tall",
-            "The reference is in metres.",
+            f"its {key.replace('_', ' ')} is {length:.4g} m, which corresponds to a person "
+            f"{size if tall > 0.02 else f'{1000 * tall:.2g} mm'} tall",
+            "The reference must be in metres.",
         )
         return True
     return False
@@ -200,7 +203,7 @@ def _check_sides(points: Mapping[str, FloatArray]) -> Iterator[Finding]:
             "error",
             "reference.csv",
             "left and right are swapped at the hips or at the shoulders",
-            "Left and right are the person's own; exchange the names of one pair.",
+            "Left and right are those of the person. Swap the names of one pair.",
         )
         return
     far = []
@@ -213,17 +216,18 @@ def _check_sides(points: Mapping[str, FloatArray]) -> Iterator[Finding]:
         yield Finding(
             "error",
             "reference.csv",
-            "each elbow is nearer to the other side's shoulder",
-            "Left and right are the person's own; exchange the names of the elbows or shoulders.",
+            "each elbow is closer to the shoulder of the other side",
+            "Left and right are those of the person. Swap the names of the elbows or of the "
+            "shoulders.",
         )
     first = across[np.isfinite(across).all(axis=1)][:1]
     if first.size and first[0, 0] < -0.5 * np.linalg.norm(first[0]):
         yield Finding(
             "warning",
             "reference.csv",
-            "at the beginning the person's right shoulder points west: the person faces south,"
-            " or left and right are swapped",
-            "In the initial pose the person faces north and the right hand points east.",
+            "at the start the person's right shoulder points west: the person faces south, or "
+            "left and right are swapped",
+            "In the initial pose the person faces north, and the right hand points east.",
         )
 
 
@@ -243,6 +247,7 @@ def _check_visible(recording: Recording) -> Iterator[Finding]:
             yield Finding(
                 "warning",
                 f"reference.csv, view {view.name}",
-                f"only {100 * inside.mean():.0f} % of the reference lies within this view's image",
-                "Check the calibration of this camera, the units and the reference's world frame.",
+                f"only {100 * inside.mean():.0f} % of the reference is within this view's image",
+                "Check the calibration of this camera, the units, and the world frame of the "
+                "reference.",
             )

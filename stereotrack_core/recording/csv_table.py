@@ -64,7 +64,7 @@ def read_cells(
         Where it cannot be read.
     """
     sign = "tabulators" if delimiter == "\t" else "commas"
-    remedy = f"It has to be a UTF-8 text file with {sign} between values."
+    remedy = f"It must be a UTF-8 text file with {sign} between values."
     with open_file(path, TABLE_BYTES) as file, decoding(path, "the file cannot be read", remedy):
         text = TextIOWrapper(file, encoding="utf-8-sig", newline="")
         lines = csv.reader(text, delimiter=delimiter, quoting=quoting)
@@ -119,11 +119,11 @@ def read_rows(
 
 def _wrong_length(path: Path, number: int, line: list[str], header: list[str]) -> InputError:
     return InputError(
-        f"line {number} has {len(line)} values instead of {len(header)}",
+        f"line {number} has {len(line)} values, expected {len(header)}",
         where=str(path),
-        remedy="Add what is missing or delete the line."
+        remedy="Add the missing values or delete the line."
         if len(line) < len(header)
-        else "Write decimal points, and commas only between the values.",
+        else "Use decimal points, and commas only between values.",
     )
 
 
@@ -154,9 +154,9 @@ def table_suffix(path: Path) -> str:
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise InputError(
-            "a table cannot be written to this kind of file",
+            "a table cannot be written to this type of file",
             where=str(path),
-            remedy=f"Name a file that ends in {' or '.join(SUFFIXES)}.",
+            remedy=f"Use a name that ends in {' or '.join(SUFFIXES)}.",
         )
     return suffix
 
@@ -180,16 +180,16 @@ def read_csv_table(path: Path) -> tuple[tuple[str, ...], tuple[tuple[str, ...], 
     filled = [(number, line) for number, line in enumerate(read_cells(path), start=1) if any(line)]
     if not filled or not all(filled[0][1]) or len(set(filled[0][1])) < len(filled[0][1]):
         raise InputError(
-            "the first line does not name every column once",
+            "the first line must name every column exactly once",
             where=str(path),
-            remedy="Write the names of the columns, with commas between them.",
+            remedy="Write the column names, separated by commas.",
         )
     headings = filled[0][1]
     for number, line in filled[1:]:
         if len(line) != len(headings):
             raise InputError(
-                f"line {number} has {len(line)} values instead of {len(headings)}",
+                f"line {number} has {len(line)} values, expected {len(headings)}",
                 where=str(path),
-                remedy="Write as many values as there are columns.",
+                remedy="Write one value per column.",
             )
     return tuple(headings), tuple(tuple(line) for _, line in filled[1:])

@@ -13,7 +13,7 @@ def usable_views(recording: Recording, views: Sequence[str] | None) -> tuple[str
     deep = tuple(view.name for view in recording.views if view.kind != "mono")
     if not deep:
         raise InputError(
-            "no view gives depth, so there is nothing to track",
+            "no view provides depth, so there is nothing to track",
             where=str(recording.folder / "recording.toml"),
             remedy="Tracking needs a view of kind stereo or depth; mono views can be annotated.",
         )
@@ -22,8 +22,8 @@ def usable_views(recording: Recording, views: Sequence[str] | None) -> tuple[str
     unknown = [name for name in views if name not in deep]
     if unknown or not views:
         raise InputError(
-            f"there is no view with depth named {', '.join(unknown) or 'at all'}",
+            f"unknown view with depth: {', '.join(unknown) or 'none given'}",
             where="--views",
-            remedy=f"Known are: {', '.join(deep)}.",
+            remedy=f"Available: {', '.join(deep)}.",
         )
     return tuple(name for name in deep if name in views)

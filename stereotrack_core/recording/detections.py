@@ -147,9 +147,9 @@ def _detection(
         )
     if view and cells["z"]:
         raise InputError(
-            f"line {line} has a view and a z",
+            f"line {line} has both a view and a z",
             where=str(path),
-            remedy="Pixels of a view have no z; metres in the world have no view.",
+            remedy="Positions in pixels have no z; positions in metres have no view.",
         )
     time = _number(cells, "frame", path, line)
     place = [_number(cells, axis, path, line) for axis in ("xy" if view else "xyz")]

@@ -101,9 +101,9 @@ def _check_stream(
             yield Finding(
                 "warning",
                 f"{where}.frames",
-                f"{len(missing)} images are missing between the first and the last of"
-                f" {stream.frames!r} (the first is number {missing[0]})",
-                "Add them; the view is absent in these frames.",
+                f"{len(missing)} images are missing between the first and the last of "
+                f"{stream.frames!r} (the first missing one is number {missing[0]})",
+                "Add them. Without them the view has no image in these frames.",
             )
         if isinstance(source, VideoStream):
             yield from _check_video(where, stream, source, recording.fps if paced else None)
@@ -119,16 +119,16 @@ def _check_video(
         yield Finding(
             "warning",
             f"{where}.frames",
-            f"{stream.frames!r} breaks off after {times.count()} frames ({times.damage})",
+            f"{stream.frames!r} ends early after {times.count()} frames ({times.damage})",
             "Copy it again from the source.",
         )
     if not times.ordered:
         yield Finding(
             "warning",
             f"{where}.frames",
-            f"{stream.frames!r} has no usable time stamps; its frames are counted from the"
-            " beginning, which makes jumps slow",
-            "Put it into an MP4 or Matroska container.",
+            f"{stream.frames!r} has no usable time stamps. Its frames are counted from the start, "
+            "which makes seeking slow",
+            "Convert it to MP4 or Matroska.",
         )
         return
     seconds = np.array(times.times(), dtype=np.float64) * video.seconds_per_tick
@@ -148,6 +148,7 @@ def _check_background(view: View) -> Iterator[Finding]:
     yield Finding(
         "note",
         f"recording.toml, view {view.name}",
-        "there is no picture of the empty scene for both cameras",
-        "The background is learnt from the sequence; a picture in `background` makes it surer.",
+        "one or both cameras have no background image",
+        "The background is learned from the sequence. Set `background` to an image of the empty "
+        "scene for better results.",
     )

@@ -34,9 +34,7 @@ def parse_view(table: Table) -> View | None:
     name = table.text("name", required=True)
     kind = table.text("kind", required=True)
     if kind is not None and kind not in STREAM_KEYS:
-        table.complain(
-            "kind", f"the kind {kind!r} is not known", 'Write "stereo", "depth" or "mono".'
-        )
+        table.complain("kind", f"unknown kind {kind!r}", 'Use "stereo", "depth" or "mono".')
         return None
     if name is None or kind is None:
         return None
@@ -66,7 +64,9 @@ def _stream(view: Table, key: str, *, required: bool = True) -> Stream | None:
     frames = table.text("frames", required=True)
     first_frame = table.whole_number("first_frame", 0)
     if first_frame < 0:
-        table.complain("first_frame", f"{first_frame} is before the stream", "Write 0 or more.")
+        table.complain(
+            "first_frame", f"{first_frame} is before the start of the stream", "Use 0 or more."
+        )
         first_frame = 0
     time_offset = table.number("time_offset", 0.0)
     if frames is None or (camera is None and key != "mask"):
@@ -84,7 +84,9 @@ def _depth_unit(view: Table) -> float:
     table = view.table("depth")
     unit = 0.001 if table is None else table.number("unit", 0.001)
     if unit is not None and not 0 < unit <= LARGEST_UNIT_M:
-        view.complain("depth.unit", f"{unit:g} metres per count is impossible", "Write e.g. 0.001.")
+        view.complain(
+            "depth.unit", f"{unit:g} metres per count is not possible", "Write e.g. 0.001."
+        )
     return unit if unit is not None and 0 < unit <= LARGEST_UNIT_M else 0.001
 
 
@@ -94,7 +96,7 @@ def _display_rotation(table: Table) -> int:
         table.complain(
             "display_rotation",
             f"{rotation} degrees is not possible",
-            "Write 0, 90, 180 or 270 (clockwise).",
+            "Use 0, 90, 180 or 270 (clockwise).",
         )
         return 0
     return rotation
@@ -140,7 +142,7 @@ def open_recordings(folders: Sequence[Path]) -> list[Recording]:
     recordings = [open_recording(folder) for folder in folders]
     if len({recording.folder.resolve() for recording in recordings}) < len(recordings):
         raise InputError(
-            "a recording is given twice", where="RECORDING", remedy="Give each one once."
+            "a recording is given twice", where="RECORDING", remedy="Give each recording once."
         )
     names = [recording.name for recording in recordings]
     return [
@@ -169,7 +171,7 @@ def describe(folder: Path, complaints: list[InputError]) -> Recording | None:
     if "fps" not in table.values:
         table.complain("fps", "the key is missing", "Add fps = frame sets per second.")
     elif fps is not None and fps <= 0:
-        table.complain("fps", f"{fps:g} frame sets per second is impossible", "Write fps > 0.")
+        table.complain("fps", f"{fps:g} frame sets per second is invalid", "Write fps > 0.")
     cameras, unusable = _cameras(folder, table)
     views = _views(table)
     for view in views:
@@ -189,7 +191,9 @@ def describe(folder: Path, complaints: list[InputError]) -> Recording | None:
 def _no_folder(folder: Path) -> InputError:
     if folder.is_file():
         return InputError(
-            "this is a file", where=str(folder), remedy="Give the folder that holds recording.toml."
+            "this is a file",
+            where=str(folder),
+            remedy="Give the folder that contains recording.toml.",
         )
     return InputError("there is no such folder", where=str(folder), remedy="Correct the path.")
 
@@ -201,8 +205,8 @@ def _check_format(table: Table) -> None:
     elif version != FORMAT or isinstance(version, bool):
         table.complain(
             "format",
-            f"the format {version!r} is not known",
-            f"This program reads format = {FORMAT}; use a newer one for later formats.",
+            f"unknown format {version!r}",
+            f"This version reads format = {FORMAT}. Use a newer version for later formats.",
         )
 
 
@@ -238,7 +242,7 @@ def _views(table: Table) -> tuple[View, ...]:
         table.complain("views", "there are no views", "Add at least one section [[views]].")
         return ()
     if len(entries) > MOST_VIEWS:
-        table.complain("views", f"there are {len(entries)} views", f"Keep {MOST_VIEWS} at most.")
+        table.complain("views", f"there are {len(entries)} views", f"Use at most {MOST_VIEWS}.")
         return ()
     views: list[View] = []
     for i, entry in enumerate(entries):
@@ -295,8 +299,8 @@ def _check_streams(
 
 def _wrong_size(where: str, file: str, size: tuple[int, int], camera: Camera) -> InputError:
     return InputError(
-        f"the pictures of {file!r} are {size[0]} x {size[1]} pixels, but the calibration of"
-        f" {camera.name!r} is for {camera.width} x {camera.height}",
+        f"the images of {file!r} have {size[0]} x {size[1]} pixels, but the calibration of "
+        f"{camera.name!r} is for {camera.width} x {camera.height}",
         where=where,
-        remedy="Use the calibration made with pictures of this size, or the original pictures.",
+        remedy="Use a calibration made with images of this size, or the original images.",
     )

@@ -53,8 +53,8 @@ def check_gaze(recording: Recording) -> Generator[Finding, None, bool]:
                 yield Finding(
                     "error",
                     f"{CALIBRATION}, rotation and translation",
-                    f"the cameras look at one place, upright, only if they are {way}",
-                    "They have to turn the world into the camera: x_camera = R x_world + t.",
+                    f"the cameras only look at a common place, upright, if they are {way}",
+                    "They must map the world to the camera: x_camera = R x_world + t.",
                 )
                 return True
     for name, what in misfits.items():
@@ -82,7 +82,7 @@ def _inverted(camera: Camera) -> Camera:
 
 
 WAYS: dict[str, Callable[[Camera], Camera]] = {
-    "transposed (the rotations alone)": _transposed,
+    "transposed (rotations only)": _transposed,
     "inverted": _inverted,
 }
 """Mistakes of conversion that are seen often."""
@@ -100,7 +100,7 @@ def _misfits(cameras: Mapping[str, Camera], turns: Mapping[str, int]) -> dict[st
     for name, camera in cameras.items():
         others = {other: c for other, c in cameras.items() if other != name}
         if not _shows(camera, common_centre(cameras)) and not _shows(camera, common_centre(others)):
-            found[name] = "looks away from what the other views look at"
+            found[name] = "does not look towards the place that the other views look at"
         elif not _is_upright(camera, turns[name]):
             found[name] = "is not upright: the world's z does not point up in its image"
     return found

@@ -80,7 +80,7 @@ def check_images(recording: Recording) -> Iterator[Finding]:
             "error",
             f"view {view}",
             f"{len(sentences)} frames cannot be decoded; the first: {sentences[0].rstrip('.')}",
-            "Copy the file again from the source; the view is absent in these frames.",
+            "Copy the file again from the source. Otherwise the view has no image in these frames.",
         )
     for (view, key), one in watched.items():
         yield from _check_darkness(f"view {view}, {key}", one)
@@ -113,15 +113,15 @@ def _check_darkness(where: str, one: _Watched) -> Iterator[Finding]:
             "warning",
             where,
             f"the images are dark (98 percent of the pixels are at most {usual:.0f} of 255)",
-            "Expose longer, or open the aperture: the matcher needs contrast.",
+            "Use a longer exposure or a wider aperture. The matcher needs contrast.",
         )
         return
     if np.median(one.brightness) > BRIGHT_LEVEL:
         yield Finding(
             "warning",
             where,
-            "the images are white, nothing can be seen in them",
-            "Expose shorter, or close the aperture.",
+            "the images are overexposed and show nothing",
+            "Use a shorter exposure or a smaller aperture.",
         )
         return
     dark = (brightness < DARK_SHARE * usual) & (brightness < DARK_LEVEL)
@@ -130,7 +130,7 @@ def _check_darkness(where: str, one: _Watched) -> Iterator[Finding]:
             "warning",
             where,
             f"the view is dark from frame {first} to {end - 1}",
-            "It is of no use there: leave out these frames or this view.",
+            "Exclude these frames or this view.",
         )
 
 
@@ -142,8 +142,8 @@ def _check_background(where: str, one: _Watched) -> Iterator[Finding]:
         yield Finding(
             "warning",
             f"{where}, background",
-            "the picture of the empty scene does not look like the scene of the images",
-            "Take it with this camera, from the same place and with the same exposure.",
+            "the background image does not match the scene of the images",
+            "Take it with this camera, from the same position and with the same exposure.",
         )
 
 
@@ -153,7 +153,7 @@ def _check_sameness(watched: dict[tuple[str, str], _Watched]) -> Iterator[Findin
             yield Finding(
                 "error",
                 f"view {view}",
-                "the left and the right images are the same pictures, so there is no depth",
+                "the left and right images are identical, so there is no depth",
                 "Give each camera of the stereo pair its own file.",
             )
 
@@ -184,9 +184,9 @@ def _check_frozen(watched: dict[tuple[str, str], _Watched]) -> Iterator[Finding]
                 yield Finding(
                     "warning",
                     f"view {view}, {key}",
-                    f"the image is frozen from frame {first - 1} to {end - 1} while other views"
-                    " go on",
-                    "The camera dropped frames; look whether it is late afterwards.",
+                    f"the image is frozen from frame {first - 1} to {end - 1} while other views "
+                    "continue",
+                    "The camera dropped frames. Check whether it is late afterwards.",
                 )
 
 
@@ -202,7 +202,8 @@ def _check_gain(watched: dict[tuple[str, str], _Watched]) -> Iterator[Finding]:
                 "note",
                 f"view {view}",
                 f"the {darker} image is darker by a factor of {max(levels) / min(levels):.2f}",
-                "The matcher's low-pass evens this out; equal gain and exposure are better.",
+                "The matcher's low-pass filter compensates for this, but equal gain and exposure "
+                "are better.",
             )
 
 
@@ -214,6 +215,6 @@ def _check_depth(watched: dict[tuple[str, str], _Watched]) -> Iterator[Finding]:
             yield Finding(
                 "warning",
                 f"view {view}, depth",
-                f"there is no depth at all from frame {first} to {end - 1}",
-                "Look at the depth files: 0 means no value.",
+                f"there is no depth from frame {first} to {end - 1}",
+                "Check the depth files: 0 means no value.",
             )

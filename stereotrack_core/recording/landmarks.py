@@ -81,7 +81,7 @@ def read_landmarks(path: Path) -> LandmarkTrajectory:
         at_frame = found.setdefault(frame, {})
         if name in at_frame:
             raise InputError(
-                f"line {line} gives {name} of frame {frame} a second time",
+                f"line {line} repeats {name} of frame {frame}",
                 where=str(path),
                 remedy="Delete one of the two lines.",
             )
@@ -117,7 +117,7 @@ def _coordinate(text: str, path: Path, line: int, axis: str) -> float:
         raise InputError(
             f"line {line} has {text!r} as {axis}",
             where=str(path),
-            remedy="Write metres as a number, or leave it empty where it is not known.",
+            remedy="Write metres as a number, or leave the value empty if it is not known.",
         ) from None
     return value if np.isfinite(value) else float("nan")
 

@@ -92,7 +92,7 @@ def read_image(path: Path, kind: PictureKind) -> NDArray[Any]:
     if picture is None:
         raise DamagedFrame(f"the file {path.name} is damaged or not an image")
     if kind == "depth" and (picture.ndim != 2 or picture.dtype not in (np.uint16, np.uint8)):
-        raise DamagedFrame(f"the file {path.name} is not a depth map with one 16 bit channel")
+        raise DamagedFrame(f"the file {path.name} is not a 16-bit depth map with one channel")
     picture.flags.writeable = False
     return picture
 
@@ -146,7 +146,7 @@ class NumberedImages:
         file = self._files.get(self._lowest + k)
         if file is None:
             missing = NUMBER.sub(lambda _: "%d", self._pattern) % (self._lowest + k)
-            raise DamagedFrame(f"there is no file number {self._lowest + k} ({missing})")
+            raise DamagedFrame(f"file number {self._lowest + k} is missing ({missing})")
         return read_image(file, self._kind)
 
     def close(self) -> None:

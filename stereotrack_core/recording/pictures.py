@@ -46,7 +46,9 @@ def picture_of(frame: Any, kind: PictureKind) -> NDArray[Any]:
     """
     if kind == "depth":
         if not frame.format.name.startswith("gray16"):
-            raise DamagedFrame(f"{frame.format.name} pictures hold no depth; 16 bit grey does")
+            raise DamagedFrame(
+                f"{frame.format.name} images contain no depth; 16-bit grey is needed"
+            )
         picture = frame.to_ndarray(format="gray16le")
     elif kind == "grey" or frame.format.name.startswith("gray"):
         picture = _grey(frame)

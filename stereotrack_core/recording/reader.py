@@ -200,7 +200,7 @@ class FrameReader:
             raise InputError(
                 f"there is no frame {k}",
                 where=self.recording.name,
-                remedy=f"Its frames go from 0 to {self.frame_count - 1}.",
+                remedy=f"The frames are numbered 0 to {self.frame_count - 1}.",
             )
 
     def _finished(
@@ -215,7 +215,7 @@ class FrameReader:
             return cached
         own = k + opened.shift
         if own < 0:
-            raise DamagedFrame(f"{opened.name} begins {-own} frames later")
+            raise DamagedFrame(f"{opened.name} starts {-own} frames later")
 
         def keep(number: int, picture: NDArray[Any]) -> None:
             if picture.shape[:2] == opened.shape:
@@ -231,8 +231,8 @@ class FrameReader:
                 raise DamagedFrame(f"{opened.stream.frames}: {problem}") from None
             if picture.shape[:2] != opened.shape:
                 raise DamagedFrame(
-                    f"{opened.stream.frames}: the picture has {picture.shape[1]} x"
-                    f" {picture.shape[0]} pixels instead of {opened.shape[1]} x {opened.shape[0]}"
+                    f"{opened.stream.frames}: the image has {picture.shape[1]} x "
+                    f"{picture.shape[0]} pixels, expected {opened.shape[1]} x {opened.shape[0]}"
                 )
             self._cache.put((opened.name, k), picture, picture.nbytes)
         return picture
@@ -282,10 +282,10 @@ def _chosen(recording: Recording, views: Sequence[str] | None) -> Sequence[View]
             raise InputError(
                 f"there is no view {name!r}",
                 where=recording.name,
-                remedy=f"Its views are {', '.join(known)}.",
+                remedy=f"Available views: {', '.join(known)}.",
             )
     if not views:
-        raise InputError("no view is chosen", where=recording.name, remedy="Choose one at least.")
+        raise InputError("no view is selected", where=recording.name, remedy="Select at least one.")
     return [known[name] for name in dict.fromkeys(views)]
 
 

@@ -27,13 +27,13 @@ def read_segments(path: Path) -> tuple[Segment, ...]:
         end = whole_number(cells["end"], path, line, "end")
         if not cells["segment"]:
             raise InputError(
-                f"the segment in line {line} has no name", where=str(path), remedy="Name it."
+                f"the segment in line {line} has no name", where=str(path), remedy="Give it a name."
             )
         if not 0 <= first < end:
             raise InputError(
                 f"segment {cells['segment']!r} in line {line} goes from {first} to {end}",
                 where=str(path),
-                remedy="Write 0 <= first < end; the frame `end` does not belong to it.",
+                remedy="Write 0 <= first < end. The frame `end` is not part of the segment.",
             )
         segments.append(Segment(cells["segment"], first, end))
     return tuple(segments)

@@ -30,9 +30,9 @@ def frame_bounds(text: str, option: str = "--frames") -> tuple[int | None, int |
     start = bounds[0] or 0
     if start < 0 or (bounds[1] is not None and bounds[1] <= start):
         raise InputError(
-            f"{text!r} holds no frame",
+            f"{text!r} contains no frame",
             where=option,
-            remedy="Count from 0, and let the end come after the first frame.",
+            remedy="Frames are counted from 0, and B must be larger than A.",
         )
     return bounds
 
@@ -53,7 +53,7 @@ def frames_within(text: str | None, count: int) -> range:
     chosen = range(first or 0, count if end is None else end)
     if chosen.stop > count or chosen.start >= count:
         raise InputError(
-            f"{text!r} goes beyond the end",
+            f"{text!r} exceeds the end of the recording",
             where="--frames",
             remedy=f"The recording has the frames 0:{count}.",
         )
@@ -99,8 +99,8 @@ def seeds_of(text: str) -> list[int]:
         seeds = []
     if not seeds or min(seeds) < 0 or len(set(seeds)) < len(seeds):
         raise InputError(
-            f"{text!r} is no list of seeds",
+            f"{text!r} is not a list of seeds",
             where="--seeds",
-            remedy="Give different whole numbers from 0, for example 0,1,2.",
+            remedy="Give distinct whole numbers from 0, for example 0,1,2.",
         )
     return seeds

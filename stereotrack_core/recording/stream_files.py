@@ -46,17 +46,17 @@ def inside(folder: Path, relative: str, where: str) -> Path:
         raise InputError(
             f"the path {relative!r} cannot be followed ({reason(error) or 'links in a circle'})",
             where=where,
-            remedy="Make it readable, or replace the link by the file.",
+            remedy="Make it readable, or replace the link with the file.",
         ) from None
     if leaves or not full.is_relative_to(root):
         raise InputError(
-            f"the path {relative!r} leaves the folder of the recording",
+            f"the path {relative!r} leaves the recording folder",
             where=where,
-            remedy="Write a path relative to the folder and keep the files in it.",
+            remedy="Use a path relative to the folder, and keep the files in it.",
         )
     if not there:
         raise InputError(
-            f"there is no {'folder' if is_pattern(relative) else 'file'} {shown.name!r}",
+            f"{'folder' if is_pattern(relative) else 'file'} {shown.name!r} not found",
             where=where,
             remedy="Add it or correct the path.",
         )
@@ -96,7 +96,7 @@ def image_size(path: Path, where: str) -> tuple[int, int]:
         height, width = read_image(path, "colour").shape[:2]
     except DamagedFrame as problem:
         raise InputError(
-            str(problem), where=where, remedy="Replace the file by a readable image."
+            str(problem), where=where, remedy="Replace the file with a readable image."
         ) from None
     return width, height
 
@@ -124,7 +124,7 @@ def _files(folder: Path, frames: str, where: str) -> dict[int, Path]:
         files = numbered_files(folder, frames)
     except ValueError:
         raise InputError(
-            f"the pattern {frames!r} does not have exactly one number in the file's name",
+            f"the file name of the pattern {frames!r} must contain exactly one number",
             where=where,
             remedy="Write it like N/%06d.png.",
         ) from None
@@ -134,7 +134,7 @@ def _files(folder: Path, frames: str, where: str) -> dict[int, Path]:
         ) from None
     if not files:
         raise InputError(
-            f"no file fits the pattern {frames!r}",
+            f"no file matches the pattern {frames!r}",
             where=where,
             remedy="Add the images or correct the pattern.",
         )
@@ -143,17 +143,17 @@ def _files(folder: Path, frames: str, where: str) -> dict[int, Path]:
             f"the images of {frames!r} are numbered from {min(files)} to {max(files)}, but there"
             f" are only {len(files)}",
             where=where,
-            remedy="Number them without large gaps, or remove what does not belong to them.",
+            remedy="Number them without large gaps, or remove files that do not belong to them.",
         )
     return files
 
 
 def _no_video(frames: str, where: str, error: Exception) -> InputError:
-    cause = "it holds no picture" if isinstance(error, IndexError | ValueError) else reason(error)
+    cause = "it contains no image" if isinstance(error, IndexError | ValueError) else reason(error)
     return InputError(
         f"{frames!r} cannot be opened as a video ({cause})",
         where=where,
         remedy=readable(
-            error, "Copy it again from the source or convert it to a common format such as MP4."
+            error, "Copy it again from the source, or convert it to a common format such as MP4."
         ),
     )

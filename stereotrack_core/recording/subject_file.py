@@ -41,7 +41,9 @@ def parse_subject(path: Path, complaints: list[InputError]) -> Subject | None:
     lengths = {key: table.number(key) for key in LENGTHS}
     for key, length in lengths.items():
         if length is not None and length <= 0:
-            table.complain(key, f"a length of {length:g} m is impossible", "Measure it in metres.")
+            table.complain(
+                key, f"a length of {length:g} m is not possible", "Give the length in metres."
+            )
             lengths[key] = None
     return Subject(name=table.text("name") or "", **lengths)
 

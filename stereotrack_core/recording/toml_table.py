@@ -32,7 +32,7 @@ def load_toml(path: Path) -> dict[str, Any]:
         than anybody writes.
     """
     text = read_text(path)
-    with decoding(path, "this is not valid TOML", "Correct that line."):
+    with decoding(path, "this is not valid TOML", "Correct this line."):
         if _DEEP_KEY.search(text):
             raise RecursionError
         content = tomllib.loads(text)
@@ -70,7 +70,7 @@ class Table:
                 self.complain(key, "the key is missing", f'Add {key} = "...".')
             return None
         if not isinstance(value, str) or not value.strip():
-            self.complain(key, f"{value!r} is not a text", f'Write {key} = "...".')
+            self.complain(key, f"{value!r} is not a string", f'Write {key} = "...".')
             return None
         return value
 

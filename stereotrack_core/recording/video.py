@@ -126,7 +126,7 @@ class VideoStream:
                 break
         found = _stretch_with(self._spoilt, time)
         if found is None:
-            raise DamagedFrame("the decoder gives no sound picture for it")
+            raise DamagedFrame("the decoder returns no image for it")
         self._damaged.append(found)
         raise DamagedFrame(found.complaint)
 
@@ -159,7 +159,7 @@ class VideoStream:
             try:
                 self._open()
             except (av.FFmpegError, OSError, IndexError) as error:
-                raise DamagedFrame(f"the video cannot be read any more ({error})") from None
+                raise DamagedFrame(f"the video can no longer be read ({error})") from None
             return True
         self._frames = self._decode()
         self._spoilt = []

@@ -64,13 +64,13 @@ class VideoWriter:
             raise InputError(
                 f"a video of {width} x {height} pixels is not possible",
                 where=str(path),
-                remedy="Width and height have to be even; or write numbered PNG images.",
+                remedy="Width and height must be even. Otherwise write numbered PNG images.",
             )
         if not 0 < fps < 10000:
             raise InputError(
                 f"{fps:g} frames per second is not possible",
                 where=str(path),
-                remedy="Give more than 0 and less than 10000.",
+                remedy="Use more than 0 and less than 10000.",
             )
         self._shape = (height, width, 3) if colour else (height, width)
         self._count = 0
@@ -83,7 +83,7 @@ class VideoWriter:
                 raise InputError(
                     f"the video cannot be written ({error})",
                     where=str(path),
-                    remedy="Name a file that ends in .mp4.",
+                    remedy="Use a name that ends in .mp4.",
                 ) from None
             self._stream = self._new_stream(width, height, colour, crf)
             self._open = opening.pop_all()
@@ -156,5 +156,5 @@ def write_png(path: Path, picture: Any) -> None:
     pixels = picture.astype(np.uint8) * 255 if picture.dtype == np.bool_ else picture
     done, content = cv2.imencode(".png", pixels)
     if not done:
-        raise ValueError(f"no PNG of {picture.dtype} {picture.shape}")
+        raise ValueError(f"a PNG of {picture.dtype} {picture.shape} is not possible")
     write_file(path, content.tobytes())

@@ -32,9 +32,9 @@ def write_pdf(path: Path, reported: Reported, window_package: str | None) -> Non
     """
     if window_package is None:
         raise InputError(
-            "a PDF is made by the workbench, which is not installed",
+            "PDFs need the workbench, which is not installed",
             where="--pdf",
-            remedy="Print the page from a browser instead.",
+            remedy="Print the page to PDF from a browser instead.",
         )
     environment = {**os.environ}
     environment.setdefault("QT_QPA_PLATFORM", "offscreen")
@@ -48,14 +48,14 @@ def write_pdf(path: Path, reported: Reported, window_package: str | None) -> Non
                 command, capture_output=True, text=True, env=environment, timeout=_PDF_SECONDS,
                 check=False,
             )  # fmt: skip
-            problem = done.stderr.strip() or "no reason was given" if done.returncode else ""
+            problem = done.stderr.strip() or "unknown reason" if done.returncode else ""
         except subprocess.TimeoutExpired:
-            problem = f"it was not done after {_PDF_SECONDS:.0f} s"
+            problem = f"not finished after {_PDF_SECONDS:.0f} s"
         if problem:
             raise InputError(
-                f"the PDF could not be made ({problem.splitlines()[-1]})",
+                f"the PDF could not be written ({problem.splitlines()[-1]})",
                 where=str(path),
-                remedy="Print the page from a browser instead.",
+                remedy="Print the page to PDF from a browser instead.",
             )
         write_file(path, made.read_bytes())
 

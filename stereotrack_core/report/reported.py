@@ -164,7 +164,7 @@ def gathered(
     run, recording = source.run, source.recording
     first, end = int(run.frame[0]), int(run.frame[-1]) + 1
     segments = () if recording is None else _within(recording.segments, first, end)
-    on_progress(0.02, "looking at the recording")
+    on_progress(0.02, "reading the recording")
     findings = () if recording is None else examine(recording.folder, compare=True)
     accuracy = _accuracy(source, segments)
     angles = angles_of_run(run)
@@ -192,7 +192,9 @@ def _cut(run: Run, frames: tuple[int | None, int | None]) -> Run:
         raise InputError(
             "the run has none of these frames" if len(run.frame) else "the run has no frames",
             where="--frames",
-            remedy="Choose a stretch that it has." if len(run.frame) else "Track first.",
+            remedy="Choose frames that the run contains."
+            if len(run.frame)
+            else "Track the recording first.",
         )
     names = (
         *(
@@ -254,7 +256,7 @@ def _episodes(
         for i, episode in enumerate(found):
             if cancelled():
                 raise Cancelled
-            on_progress(0.6 + 0.4 * i / len(found), "drawing episodes")
+            on_progress(0.6 + 0.4 * i / len(found), "rendering failures")
             strip = None
             if episode in longest:
                 strip = _jpeg(strip_of(searched, recording, episode, reader=reader))

@@ -84,11 +84,16 @@ def _lead(reported: Reported) -> str:
         said.append(f"Mean errors: {'; '.join(values)}.")
         said.append(f"{100.0 * accuracy.summary.lost:.1f} % of the arm segments are lost.")
     else:
-        said.append("There is no reference, so errors are not known; the run's own signs follow.")
+        said.append(
+            "There is no reference, so the errors are unknown. The report shows the run's own "
+            "failure probabilities instead."
+        )
     count = len(reported.episodes)
-    said.append(f"{count or 'No'} episode{'' if count == 1 else 's'} of failure found.")
+    said.append(f"{count or 'No'} failure{'' if count == 1 else 's'} detected.")
     if run.meta.get("started_at_reference"):
-        said.append("This run was begun at the reference's pose: it knows part of the truth.")
+        said.append(
+            "This run was initialised with the reference's pose, so it knows part of the truth."
+        )
     return " ".join(said)
 
 
@@ -103,7 +108,7 @@ def _strip(shown: ShownEpisode) -> dict[str, str]:
     words = limbs_words(episode.limbs)
     return {
         "source": embedded(shown.strip or b"", "jpeg"),
-        "alt": f"Episode of {words}",
+        "alt": f"Failure: {words}",
         "caption": f"Frames {episode.first} to {episode.last}, {words}: {episode.verdict.words}.",
     }
 
@@ -153,12 +158,12 @@ def _verdict(recording: Recording, findings: Sequence[Finding]) -> str:
     cameras = len(recording.cameras)
     if not grave:
         return (
-            f"Usable: nothing contradicts in what is known of its {cameras} cameras. Lenses, pairs "
-            "of stereo cameras, directions of view and the size of the rig are plausible."
+            f"Usable: no inconsistencies between its {cameras} cameras. Lenses, stereo pairs, "
+            "viewing directions and the size of the rig are plausible."
         )
     errors = sum(finding.severity == "error" for finding in grave)
     word = "Wrong" if errors else "Doubtful"
-    return f"{word}: {len(grave)} of the checks of its {cameras} cameras complain."
+    return f"{word}: {len(grave)} of the checks of its {cameras} cameras failed."
 
 
 def _of_reference(reported: Reported) -> dict[str, int]:

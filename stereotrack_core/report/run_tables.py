@@ -53,7 +53,7 @@ def _lengths(run: Run) -> Table:
 def _cameras(recording: Recording | None) -> Table:
     columns = (
         *("view", "kind", ">image [px]", ">focal length [px]", ">field of view [deg]"),
-        *(">base line [mm]", ">height [m]", ">distance [m]"),
+        *(">baseline [mm]", ">height [m]", ">distance [m]"),
     )
     views = () if recording is None else recording.views
     return Table(columns, [_camera(recording, view) for view in views if recording is not None])
@@ -96,7 +96,7 @@ def _errors(reported: Reported) -> Table | None:
         rows.append(row)
     lost = ["arm segments lost [%]", number(100.0 * accuracy.summary.lost), "", ""]
     rows.append([*lost, *([""] if good else [])])
-    columns = ["", ">mean", ">median", ">95 %", *([">reference good to"] if good else [])]
+    columns = ["", ">mean", ">median", ">95 %", *([">reference uncertainty"] if good else [])]
     return Table(columns, rows)
 
 
@@ -147,7 +147,7 @@ def _honesty(run: Run) -> Table | None:
             share = 100.0 * float((run.limb_lost[known[:, i], i] > CALLED).mean())
             sigma = root_mean(np.square(run.limb_sigma_deg[run.tracked, i]))
             rows.append((limb.replace("_", " "), number(share), number(sigma)))
-    columns = ("limb", ">called lost [% of frames]", ">stated error [deg]")
+    columns = ("limb", ">flagged [% of frames]", ">predicted error [deg]")
     return Table(columns, rows) if rows else None
 
 
@@ -204,7 +204,7 @@ def _reference_sigma(reported: Reported) -> Table | None:
         )
         for i, limb in enumerate(LIMBS)
     ]
-    return Table(("limb", ">good to [deg]", ">worst frame [deg]"), rows)
+    return Table(("limb", ">uncertainty [deg]", ">worst frame [deg]"), rows)
 
 
 def _parameters(stored: dict[str, Any]) -> Table:
@@ -234,9 +234,9 @@ def _versions(reported: Reported) -> Table:
     rows = [(key, str(value)) for key, value in dict(meta.get("versions") or {}).items()]
     rows = rows or [("stereotrack", str(meta.get("version") or "unknown"))]
     rows += [
-        ("tracked", str(meta.get("made") or "not known when")),
+        ("tracked", str(meta.get("made") or "unknown time")),
         ("seed", str(meta.get("seed", "unknown"))),
-        ("first pose", str(meta.get("init", "unknown"))),
+        ("initial pose", str(meta.get("init", "unknown"))),
         ("recording's fingerprint", str(meta.get("fingerprint") or "unknown")),
     ]
     rows += [("note", reported.source.note)] if reported.source.note else []

@@ -39,7 +39,9 @@ def demo_places(folder: Path | None) -> DemoPlaces:
     if folder is None:
         folder = user_data_path("stereotrack", appauthor=False) / "demo"
     if folder.exists() and not folder.is_dir():
-        raise InputError("this is not a folder", where=str(folder), remedy="Name a folder.")
+        raise InputError(
+            "this is not a folder", where=str(folder), remedy="Give the name of a folder."
+        )
     return DemoPlaces(folder / "recording", folder / "run.npz")
 
 
@@ -62,9 +64,9 @@ def make_demo(
         places.recording.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(
-            f"the folder cannot be made ({error.strerror})",
+            f"the folder cannot be created ({error.strerror})",
             where=str(places.recording.parent),
-            remedy="Name a folder that you may write to: stereotrack demo DIR.",
+            remedy="Give a folder that you may write to: stereotrack demo DIR.",
         ) from error
     simulate(
         places.recording,

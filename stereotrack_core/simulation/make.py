@@ -104,11 +104,11 @@ def _make_frame(scene: Scene, frame: int, store: RecordingStore, workers: Execut
 def _check(folder: Path, frames: int, seed: int) -> None:
     if frames < 1:
         raise InputError(
-            f"{frames} frames cannot be made", where="--frames", remedy="Give 1 or more."
+            f"{frames} frames cannot be simulated", where="--frames", remedy="Give 1 or more."
         )
     if seed < 0:
         raise InputError(f"the seed {seed} is negative", where="--seed", remedy="Give 0 or more.")
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise InputError(
-            "there is something already", where=str(folder), remedy="Give a new or empty folder."
+            "the folder is not empty", where=str(folder), remedy="Use a new or empty folder."
         )

@@ -253,9 +253,9 @@ def motion_names(motion: str) -> tuple[str, ...]:
     for name in names:
         if name not in MOTIONS:
             raise InputError(
-                f"there is no motion {name!r}",
+                f"unknown motion {name!r}",
                 where="--motion",
-                remedy=f"Give one of {', '.join(MOTIONS)}, or several joined by +.",
+                remedy=f"Use one of {', '.join(MOTIONS)}, or several joined by +.",
             )
     return names
 

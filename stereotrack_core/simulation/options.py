@@ -17,19 +17,22 @@ class SceneOptions(ParameterGroup):
         10.0, "Frame sets per second.", group=_SCENE, unit="1/s", minimum=1.0, maximum=120.0
     )
     pace: float = parameter(
-        1.0, "Speed of the motions; 1 is fast, 0.3 about as slow as the people of the thesis.",
+        1.0, "Speed of the motions; 1 is fast, 0.3 is close to the thesis's recordings.",
         group=_SCENE, minimum=0.05, maximum=3.0,
     )  # fmt: skip
-    t_pose_first: bool = parameter(True, "Begin with a T pose that faces north.", group=_SCENE)
+    t_pose_first: bool = parameter(True, "Start with a T pose facing north.", group=_SCENE)
     clothes: str = parameter(
-        "strong", "Texture of the clothes.", group=_SCENE, choices=("strong", "striped", "plain")
+        "strong",
+        "Texture contrast of the clothes.",
+        group=_SCENE,
+        choices=("strong", "striped", "plain"),
     )
     furnished: bool = parameter(True, "Furniture in the room.", group=_SCENE)
     second_person: bool = parameter(
-        False, "Somebody else walks through the background now and then.", group=_SCENE
+        False, "A second person occasionally walks through the background.", group=_SCENE
     )
     background_images: bool = parameter(
-        True, "Give a picture of the empty scene for every camera.", group=_SCENE
+        True, "Provide a background image for every camera.", group=_SCENE
     )
     width: int = parameter(
         640, "Width of the images.", group=_RIG, unit="px", minimum=64, maximum=4096
@@ -46,32 +49,34 @@ class SceneOptions(ParameterGroup):
         minimum=0.01, maximum=1.0,
     )  # fmt: skip
     camera_distance: float = parameter(
-        3.0, "Distance of the cameras from the middle of the room, on the floor.", group=_RIG,
+        3.0, "Horizontal distance of the cameras from the centre of the room.", group=_RIG,
         unit="m", minimum=1.0, maximum=4.2,
     )  # fmt: skip
     camera_height: float = parameter(
         2.1, "Height of the cameras.", group=_RIG, unit="m", minimum=0.3, maximum=2.9
     )
     distorted: bool = parameter(
-        False, "Lenses that distort, each a little differently.", group=_RIG
+        False, "Lens distortion, slightly different for each lens.", group=_RIG
     )
     askew: bool = parameter(
-        False, "Stereo cameras whose lenses are not parallel and not alike.", group=_RIG
+        False, "Stereo cameras whose lenses are neither parallel nor identical.", group=_RIG
     )
     colour: bool = parameter(
-        False, "Colour images; every camera sees colours differently.", group=_SENSOR
+        False, "Colour images, with slightly different colours in each camera.", group=_SENSOR
     )
     gain_difference: float = parameter(
-        0.04, "By how much the left camera is brighter.", group=_SENSOR, minimum=-0.5, maximum=1.0
+        0.04,
+        "Fraction by which the left camera is brighter.",
+        group=_SENSOR,
+        minimum=-0.5,
+        maximum=1.0,
     )
     blur: float = parameter(
-        0.6, "Blur of the lens, standard deviation.", group=_SENSOR, unit="px",
+        0.6, "Lens blur, standard deviation.", group=_SENSOR, unit="px",
         minimum=0.0, maximum=5.0,
     )  # fmt: skip
     noise: float = parameter(
-        2.5, "Noise of the sensor, standard deviation in grey levels.", group=_SENSOR,
+        2.5, "Sensor noise, standard deviation in grey levels.", group=_SENSOR,
         minimum=0.0, maximum=50.0,
     )  # fmt: skip
-    lossless: bool = parameter(
-        False, "Videos without any loss; several times larger.", group=_SENSOR
-    )
+    lossless: bool = parameter(False, "Lossless videos, several times larger.", group=_SENSOR)

@@ -122,7 +122,7 @@ def person_named(name: str) -> Person:
         return PEOPLE[name]
     except KeyError:
         raise InputError(
-            f"there is no person {name!r}", where="--person", remedy=f"Give {', '.join(PEOPLE)}."
+            f"unknown person {name!r}", where="--person", remedy=f"Use one of {', '.join(PEOPLE)}."
         ) from None
 
 

@@ -28,9 +28,9 @@ def view_names(views: str) -> tuple[str, ...]:
     names = tuple(views.replace("+", ""))
     if not names or len(set(names)) < len(names) or not set(names) <= set(COMPASS):
         raise InputError(
-            f"the views {views!r} cannot be made",
+            f"the views {views!r} are not possible",
             where="--views",
-            remedy="Give some of N, O, S and W, each once, for example NS.",
+            remedy="Use some of N, O, S and W, each at most once, for example NS.",
         )
     return names
 

@@ -116,16 +116,17 @@ def _check(parts: Sequence[Part], frames: int) -> None:
     for part in parts:
         if part.motion not in MOTIONS:
             raise InputError(
-                f"there is no motion {part.motion!r}",
+                f"unknown motion {part.motion!r}",
                 where=part.name,
-                remedy=f"Give one of {', '.join(MOTIONS)}.",
+                remedy=f"Use one of {', '.join(MOTIONS)}.",
             )
         if part.first < at or part.frames < 2 or part.end > frames:
             raise InputError(
                 f"{part.name} at {part.first}:{part.end} overlaps another motion or does not fit",
                 where="parts",
-                remedy=f"Motions follow each other within 0:{frames}, each two frames or more.",
+                remedy=f"Motions must follow each other within 0:{frames}, each with at least two "
+                "frames.",
             )
         at = part.end
     if not parts:
-        raise InputError("nothing happens", where="parts", remedy="Give at least one motion.")
+        raise InputError("there are no motions", where="parts", remedy="Give at least one motion.")

@@ -67,7 +67,7 @@ class ViewProblems:
     def note(self, frame: int, problems: Mapping[str, str]) -> None:
         """Keep the sentences of one frame, by view."""
         for view, sentence in problems.items():
-            reason = sentence.removeprefix(f"View {view} gives no depth: ")
+            reason = sentence.removeprefix(f"View {view} provides no depth: ")
             reason = reason.removeprefix(f"View {view}, frame {frame}: ").rstrip(".")
             self._told.setdefault(view, []).append((frame, reason))
 

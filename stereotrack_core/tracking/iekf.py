@@ -92,7 +92,7 @@ class PoseFilter:
         measured = self.measured(cloud, trace)
         found = self.estimator.estimate(measured, predicted)
         if measured.unexplained_fraction(found.pose) > p.max_unexplained_fraction:
-            return self.lost(before, cloud, "the cloud does not look like the body")
+            return self.lost(before, cloud, "the cloud does not match the body")
         pose, movement = orthonormal(found.pose), before.movement
         if predicted.gone:
             movement = difference(pose, before.pose, self.setup.joints) / predicted.gone

@@ -23,16 +23,16 @@ from stereotrack_core.tracking.tracker import PersonTracker, seeker, tracker_for
 from stereotrack_core.tracking.ukf import ThesisTracker
 
 STORED = (
-    "Begins with the pose and covariance that the run has kept of the frame before, not with the "
-    "tracker that made it: what else that one remembered, such as {besides}, is not kept."
+    "Starts from the pose and covariance stored for the previous frame, not from the original "
+    "tracker. The rest of its state, such as {besides}, is not stored."
 )
-_DRAWN = "its random numbers (other model points are drawn)"
-_LEARNED = "rival poses of its first frames and learned colours"
+_DRAWN = "its random numbers (other model points are sampled)"
+_LEARNED = "alternative poses of its first frames and learned colours"
 FIRST = (
-    "The run has no pose for the frame before, so this begins with the pose that it found in this "
-    "frame itself, as uncertain as a first pose."
+    "The run has no pose for the previous frame. The step therefore starts from the run's pose of "
+    "this frame, with the uncertainty of an initial pose."
 )
-NOBODY = "No pose is known for the frame before, so the person is looked for without help."
+NOBODY = "No pose is known for the previous frame, so the pose is initialised automatically."
 
 
 AnyTracker = TypeVar("AnyTracker", bound=ThesisTracker | PersonTracker)

@@ -24,16 +24,16 @@ class TrackingParameters(ParameterGroup):
 
     matching: str = parameter(
         "data_to_model",
-        "Which side looks for the other: measured points for the model, or sampled model points "
-        "for the nearest measured ones.",
+        "Direction of the correspondences: measured points to the model, or sampled model points "
+        "to the nearest measured points.",
         group=_METHOD,
         choices=("data_to_model", "model_to_data"),
         thesis="model_to_data",
     )
     estimator: str = parameter(
         "iterated",
-        "How data that look for the model give a pose: by the tracker's own iterated correction, "
-        "or by one of the baselines that it is compared with.",
+        "Estimator for data-to-model correspondences: the tracker's own iterated correction, or "
+        "one of the baselines.",
         group=_METHOD,
         choices=(
             "iterated",
@@ -45,8 +45,8 @@ class TrackingParameters(ParameterGroup):
     )
     linearisation: str = parameter(
         "derivatives",
-        "How data that look for the model are linearised: by derivatives, or by sigma points of "
-        "the posterior, which costs several times as much.",
+        "Linearisation of data-to-model correspondences: by derivatives, or by sigma points of "
+        "the posterior, which is several times slower.",
         group=_METHOD,
         choices=("derivatives", "sigma_points"),
     )
@@ -55,7 +55,7 @@ class TrackingParameters(ParameterGroup):
     )
     ut_alpha: float = parameter(
         0.1,
-        "Spread of the sigma points; small keeps them close to the mean.",
+        "Spread of the sigma points; small values keep them close to the mean.",
         group=_METHOD,
         minimum=1e-4,
         maximum=2.0,
@@ -68,7 +68,7 @@ class TrackingParameters(ParameterGroup):
     )
     sigma_position: float = parameter(
         0.03,
-        "Movement of the body expected between two frame sets at 10 Hz.",
+        "Expected movement of the body between two frame sets at 10 Hz.",
         group=_NOISE,
         unit="m",
         minimum=0.001,
@@ -77,7 +77,7 @@ class TrackingParameters(ParameterGroup):
     )
     sigma_rotation: float = parameter(
         5.0,
-        "Rotation of the torso expected between two frame sets at 10 Hz.",
+        "Expected rotation of the torso between two frame sets at 10 Hz.",
         group=_NOISE,
         unit="deg",
         minimum=0.1,
@@ -86,7 +86,7 @@ class TrackingParameters(ParameterGroup):
     )
     sigma_joint: float = parameter(
         10.0,
-        "Rotation of a joint expected between two frame sets at 10 Hz.",
+        "Expected rotation of a joint between two frame sets at 10 Hz.",
         group=_NOISE,
         unit="deg",
         minimum=0.1,
@@ -95,7 +95,7 @@ class TrackingParameters(ParameterGroup):
     )
     sigma_girdle: float = parameter(
         3.0,
-        "Rotation of a shoulder about its clavicle expected between two frame sets at 10 Hz.",
+        "Expected rotation of a shoulder about its clavicle between two frame sets at 10 Hz.",
         group=_NOISE,
         unit="deg",
         minimum=0.1,
@@ -103,8 +103,8 @@ class TrackingParameters(ParameterGroup):
     )
     girdle_rest: float = parameter(
         2.5,
-        "Angle of a clavicle from its place at rest up to which it is held there firmly; beyond,"
-        " unless it is lowered, ever less.",
+        "Angle of a clavicle from its rest position up to which it is held firmly. Beyond, it is "
+        "held less and less, unless it is lowered.",
         group=_NOISE,
         unit="deg",
         minimum=0.1,
@@ -112,7 +112,7 @@ class TrackingParameters(ParameterGroup):
     )
     sigma_measurement: float = parameter(
         0.015,
-        "Distance expected between corresponding points.",
+        "Expected distance between corresponding points.",
         group=_NOISE,
         unit="m",
         minimum=0.001,
@@ -121,15 +121,15 @@ class TrackingParameters(ParameterGroup):
     )
     hurry: float = parameter(
         1.5,
-        "A prior is widened where the data move the body by more than so many of its standard "
-        "deviations.",
+        "Prior inflation: the prior is widened if the data move the body by more than this many "
+        "of its standard deviations.",
         group=_NOISE,
         minimum=0.5,
         maximum=100.0,
     )
     velocity: float = parameter(
         0.0,
-        "Share of the last frame's movement that is expected again.",
+        "Share of the last frame's movement that is expected to continue.",
         group=_NOISE,
         minimum=0.0,
         maximum=1.0,
@@ -137,14 +137,14 @@ class TrackingParameters(ParameterGroup):
     )
     sampling: str = parameter(
         "random",
-        "How model points are drawn from the cones.",
+        "Method of sampling model points from the cones.",
         group=_DATA,
         choices=("random", "regular"),
         thesis="random",
     )
     model_points: int = parameter(
         64,
-        "Model points m that look for measured ones.",
+        "Number m of sampled model points in model-to-data correspondences.",
         group=_DATA,
         minimum=4,
         maximum=20000,
@@ -152,21 +152,22 @@ class TrackingParameters(ParameterGroup):
     )
     data_points: int = parameter(
         2000,
-        "Measured points that look for the model.",
+        "Number of measured points in data-to-model correspondences.",
         group=_DATA,
         minimum=50,
         maximum=20000,
     )
     effective_points: float = parameter(
         150.0,
-        "Independent measurements in the data: neighbouring pixels of a block matcher are one.",
+        "Effective sample size of the data: neighbouring pixels of a block matcher are correlated.",
         group=_DATA,
         minimum=1.0,
         maximum=20000.0,
     )
     reach: float = parameter(
         0.25,
-        "Data farther than this from the model belong to nothing.",
+        "Measured points farther than this from the model are ignored (maximum correspondence "
+        "distance).",
         group=_DATA,
         unit="m",
         minimum=0.02,
@@ -174,7 +175,8 @@ class TrackingParameters(ParameterGroup):
     )
     robust_wide: float = parameter(
         0.12,
-        "Distance at which a datum loses three quarters of its weight, first two iterations.",
+        "Scale of the Geman-McClure loss in the first two iterations: the distance at which a "
+        "point loses three quarters of its weight.",
         group=_DATA,
         unit="m",
         minimum=0.005,
@@ -182,7 +184,7 @@ class TrackingParameters(ParameterGroup):
     )
     robust_narrow: float = parameter(
         0.06,
-        "The same from the third iteration on.",
+        "Scale of the Geman-McClure loss from the third iteration on.",
         group=_DATA,
         unit="m",
         minimum=0.005,
@@ -190,21 +192,21 @@ class TrackingParameters(ParameterGroup):
     )
     least_points: int = parameter(
         150,
-        "A cloud with fewer points is not tracked.",
+        "A cloud with fewer points than this is not tracked.",
         group=_DATA,
         minimum=1,
         maximum=100000,
     )
     max_unexplained_fraction: float = parameter(
         0.6,
-        "A frame is not tracked where the unexplained fraction of its cloud is larger.",
+        "A frame is not tracked if the unexplained fraction of its cloud is larger than this.",
         group=_DATA,
         minimum=0.0,
         maximum=1.0,
     )
     clearance: float = parameter(
         0.02,
-        "Least distance of elbow and hand from the torso's surface.",
+        "Minimum distance of elbow and hand from the surface of the torso.",
         group=_LIMITS,
         unit="m",
         minimum=0.0,
@@ -213,8 +215,9 @@ class TrackingParameters(ParameterGroup):
     )
     arms_apart: float = parameter(
         0.045,
-        "Least distance of the two forearms' axes from each other; an upper arm and the other"
-        " forearm, which are thicker, keep twice that. 0: arms may go through each other.",
+        "Minimum distance between the axes of the two forearms. An upper arm and the other "
+        "forearm, which are thicker, keep twice this distance. 0 lets the arms pass through each "
+        "other.",
         group=_LIMITS,
         unit="m",
         minimum=0.0,
@@ -223,7 +226,7 @@ class TrackingParameters(ParameterGroup):
     )
     least_elbow_angle: float = parameter(
         30.0,
-        "Least angle between upper arm and forearm.",
+        "Minimum angle between upper arm and forearm.",
         group=_LIMITS,
         unit="deg",
         minimum=0.0,
@@ -231,16 +234,16 @@ class TrackingParameters(ParameterGroup):
     )
     fit_shape: bool = parameter(
         True,
-        "Fit torso, head and legs to the first frames before tracking begins.",
+        "Fit torso, head and legs to the first frames before tracking starts.",
         group=_METHOD,
         thesis=False,
     )
     fit_frames: int = parameter(
-        12, "Frames that the shape is fitted to.", group=_METHOD, minimum=4, maximum=200
+        12, "Number of frames that the shape is fitted to.", group=_METHOD, minimum=4, maximum=200
     )
     longest_bridge: float = parameter(
         0.5,
-        "Longest gap of frames that are not tracked over which the backward pass goes on.",
+        "Longest gap of untracked frames that smoothing bridges.",
         group="Smoothing",
         unit="s",
         minimum=0.0,

@@ -119,10 +119,10 @@ def preset(name: str, changes: Sequence[str] = ()) -> Settings:
         return read_preset(Path(name)).settings.replaced(**changed)
     if name not in _CHANGES:
         raise InputError(
-            f"there is no preset {name!r}",
+            f"unknown preset {name!r}",
             where="--preset",
-            remedy=f"Known are: {', '.join(PRESETS)}. A preset of your own is given as a"
-            f" file {SUFFIX}.",
+            remedy=f"Available: {', '.join(PRESETS)}. Give a preset of your own as a file "
+            f"{SUFFIX}.",
         )
     return Settings().replaced(**_CHANGES[name]).replaced(**changed)
 
@@ -140,20 +140,20 @@ def read_preset(path: Path) -> UserPreset:
     for key in facts:
         if key not in {"name", "base", "values"}:
             raise InputError(
-                f"{key!r} belongs to no preset",
+                f"{key!r} is not a key of a preset file",
                 where=str(path),
-                remedy="It has a name, a base, and parameters below [values].",
+                remedy="A preset file has a name, a base, and parameters below [values].",
             )
     name, base = facts.get("name", path.stem), facts.get("base", "accurate")
     if not isinstance(name, str) or not name.strip():
         raise InputError(
-            f"{name!r} is no name", where=f"{path}, name", remedy='Write name = "...".'
+            f"{name!r} is not a name", where=f"{path}, name", remedy='Write name = "...".'
         )
     if not isinstance(base, str) or base not in _CHANGES:
         raise InputError(
-            f"there is no preset {base!r}",
+            f"unknown base preset {base!r}",
             where=f"{path}, base",
-            remedy=f"Known are: {', '.join(PRESETS)}.",
+            remedy=f"Available: {', '.join(PRESETS)}.",
         )
     return UserPreset(name.strip(), base, _checked(facts.get("values", {}), path))
 
@@ -161,15 +161,13 @@ def read_preset(path: Path) -> UserPreset:
 def _checked(given: object, path: Path) -> dict[str, Value]:
     """Values below ``[values]`` in their parameters' types."""
     if not isinstance(given, Mapping):
-        raise InputError("this is no table", where=f"{path}, values", remedy="Write [values].")
+        raise InputError("this is not a table", where=f"{path}, values", remedy="Write [values].")
     rows = {row.name: row for row in Settings.rows()}
     values: dict[str, Value] = {}
     for key, value in given.items():
         where = f"{path}, {key}"
         if key not in rows:
-            raise InputError(
-                "there is no such parameter", where=where, remedy=_like(key, tuple(rows))
-            )
+            raise InputError("unknown parameter", where=where, remedy=_like(key, tuple(rows)))
         try:
             values[key] = rows[key].checked(value)
         except InputError as refusal:
@@ -179,4 +177,4 @@ def _checked(given: object, path: Path) -> dict[str, Value]:
 
 def _like(word: str, known: tuple[str, ...]) -> str:
     near = difflib.get_close_matches(word, known, 3)
-    return f"Like it are: {', '.join(near)}." if near else "See docs/parameters.md."
+    return f"Similar names: {', '.join(near)}." if near else "See docs/parameters.md."

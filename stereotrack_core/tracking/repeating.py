@@ -83,7 +83,7 @@ class StoredSpec:
         found = read_detections(used if used.is_file() else own, recording)
         if found.fingerprint() == self.detections.get("fingerprint"):
             return found, ""
-        return found, f"{found.source} does not hold the detections that the run has listened to."
+        return found, f"{found.source} does not contain the keypoints that the run used."
 
 
 def stored_spec(run: Run) -> StoredSpec:
@@ -97,15 +97,15 @@ def stored_spec(run: Run) -> StoredSpec:
     meta = run.meta
     if not len(run.frame) or not isinstance(meta.get("parameters"), dict):
         raise InputError(
-            "the run does not say how it was made", where="meta, parameters", remedy=_AGAIN
+            "the run does not state how it was made", where="meta, parameters", remedy=_AGAIN
         )
     settings, notes = _settings(meta["parameters"])
     asked = meta.get("frames")
     first, end = asked or (int(run.frame[0]), int(run.frame[-1]) + 1)
     if not asked:
         notes.append(
-            "The run is of an older version, which did not state which frames were asked for, "
-            "how pictures were read, or which detections were listened to."
+            "The run was made with an older version that did not store the requested frames, how "
+            "images were read, or the keypoints used."
         )
     spec = RunSpec(
         settings=settings,
@@ -126,7 +126,7 @@ def what_differs(run: Run, recording: Recording) -> tuple[str, ...]:
     meta, found = run.meta, [*other_files(run, recording)]
     measured = dict(meta.get("parameters") or {}).get("proportions", "individual") == "individual"
     if measured and "subject" in meta and subject_of_meta(meta) != recording.subject:
-        found.append("The recording states another subject now; the run's is used.")
+        found.append("The recording now has a different subject. The subject of the run is used.")
     return (*found, *other_versions(meta))
 
 
@@ -143,7 +143,7 @@ def other_files(run: Run, recording: Recording) -> tuple[str, ...]:
         elif then != now:
             found.append(
                 f"This is not the {what} that the run was tracked with: its fingerprint is "
-                f"{now[:8]}, the run's is {then[:8]}."
+                f"{now[:8]}, that of the run {then[:8]}."
             )
     return tuple(found)
 
@@ -153,13 +153,13 @@ def other_versions(meta: Mapping[str, Any]) -> tuple[str, ...]:
     then = meta.get("versions")
     if not isinstance(then, dict):
         before = meta.get("version", "unknown")
-        return (f"The run states no versions but that of this program, {before}.",)
+        return (f"The run states only the version of this program, {before}.",)
     changed = [
         f"{name} {then.get(name, 'unknown')} then, {present} now"
         for name, present in versions().items()
         if then.get(name) != present
     ]
-    return (f"Other versions compute now: {'; '.join(changed)}.",) if changed else ()
+    return (f"The versions have changed: {'; '.join(changed)}.",) if changed else ()
 
 
 @dataclass(frozen=True)
@@ -196,17 +196,19 @@ class Sameness:
     def words(self) -> str:
         """A sentence."""
         if self.equal:
-            return f"The run came out equal to the last bit in all {self.frames} frames."
+            return f"The result is bit-identical in all {self.frames} frames."
         told = []
         if self.different:
             told.append(
                 f"{self.different} of {self.frames} frames differ, the first is {self.first}"
             )
             if np.isfinite(self.largest):
-                told.append(f"landmarks are at most {1000 * self.largest:.3g} mm apart")
+                told.append(
+                    f"the largest distance between landmarks is {1000 * self.largest:.3g} mm"
+                )
         if self.missing:
-            told.append(f"{self.missing} frames are in one of the runs only")
-        return f"The run came out otherwise: {'; '.join(told)}."
+            told.append(f"{self.missing} frames are only in one of the runs")
+        return f"The result differs: {'; '.join(told)}."
 
 
 def sameness(first: Run, again: Run) -> Sameness:
@@ -260,9 +262,9 @@ def _settings(stored: Mapping[str, Any]) -> tuple[Settings, list[str]]:
     stored, notes = {**EARLIER, **stored}, []
     gone, new = sorted(set(stored) - known), sorted(known - set(stored))
     if gone:
-        notes.append(f"This version has no parameter {', '.join(gone)}; left out.")
+        notes.append(f"This version has no parameter {', '.join(gone)}; it is ignored.")
     if new:
-        notes.append(f"The run's version had no parameter {', '.join(new)}; its default is used.")
+        notes.append(f"The run's version had no parameter {', '.join(new)}; the default is used.")
     return Settings().replaced(**{k: v for k, v in stored.items() if k in known}), notes
 
 
@@ -279,6 +281,8 @@ def _first_pose(meta: Mapping[str, Any]) -> FirstPose:
     pose = Pose(np.array(stored.get("position"), dtype=np.float64), rotations)
     if pose.position.shape != (3,) or pose.rotations.shape != (len(PARTS), 3, 3):
         raise InputError(
-            "the first pose is not one of this program's body", where="first_pose", remedy=_AGAIN
+            "the initial pose does not fit this version's body model",
+            where="first_pose",
+            remedy=_AGAIN,
         )
     return pose

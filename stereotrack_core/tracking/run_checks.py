@@ -31,8 +31,8 @@ which views do not fit each other: sound recordings have up to 0.015, those with
 mostly 0.04 to 0.7 (docs/runs.md)."""
 
 CHECK = (
-    "Check the calibration with `stereotrack info --deep`: whether views or cameras are exchanged, "
-    "a rotation is inverted, or a base line or unit is wrong."
+    "Check the calibration with `stereotrack info --deep`: views or cameras may be swapped, a "
+    "rotation inverted, or a baseline or unit wrong."
 )
 
 
@@ -51,16 +51,15 @@ def misfits(frames: Iterable[TrackedFrame], settings: Settings) -> tuple[str, ..
     views = [frame.contradicted for frame in every if np.isfinite(frame.contradicted)]
     if views and (through := float(np.median(views))) > MOST_CONTRADICTED:
         found.append(
-            f"{100 * through:.0f} % of the points of one view lie where another one sees the "
-            "background behind them, in sound recordings hardly any; the views do not fit each "
-            "other"
+            f"{100 * through:.0f} % of the points of one view lie where another view sees the "
+            "background behind them (hardly any in good recordings); the views are inconsistent"
         )
     with_legs = settings.tracking.matching == "data_to_model" and settings.body.legs
     shares = [frame.unexplained_fraction for frame in every if frame.tracked]
     if with_legs and shares and (unexplained := float(np.nanmedian(shares))) > MOST_UNEXPLAINED:
         found.append(
-            f"{100 * unexplained:.0f} % of the cloud is explained by no part of the body, in sound "
-            "recordings 28 % at most; the poses are probably wrong"
+            f"{100 * unexplained:.0f} % of the cloud is not explained by the body (at most 28 % "
+            "in good recordings); the poses are probably wrong"
         )
     return tuple(found)
 
@@ -75,7 +74,7 @@ _FAR, _NEAR = 25.0, 0.2
 
 _STEPS = ("measured", "person", "taken", "inside", "kept")
 
-_LOOK = "Look at a cloud with `stereotrack cloud`."
+_LOOK = "Inspect a cloud with `stereotrack cloud`."
 
 
 @dataclass(frozen=True)
@@ -180,7 +179,7 @@ class Untracked:
             names,
             f"there are {total['kept']} points, but {reason}",
             f"{_LOOK} Check the calibration with `stereotrack info --deep`, that lengths are in "
-            "metres, and that the whole upper body is seen.",
+            "metres, and that the whole upper body is visible.",
         )
 
     def _hardly_measured(
@@ -197,16 +196,17 @@ class Untracked:
             return Cause(
                 names,
                 f"the depth images have {total['measured']} values where the volume is{said}",
-                "Look whether they are empty, and whether the person is within the camera's range "
-                "and in the volume: volume_centre_x, volume_centre_y, volume_bottom.",
+                "Check that the depth images are not empty, and that the person is within the "
+                "camera's range and in the volume: volume_centre_x, volume_centre_y, "
+                "volume_bottom.",
             )
         p = self.settings.depth
         return Cause(
             names,
             f"{total['measured']} pixels could be matched where the working volume is{said}",
-            "Look whether left and right are exchanged or dark, and whether the person's "
-            f"disparities are among those that are looked for: disparity_minimum="
-            f"{p.disparity_minimum}, disparity_count={p.disparity_count}.",
+            "Check whether left and right are swapped or dark, and whether the person's "
+            f"disparities are in the search range: disparity_minimum={p.disparity_minimum}, "
+            f"disparity_count={p.disparity_count}.",
         )
 
     def _not_foreground(
@@ -220,23 +220,23 @@ class Untracked:
             return Cause(
                 names,
                 f"the mask leaves {person} of {measured} depth values",
-                "Look whether it is the mask of these images: the person is brighter than 127.",
+                "Check that it is the mask of these images: the person must be brighter than 127.",
             )
         told = f"{person} of {measured} measured pixels are in front of the background"
         if all(_has_empty_scene(view, self.settings.depth) for view, _ in seen):
             return Cause(
                 names,
-                f"{told}, which comes from pictures of the empty scene",
-                "Unless nobody is there: look whether somebody is in those pictures, and whether "
-                "the cameras have been moved since; or set background_empty_scene=false, which "
-                "learns it from the recording.",
+                f"{told}, which comes from background images",
+                "If a person is there: check whether someone is in the background images, and "
+                "whether the cameras have been moved since. Or set background_empty_scene=false "
+                "to learn the background from the recording.",
             )
         return Cause(
             names,
-            f"{told}, which was learned from the recording itself: whoever stands still becomes a "
-            "part of it",
-            "Unless nobody is there: give pictures of the empty scene (`background` in "
-            "recording.toml) or a mask, or set background_mode=none.",
+            f"{told}, which was learned from the recording itself; a person who stands still "
+            "becomes part of it",
+            "If a person is there: provide background images (`background` in recording.toml) or "
+            "a mask, or set background_mode=none.",
         )
 
     def _outside(
@@ -261,10 +261,11 @@ class Untracked:
         x, y, z = middle
         return Cause(
             names,
-            f"{what}: in the middle they are at ({x:.2f}, {y:.2f}, {z:.2f}) m, the volume is "
+            f"{what}: their median position is ({x:.2f}, {y:.2f}, {z:.2f}) m, the volume is "
             f"{' by '.join(spans)} m",
-            "Set volume_centre_x, volume_centre_y and volume_bottom to where the person is, unless "
-            "the calibration is wrong: z points up, and lengths are in metres.",
+            "Set volume_centre_x, volume_centre_y and volume_bottom to where the person is. "
+            "Otherwise the calibration may be wrong: z must point up, and lengths must be in "
+            "metres.",
         )
 
     def _outliers(self, names: tuple[str, ...], total: dict[str, int]) -> Cause:
@@ -273,13 +274,14 @@ class Untracked:
             names,
             f"{total['kept']} of {total['inside']} points have {p.outlier_neighbours} neighbours "
             f"within {p.outlier_distance:g} mm",
-            "Small pictures and people far away give sparse points: set pixel_step=1, a larger "
-            "outlier_distance or fewer outlier_neighbours, unless lengths are not in metres.",
+            "Small images and distant people give sparse points: set pixel_step=1, a larger "
+            "outlier_distance or fewer outlier_neighbours. Otherwise check that lengths are in "
+            "metres.",
         )
 
 
 _UNIT = (
-    "Look whether lengths are in metres: `units` in the calibration, and `unit` of depth views, "
+    "Check that lengths are in metres: `units` in the calibration, and `unit` of depth views, "
     "metres per count."
 )
 _UNIT_OR_VOLUME = (

@@ -52,7 +52,7 @@ def check_meta(meta: Any, where: str, remedy: str) -> None:
     for name, length in (meta.get("subject") or {}).items():
         if name in _LENGTHS and length is not None and length <= 0:
             raise InputError(
-                f"a length of {length:g} m is impossible",
+                f"a length of {length:g} m is not possible",
                 where=f"{where}, subject.{name}",
                 remedy=remedy,
             )

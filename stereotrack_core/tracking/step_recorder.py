@@ -51,16 +51,16 @@ if TYPE_CHECKING:
     from stereotrack_core.tracking.ukf import Projection
 
 SOUGHT = (
-    "Nobody was followed in the frame before, so the person was looked for without help; the steps "
-    "begin with the pose that was found."
+    "The previous frame was not tracked, so the pose was re-initialised. The steps start from the "
+    "pose found."
 )
 ANEW = (
-    "Another pose took the lead in this frame, as it explains the last frames better; the steps "
-    "begin with it."
+    "An alternative pose became the best one in this frame because it explains the last frames "
+    "better. The steps start from it."
 )
 WIDENED = (
-    "The data moved the body farther than was expected, so the frame was followed a second time "
-    "from a wider prior."
+    "The data moved the body farther than expected, so the frame was tracked a second time with "
+    "prior inflation."
 )
 
 
@@ -127,7 +127,7 @@ class StepRecorder:
     def sought(self) -> None:
         """Somebody was looked for without help, and found."""
         self._notes.append(SOUGHT)
-        self._lap("look for the person")
+        self._lap("initialise pose")
 
     def predicted(self, before: Belief, predicted: Belief) -> None:
         """The frame's prediction stands; where it is not the first, another pose leads now."""
@@ -142,7 +142,7 @@ class StepRecorder:
         """Data (N, 3 or more) have found their feet on the model, as far as they are near."""
         self._data = data
         self._measured = [*self._measured[:1], points_of(surface)]
-        self._lap("search for the arms" if self._searching else "find partners")
+        self._lap("arm search" if self._searching else "find correspondences")
 
     def corrected(
         self,
@@ -179,19 +179,19 @@ class StepRecorder:
                 after=after,
             )
         )
-        self._lap("search for the arms" if self._searching else "correct")
+        self._lap("arm search" if self._searching else "correct")
 
     def searching(self, search: ArmSearch, evidence: Evidence, expected: Pose) -> None:
         """Other places for the arms are about to be looked for."""
         self._searching = search, evidence, expected
         self._refining = []
-        self._lap("search for the arms")
+        self._lap("arm search")
 
     def proposed(
         self, side: int, arms: Arms, kept: Arms, expected: Arms, other: FloatArray
     ) -> None:
         """Places for one arm were scored, the other one being so far (N,) from the data."""
-        self._lap("search for the arms")
+        self._lap("arm search")
         if self._searching is not None:
             search, evidence, _ = self._searching
             terms = search.arm_terms(evidence, side, arms, expected, other)
@@ -201,14 +201,14 @@ class StepRecorder:
 
     def refined(self, proposed: Pose, pose: Pose) -> None:
         """A pair of places for the arms was refined."""
-        self._lap("search for the arms")
+        self._lap("arm search")
         self._tried.append((proposed, pose))
         self._refinements.append(tuple(self._refining))
         self._refining = []
 
     def searched(self, followed: Pose, best: Pose) -> None:
         """The search has decided."""
-        self._lap("search for the arms")
+        self._lap("arm search")
         if self._searching is None:
             return
         search, evidence, expected = self._searching
@@ -222,7 +222,7 @@ class StepRecorder:
             pairs=tuple(pair(*tried) for tried in self._tried),
             proposals=tuple(self._proposals),
             gain=search.parameters.search_gain,
-            seconds=self._seconds["search for the arms"],
+            seconds=self._seconds["arm search"],
         )
         self._searching, self._mark = None, perf_counter()
 

@@ -47,7 +47,8 @@ def fps_of_run(run: Run) -> float:
         raise InputError(
             "the run does not state its frame rate",
             where="meta, fps",
-            remedy="Name its recording, export as .csv, which needs none, or track again.",
+            remedy="Give its recording, export as .csv (which needs no frame rate), or track "
+            "again.",
         )
     return float(fps)
 
@@ -77,7 +78,7 @@ def _joints_of(names: tuple[str, ...]) -> tuple[int, ...]:
     joints = joints_named(names)
     if joints is None:
         raise InputError(
-            "the states are not those of a body",
+            "the states do not fit the body model",
             where="state_names",
             remedy="Track the recording again with this version.",
         )

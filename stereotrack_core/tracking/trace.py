@@ -19,9 +19,9 @@ HIDDEN, INSIDE, SURPLUS, TOO_FAR, ON_PARTNER = range(5)
 REASONS: tuple[str, ...] = (
     "hidden from every camera",
     "inside another cone",
-    "not needed, enough others were drawn",
+    "not needed, enough points were sampled",
     "too far from the model",
-    "lies on its measured point",
+    "coincides with its measured point",
 )
 """Why a point was not used; indices are those above."""
 

@@ -242,11 +242,11 @@ class PersonTracker:
         setup = self.setup
         support = trunk_support(setup.body, self.pose, cloud.points, setup.cameras)
         if support < _LEAST_SUPPORT:
-            return "too little of the body is in the cloud"
+            return "the cloud contains too little of the body"
         cut = 0.0 if setup.volume is None else share_at_sides(cloud.points, setup.volume)
         doubt = _DOUBT if self._unchanged < _SETTLED else 1.0
         if cut > doubt * _HALF_CUT or (support < _WHOLE and cut > doubt * _CUT):
-            return "the body is partly outside of the working volume"
+            return "the body is partly outside the working volume"
         return ""
 
 

@@ -119,10 +119,10 @@ class ThesisTracker:
         for _ in range(p.iterations):
             sampled = self.sample(trace)
             if not len(sampled):
-                return self.lost("no part of the body is in sight of any camera")
+                return self.lost("no part of the body is visible in any camera")
             pairs = self.closest(sampled, tree)
             if not len(pairs.e):
-                return self.lost("every model point lies on its measured point")
+                return self.lost("every model point coincides with its measured point")
             innovations.append(self.correct(pairs, trace))
         self.avoid_collisions(trace)
         self._anew, self._movement = False, _angles_wrapped(self.x - x)

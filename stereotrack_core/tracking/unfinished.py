@@ -133,6 +133,7 @@ def recall(tracker: Tracker, memory: Memory) -> None:
     except (KeyError, ValueError, TypeError):
         foreign = ["its numbers"]
     raise InputError(
-        f"what it says about the tracker does not belong to this version ({foreign[0]})",
-        remedy="Track the recording anew; the frames in it can still be evaluated and exported.",
+        f"its tracker state does not belong to this version ({foreign[0]})",
+        remedy="Track the recording again. The frames in the file can still be evaluated and "
+        "exported.",
     )

@@ -39,7 +39,7 @@ def moving(frames: int, rate: np.ndarray = RATE, picture: np.ndarray | None = No
 def test_patch_is_followed_to_a_tenth_of_a_pixel():
     found = follow_patch(moving(25), np.array([150.25, 140.5]))
     assert found.reliable_until == 25
-    assert found.reason == "the pictures end"
+    assert found.reason == "the images end"
     expected = np.array([150.25, 140.5]) + np.arange(25)[:, None] * RATE
     assert np.abs(found.pixels - expected).max() < 0.15
     assert found.score[1:].min() > 0.95
@@ -69,14 +69,14 @@ def test_it_ends_where_something_else_comes_before_it():
     found = follow_patch(pictures, np.array([150.0, 140.0]))
     assert found.reliable_until == 6
     assert len(found.pixels) == 7
-    assert found.reason.startswith(("it does not look the same", "going back"))
+    assert found.reason.startswith(("the patch has changed too much", "following backwards"))
 
 
 def test_nothing_to_hold_on_to_is_said():
     grey = np.full((100, 100), 90, dtype=np.uint8)
     found = follow_patch([grey] * 5, np.array([50.0, 50.0]))
     assert found.reliable_until == 1
-    assert found.reason == "there is nothing to hold on to"
+    assert found.reason == "the image has no texture here"
 
 
 def test_it_stops_when_asked_at_the_limit_and_at_damaged_pictures():
@@ -84,11 +84,11 @@ def test_it_stops_when_asked_at_the_limit_and_at_damaged_pictures():
     assert follow_patch(moving(20), np.array([150.0, 140]), few).reliable_until == 5
     asked = iter([False, False, True])
     found = follow_patch(moving(20), np.array([150.0, 140]), cancelled=lambda: next(asked))
-    assert (found.reliable_until, found.reason) == (3, "it was stopped")
+    assert (found.reliable_until, found.reason) == (3, "stopped")
     damaged = [*moving(3), None, *moving(3)]
     found = follow_patch(damaged, np.array([150.0, 140]))
-    assert (found.reliable_until, found.reason) == (3, "the picture cannot be read")
-    with pytest.raises(ValueError, match="first picture"):
+    assert (found.reliable_until, found.reason) == (3, "the image cannot be read")
+    with pytest.raises(ValueError, match="first image"):
         follow_patch([], np.array([1.0, 1.0]))
 
 
@@ -132,7 +132,10 @@ def test_click_is_followed_in_its_own_camera_both_ways(recording, colour, camera
     assert before.frame.tolist() == [4, 3, 2, 1, 0]
     assert np.allclose(after.followed.pixels[-1], [150, 120] + 3 * sign * RATE, atol=0.2)
     assert np.allclose(before.followed.pixels[-1], [150, 120] - 4 * sign * RATE, atol=0.2)
-    assert after.words() == f"left elbow in {camera}: followed to frame 7; then the pictures end"
+    assert (
+        after.words()
+        == f"left elbow in {camera}: followed to frame 7; stopped because the images end"
+    )
 
 
 def test_damaged_frames_and_foreign_cameras_are_told(recording):
@@ -140,11 +143,11 @@ def test_damaged_frames_and_foreign_cameras_are_told(recording):
     click = Click(4, "N_right", "left_elbow", (150.0, 120.0))
     with FrameReader(recording, colour=False) as reader:
         found = follow_click(reader, click)
-        assert found.followed.reason == "the picture cannot be read"
+        assert found.followed.reason == "the image cannot be read"
         assert found.followed.reliable_until == 1
         with pytest.raises(InputError, match="cannot be read"):
             follow_click(reader, replace(click, frame=5))
-        with pytest.raises(InputError, match="no image of the camera 'X'"):
+        with pytest.raises(InputError, match="no stream of the recording uses the camera 'X'"):
             list(pictures_of(reader, "X", [0]))
         outside = Click(4, "N_right", "left_elbow", None, Visibility.OUTSIDE)
         with pytest.raises(ValueError, match="outside"):

@@ -61,7 +61,7 @@ def test_pairs_are_told_once():
         ({"name": "a,b"}, "letters"),
         ({"along": 7.0}, "not on the body"),
         ({"offset": (0.0, float("nan"), 0.0)}, "not on the body"),
-        ({"mirror": "right_wrist"}, "does not name it in return"),
+        ({"mirror": "right_wrist"}, "does not name it as its mirror"),
         ({"name": "head"}, "2 landmarks"),
     ],
 )

@@ -66,7 +66,7 @@ def test_clicks_are_asked_for_where_least_is_known():
     clicks = [click for click in clicks_of(points, RIG) if click.frame in clicked]
     found = next_clicks(RIG, NINE, fit_of(points, clicked), clicks)
     assert 25 <= found[0].frame <= 35
-    assert "39 frames without a click of it" in found[0].reason
+    assert "no click for 39 frames" in found[0].reason
     assert "uncertain (" in found[0].reason
     totals = [one.over_frames_deg for one in found]
     assert totals == sorted(totals, reverse=True)
@@ -115,7 +115,7 @@ def test_stretch_of_which_nothing_is_known_comes_first():
     clicks = [c for c in clicks_of(points, RIG) if c.frame in (0, 20)]
     found = next_clicks(RIG, NINE, fit_of(points, [0, 20], unknown=range(21, 40)), clicks)
     assert found[0].frame == 30
-    assert found[0].reason == "nothing is known of 19 frames"
+    assert found[0].reason == "no information on 19 frames"
 
 
 def test_probable_mistakes_and_high_residuals_are_to_be_looked_at_again():
@@ -129,8 +129,8 @@ def test_probable_mistakes_and_high_residuals_are_to_be_looked_at_again():
         mistakes={wrong: 0.97, far: 0.2},
     )
     found = {one.key: one for one in next_clicks(RIG, NINE, fit, clicks, wish=Wish(500))}
-    assert found[wrong].reason == "probably a mistake: 60 px off"
-    assert found[far].reason == "far from the fit: 20 px off"
+    assert found[wrong].reason == "probable outlier, 60 px"
+    assert found[far].reason == "far from the fit, 20 px"
     assert found[wrong].click_there
     assert found[far].click_there
     assert found[far].gain_deg > 1.0
@@ -184,7 +184,7 @@ def test_disagreement_with_a_tracker_moves_its_frames_up_and_is_told():
     run = LandmarkTrajectory(np.arange(60), other)
     found = next_clicks(RIG, NINE, fit, clicks, run=run)
     assert 42 <= found[0].frame < 48
-    assert found[0].reason.startswith("tracker and reference 180 deg apart (left forearm)")
+    assert found[0].reason.startswith("tracker and reference differ by 180 deg (left forearm)")
 
 
 def test_an_edit_brings_down_what_its_click_would_have_gained():
@@ -228,7 +228,7 @@ def test_an_edit_of_a_long_recording_takes_a_moment():
 def test_fit_of_another_set_is_refused():
     points = bodies(5)
     few = LandmarkSet("few", (replace(NINE["head"]),))
-    with pytest.raises(ValueError, match="another set"):
+    with pytest.raises(ValueError, match="another landmark set"):
         next_clicks(RIG, few, fit_of(points, [0]), [])
 
 
@@ -253,15 +253,15 @@ def test_stop_sign_counts_frames_and_limbs():
     assert sign.rms_deg["torso"] == pytest.approx(2.0)
     assert sign.reached
     assert sign.words() == (
-        "3 of 100 frames miss 3 deg, most often the left forearm (3): that is enough"
+        "3 of 100 frames exceed 3 deg, most often the left forearm (3): target reached"
     )
     assert not good_enough(sigma, 3.0, allowed=0.0).reached
     assert set(sign.missing_by_limb) == set(SCORED)
     everything = good_enough(np.full((7, 6), 1.0), 3.0)
-    assert everything.words() == "good to 3 deg in all 7 frames: that is enough"
+    assert everything.words() == "all 7 frames are within 3 deg: target reached"
     assert not good_enough(np.empty((0, 6)), 3.0).reached
     unknown = good_enough(np.full((4, 6), np.nan), 3.0)
     assert (unknown.unknown, unknown.reached) == (4, False)
     assert np.isnan(unknown.rms_deg["torso"])
-    with pytest.raises(ValueError, match="no wish"):
+    with pytest.raises(ValueError, match="not a valid target"):
         good_enough(sigma, 0.0)

@@ -27,7 +27,7 @@ def test_a_run_has_tables_and_a_row_for_every_frame(run, tracked, tmp_path):
     assert "left shoulder elevation" in ended.out
     assert "left against right" in ended.out
     assert "Errors of the joint angles" in ended.out
-    assert "cut-off 4 Hz, the highest that 10 frames per second allow" in ended.err
+    assert "cut-off 4 Hz, the highest possible at 10 frames per second" in ended.err
     rows = rows_of(path)
     first = rows[0]
     assert (first["frame"], first["seconds"]) == ("0", "0.0")
@@ -115,13 +115,13 @@ def test_a_reference_of_other_frames_is_refused(run, tracked, tmp_path):
     path.write_text("frame,landmark,x,y,z\n900,head,0,0,1\n")
     ended = run("angles", tracked, "--reference", path)
     assert ended.status == 2
-    assert "knows none of the frames" in ended.err
+    assert "contains none of the frames" in ended.err
 
 
 def test_too_few_frames_are_said_to_be_too_few(run, tracked):
     ended = run("angles", tracked, "--frames", "3:5")
     assert ended.status == 0
-    assert "over 5 successive frames" in ended.err
+    assert "in 5 consecutive frames" in ended.err
 
 
 @pytest.mark.parametrize(("kind", "suffix"), [("angles", ".csv"), ("trc", ".trc")])

@@ -65,7 +65,7 @@ def test_window_figures_are_read(run, recording, monkeypatch):
     ("options", "words"),
     [
         ({"fails": True}, "no screen"),
-        ({"stdout": "hello"}, "could not be measured"),
+        ({"stdout": "hello"}, "could not be timed"),
     ],
 )
 def test_window_that_cannot_be_measured(run, recording, monkeypatch, options, words):

@@ -117,7 +117,7 @@ def test_track_says_which_frames_it_bridged(run, recording, tracked, tmp_path):
     ended = run("track", recording, "-o", path, "--preset", "fast", *bridges)
     stored = read_run(path)
     assert f"{len(stored.meta['bridged'])}" in ended.out
-    assert "smoothed, bridged frames" in ended.out
+    assert "frames bridged by smoothing" in ended.out
     facts = run("track", recording, "-o", path, "--preset", "fast", *bridges, "--json").json
     assert facts["bridged"] == stored.meta["bridged"]
     seen = np.flatnonzero(read_run(tracked).tracked)
@@ -274,7 +274,7 @@ def test_evaluate_after_the_recording_has_gone(run, tracked, tmp_path):
     write_run(tmp_path / "run.npz", stored)
     ended = run("evaluate", tmp_path / "run.npz")
     assert ended.status == 2
-    assert "not there any more" in ended.err
+    assert "was not found" in ended.err
 
 
 def test_cloud(run, recording, tmp_path):

@@ -68,8 +68,8 @@ def test_without_a_reference_agreement_is_told(run, runs, recording):
     ended = run("compare", bare / "rough.csv", bare / "fine.csv")
     assert ended.status == 0
     assert "No reference" in ended.out
-    assert "how far apart they are" in ended.out
-    assert "there is no reference" in ended.err
+    assert "distance from each other" in ended.out
+    assert "No reference" in ended.err
 
 
 def test_the_recordings_own_reference_and_segments_are_used(run, recording, tracked, tmp_path):
@@ -88,7 +88,7 @@ def test_the_recordings_own_reference_and_segments_are_used(run, recording, trac
     write_run(tmp_path / "c.npz", here)
     ended = run("compare", *(tmp_path / f"{n}.npz" for n in "abc"), "--segments")
     assert ended.status == 0, ended.err
-    for words in ("start: B beside A", "rest: C beside A", "the same in every frame"):
+    for words in ("start: B compared with A", "rest: C compared with A", "equal in every frame"):
         assert words in ended.out
     facts = run("compare", *(tmp_path / f"{n}.npz" for n in "abc"), "--segments", "--json").json
     assert [part["name"] for part in facts["segments"]] == ["start", "rest"]
@@ -103,7 +103,7 @@ def test_wrong_input_is_one_sentence(run, tracked, tmp_path, runs):
     assert "nothing.npz" in ended.err
     ended = run("compare", tracked, tracked, "--frames", "500:600")
     assert ended.status == 2
-    assert "no frame" in ended.err
+    assert "have no frame in common" in ended.err
     ended = run("compare", runs / "truth.csv", runs / "truth.csv", "--segments")
     assert ended.status == 2
     assert "segments" in ended.err

@@ -24,7 +24,7 @@ def failing(tmp_path_factory):
 def test_the_table_tells_frames_limbs_peak_and_cause(run, failing):
     ended = run("episodes", failing / "run.npz")
     assert ended.status == 0
-    assert "1 episode of" in ended.out
+    assert "1 failure in" in ended.out
     assert "4-9" in ended.out
     assert "left forearm" in ended.out
     assert "80°" in ended.out
@@ -56,7 +56,7 @@ def test_filters_and_rules(run, failing):
 def test_no_episode_is_said_in_one_sentence(run, failing):
     ended = run("episodes", failing / "run.npz", "--no-pictures", "--set", "episode_error=120")
     assert ended.status == 0
-    assert ended.out == f"No episodes of {failing / 'run.npz'}.\n"
+    assert ended.out == f"No failures in {failing / 'run.npz'}.\n"
 
 
 def test_strips_and_a_video_are_written(run, failing, tmp_path):
@@ -81,7 +81,7 @@ def test_a_run_alone_with_a_reference(run, failing, tmp_path):
     try:
         ended = run("episodes", tmp_path / "alone.npz", "--reference", truth, "--json")
         assert len(ended.json["episodes"]) == 1
-        assert "judged by the run alone" in ended.err
+        assert "classified from the run alone" in ended.err
         without = run("episodes", tmp_path / "alone.npz", "--json").json
         assert without["episodes"] == []
         assert "without_truth" not in without

@@ -99,9 +99,9 @@ def test_wrong_lines_stop_the_import_unless_they_may_be_left_out(run, empty, tmp
     )
     ended = run("import", "labels", path, "--into", empty)
     assert ended.status == 2
-    assert "'nose' is not known" in ended.err
-    assert "frame 99 is not there" in ended.err
-    assert "2 of its lines are wrong" in ended.err
+    assert "unknown landmark 'nose'" in ended.err
+    assert "frame 99 does not exist" in ended.err
+    assert "2 of its lines cannot be read" in ended.err
     assert not clicks_in(empty)
     ended = run("import", "labels", path, "--into", empty, "--skip-problems", "--json")
     assert (ended.json["taken"], ended.json["problems"]) == (1, 2)
@@ -161,7 +161,7 @@ def test_a_project_of_another_recording_is_refused(run, recording, project, tmp_
     Project.create(tmp_path / "o.stereotrack", folder).close()
     ended = run("import", "labels", tmp_path / "o.stereotrack", "--into", project)
     assert ended.status == 2
-    assert "another recording" in ended.err
+    assert "a different recording" in ended.err
 
 
 def test_references_keep_their_uncertainty(run, project, tmp_path):
@@ -203,7 +203,7 @@ def test_refusals(run, recording, project, tracked, tmp_path):
         (("export", project, "--format", "csv", "-o", recording / "x.csv"), "never written to"),
         (("import", "labels", tmp_path / "no.csv", "--into", project), "no such file"),
         (("import", "labels", tracked, "--into", tmp_path / "no.stereotrack"), "no.stereotrack"),
-        (("import", "labels", tracked, "--into", project, "--camera", "N"), "of no camera"),
+        (("import", "labels", tracked, "--into", project, "--camera", "N"), "belongs to no camera"),
         (("import", "labels", tmp_path / "x.mat", "--into", project), "COCO keypoints"),
     )
     (tmp_path / "x.mat").write_bytes(b"")
@@ -232,6 +232,6 @@ def test_a_camera_with_a_slash_is_not_written_to_another_folder(run, recording, 
         made.apply(PlaceClicks(there))
     ended = run("export", path, "--format", "dlc", "-o", out / "x.csv")
     assert (ended.status, ended.out) == (2, "")
-    assert "'../S' cannot be that of a folder" in ended.err
+    assert "'../S' cannot be used as a folder name" in ended.err
     assert run("export", path, "--format", "coco", "-o", out / "x.json").status == 2
     assert not list(tmp_path.rglob("*.csv"))

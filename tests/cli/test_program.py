@@ -85,7 +85,7 @@ def failing(monkeypatch, error):
         (BrokenPipeError(), 1, ""),
         (OSError(28, "No space left on device", "run.npz"), 1, "run.npz: No space left on device."),
         (OSError("a socket"), 1, "--debug"),
-        (PermissionError(13, "Permission denied"), 2, "a file: this may not be read"),
+        (PermissionError(13, "Permission denied"), 2, "a file: permission denied"),
     ],
 )
 def test_errors_become_a_sentence_and_a_status(run, monkeypatch, error, status, words):

@@ -19,11 +19,11 @@ def test_evaluate_says_how_good_the_reference_is(run, recording, tmp_path):
     write_reference(path, stated)
     ended = run("evaluate", recording / "reference.csv", "--reference", path)
     assert ended.status == 0
-    assert "reference good to" in ended.out
+    assert "reference uncertainty" in ended.out
     forearms = next(line for line in ended.out.splitlines() if line.strip().startswith("forearms"))
     assert forearms.split()[-1] == "2.3"
-    assert "forearms 0.0 deg, reference good to 2.3." in ended.out
+    assert "forearms 0.0 deg, reference uncertainty 2.3." in ended.out
     facts = run("evaluate", path, "--reference", path, "--json").json
     assert facts["measures"]["torso_position"]["reference_good_to"] == pytest.approx(17.3, abs=0.1)
     plain = run("evaluate", path, "--reference", recording / "reference.csv")
-    assert "good to" not in plain.out
+    assert "reference uncertainty" not in plain.out

@@ -37,8 +37,8 @@ def test_the_page_has_all_its_sections(pages):
     page, _ = pages
     assert re.findall(r'<h2 id="([a-z]+)"', page) == list(SECTIONS)
     for words in (
-        "Usable: nothing contradicts", "states no uncertainty", "arm segments lost",
-        "--like", "stereotrack report", "called lost",
+        "Usable: no inconsistencies", "does not state its uncertainty", "arm segments lost",
+        "--like", "stereotrack report", "flagged",
     ):  # fmt: skip
         assert words in page
 
@@ -75,7 +75,7 @@ def test_a_reference_that_states_its_uncertainty_is_told(run, recording, tracked
     )
     assert ended.status == 0, ended.err
     text = page.read_text("utf-8")
-    assert "reference good to 2.3" in text
+    assert "reference uncertainty 2.3" in text
     assert "7 frames, of which 1 were not annotated" in text
     assert "frames 2 to 8" in text
 
@@ -93,8 +93,8 @@ def test_without_the_recording_there_is_still_a_report(run, recording, tracked, 
     assert ended.status == 0, ended.err
     assert ended.json["lost_percent"] is None
     text = (tmp_path / "r.html").read_text("utf-8")
-    assert "The recording is not there any more" in text
-    assert "errors are not known" in text
+    assert "The recording was not found" in text
+    assert "the errors are unknown" in text
     assert "Calibration" not in text
 
 
@@ -139,5 +139,5 @@ def test_a_preset_of_ones_own_is_not_said_to_be_ours(run, tracked, tmp_path):
     write_npz(tmp_path / "own.npz", dataclasses.replace(stored, meta=meta))
     assert run("report", tmp_path / "own.npz", "-o", tmp_path / "own.html").status == 0
     page = (tmp_path / "own.html").read_text("utf-8")
-    assert "All as in preset" not in page
-    assert "preset evening, which is not one of this program" in page
+    assert "All parameters as in preset" not in page
+    assert "preset evening, which is not built in" in page

@@ -92,7 +92,7 @@ def test_the_short_form_from_beginning_to_end(run, tmp_path):
             assert all(value is not None and np.isfinite(value) for value in row["mean"])
     sources = {row["source"] for row in tables["4.1"]["rows"]}
     assert sources == {
-        *("the thesis", "preset thesis", "preset thesis, started anew", "accurate"),
+        *("the thesis", "preset thesis", "preset thesis, re-initialised", "accurate"),
     }
     page = (folder / "index.html").read_text("utf-8")
     assert "<script" not in page

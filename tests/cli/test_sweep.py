@@ -195,7 +195,7 @@ def test_a_sweep_that_is_killed_or_stopped_goes_on_where_it_was(run, recording, 
     assert len(more) > len(kept)
     if len(more) < 8:
         assert process.returncode == 1
-        assert "goes on where it was" in err
+        assert "run the same command again to continue" in err
         assert read_state(places).ended == "stopped"
     told = run("sweep", recording, *QUICK, *GRID, "-o", table, "--workers", 1, "--json").json
     assert (told["computed"], told["reused"]) == (8 - len(more), len(more))
@@ -208,10 +208,10 @@ def test_a_sweep_that_is_killed_or_stopped_goes_on_where_it_was(run, recording, 
     ("arguments", "words"),
     [
         (("--grid", "points=3"), "no parameter 'points'"),
-        (("--grid", "iterations=2", "--search", "reach=0.1:0.2"), "only one kind"),
+        (("--grid", "iterations=2", "--search", "reach=0.1:0.2"), "Use only one"),
         (("--workers", "0"), "less than 1"),
         (("--workers", "2", "--scheduler", "tcp://a:1"), "one of them"),
-        (("--minimise", "beauty"), "no measure"),
+        (("--minimise", "beauty"), "unknown measure"),
         (("--grid", "views=NX"), "no view"),
         (("--seeds", "0,0"), "list of seeds"),
         (("--set", "iterations=many"), "whole number"),
@@ -271,7 +271,7 @@ def test_a_file_that_is_something_else_is_not_written_over(run, recording, tmp_p
     table.write_text("a,b\n1,2\n")
     ended = run("sweep", recording, *QUICK, "-o", table)
     assert ended.status == 2
-    assert "no table of a sweep" in ended.err
+    assert "not a sweep table" in ended.err
     assert table.read_text() == "a,b\n1,2\n"
     assert run("sweep", recording, recording, *QUICK, "-o", tmp_path / "a.csv").status == 2
 

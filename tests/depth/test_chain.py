@@ -128,7 +128,7 @@ def test_a_dark_view_is_named_and_the_others_go_on():
     black = np.zeros((240, 320), dtype=np.uint8)
     views = dict(good.views) | {"B": ViewImages(image=black, left=black)}
     cloud = chain.process(FrameSet(3, views))
-    assert cloud.problems == {"B": "View B gives no depth: the left image is dark."}
+    assert cloud.problems == {"B": "View B provides no depth: the left image is dark."}
     assert set(cloud.depths) == {"A"}
     assert_is_the_box(cloud.points)
 
@@ -140,11 +140,11 @@ def test_a_plain_view_and_an_absent_view_are_named():
     cloud = chain.process(FrameSet(3, {"B": ViewImages(image=plain, left=plain)}, {"A": "Gone."}))
     assert cloud.problems == {
         "A": "Gone.",
-        "B": "View B gives no depth: no pixel has a valid disparity.",
+        "B": "View B provides no depth: no pixel has a valid disparity.",
     }
     assert cloud.points.shape == (0, 3)
     assert chain.process(FrameSet(4, {})).problems["A"] == (
-        "View A gives no depth: it has no images."
+        "View A provides no depth: it has no images."
     )
 
 
@@ -205,15 +205,15 @@ def test_trimming_by_the_picture_narrows_the_border():
 
 def test_unknown_and_single_cameras_are_refused():
     recording = stereo_recording()
-    with pytest.raises(InputError, match="no view with depth named X"):
+    with pytest.raises(InputError, match="unknown view with depth: X"):
         DepthChain(recording, DepthParameters(), views=["X"])
     mono = View("M", "mono", Stream("C", "-"))
     cameras = {"C": camera("C", (0, 0, 1))}
     alone = Recording(recording.folder, "mono", 10.0, (mono,), cameras)
-    with pytest.raises(InputError, match="no view gives depth"):
+    with pytest.raises(InputError, match="no view provides depth"):
         DepthChain(alone, DepthParameters())
     both = replace(recording, views=(*recording.views, mono), cameras=recording.cameras | cameras)
-    with pytest.raises(InputError, match="no view with depth named M"):
+    with pytest.raises(InputError, match="unknown view with depth: M"):
         DepthChain(both, DepthParameters(), views=["M"])
 
 

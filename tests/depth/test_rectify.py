@@ -211,10 +211,10 @@ def test_fisheye_pairs_are_rectified():
 @pytest.mark.parametrize(
     ("place", "words"),
     [
-        ((0.12, 0.0, 1.0), "on the right"),
+        ((0.12, 0.0, 1.0), "to the right"),
         ((0.0, 0.0, 1.12), "one above the other"),
         ((0.02, 0.2, 1.0), "one behind the other"),
-        ((0.0, 0.0, 1.0), "same place"),
+        ((0.0, 0.0, 1.0), "same position"),
     ],
 )
 def test_pairs_that_cannot_be_rectified_say_why(place, words):

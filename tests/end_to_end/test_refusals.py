@@ -39,7 +39,7 @@ def _decimal_commas(folder: Path) -> None:
 
 DAMAGES: dict[str, tuple[Callable[[Path], None], tuple[str, ...]]] = {
     "truncated video": (_cut, (LEFT, "left.frames", "Copy it again")),
-    "missing video": (lambda f: (f / LEFT).unlink(), (LEFT, "left.frames", "there is no file")),
+    "missing video": (lambda f: (f / LEFT).unlink(), (LEFT, "left.frames", "not found")),
     "links in a circle": (_loop, (LEFT, "circle")),
     "not a video": (lambda f: (f / LEFT).write_text("hello"), (LEFT, "cannot be opened")),
     "wrong size": (
@@ -63,7 +63,7 @@ DAMAGES: dict[str, tuple[Callable[[Path], None], tuple[str, ...]]] = {
     ),
     "outside of the folder": (
         _in_toml(DESCRIPTION, rf'frames = "{LEFT}"', f'frames = "../{LEFT}"'),
-        ("left.frames", "leaves the folder"),
+        ("left.frames", "leaves the recording folder"),
     ),
 }
 
@@ -107,7 +107,7 @@ def test_a_wrong_rate_is_not_compared_with_the_videos(copy, run):
 @pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="everything may be read here")
 def test_files_that_may_not_be_read(copy, tmp_path, run):
     (copy / CALIBRATION).chmod(0)
-    assert "right to read" in run("info", copy, "--json").json["findings"][0]["remedy"]
+    assert "may read it" in run("info", copy, "--json").json["findings"][0]["remedy"]
     assert "Permission denied" in run("track", copy, "-o", tmp_path / "run.npz").sentence
 
 

@@ -72,7 +72,7 @@ def test_nothing_is_tracked_where_nothing_is_seen(preset, copy, tmp_path, run):
     told = run("track", copy, "-o", tmp_path / "run.npz", "--preset", preset, "--json")
     assert told.status == 1
     assert told.json["tracked"] == 0
-    assert f"Nobody was tracked in any of the {FRAMES} frames." in told.err
+    assert f"No person was tracked in any of the {FRAMES} frames." in told.err
     assert "dark" in told.err
     [cause] = told.json["untracked_because"]
     assert cause["views"] == ["N", "S"]
@@ -105,7 +105,7 @@ def test_the_step_that_took_the_points_is_named(option, word, sound, tmp_path, r
     place = tmp_path / "run.npz"
     told = run("track", sound, "-o", place, "--preset", "fast", "--set", option)
     assert told.status == 1
-    assert "Nobody was tracked" in told.err
+    assert "No person was tracked" in told.err
     assert word in told.err
 
 
@@ -115,7 +115,7 @@ def test_a_run_of_nothing_replaces_no_other(sound, tmp_path, run):
     before = place.read_bytes()
     told = run("track", sound, "-o", place, "--preset", "fast", "--set", "volume_centre_x=40")
     assert told.status == 1
-    assert "left as it was" in told.err
+    assert "was not changed" in told.err
     assert place.read_bytes() == before
     assert [path.name for path in tmp_path.iterdir()] == [place.name]
 
@@ -169,7 +169,7 @@ def test_a_shorter_stream_is_told_and_the_common_frames_are_used(copy, tmp_path,
             ("calibration.toml", r"distortions = \[[^\]]*\]", "distortions = [50, -900, 0, 0]"),
             "fold",
         ),
-        (("subject.toml", r"hip_width = .*", "hip_width = 220.0"), "no length of a person"),
+        (("subject.toml", r"hip_width = .*", "hip_width = 220.0"), "not a body length"),
         (("segments.csv", r",12", ",400"), "400"),
         (("calibration.toml", r'units = "m"', 'units = "mm"'), "mm tall"),
     ],

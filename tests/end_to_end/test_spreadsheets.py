@@ -87,7 +87,7 @@ def test_clicks(name, recording, tmp_path):
 def test_labels_of_deeplabcut(name, recording, tmp_path):
     path, click = tmp_path / "labels.csv", Click(3, name, name, (-0.25, 6.0), origin="imported")
     if set(name) & set('/\\:*?"<>|'):  # a folder is named after the camera
-        with pytest.raises(InputError, match="cannot be that of a folder"):
+        with pytest.raises(InputError, match="cannot be used as a folder name"):
             write_deeplabcut(path, [click], (name,), scorer=name)
         assert not path.exists()
         return

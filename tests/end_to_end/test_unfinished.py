@@ -205,7 +205,7 @@ def test_a_background_that_is_learned_on_the_way_goes_on_too(preset, copy, tmp_p
 def test_it_goes_on_as_it_was_begun_or_not_at_all(option, word, sound, place, left, run):
     kept, before = left.read_bytes(), place.read_bytes()
     refused = run("track", sound, "-o", place, "--resume", *option)
-    assert f"{word}: the unfinished run was begun otherwise" in refused.sentence
+    assert f"{word}: the unfinished run was started with other settings" in refused.sentence
     assert (left.read_bytes(), place.read_bytes()) == (kept, before)
 
 
@@ -220,7 +220,7 @@ def test_another_recording_is_refused(copy, place, left, run):
     kept = left.read_bytes()
     text = (copy / "calibration.toml").read_text()
     (copy / "calibration.toml").write_text(text.replace("200.0", "201.0", 1))
-    assert "not the recording" in run("track", copy, "-o", place, "--resume").sentence
+    assert "recording" in run("track", copy, "-o", place, "--resume").sentence
     assert left.read_bytes() == kept
 
 
@@ -228,7 +228,7 @@ def test_there_has_to_be_something_to_go_on_with(sound, place, run):
     assert "no unfinished run" in run("track", sound, "-o", place, "--resume").sentence
     part_of(place).write_bytes(b"hello, world")
     assert "not an unfinished run" in run("track", sound, "-o", place, "--resume").sentence
-    assert "add --resume" in run("track", sound, "-o", place, *FAST).sentence
+    assert "Resume it with --resume" in run("track", sound, "-o", place, *FAST).sentence
     assert part_of(place).read_bytes() == b"hello, world"
 
 

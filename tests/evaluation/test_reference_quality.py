@@ -60,6 +60,8 @@ def test_what_is_not_stated_is_left_out():
 
 
 def test_errors_are_stated_with_it():
-    assert stated(9.08, "deg", {"forearms": 2.31}, "forearms") == "9.1 deg, reference good to 2.3"
+    assert (
+        stated(9.08, "deg", {"forearms": 2.31}, "forearms") == "9.1 deg, reference uncertainty 2.3"
+    )
     assert stated(9.08, "deg", {}, "forearms") == "9.1 deg"
     assert stated(float("nan"), "mm", {}, "torso_position") == "- mm"

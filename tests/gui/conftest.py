@@ -105,7 +105,7 @@ def window(qtbot, settings, failures):
     yield made
     made.close()
     gc.enable()
-    left = [t for t in threading.enumerate() if t.name in {"track", "read frames"}]
+    left = [t for t in threading.enumerate() if t.name in {"track", "frames read"}]
     for thread in left:
         thread.join(
             PATIENCE_MS / 1000

@@ -156,8 +156,8 @@ def test_the_fit_says_everything_the_panels_need(recording):
     assert end == pytest.approx(tuple(recording.cameras[N].project(fit.places[far.landmark])))
     moved = marks.with_moved(far.landmark, 1.0, 2.0)
     assert len(moved.residuals) == len(marks.residuals) - 1
-    assert "three clicks" in fit_words(replace(facts, fit=None))[0]
-    assert "keys 1 to 9" in fit_words(FrameMarks(0, (), NINE, "head"))[0]
+    assert "at least three landmarks" in fit_words(replace(facts, fit=None))[0]
+    assert "Keys 1 to 9" in fit_words(FrameMarks(0, (), NINE, "head"))[0]
 
 
 def test_an_offer_is_made_once_and_not_again_when_declined(recording):

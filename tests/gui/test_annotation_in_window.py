@@ -189,7 +189,7 @@ def test_a_window_that_is_killed_loses_no_click_that_was_on_screen(
     window.context.session.opening.open(path)
     qtbot.waitUntil(lambda: window.context.session.document.recording is not None, timeout=60_000)
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
-    assert "did not close it; every edit is there" in window.messages.text()
+    assert "did not close it; all edits are saved" in window.messages.text()
     project: Project = window.context.session.project.project
     for frame, camera, landmark, x, y in painted:
         found = project.clicks.get(ClickKey(frame, camera, landmark))
@@ -212,6 +212,6 @@ def test_keyframes_are_of_the_selection_or_else_of_the_whole_recording(annotatin
             one.frame for one in annotating.context.session.project.project.marks.keyframes()
         ]
 
-    assert ask(4) == ("A keyframe every so many frames, in the whole recording:", [0, 4])
+    assert ask(4) == ("Frames between keyframes in the whole recording:", [0, 4])
     annotating.context.docks.timeline._select(range(5, 8))
-    assert ask(2) == ("A keyframe every so many frames, in frames 5 – 7:", [0, 4, 5, 7])
+    assert ask(2) == ("Frames between keyframes in frames 5 – 7:", [0, 4, 5, 7])

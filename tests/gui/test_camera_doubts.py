@@ -43,7 +43,7 @@ def test_clicks_that_agree_accuse_no_camera(four, qtbot):
     place(four, qtbot, true_clicks(four, range(3)))
     assert four.context.session.cameras.now is None
     assert four.messages.message is None
-    assert four.features.calibrate.findings.verdict.text() == "Usable; nothing looks wrong."
+    assert four.features.calibrate.findings.verdict.text() == "Usable; no problems found."
 
 
 def test_the_camera_is_named_wherever_its_clicks_would_be_blamed(four, qtbot):
@@ -51,8 +51,8 @@ def test_the_camera_is_named_wherever_its_clicks_would_be_blamed(four, qtbot):
     place(four, qtbot, clicks)
     words = "O disagrees with the other three by 40 px"
     assert words in four.messages.text()
-    assert "Check its calibration and its synchronisation" in four.messages.text()
-    assert four.features.calibrate.findings.verdict.text() == "Usable; look at 1 warning."
+    assert "Check its calibration and synchronisation" in four.messages.text()
+    assert four.features.calibrate.findings.verdict.text() == "Usable, with 1 warning."
     assert words in four.features.calibrate.findings.tree.topLevelItem(0).text(1)
     assert list(rig_tips(four)) == ["O_right"]
     assert words in rig_tips(four)["O_right"]
@@ -72,7 +72,7 @@ def test_the_camera_is_named_wherever_its_clicks_would_be_blamed(four, qtbot):
     now = four.features.annotate.panels.reference.now
     assert words in now.words
     assert now.mistakes == ()
-    assert "look like mistakes" not in now.words
+    assert "look like outliers" not in now.words
     assert len(now.fit.flagged()) > 10, "what would have been blamed"
     assert "O disagrees" in four.statusBar().currentMessage()
 
@@ -93,7 +93,7 @@ def test_the_message_comes_once_and_goes_with_its_cause(four, qtbot):
     four.context.session.project.project.apply(DeleteClicks(keys))
     qtbot.waitUntil(four.context.tasks.settled, timeout=120_000)
     assert four.context.session.cameras.now is None
-    assert four.features.calibrate.findings.verdict.text() == "Usable; nothing looks wrong."
+    assert four.features.calibrate.findings.verdict.text() == "Usable; no problems found."
     assert rig_tips(four) == {}
 
 
@@ -116,6 +116,6 @@ def test_a_recording_with_a_bad_camera_is_not_called_sound(window, qtbot, shared
     window.context.session.opening.open(shared_recording("beam-4cam"))
     qtbot.waitUntil(lambda: window.context.session.document.findings is not None, timeout=120_000)
     qtbot.waitUntil(window.context.tasks.settled, timeout=120_000)
-    assert window.features.calibrate.findings.verdict.text() == "Usable; look at 1 warning."
+    assert window.features.calibrate.findings.verdict.text() == "Usable, with 1 warning."
     where = window.features.calibrate.findings.tree.topLevelItem(0).text(0)
     assert where == "calibration.toml, view cam03"

@@ -294,7 +294,7 @@ def test_computed_pictures_take_no_clicks_and_say_why(annotating, qtbot):
     qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
     click(annotating, 200.0, 150.0)
     assert clicks(annotating) == {}
-    assert "camera's own image" in annotating.statusBar().currentMessage()
+    assert "shows no camera image" in annotating.statusBar().currentMessage()
     assert "F1" in annotating.statusBar().currentMessage()
 
 
@@ -304,7 +304,7 @@ def test_other_workspaces_take_no_clicks(annotating, qtbot):
     key(annotating, Qt.Key.Key_Delete)
     assert clicks(annotating) == {}
     why_not = annotating.context.actions.command("landmark_1").why_not()
-    assert "workspace Annotate" in why_not
+    assert "Annotate workspace" in why_not
 
 
 def test_every_edit_is_in_the_file_at_once(annotating, qtbot):

@@ -33,7 +33,7 @@ def test_the_palette_says_why_something_cannot_be_done(window, qtbot):
     palette = CommandPalette(window.context.actions, window)
     qtbot.addWidget(palette)
     palette.search.setText("step one frame")
-    assert "Open a recording first" in palette._why.text()
+    assert "No recording is open" in palette._why.text()
     palette._choose()
     assert palette.chosen() is None
 
@@ -166,7 +166,7 @@ def test_something_wrong_inside_is_said_without_a_traceback(window, qtbot, failu
     qtbot.waitUntil(lambda: bool(failures), timeout=5_000)
     message = failures.pop()
     window.messages.show_message(message)
-    assert "Something went wrong inside the program" in window.messages.text()
+    assert "Unexpected error in the program" in window.messages.text()
     assert "Traceback" not in window.messages.text()
     assert isinstance(failed[0], ZeroDivisionError), "the details are in the log"
     assert window.isVisible()

@@ -85,7 +85,7 @@ def test_the_panel_says_what_the_command_line_says(truth):
         assert second.differs == measure.paired.differs
     rows = {row.label: row.cells[1] for row in found.rows}
     assert rows["forearms [°]"].verdict.startswith("b is better by ")
-    assert "successive frames" in found.how
+    assert "consecutive frames" in found.how
 
 
 def test_a_selection_limits_what_is_compared(truth):

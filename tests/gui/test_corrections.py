@@ -67,7 +67,7 @@ def test_streams_and_cameras_are_corrected(window, qtbot, small_recording, home,
     found = window.context.session.document.recording.cameras["S_right"].camera_from_world.matrix()
     np.testing.assert_allclose(found, moved.camera_from_world.matrix(), atol=1e-12)
     (words,) = all_messages(window)
-    assert "shown as its project corrects it (found from the movement)" in words
+    assert "shown with the corrections of its project (found from the movement)" in words
     assert "2 first frames, 1 camera" in words, words
 
 
@@ -89,7 +89,12 @@ def test_corrections_chosen_meanwhile_are_offered(opened, qtbot):
     window.context.session.project.apply(save_corrections("1", LATER))
     assert window.messages.text() == ""
     window.context.session.project.apply(Choose("description", "1"))
-    qtbot.waitUntil(lambda: "asks for other corrections" in window.messages.text(), timeout=5_000)
+    qtbot.waitUntil(
+        lambda: (
+            "corrections of the recording in the project have changed" in window.messages.text()
+        ),
+        timeout=5_000,
+    )
     assert window.context.session.document.recording.view("N").image.first_frame == 0
     window.messages.do_button.click()
     qtbot.waitUntil(
@@ -102,7 +107,7 @@ def test_corrections_chosen_meanwhile_are_offered(opened, qtbot):
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
     assert window.context.session.project.why_no_edit() == ""
     (words,) = all_messages(window)
-    assert "shown as its project corrects it" in words
+    assert "shown with the corrections of its project" in words
 
 
 def test_without_corrections_nothing_is_said(opened):

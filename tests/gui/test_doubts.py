@@ -40,11 +40,11 @@ def test_a_limb_that_is_probably_lost_is_named_first():
     tracked = frame({LEFT_FOREARM: 0.8, RIGHT_FOREARM: 0.3}, {LIMBS.index("head"): 30.0})
     assert [doubt.limb for doubt in doubts(tracked)] == ["left_forearm", "right_forearm", "head"]
     words = frame_words(tracked)
-    assert words == "left forearm probably lost, right forearm uncertain and 1 more"
+    assert words == "left forearm likely wrong, right forearm uncertain and 1 more"
     hints = {limb: hint for limb, _, _, hint in number_rows(tracked, None)}
-    assert hints["left_forearm"] == "probably lost"
+    assert hints["left_forearm"] == "likely wrong"
     values = {limb: value for limb, _, value, _ in number_rows(tracked, None)}
-    assert values["left_forearm"].endswith("lost 80 %")
+    assert values["left_forearm"].endswith("failure probability 80 %")
 
 
 def changed(tracked, **values) -> TrackedFrame:
@@ -64,10 +64,10 @@ def changed(tracked, **values) -> TrackedFrame:
             "no limb flagged, but 44 % of the points are unexplained and points are 41 mm off the "
             "model",
         ),
-        ({}, "no limb flagged, but how well the model explains the points is not known"),
+        ({}, "no limb flagged, but the fit of the model to the points is not known"),
         (
             {"unexplained_fraction": 0.1, "residual": 0.01, "limb_lost": np.full(6, np.nan)},
-            "limbs not judged, ± 3° at most by the filter alone",
+            "failure not assessed, at most ± 3° (filter estimate)",
         ),
     ],
 )
@@ -86,16 +86,16 @@ def test_with_a_reference_the_errors_are_said_and_whether_anybody_noticed():
     close = against(torso=3.0, left_upper_arm=11.2, left_forearm=4.0)
     assert frame_words(calm, close) == "limbs within 12° of the reference"
     doubted = frame({RIGHT_FOREARM: 0.8})
-    words = "limbs within 12° of the reference, right forearm probably lost"
+    words = "limbs within 12° of the reference, right forearm likely wrong"
     assert frame_words(doubted, close) == words
     far = against(torso=3.0, left_forearm=98.2, right_forearm=47.0, left_upper_arm=25.0)
     assert frame_words(doubted, far) == (
         "left forearm 98° off the reference, not flagged; right forearm 47° off the reference, "
-        "probably lost and 1 more"
+        "likely wrong and 1 more"
     )
     hints = {limb: hint for limb, _, _, hint in number_rows(doubted, far)}
     assert hints["left_forearm"] == "far off, not flagged"
-    assert hints["right_forearm"] == "probably lost"
+    assert hints["right_forearm"] == "likely wrong"
     assert hints["torso"] == ""
     unknown = against()
     assert frame_words(calm, unknown) == "no limb flagged", "the reference knows nothing here"
@@ -117,7 +117,7 @@ def test_a_lane_names_the_limbs_that_are_probably_lost():
     lost = {limb: np.full(5, np.nan) for limb in MEASURED_LIMBS} | {"left_forearm": chance}
     limbs = {limb: np.zeros(5) for limb in MEASURED_LIMBS}
     judgement = Judgement("sigma", np.arange(5), limbs, np.ones(5, bool), np.zeros(5), None, lost)
-    lane = next(lane for lane in lanes_of(judgement, 5, (), None) if lane.name == "probably lost")
+    lane = next(lane for lane in lanes_of(judgement, 5, (), None) if lane.name == "likely wrong")
     assert [(span.first, span.last, span.label) for span in lane.values] == [
         (1, 2, "left forearm"),
         (4, 4, "left forearm"),

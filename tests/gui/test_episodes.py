@@ -55,7 +55,7 @@ def test_keys_go_to_the_worst_frame_and_a_loop_stays_in_the_episode(reviewing, q
     assert not reviewing.features.review.episodes.panel.evidence.picture.shown.isEmpty()
     assert "Frames 1 to 3" in reviewing.features.review.episodes.panel.evidence.heading.text()
     QTest.keyClick(reviewing, Qt.Key.Key_N, SHIFT)
-    assert "No listed episode is after" in reviewing.statusBar().currentMessage()
+    assert "There is no listed failure after" in reviewing.statusBar().currentMessage()
 
     seen = []
     reviewing.context.session.document.frame_changed.connect(seen.append)
@@ -79,7 +79,7 @@ def test_enter_jumps_and_filters_list_others(reviewing, qtbot):
     panel.limb.setCurrentIndex(panel.limb.findData("torso"))
     assert rows(reviewing) == []
     assert reviewing.features.review.episodes.presenter.chosen is None
-    assert reviewing.features.review.episodes.none_listed() == "No episode is listed."
+    assert reviewing.features.review.episodes.none_listed() == "No failure is listed."
     panel.limb.setCurrentIndex(0)
     assert len(rows(reviewing)) == 1
     settle(reviewing, qtbot)
@@ -89,7 +89,7 @@ def test_another_threshold_and_another_run_find_others(reviewing, qtbot):
     reviewing.context.view_state.set_threshold(180.0)
     settle(reviewing, qtbot)
     assert rows(reviewing) == []
-    assert "no episode" in reviewing.features.review.episodes.panel.words.text()
+    assert "No failure" in reviewing.features.review.episodes.panel.words.text()
     reviewing.context.view_state.set_threshold(45.0)
     settle(reviewing, qtbot)
     assert len(rows(reviewing)) == 1

@@ -59,7 +59,7 @@ def test_a_selection_chooses_points_and_bins(recording, tmp_path):
     cloud = content_of("distance", [run], range(5)).clouds[0]
     assert cloud.chosen.tolist() == [True] * 5 + [False] * 3
     assert content_of("views", [run], None).clouds == ()  # not worked out yet
-    assert "being worked out" in content_of("views", [run], None).words
+    assert "being computed" in content_of("views", [run], None).words
     assert content_of("speed", [], None) is None
 
 

@@ -14,11 +14,11 @@ pytestmark = pytest.mark.window
 
 
 def test_words_and_share_of_a_fit():
-    assert how_far(0, 50, 9.0) == (0.0, "getting ready")
-    assert how_far(25, 50, 0.2) == (0.45, "frame 25 of 50 taken in")
+    assert how_far(0, 50, 9.0) == (0.0, "preparing")
+    assert how_far(25, 50, 0.2) == (0.45, "frame 25 of 50 added")
     # all frames are taken in, or as many as there are clicks near
     for done in (30, 50):
-        assert how_far(done, 50, 12.4) == (0.0, "forward and backward over the frames, 12 s")
+        assert how_far(done, 50, 12.4) == (0.0, "forward and backward pass over the frames, 12 s")
 
 
 def test_a_fit_that_takes_long_is_seen_to_work_and_can_be_cancelled(annotating, qtbot, monkeypatch):
@@ -33,7 +33,9 @@ def test_a_fit_that_takes_long_is_seen_to_work_and_can_be_cancelled(annotating, 
 
     monkeypatch.setattr(reference_work, "fit_process", endless)
     window.context.actions.action("annotate-fit").trigger()
-    qtbot.waitUntil(lambda: "forward and backward" in window.status.state.text(), timeout=60_000)
+    qtbot.waitUntil(
+        lambda: "forward and backward pass" in window.status.state.text(), timeout=60_000
+    )
     assert "fitting the body to the clicks" in window.status.state.text()
     assert window.status.progress.isVisible()
     assert (window.status.progress.minimum(), window.status.progress.maximum()) == (0, 0), (

@@ -68,7 +68,7 @@ def opened_without_harm(window, qtbot, path) -> str:
     window.context.session.project.give_up()
     window.context.session.project.message.disconnect(told.append)
     said += "".join(message.sentence() for message in told)
-    assert "Something went wrong" not in said
+    assert "Unexpected error" not in said
     return said
 
 
@@ -83,9 +83,9 @@ def test_the_window_says_what_is_wrong(window, qtbot, whole, monkeypatch, statem
         database.executescript(statements)
     said = opened_without_harm(window, qtbot, path)
     if "subject" in statements:
-        assert "'wide' is no length" in said
+        assert "'wide' is not a length" in said
     if statements in SCHEMA:
-        assert "changed by something else" in said
+        assert "modified by another program" in said
         assert window.context.session.project.project is None
     for one in path.parent.glob("*spoilt*"):
         one.unlink()

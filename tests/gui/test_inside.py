@@ -59,7 +59,7 @@ def test_keys_go_through_the_steps_and_each_is_shown(with_run, qtbot, tmp_path):
     inside, panel = window.features.inspect.inside, window.features.inspect.panel
     assert panel.isVisible()
     assert not panel.visibleRegion().isEmpty()
-    assert "run has kept of the frame before" in panel.beginning.toolTip()
+    assert "stored for the previous frame" in panel.beginning.toolTip()
     seen = []
     for _ in range(40):
         page = panel.page
@@ -111,7 +111,7 @@ def test_the_step_stays_when_another_frame_is_shown_and_the_run_comes_back(with_
         timeout=60_000,
     )
     assert (inside.step.kind, inside.step.correction) == ("cross", 0)
-    assert "found in this frame itself" in inside.known.words
+    assert "pose of this frame" in inside.known.words
     QTest.keyClick(window, Qt.Key.Key_F12)
     qtbot.waitUntil(window.context.tasks.settled, timeout=30_000)
     assert inside.drawing is None

@@ -61,7 +61,7 @@ def test_the_methods_have_their_own_steps(traces):
     (pictured,) = {s.words for s in steps_of(traces["fast"][0]) if s.kind == "sigma"}
     (used,) = {s.words for s in steps_of(traces["sigma points"][0]) if s.kind == "sigma"}
     assert "linearises by derivatives" in pictured
-    assert "linearises by them" in used
+    assert "uses them to linearise" in used
 
 
 def test_the_map_says_the_numbers_it_shows(traces):
@@ -93,9 +93,9 @@ def test_states_are_told_in_degrees_and_millimetres(traces):
 def test_what_pulls_adds_up_to_the_correction(traces):
     trace, _ = traces["fast"]
     correction = trace.corrections[-1]
-    table = next(t for t in contents(trace, "correct")[-1].tables if t.title == "What pulls")
+    table = next(t for t in contents(trace, "correct")[-1].tables if t.title == "Contribution")
     names = [row[0] for row in table.rows]
-    assert names[:2] == ["measured points", "back to the prediction"]
+    assert names[:2] == ["measured points", "prior (prediction)"]
     points = correction.gain @ correction.points.residual
     assert table.rows[0][1] == f"{1e3 * np.linalg.norm(points[:3]):.1f} mm"
 

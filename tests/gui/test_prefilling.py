@@ -102,13 +102,16 @@ def test_neighbours_are_proposed_drawn_and_taken_as_one_edit(clicked, qtbot):
 
 
 def test_the_fit_fills_in_what_is_selected_once_there_is_one(clicked, qtbot):
-    assert why_not(clicked, "annotate-fill-fit") == "Fit the whole recording first."
+    assert (
+        why_not(clicked, "annotate-fill-fit")
+        == "The whole recording has not been fitted yet. Choose Fit whole recording first."
+    )
     done(clicked, qtbot, "annotate-fit")
     said = []
     clicked.features.annotate.panels.said.connect(said.append)
     done(clicked, qtbot, "annotate-fill-fit")
     kept = clicked.context.session.project.project.predictions.of_source(FIT)
-    assert said[-1] == f"{len(kept)} places filled in from the fit."
+    assert said[-1] == f"{len(kept)} points filled from the fit."
     assert {p.frame for p in kept} == set(BETWEEN)
     assert np.median(off_px(clicked, kept)) < 4.0
     assert all(p.sigma is not None and p.sigma > 0 for p in kept)
@@ -116,7 +119,7 @@ def test_the_fit_fills_in_what_is_selected_once_there_is_one(clicked, qtbot):
     done(clicked, qtbot, "annotate-accept-fit")
     assert clicked.context.session.project.project.clicks.count() == before + len(kept)
     done(clicked, qtbot, "annotate-accept-fit")
-    assert "nothing is filled in from the fit over frames 1 – 6" in clicked.messages.text()
+    assert "no points from the fit in frames 1 – 6" in clicked.messages.text()
 
 
 def test_depth_of_the_whole_fit_follows_the_panel_s_switch(annotating):
@@ -127,7 +130,9 @@ def test_depth_of_the_whole_fit_follows_the_panel_s_switch(annotating):
 
 
 def test_the_tracker_s_run_is_proposed_and_told_to_next(clicked, qtbot):
-    assert why_not(clicked, "annotate-fill-run") == "There is no run that is finished."
+    assert (
+        why_not(clicked, "annotate-fill-run") == "There is no finished run. Run the tracker first."
+    )
     trigger(clicked, "run")
     assert clicked.features.annotate.predicting.run is None, "it still grows"
     qtbot.waitUntil(lambda: clicked.context.session.track.entry is None, timeout=120_000)
@@ -137,7 +142,7 @@ def test_the_tracker_s_run_is_proposed_and_told_to_next(clicked, qtbot):
     np.testing.assert_array_equal(told.points, entry.trajectory().points)
     clicked.context.actions.refresh()
     name = clicked.context.actions.action("annotate-fill-run").text()
-    assert name == f"Fill in from run “{entry.name}”"
+    assert name == f"Fill from run “{entry.name}”"
     done(clicked, qtbot, "annotate-fill-run")
     kept = clicked.context.session.project.project.predictions.of_source(f"run {entry.name}")
     assert {p.frame for p in kept} == set(BETWEEN)

@@ -129,7 +129,7 @@ def test_a_file_that_is_no_project_is_refused_before_a_window_comes(tmp_path, ca
     path = tmp_path / "mine.stereotrack"
     path.write_text("this is something else entirely" * 10)
     assert main(["open", str(path)]) == 2
-    assert "not a project" in capsys.readouterr().err
+    assert "not a stereotrack project" in capsys.readouterr().err
 
 
 def test_two_windows_on_one_project(window, qtbot, folder, tmp_path, settings):
@@ -140,9 +140,9 @@ def test_two_windows_on_one_project(window, qtbot, folder, tmp_path, settings):
     other.show()
     open_path(qtbot, other, folder)
     assert other.context.session.project.path == window.context.session.project.path
-    assert "reading only" in other.windowTitle()
+    assert "read-only" in other.windowTitle()
     words = other.messages.text()
-    assert "open already" in words
+    assert "already open" in words
     assert str(os.getpid()) in words
     assert other.context.session.project.in_use
     assert not other.context.actions.action("undo").isEnabled()
@@ -221,14 +221,14 @@ def test_a_read_only_place_leads_to_the_documents(
     monkeypatch.setattr("stereotrack_core.project.whereabouts.os.access", lambda *a: False)
     open_path(qtbot, window, folder)
     assert window.context.session.project.path == (documents / "walk.stereotrack").resolve()
-    assert "kept elsewhere" in window.messages.text()
+    assert "stored elsewhere" in window.messages.text()
     assert str(documents) in window.messages.text()
 
 
 def test_undo_names_the_edit_and_goes_to_its_frame(window, qtbot, folder):
     open_path(qtbot, window, folder)
     book = window.context.actions
-    assert "no edit" in book.command("undo").why_not()
+    assert "nothing to undo" in book.command("undo").why_not()
     clicked(window, frame=2)
     clicked(window, frame=6, landmark="left_hand")
     qtbot.waitUntil(lambda: book.action("undo").isEnabled(), timeout=5_000)

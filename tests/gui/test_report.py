@@ -37,7 +37,7 @@ def test_the_report_is_made_in_the_background(with_run, qtbot, tmp_path, name):
     message = with_run.messages.message
     assert message is not None
     assert str(path) in message.sentence()
-    assert message.button == "Show it"
+    assert message.button == "Open"
     if name.endswith("html"):
         text = path.read_text("utf-8")
         assert "Report on short one" in text

@@ -175,10 +175,10 @@ def test_without_truth_the_trackers_own_signs_are_shown_and_it_is_said(reviewing
     assert reviewing.features.review.plot.plot.heading != "angular error"
     assert reviewing.features.review.plot.plot.threshold == 12.0
     show(reviewing, qtbot, "statistics")
-    assert "no reference" in reviewing.features.review.panels.panels.statistics.words.text()
+    assert "No reference" in reviewing.features.review.panels.panels.statistics.words.text()
     show(reviewing, qtbot, "explanations")
     panel = reviewing.features.review.panels.panels.explanations
-    assert "no reference" in panel.words.words
+    assert "No reference" in panel.words.words
     assert np.nanmax(panel._content.steps[0].edges) < 10  # it states 3 degrees
 
 

@@ -56,27 +56,27 @@ def test_every_number_says_how_good_the_reference_is_there(tracked, entry):
     reference = stating(tracked[0].reference, sigma=sigma)
     found = judged(entry, project_truth("mine", reference))
     values = {label: value for _, label, value, _ in number_rows(entry.at(3), found)}
-    assert "°, reference good to 7.0  (±" in values["left forearm"]
-    assert values["torso position"].endswith("mm, reference good to 17")
+    assert "°, reference uncertainty 7.0  (±" in values["left forearm"]
+    assert values["torso position"].endswith("mm, reference uncertainty 17")
     values = {label: value for _, label, value, _ in number_rows(entry.at(5), found)}
     assert "reference" not in values["left forearm"], "it does not say there"
-    assert "reference good to 2.0" in values["torso"]
+    assert "reference uncertainty 2.0" in values["torso"]
     whole = reference_quality(reference, np.arange(FRAMES))
     shown = compared((entry,), found, None)
     assert shown.words.endswith("of the run, against the project's reference “mine”.")
-    good = f"left upper arm [°], reference good to {whole['left_upper_arm']:.1f}"
+    good = f"left upper arm [°], reference uncertainty {whole['left_upper_arm']:.1f}"
     assert good in [row.label for row in shown.rows]
     part = compared((entry,), found, range(3, 4))
     labelled = [row.label for row in part.rows]
-    assert "left upper arm [°], reference good to 7.0" in labelled
+    assert "left upper arm [°], reference uncertainty 7.0" in labelled
     lane = lanes_of(found, FRAMES, (), None)[0]
-    assert lane.value_text(1).endswith(f"°, reference good to {whole['torso_long']:.1f}")
+    assert lane.value_text(1).endswith(f"°, reference uncertainty {whole['torso_long']:.1f}")
     arms = [
         whole[f"{side}_{part}"] for side in ("left", "right") for part in ("forearm", "upper_arm")
     ]
     good = np.sqrt(np.mean(np.square(arms)))
-    assert score_words(found).endswith(f"°, reference good to {good:.1f}")
-    assert heading_words(found)[0] == f"angular error, reference good to {good:.1f}° (arms)"
+    assert score_words(found).endswith(f"°, reference uncertainty {good:.1f}")
+    assert heading_words(found)[0] == f"angular error, reference uncertainty {good:.1f}° (arms)"
 
 
 def test_a_reference_that_does_not_say_how_good_it_is_leaves_the_error_alone(tracked, entry):
@@ -86,9 +86,9 @@ def test_a_reference_that_does_not_say_how_good_it_is_leaves_the_error_alone(tra
     ):
         found = judged(entry, truth)
         assert found.measure == "error"
-        assert "good to" not in score_words(found)
-        assert not any("good to" in row[2] for row in number_rows(entry.at(3), found))
-        assert heading_words(found)[2].endswith("which does not say how good it is.")
+        assert "uncertainty" not in score_words(found)
+        assert not any("uncertainty" in row[2] for row in number_rows(entry.at(3), found))
+        assert heading_words(found)[2].endswith("whose uncertainty is not known.")
     assert judged(entry, None).quality == {}
 
 
@@ -96,13 +96,15 @@ def test_a_reference_that_does_not_say_how_good_it_is_leaves_the_error_alone(tra
 def test_the_heading_is_short_where_there_is_no_room(qtbot):
     plot = ErrorPlot(title="angular error")
     qtbot.addWidget(plot)
-    plot.set_heading("angular error, reference good to 2.3° (arms)", "good to 2.3°", "Against it.")
+    plot.set_heading(
+        "angular error, reference uncertainty 2.3° (arms)", "reference ± 2.3°", "Against it."
+    )
     plot.resize(1200, 200)
     with qtbot.waitExposed(plot):
         plot.show()
-    assert plot.heading == "angular error, reference good to 2.3° (arms)"
+    assert plot.heading == "angular error, reference uncertainty 2.3° (arms)"
     plot.resize(plot.legend.wanted_width + 160, 200)
-    qtbot.waitUntil(lambda: plot.heading == "good to 2.3°", timeout=2_000)
+    qtbot.waitUntil(lambda: plot.heading == "reference ± 2.3°", timeout=2_000)
 
 
 def trigger(window, qtbot, name):
@@ -125,7 +127,10 @@ def test_the_person_chooses_what_errors_are_measured_against(annotating, qtbot, 
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
     recorded = window.context.session.document.recording.reference
     command = window.context.actions.command
-    assert command("errors_against_project").why_not() == "Fit the whole recording first."
+    assert (
+        command("errors_against_project").why_not()
+        == "The whole recording has not been fitted yet. Choose Fit whole recording first."
+    )
     assert command("errors_against_recording").checked()
     assert "torso long axis [°]" in labels(window)
     by_recording = window.context.session.judging.of(entry).limbs["left_forearm"]
@@ -138,20 +143,20 @@ def test_the_person_chooses_what_errors_are_measured_against(annotating, qtbot, 
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
     assert (
         window.features.annotate.panels.reference.words()
-        == "“by hand”: 8 frames; arms good to 2.0°."
+        == "“by hand”: 8 frames, arm uncertainty 2.0°."
     )
     assert command("errors_against_recording").checked(), "what came with the recording goes first"
     trigger(window, qtbot, "errors_against_project")
     assert command("errors_against_project").checked()
-    assert "torso long axis [°], reference good to 2.0" in labels(window)
+    assert "torso long axis [°], reference uncertainty 2.0" in labels(window)
     assert (
         "against the project's reference “by hand”" in window.features.track.comparison.words.text()
     )
-    assert "reference good to 2.0" in window.features.track.numbers.copied_text()
+    assert "reference uncertainty 2.0" in window.features.track.numbers.copied_text()
     assert window.features.review.plot.plot._heading.toolTip().startswith(
         "Against the project's reference “by hand”"
     )
-    assert window.features.track.panel.tree.topLevelItem(0).text(2).endswith("good to 2.0")
+    assert window.features.track.panel.tree.topLevelItem(0).text(2).endswith("± 2.0")
     limbs = window.context.session.judging.of(entry).limbs
     moved = {limb for limb, values in limbs.items() if not np.allclose(
         values, judged(entry, recorded_truth(recorded)).limbs[limb], equal_nan=True

@@ -94,7 +94,7 @@ def test_a_wish_is_a_command(tmp_path, small_recording):
 def test_lists_and_searches_are_asked_for_like_grids(shown, tmp_path, small_recording):
     points = shown(SweepPoints())
     points.way.setCurrentIndex(points.way.findData("list"))
-    with pytest.raises(InputError, match="no list"):
+    with pytest.raises(InputError, match="no list of points"):
         points.wish().fields()
     listed = tmp_path / "points.csv"
     listed.write_text("iterations,views\n2,NS\n3,\n4,\n")
@@ -102,7 +102,7 @@ def test_lists_and_searches_are_asked_for_like_grids(shown, tmp_path, small_reco
     wish = replace(wish_for(small_recording, tmp_path), points=points.wish())
     assert (count_of_wish(wish).points, count_of_wish(wish).jobs) == (3, 6)
     points.way.setCurrentIndex(points.way.findData("search"))
-    with pytest.raises(InputError, match="nothing is searched"):
+    with pytest.raises(InputError, match="no parameters to search"):
         points.wish().fields()
     points.ranges.add("reach", "0.1:0.5")
     points.trials.setValue(4)
@@ -155,7 +155,7 @@ def test_a_table_that_grows_is_read_again(shown, qtbot, table):
     qtbot.waitUntil(lambda: "13 runs" in results.file_label.text(), timeout=5000)
     assert results.measure.currentData() == "lost"
     table.write_text("a,b\n")
-    with pytest.raises(InputError, match="not the table of a sweep"):
+    with pytest.raises(InputError, match="not a sweep table"):
         results.open_table(table)
 
 
@@ -186,7 +186,7 @@ def test_a_sweep_is_asked_for_and_computed_and_its_values_taken_over(
     qtbot.waitUntil(lambda: dialog.settled and dialog.begin_button.isEnabled(), timeout=20_000)
     assert dialog.measure_button.isVisible()
     qtbot.mouseClick(dialog.measure_button, Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(lambda: "That takes about 12 min" in dialog.count_label.text(), timeout=120_000)
+    qtbot.waitUntil(lambda: "Estimated time: 12 min" in dialog.count_label.text(), timeout=120_000)
     qtbot.mouseClick(dialog.begin_button, Qt.MouseButton.LeftButton)
     assert w.features.sweep.presenter.now.going
     assert not dialog.begin_button.isEnabled()
@@ -194,7 +194,7 @@ def test_a_sweep_is_asked_for_and_computed_and_its_values_taken_over(
     assert w.features.sweep.presenter.now.phase == "done", w.features.sweep.presenter.now.words
     assert "1 run computed" in dialog.state_label.text()
     qtbot.waitUntil(
-        lambda: "all of them are in the table already" in dialog.count_label.text(), timeout=20_000
+        lambda: "all results are already in the table" in dialog.count_label.text(), timeout=20_000
     )
     qtbot.mouseClick(dialog.results_button, Qt.MouseButton.LeftButton)
     assert "1 run" in w.features.sweep.results.file_label.text()
@@ -204,10 +204,10 @@ def test_a_sweep_is_asked_for_and_computed_and_its_values_taken_over(
     w.features.sweep.take_over({"iterations": "many"})
     assert "not a valid value" in w.messages.message.sentence()
     w.messages.clear()
-    assert w.statusBar().currentMessage().startswith("Taken over")
+    assert w.statusBar().currentMessage().startswith("Applied")
     now = SweepNow("failed", 0.5, "No room on the disk.", tmp_path / "window.csv")
     w.features.sweep.presenter.changed.emit(now)
-    assert "the sweep has failed. No room" in w.messages.message.sentence()
+    assert "the sweep failed. No room" in w.messages.message.sentence()
     w.messages.clear()
     w.features.sweep.presenter.changed.emit(SweepNow("done", 1.0, "Done: 3 runs computed."))
     assert w.statusBar().currentMessage() == "Sweep: Done: 3 runs computed."
@@ -243,7 +243,7 @@ def test_a_sweep_that_goes_on_is_followed_by_the_next_window(shown, qtbot, tmp_p
     going.tell(0.5, "stopped")
     going.store.close()
     qtbot.waitUntil(lambda: presenter.now.phase == "stopped", timeout=5000)
-    assert "Begin goes on where it was" in dialog.state_label.text()
+    assert "Start resumes the sweep" in dialog.state_label.text()
     assert not dialog.progress.isVisible()
     qtbot.waitUntil(lambda: dialog.settled, timeout=20_000)
     presenter.leave()
@@ -294,5 +294,5 @@ def test_the_time_of_a_sweep_is_measured_in_another_process(tmp_path, small_reco
     assert measured_seconds(wish, lambda: False) > 0
     assert measured_seconds(wish, lambda: True) is None
     assert list(tmp_path.iterdir()) == []
-    with pytest.raises(InputError, match="could not be measured"):
+    with pytest.raises(InputError, match="the run time could not be measured"):
         measured_seconds(wish_for(tmp_path / "none", tmp_path), lambda: False)

@@ -190,7 +190,7 @@ def test_a_row_wins_for_one_click_also_the_one_that_is_chosen_already(four, qtbo
 def test_when_all_is_clicked_a_click_changes_nothing_and_it_is_said(four):
     annotate_view(four, "N")
     before, edits = positions(four), len(four.context.session.project.project.history.entries())
-    words = "all nine are clicked here: drag to move, 1-9 to click one again"
+    words = "all nine are clicked here: drag to move, 1-9 to select one"
     point(four, 20.0, 200.0, "N")
     assert said(four, "N") == words
     point_and_click(four, 20.0, 200.0, "N")
@@ -200,7 +200,7 @@ def test_when_all_is_clicked_a_click_changes_nothing_and_it_is_said(four):
     assert words[1:] in four.statusBar().currentMessage()
     x, y = before[("N_right", "left_hand")]
     point(four, x, y, "N")
-    assert said(four, "N") == "left hand: click to hold it, drag to move it"
+    assert said(four, "N") == "left hand: click to select, drag to move"
     click(four, x, y)
     assert four.features.annotate.clicking.annotating.held() == ClickKey(0, "N_right", "left_hand")
     assert positions(four) == before
@@ -234,7 +234,7 @@ def test_the_choice_stays_where_the_person_wants_it_to(four):
     key(four, Qt.Key.Key_3)
     for name in "NS":
         point_and_click(four, 100.0, 100.0, name)
-        assert said(four, name).startswith("left elbow: click to hold it")
+        assert said(four, name).startswith("left elbow: click to select")
         point(four, 160.0, 140.0, name)
         assert said(four, name) == "move left elbow here"
     four.context.session.document.go_to(1)
@@ -247,7 +247,7 @@ def test_a_landmark_goes_through_all_views_where_that_is_wanted(four):
     for name in "NOS":
         point_and_click(four, 100.0, 100.0, name)
     point(four, 160.0, 140.0, "S")
-    assert said(four, "S") == "left shoulder is clicked here: go on in W"
+    assert said(four, "S") == "left shoulder is already clicked here: continue in W"
     point_and_click(four, 160.0, 140.0, "S")
     assert len(clicks(four)) == 3
     point_and_click(four, 100.0, 100.0, "W")

@@ -142,6 +142,6 @@ def test_what_is_shared_is_closed_by_whoever_leaves_it_last():
     assert closed == [user]
     shared.close()
     assert closed == [user]
-    alone = Shared("a reader", lambda: closed.append("at once"))
+    alone = Shared("a reader", lambda: closed.append("in parallel"))
     alone.close()
-    assert closed == [user, "at once"]
+    assert closed == [user, "in parallel"]

@@ -91,7 +91,7 @@ def test_the_next_frame_follows_its_own_clicks(bare, qtbot):
 
 def test_it_says_where_nothing_tells_of_a_person(bare, qtbot):
     bare.context.actions.action("keep_person").trigger()
-    assert "click two landmarks" in bare.statusBar().currentMessage()
+    assert "Click two landmarks" in bare.statusBar().currentMessage()
     assert view(bare, "N").zoom == 1.0
 
 

@@ -89,17 +89,17 @@ def test_a_view_means_its_reference_image_and_a_camera_itself(tmp_path):
 
 SLIPS = {
     "x,N,head,1,2,2": "line {} has 'x' as frame",
-    "-1,N,head,1,2,2": "line {}: frame -1 is not there",
-    "100,N,head,1,2,2": "line {}: frame 100 is not there",
-    "1,Q,head,1,2,2": "line {}: there is no view or camera 'Q'",
-    "1,N,nose,1,2,2": "line {}: the landmark 'nose' is not known",
-    "1,N,head,1,2,3": "line {}: the visibility is '3'",
+    "-1,N,head,1,2,2": "line {}: frame -1 does not exist",
+    "100,N,head,1,2,2": "line {}: frame 100 does not exist",
+    "1,Q,head,1,2,2": "line {}: unknown view or camera 'Q'",
+    "1,N,nose,1,2,2": "line {}: unknown landmark 'nose'",
+    "1,N,head,1,2,3": "line {}: invalid visibility '3'",
     "1,N,head,,2,2": "line {}: x is ''",
     "1,N,head,1,nan,1": "line {}: y is 'nan'",
     "1,N,head,640,2,2": "line {}: x = 640 is outside the image of N_right (640 pixels)",
-    "1,N,head,1,2": "line {} has 5 values instead of 6",
-    "1,N,head,1,2,2,5": "line {} has 7 values instead of 6",
-    "2,N_right,head,9,9,2": "line {} gives head of frame 2 in N_right a second time, after line 2",
+    "1,N,head,1,2": "line {} has 5 values, expected 6",
+    "1,N,head,1,2,2,5": "line {} has 7 values, expected 6",
+    "2,N_right,head,9,9,2": "line {} repeats head of frame 2 in N_right, given in line 2",
 }
 
 

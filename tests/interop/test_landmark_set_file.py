@@ -53,5 +53,5 @@ def test_what_is_wrong_is_said_with_its_place(tmp_path, text, said):
 def test_a_missing_file_and_folder_are_said(tmp_path):
     with pytest.raises(InputError, match="no such file"):
         read_landmark_set(tmp_path / "none.toml")
-    with pytest.raises(InputError, match="no file can be written"):
+    with pytest.raises(InputError, match="cannot write a file here"):
         write_landmark_set(tmp_path / "nowhere" / "set.toml", NINE)

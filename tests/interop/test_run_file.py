@@ -160,7 +160,7 @@ def rewritten(**changes):
         (rewritten(P=None, meta=None), "lacks P, meta"),
         (rewritten(P=lambda P: P[:, :-1]), "P has the length"),
         (rewritten(coverage=lambda c: c[:-1]), "coverage has the length"),
-        (rewritten(tracked=lambda t: t.astype(float)), "wrong kind"),
+        (rewritten(tracked=lambda t: t.astype(float)), "wrong data type"),
         (rewritten(x=lambda x: x[0]), "dimensions"),
         (rewritten(frame=lambda f: f[::-1].copy()), "ascend"),
         (rewritten(landmark_names=lambda n: n[::-1].copy()), "nine"),

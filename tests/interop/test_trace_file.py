@@ -42,7 +42,7 @@ def test_all_numbers_come_back(trace, tmp_path):
 
 
 def test_what_cannot_be_written_is_refused(trace, tmp_path):
-    with pytest.raises(InputError, match="this kind of file"):
+    with pytest.raises(InputError, match="this type of file"):
         write_trace(tmp_path / "frame.xlsx", trace, 0)
     with pytest.raises(InputError, match="no cross-covariance"):
         write_trace(tmp_path / "frame.csv", trace, 99)

@@ -46,7 +46,7 @@ def test_millimetres_blank_line_and_foreign_columns(tmp_path, random, body_traje
     [
         ("PathFileType", "frame", "not a TRC file"),
         ("\tm\t", "\tfeet\t", "unit 'feet'"),
-        ("1.5", "one and a half", "no number"),
+        ("1.5", "one and a half", "not a number"),
         ("left_", "links_", None),
         ("_", "", "nine landmarks"),
     ],
@@ -86,7 +86,7 @@ def test_frames_in_any_order_are_read_in_theirs(tmp_path, random, body_trajector
 
 @pytest.mark.parametrize(
     ("frame", "words"),
-    [("1", "frame 1 twice"), ("1.5", "'1.5'"), ("nan", "'nan'"), ("inf", "'inf'"), ("", "''")],
+    [("1", "repeats frame 1"), ("1.5", "'1.5'"), ("nan", "'nan'"), ("inf", "'inf'"), ("", "''")],
 )
 def test_wrong_frame_numbers_are_refused_by_their_line(
     tmp_path, random, body_trajectory, frame, words
@@ -121,9 +121,9 @@ def test_files_that_are_cut_off_or_hold_no_number_are_refused(tmp_path, random, 
         read_trc(path)
     lines[6] = "\t".join([*lines[6].split("\t")[:2], "abc", *lines[6].split("\t")[3:]])
     path.write_text("\n".join(lines))
-    with pytest.raises(InputError, match=r"line 7 .* no number .*'abc'"):
+    with pytest.raises(InputError, match=r"line 7 .* not a number .*'abc'"):
         read_trc(path)
     lines[2] = lines[2].replace("30", "often", 1)
     path.write_text("\n".join(lines))
-    with pytest.raises(InputError, match="'often' is no frame rate"):
+    with pytest.raises(InputError, match="'often' is not a frame rate"):
         read_trc(path)

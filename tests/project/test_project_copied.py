@@ -97,7 +97,7 @@ def check_has(path: Path, count: int) -> None:
             assert project.check() == ()
             (note,) = project.notes
             assert "copied or moved while" in note.what
-            assert "every edit until then is there" in note.what
+            assert "all edits until then are saved" in note.what
     with Project.open(path) as project:
         assert project.notes == ()
         assert project.undo() is not None
@@ -156,7 +156,7 @@ def test_an_edit_that_a_kill_ended_is_taken_back(crashed):
         assert [one.position for one in project.clicks.all()] == [
             click(k).position for k in range(SOME)
         ]
-        assert "every edit is there" in project.notes[0].what
+        assert "all edits are saved" in project.notes[0].what
         assert project.undo() is not None
     assert not journal_of(crashed).exists()
 
@@ -179,7 +179,7 @@ def test_a_copy_in_the_middle_of_an_edit_says_so_and_can_be_rescued(
         copy = alone(path, tmp_path / "copy")
     before = copy.read_bytes()
     for read_only in (True, False):
-        with pytest.raises(ProjectDamaged, match=r"in the middle of an edit.*ends in -journal"):
+        with pytest.raises(ProjectDamaged, match=r"during an edit.*ends in -journal"):
             Project.open(copy, read_only=read_only)
     assert copy.read_bytes() == before
     assert saved_of(copy) == {click(k).key for k in range(SOME)}
@@ -208,7 +208,7 @@ def test_a_backup_in_the_place_of_a_crashed_project_is_not_spoilt(crashed, tmp_p
             project.apply(place(click(number)))
     backup.replace(crashed)
     before = crashed.read_bytes()
-    with pytest.raises(ProjectDamaged, match="if that lies beside it but is of another copy"):
+    with pytest.raises(ProjectDamaged, match="If such a file belongs to a different copy"):
         Project.open(crashed)
     assert crashed.read_bytes() == before
     journal_of(crashed).unlink()
@@ -219,7 +219,9 @@ def test_a_backup_in_the_place_of_a_crashed_project_is_not_spoilt(crashed, tmp_p
 
 def test_nothing_new_is_put_beside_what_a_crash_has_left(crashed, tmp_path):
     moved = crashed.rename(tmp_path / "moved.stereotrack")
-    with pytest.raises(InputError, match=r"walk\.stereotrack-journal: it belongs to a project"):
+    with pytest.raises(
+        InputError, match=r"walk\.stereotrack-journal: it belongs to an earlier project"
+    ):
         make_database(crashed)
     assert project_path_for(crashed.with_name("walk")).name == "walk-2.stereotrack"
     assert not crashed.exists()
@@ -227,7 +229,7 @@ def test_nothing_new_is_put_beside_what_a_crash_has_left(crashed, tmp_path):
     with Project.open(moved) as project:
         assert project.clicks.count() == SOME
         journal_of(crashed).write_bytes(b"something")
-        with pytest.raises(InputError, match="it belongs to a project"):
+        with pytest.raises(InputError, match="it belongs to an earlier project"):
             project.save_copy(crashed)
 
 
@@ -301,7 +303,7 @@ def test_a_project_whose_edits_another_program_keeps_in_a_log_is_refused(path, t
             shutil.copyfile(f"{path}-wal", f"{copy}-wal")
     before = {one.name: one.read_bytes() for one in copy.parent.iterdir()}
     for read_only in (True, False):
-        with pytest.raises(InputError, match=r"keeps edits of it in a log.*rescue"):
+        with pytest.raises(InputError, match=r"stores edits of it in a log.*recover"):
             Project.open(copy, read_only=read_only)
     assert {one.name: one.read_bytes() for one in copy.parent.iterdir()} == before
 

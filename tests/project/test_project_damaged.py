@@ -101,9 +101,9 @@ def test_a_project_without_a_beginning_is_not_rescued_but_its_copy_is_named(
 ):
     project.close()
     damage(project_path, 0)
-    with pytest.raises(InputError, match="not a project"):
+    with pytest.raises(InputError, match="not a stereotrack project"):
         Project.open(project_path)
-    with pytest.raises(InputError, match=r"nothing in it can be read.*a copy that was made of it"):
+    with pytest.raises(InputError, match=r"nothing in it can be read.*a copy made with"):
         rescue(project_path, tmp_path / "rescued.stereotrack")
     assert not (tmp_path / "rescued.stereotrack").exists()
 
@@ -127,7 +127,7 @@ def test_after_a_crash_damage_is_noticed_on_opening(project, project_path, click
     crashed = project_path.with_name("crashed.stereotrack")
     shutil.copyfile(project_path, crashed)
     damage(crashed, crashed.stat().st_size // PAGE // 2)
-    with pytest.raises(ProjectDamaged, match="rescue what can be read"):
+    with pytest.raises(ProjectDamaged, match="recover what is readable"):
         Project.open(crashed)
     assert not lock_path(crashed).exists()
 
@@ -158,7 +158,7 @@ def test_a_full_drive_takes_nothing_that_was_saved(project, project_path):
     pages = execute(project, "PRAGMA page_count")[0][0]
     execute(project, f"PRAGMA max_page_count = {pages}")
     many = PlaceClicks(tuple(Click(frame, "S_cam", "head", (1.0, 2.0)) for frame in range(5000)))
-    with pytest.raises(InputError, match=r"no space left.*everything before it is saved"):
+    with pytest.raises(InputError, match=r"no space left.*All earlier edits are saved"):
         project.apply(many)
     assert [click.key for click in project.clicks.all()] == [ELBOW.key]
     execute(project, "PRAGMA max_page_count = 1000000")

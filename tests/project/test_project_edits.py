@@ -137,7 +137,7 @@ def test_outside_takes_the_place_away_and_seen_does_not_invent_one(project):
     project.apply(PlaceClicks((ELBOW, HIDDEN)))
     project.apply(MarkClicks((ELBOW.key,), visibility=Visibility.OUTSIDE))
     assert project.clicks.get(ELBOW.key).position is None
-    with pytest.raises(InputError, match=r"left elbow in S_cam.*Click where it is"):
+    with pytest.raises(InputError, match=r"left elbow in S_cam.*Click its position"):
         project.apply(MarkClicks((HIDDEN.key,), visibility=Visibility.SEEN))
     project.undo()
     assert project.clicks.get(ELBOW.key).position == ELBOW.position
@@ -174,7 +174,7 @@ def test_swapping_a_landmark_with_none_moves_it(project):
 def test_an_edit_that_fails_in_part_does_nothing(project):
     project.apply(place(ELBOW))
     wrong = Together("both", (place(OTHER), PlaceRepeats(0, (ELBOW,))))
-    with pytest.raises(InputError, match="no repetition 0"):
+    with pytest.raises(InputError, match="no blind repeat 0"):
         project.apply(wrong)
     assert said(project.clicks.at(1)) == {ELBOW.key: ELBOW}
     assert len(project.history.entries()) == 1
@@ -271,7 +271,7 @@ def test_second_readings_are_kept_apart(project):
 
 
 def test_lanes_and_progress_follow_from_what_is_stored(project):
-    assert project.progress().words() == "0 clicks, no keyframes chosen"
+    assert project.progress().words() == "0 clicks, no keyframes set"
     far = replace(OTHER, frame=6, flag=UNCERTAIN)
     project.apply(PlaceClicks((ELBOW, OTHER, HIDDEN, far, replace(ELBOW, camera="N_left"))))
     project.apply(place(replace(OTHER, frame=5)))
@@ -284,7 +284,7 @@ def test_lanes_and_progress_follow_from_what_is_stored(project):
     assert project.clicks.seen(2, 7) == (Seen(6, "right_elbow", 1, True),)
     assert Seen(1, "left_elbow", 2, False) in project.clicks.seen(0, 2)
     assert project.clicks.doubted_frames() == {6}
-    assert project.progress().words() == "2 of 4 keyframes, 2 flagged"
+    assert project.progress().words() == "2 of 4 keyframes done, 2 flagged"
 
 
 class EditedProject(RuleBasedStateMachine):

@@ -165,5 +165,5 @@ def test_view_settings_are_kept_but_are_no_edits(project, project_path):
         assert again.view_settings.get("switches") == {"epipolar": True}
         assert again.view_settings.get("frame", 0) == 0
         assert again.history.entries() == ()
-        with pytest.raises(InputError, match="may not be written"):
+        with pytest.raises(InputError, match="write-protected"):
             again.view_settings.set("frame", 3)

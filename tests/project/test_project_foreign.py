@@ -82,8 +82,8 @@ def test_what_is_not_of_this_program_is_refused_and_left_behind(
     change(stranger, statements)
     before = stranger.read_bytes()
     for said in refusals(stranger, project):
-        assert "was changed by something else" in said
-        assert "rescue what can be read" in said
+        assert "was modified by another program" in said
+        assert "recover what is readable" in said
     assert projects_of(tmp_path / "walk", stranger.parent) == ()
     assert stranger.read_bytes() == before
     assert [one.name for one in stranger.parent.iterdir()] == [stranger.name]
@@ -109,7 +109,7 @@ def test_every_command_refuses_it(stranger, project, tmp_path, capsys, what):
         }[what]
     )
     assert status == 2
-    assert "the trigger 't' is not as this program makes it" in capsys.readouterr().err
+    assert "the trigger 't' is not as this program creates it" in capsys.readouterr().err
     assert not list(tmp_path.glob("out*"))
     assert stranger.read_bytes() == before
 
@@ -143,7 +143,7 @@ def test_a_table_of_pages_that_lead_back_to_each_other_is_not_read_for_ever(
     content[28:32] = struct.pack(">I", len(content) // 8192)
     stranger.write_bytes(content)
     for said in refusals(stranger, project):
-        assert "to read it takes endless work" in said
+        assert "reading it does not finish" in said
     saved = rescue(stranger, tmp_path / "rescued.stereotrack")
     with Project.open(saved.path) as rescued:
         assert rescued.clicks.count() == len(CLICKS)
@@ -211,7 +211,7 @@ def test_a_value_of_another_kind_is_refused_in_every_column(stranger, table):
                 except sqlite3.IntegrityError:  # the number that SQLite finds rows by
                     continue
                 database.commit()
-            with pytest.raises(InputError, match=r"makes no sense|cannot be read|decode"):
+            with pytest.raises(InputError, match=r"invalid row|cannot be read|decode"):
                 Project.open(stranger, read_only=True)
 
 
@@ -275,7 +275,7 @@ def test_what_the_history_would_bring_back_is_looked_at(stranger):
     """Undo writes rows that somebody else may have made up."""
     change(stranger, 'UPDATE edit_change SET before = \'[1.5,"far",2,"",null,"hand","","",0]\'')
     with Project.open(stranger) as project:
-        with pytest.raises(ProjectDamaged, match="in the history is rubbish"):
+        with pytest.raises(ProjectDamaged, match="the history has an invalid row"):
             project.undo()
         assert project.clicks.count() == len(CLICKS)
 
@@ -298,7 +298,7 @@ def test_a_recording_whose_path_is_made_up_is_not_found(stranger, capsys, tmp_pa
     )
     assert main(["export", str(stranger), "--format", "csv", "-o", str(tmp_path / "c.csv")]) == 2
     said = capsys.readouterr().err.rstrip("\n")
-    assert "the project's recording is not found" in said
+    assert "the project's recording was not found" in said
     assert said.isprintable()
 
 
@@ -306,6 +306,6 @@ def test_a_project_that_lost_its_recording_asks_for_it(stranger, recording):
     change(stranger, "DELETE FROM recording")
     with Project.open(stranger) as project:
         assert project.find_recording().folder is None
-        assert "which recording it is of" in project.find_recording().finding.what
+        assert "the recording of the project is not known" in project.find_recording().finding.what
         project.use_recording(recording.folder)
         assert project.find_recording().folder == recording.folder

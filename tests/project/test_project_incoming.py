@@ -40,14 +40,16 @@ def test_two_projects_are_merged_by_one_edit(project, second_project):
     assert [click.camera for click in found.new] == ["S_cam"]
     assert [click.key for click in found.same] == [A.key]
     assert [one.key for one in found.conflicts] == [B.key]
-    with pytest.raises(InputError, match=r"1 click is there already and says.*frame 1.*Decide"):
+    with pytest.raises(
+        InputError, match=r"1 click already in the project differs.*frame 1.*Choose"
+    ):
         found.edit()
     project.apply(found.edit({B.key: "theirs"}))
     assert project.clicks.get(B.key).position == (11.0, 20.0)
     assert project.clicks.get(B.key).who == "B"
     assert project.clicks.get(A.key).who == "A"
     assert project.clicks.count() == 4
-    assert project.history.to_undo().words == "take 2 clicks from second"
+    assert project.history.to_undo().words == "merge 2 clicks from second"
     project.undo()
     assert positions(project) == {0: A.position, 1: B.position, 2: C.position}
     project.apply(found.edit("mine"))

@@ -24,7 +24,7 @@ def compared(project):
 def test_each_click_as_decided_and_undone_at_once(project, compared):
     keys = [ClickKey(frame, "N_right", "head") for frame in range(5)]
     edit = compared.edit({keys[1]: "theirs", keys[2]: "mean"})
-    assert edit.words() == "take 3 clicks, 1 of them means, from B"
+    assert edit.words() == "merge 3 clicks, 1 of them mean positions, from B"
     project.apply(edit)
     assert [project.clicks.get(key).position[0] for key in keys] == [1.0, 5.0, 3.0, 1.0, 7.0]
     assert project.clicks.get(keys[2]).origin == "merged"
@@ -53,5 +53,5 @@ def test_there_is_no_mean_with_a_click_that_is_gone(project):
     project.apply(DeleteClicks((click(0, 2.0).key,)))
     found = incoming(project.clicks.all(with_deleted=True), [click(0, 4.0)], "B")
     assert not has_mean(found.conflicts[0])
-    with pytest.raises(InputError, match="one reading only"):
+    with pytest.raises(InputError, match="one side only"):
         found.edit({click(0, 2.0).key: "mean"})

@@ -53,14 +53,14 @@ def held(project, project_path):
 
 
 def test_the_second_program_is_told_who_has_it(held, project_path):
-    with pytest.raises(InputError, match=f"process {held.pid} on .*reading only"):
+    with pytest.raises(InputError, match=f"process {held.pid} on .*read-only"):
         Project.open(project_path)
 
 
 def test_the_second_program_may_read(held, project_path):
     with Project.open(project_path, read_only=True) as reading:
         assert [click.key for click in reading.clicks.all()] == [ELBOW.key]
-        with pytest.raises(InputError, match="reading only"):
+        with pytest.raises(InputError, match="read-only"):
             reading.apply(place(ELBOW))
 
 
@@ -68,14 +68,14 @@ def test_a_crashed_owner_does_not_stand_in_the_way(held, project_path):
     held.kill()
     held.wait()
     with Project.open(project_path) as again:
-        assert "did not close it; every edit is there" in again.notes[0].what
+        assert "did not close it; all edits are saved" in again.notes[0].what
         assert str(held.pid) in again.notes[0].what
     with Project.open(project_path) as again:
         assert again.notes == ()
 
 
 def test_the_same_program_cannot_open_it_twice(project, project_path):
-    with pytest.raises(InputError, match="open already"):
+    with pytest.raises(InputError, match="already open"):
         Project.open(project_path)
     project.close()
     Project.open(project_path).close()
@@ -92,7 +92,7 @@ def test_nothing_is_left_beside_a_closed_project(project, project_path):
 def test_a_link_to_a_project_is_the_project(project, project_path, tmp_path):
     link = tmp_path / "link.stereotrack"
     link.symlink_to(project_path)
-    with pytest.raises(InputError, match="open already"):
+    with pytest.raises(InputError, match="already open"):
         Project.open(link)
     project.close()
     with Project.open(link) as again:
@@ -109,7 +109,7 @@ def test_edits_never_go_into_a_file_that_is_gone(project, project_path, tmp_path
         project_path.unlink()
     if how == "replaced":
         make_database(project_path)
-    with pytest.raises(InputError, match=r"while it was open.*save a copy"):
+    with pytest.raises(InputError, match=r"while it was open.*Save a copy"):
         project.undo()
     project.save_copy(copy)
     with Project.open(copy) as saved:
@@ -158,7 +158,7 @@ def test_on_a_drive_without_locks_the_note_in_the_file_counts(project, project_p
 
     project.close()
     monkeypatch.setattr("stereotrack_core.file_lock.fcntl.flock", no_locks)
-    with Project.open(project_path), pytest.raises(InputError, match="take the project over"):
+    with Project.open(project_path), pytest.raises(InputError, match="force unlock the project"):
         Project.open(project_path)
     Project.open(project_path).close()
 
@@ -169,7 +169,7 @@ def test_closing_ends_well_where_nothing_can_be_written(project, project_path):
         database.execute("PRAGMA query_only = ON")
     project.close()
     with Project.open(project_path) as again:
-        assert "every edit until then is there" in again.notes[0].what
+        assert "all edits until then are saved" in again.notes[0].what
         assert again.clicks.count() == 1
 
 
@@ -179,7 +179,7 @@ def test_another_machine_on_a_network_drive_is_asked_for(project, project_path, 
     left = owner.Owner("other-machine", 5, "B", owner.now())
     with closing(sqlite3.connect(project_path, isolation_level=None)) as database:
         owner.write_owner(database, left)
-    with pytest.raises(InputError, match=r"process 5 on other-machine.*take the project over"):
+    with pytest.raises(InputError, match=r"process 5 on other-machine.*force unlock the project"):
         Project.open(project_path, mounts=NETWORK)
     with Project.open(project_path, mounts=NETWORK, take_over=True) as taken:
         assert any("process 5 on other-machine" in note.what for note in taken.notes)
@@ -192,7 +192,9 @@ def test_a_project_of_another_format_is_refused_and_left_alone(project, project_
         database.execute(f"PRAGMA user_version = {version}")
     before = project_path.read_bytes()
     for read_only in (False, True):
-        with pytest.raises(InputError, match=rf"has format {version}, and .* reads format 1.*made"):
+        with pytest.raises(
+            InputError, match=rf"has format {version}, and .* reads format 1.*created"
+        ):
             Project.open(project_path, read_only=read_only)
     assert project_path.read_bytes() == before
     assert not lock_path(project_path).exists()
@@ -203,7 +205,7 @@ def test_a_project_of_another_format_is_refused_and_left_alone(project, project_
     [
         (None, "there is no such file"),
         (b"", "the file is empty"),
-        (b"frame,view,landmark,x,y,visibility\n", "not a project"),
+        (b"frame,view,landmark,x,y,visibility\n", "not a stereotrack project"),
         (b"SQLite format 3\0".ljust(60, b"\0"), "ends after 60 bytes"),
     ],
 )
@@ -221,7 +223,7 @@ def test_a_database_of_something_else_is_refused_and_left_alone(tmp_path):
     with closing(sqlite3.connect(path)) as database:
         database.execute("CREATE TABLE mine (a)")
     before = path.read_bytes()
-    with pytest.raises(InputError, match="not a project"):
+    with pytest.raises(InputError, match="not a stereotrack project"):
         Project.open(path)
     assert path.read_bytes() == before
 
@@ -229,7 +231,7 @@ def test_a_database_of_something_else_is_refused_and_left_alone(tmp_path):
 def test_a_project_is_not_made_over_another_file(recording, tmp_path):
     path = tmp_path / "taken.stereotrack"
     path.write_text("mine")
-    with pytest.raises(InputError, match="a file of that name already"):
+    with pytest.raises(InputError, match="a file of this name already"):
         Project.create(path, recording.folder)
     assert path.read_text() == "mine"
 
@@ -251,7 +253,7 @@ def test_a_project_in_a_read_only_folder_is_read_as_it_is(project, project_path,
     content, note, refused = asked_without_rights(folder / project_path.name)
     assert content == "[(10.25, 20.5)]"
     assert ("copied or moved while" in note) == (how == "open")
-    assert "nothing can be written beside" in refused
+    assert "cannot write beside" in refused
 
 
 ASKER = """

@@ -63,7 +63,7 @@ def test_a_recording_that_moved_is_known_by_its_fingerprint(
     found = project.find_recording([tmp_path / "missing", archive])
     assert found.folder == archive / "renamed"
     assert "has moved here" in found.finding.what
-    assert project.find_recording().finding is None, "the new place is remembered"
+    assert project.find_recording().finding is None, "stores the new place"
 
 
 def test_a_recording_renamed_in_its_folder_is_found_from_a_project_elsewhere(
@@ -121,7 +121,7 @@ def test_a_recording_that_changed_is_used_with_a_warning(project, recording):
 
 
 def test_another_recording_has_to_be_wanted(project, another_recording):
-    with pytest.raises(InputError, match="not the recording"):
+    with pytest.raises(InputError, match="not the recording of the project"):
         project.use_recording(another_recording.folder)
     project.use_recording(another_recording.folder, even_another=True)
     assert project.find_recording().folder == another_recording.folder
@@ -207,6 +207,6 @@ def test_a_path_that_is_no_text_is_told(recording, tmp_path):
         shutil.copytree(recording.folder, folder)
     except OSError:
         pytest.skip("this drive knows only names that are text")
-    with pytest.raises(InputError, match="cannot be written as text"):
+    with pytest.raises(InputError, match="contains invalid characters"):
         Project.create(tmp_path / "p.stereotrack", folder)
     assert not (tmp_path / "p.stereotrack").exists()

@@ -48,13 +48,13 @@ def replaced(path: Path, kind: int = zipfile.ZIP_DEFLATED, **members: bytes) -> 
         ({"frame": member("<i8", (-1,))}, "damaged"),
         ({"frame": member("<i8", (6, 2**40))}, "damaged"),
         ({"frame": b"no array at all"}, "damaged"),
-        ({"frame": member("|O", (6,), bytes(48))}, "wrong kind"),
-        ({"frame": member("<f8", (6,), bytes(48))}, "wrong kind"),
+        ({"frame": member("|O", (6,), bytes(48))}, "wrong data type"),
+        ({"frame": member("<f8", (6,), bytes(48))}, "wrong data type"),
         ({"frame": member("<i8", (7,), bytes(56))}, "length"),
         ({"frame": member("<i8", (6,), bytes(40))}, "damaged"),
         ({"frame": member("<i8", (6,), bytes(56))}, "damaged"),
         ({"frame": member("<i8", "x", bytes(48))}, "damaged"),
-        ({"frame": member([("a", "<i8")], (6,), bytes(48))}, "wrong kind"),
+        ({"frame": member([("a", "<i8")], (6,), bytes(48))}, "wrong data type"),
         ({"frame": member("<i8", (6,), bytes(48)).replace(b"descr", b"other")}, "damaged"),
         ({"meta": member("<U1000000000", ())}, "damaged"),
         ({"meta": member("<U1", (), b"\xff\xff\xff\x7f")}, "damaged"),
@@ -73,7 +73,7 @@ def test_an_archive_that_unfolds_without_end(stored, little_memory):
     path, read = stored
     replaced(path, meta=member("<U70000000", (), bytes(280_000_000)))
     assert path.stat().st_size < 1_000_000
-    with pytest.raises(InputError, match="claims to hold 267 MB"), little_memory():
+    with pytest.raises(InputError, match="claims to contain 267 MB"), little_memory():
         read(path)
 
 
@@ -117,8 +117,8 @@ def test_arrays_in_the_order_of_fortran_come_back(samples, tmp_path):
         ({"frame": lambda a: a + 2**40}, "between 0 and"),
         ({"frame": lambda a: a * 2**61}, r"between 0 and|ascend"),
         ({"x": lambda a: a * np.inf}, "too large"),
-        ({"landmarks": lambda a: a + 1e9}, "landmarks hold numbers"),
-        ({"P": lambda a: a + 1e300}, "P hold numbers"),
+        ({"landmarks": lambda a: a + 1e9}, "landmarks contain numbers"),
+        ({"P": lambda a: a + 1e300}, "P contain numbers"),
         ({"x": lambda a: np.full_like(a, np.nan)}, "has no pose"),
         ({"landmarks": lambda a: np.full_like(a, np.nan)}, "has no pose"),
     ],
@@ -206,7 +206,7 @@ def test_numbers_that_linear_algebra_does_not_take_are_refused(samples, tmp_path
     if values.dtype.itemsize == 8:
         pytest.skip("this platform has no wider numbers")
     np.savez(path, **{**arrays, name: values})
-    with pytest.raises(InputError, match=f"{name} are of the wrong kind"):
+    with pytest.raises(InputError, match=f"{name} has the wrong data type"):
         read_reference(path)
 
 
@@ -216,7 +216,7 @@ def test_few_frames_in_a_long_stretch(tmp_path, suffix, samples, little_memory):
     far = np.array([0, 30_000_000])
     trajectory = LandmarkTrajectory(far, samples.run.landmarks[:2])
     with (
-        pytest.raises(InputError, match=r"30000000|counts frames up to") as refusal,
+        pytest.raises(InputError, match=r"30000000|frame numbers are limited to") as refusal,
         little_memory(),
     ):
         write_trajectory(tmp_path / f"a{suffix}", trajectory, 10.0)

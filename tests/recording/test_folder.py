@@ -21,29 +21,39 @@ N_LEFT = 'frames = "N_left/%03d.png"'
 MISTAKES = {
     # file, old, new, what the sentence says
     "no format": ("recording.toml", "format = 1\n", "", "format: the key is missing"),
-    "later format": ("recording.toml", "format = 1", "format = 2", "format 2 is not known"),
+    "later format": ("recording.toml", "format = 1", "format = 2", "unknown format 2"),
     "no toml": ("recording.toml", "format = 1", "format = = 1", "not valid TOML"),
     "no fps": ("recording.toml", "fps = 10.0", "", "fps: the key is missing"),
     "fps 0": ("recording.toml", "fps = 10.0", "fps = 0", "fps: 0 frame sets per second"),
     "fps text": ("recording.toml", "fps = 10.0", 'fps = "10"', "fps: '10' is not a finite number"),
     "fps nan": ("recording.toml", "fps = 10.0", "fps = nan", "fps: nan is not a finite number"),
-    "kind": ("recording.toml", 'kind = "stereo"', 'kind = "sterio"', "kind 'sterio' is not known"),
-    "no calibration": ("recording.toml", '"calibration.toml"', '"c.toml"', "no file 'c.toml'"),
+    "kind": ("recording.toml", 'kind = "stereo"', 'kind = "sterio"', "unknown kind 'sterio'"),
+    "no calibration": (
+        "recording.toml",
+        '"calibration.toml"',
+        '"c.toml"',
+        "file 'c.toml' not found",
+    ),
     "camera": ("recording.toml", 'camera = "N_left"', 'camera = "X"', "camera 'X' is not in the"),
     "no frames": ("recording.toml", N_LEFT, "", "left, frames: the key is missing"),
-    "no such folder": ("recording.toml", N_LEFT, 'frames = "Q/%03d.png"', "no folder 'Q'"),
-    "nothing fits": ("recording.toml", N_LEFT, 'frames = "N_left/%d.jpg"', "no file fits"),
+    "no such folder": ("recording.toml", N_LEFT, 'frames = "Q/%03d.png"', "folder 'Q' not found"),
+    "nothing fits": ("recording.toml", N_LEFT, 'frames = "N_left/%d.jpg"', "no file matches"),
     "two numbers": ("recording.toml", N_LEFT, 'frames = "N_left/%d%d.png"', "exactly one number"),
     "no video": ("recording.toml", N_LEFT, 'frames = "calibration.toml"', "opened as a video"),
-    "outside": ("recording.toml", N_LEFT, 'frames = "../%03d.png"', "leaves the folder"),
-    "absolute": ("recording.toml", N_LEFT, 'frames = "/etc/passwd"', "leaves the folder"),
-    "drive": ("recording.toml", N_LEFT, "frames = 'C:\\x\\%03d.png'", "leaves the folder"),
-    "background": ("recording.toml", '"N_left/000.png"', '"gone.png"', "no file 'gone.png'"),
+    "outside": ("recording.toml", N_LEFT, 'frames = "../%03d.png"', "leaves the recording folder"),
+    "absolute": ("recording.toml", N_LEFT, 'frames = "/etc/passwd"', "leaves the recording folder"),
+    "drive": (
+        "recording.toml",
+        N_LEFT,
+        "frames = 'C:\\x\\%03d.png'",
+        "leaves the recording folder",
+    ),
+    "background": ("recording.toml", '"N_left/000.png"', '"gone.png"', "file 'gone.png' not found"),
     "same view": ("recording.toml", 'name = "O"', 'name = "N"', "two views named 'N'"),
-    "units": ("calibration.toml", 'units = "m"', "", "does not say in which unit"),
-    "inches": ("calibration.toml", 'units = "m"', 'units = "in"', "unit 'in' is not known"),
+    "units": ("calibration.toml", 'units = "m"', "", "the unit of the translations is not stated"),
+    "inches": ("calibration.toml", 'units = "m"', 'units = "in"', "unknown unit 'in'"),
     "size": ("calibration.toml", "    48,\n    36,", "    64,\n    36,", "48 x 36 pixels, but"),
-    "nan": ("calibration.toml", "40.0", "nan", "matrix: it holds a value that is not finite"),
+    "nan": ("calibration.toml", "40.0", "nan", "matrix: it contains a value that is not finite"),
     "singular": (
         "calibration.toml",
         "        40.0,\n        0.0,",
@@ -60,7 +70,7 @@ MISTAKES = {
         "has 3",
     ),
     "same camera": ("calibration.toml", '"N_left"', '"N_right"', "two cameras named 'N_right'"),
-    "length": ("subject.toml", "shoulder_width = 0.4", "shoulder_width = -1", "impossible"),
+    "length": ("subject.toml", "shoulder_width = 0.4", "shoulder_width = -1", "not possible"),
     "column": ("reference.csv", "landmark", "point", "column 'landmark' is missing"),
     "coordinate": ("reference.csv", "1.400000", "1,4", "line 2"),
     "frame": ("reference.csv", "\n1,", "\none,", "'one' as frame"),
@@ -172,7 +182,7 @@ def test_empty_and_nan_coordinates_are_unknown(tmp_path):
 def test_a_landmark_twice_in_a_frame_is_refused(tmp_path):
     path = tmp_path / "reference.csv"
     path.write_text("frame,landmark,x,y,z\n0,head,1,2,3\n0,head,1,2,3\n")
-    with pytest.raises(InputError, match="line 3 gives head of frame 0 a second time"):
+    with pytest.raises(InputError, match="line 3 repeats head of frame 0"):
         read_landmarks(path)
 
 

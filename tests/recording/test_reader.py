@@ -53,7 +53,7 @@ def test_the_common_range_is_used(recording):
         assert reader.frame_count == 33
         assert reader.stream_counts() == {(name, "image"): n for name, n in LENGTHS.items()}
         for k in (-1, 33, 10**9):
-            with pytest.raises(InputError, match=rf"no frame {k}.*from 0 to 32"):
+            with pytest.raises(InputError, match=rf"no frame {k}.*numbered 0 to 32"):
                 reader.frame_set(k)
 
 
@@ -195,7 +195,7 @@ def test_a_picture_of_another_size_is_told(recording, numbered_videos):
     with FrameReader(recording, views=["B", "C"], colour=False) as reader:
         frame_set = reader.frame_set(15)
         assert set(frame_set.views) == {"B"}
-        assert "20 x 10 pixels instead of 120 x 64" in frame_set.problems["C"]
+        assert "20 x 10 pixels, expected 120 x 64" in frame_set.problems["C"]
 
 
 def test_an_index_in_the_making_gives_frames_at_once(tmp_path, numbered_videos):

@@ -65,4 +65,4 @@ def test_irregular_times_are_found():
     assert finding.severity == "warning"
     assert "1 of 99 steps: frame 41 comes 160 ms after frame 40 instead of 40 ms" in finding.what
     (finding,) = check_times("v", regular, 10.0)
-    assert "the video says 25.00 frames per second, the recording 10" in finding.what
+    assert "the video states 25.00 frames per second, the recording 10" in finding.what

@@ -97,7 +97,7 @@ def test_an_empty_folder_is_filled_and_a_full_one_refused(tmp_path):
     (tmp_path / "empty").mkdir()
     simulate(tmp_path / "empty", frames=1, views="N", options=SMALL)
     assert open_recording(tmp_path / "empty").name == "empty"
-    with pytest.raises(InputError, match="something already"):
+    with pytest.raises(InputError, match="not empty"):
         simulate(tmp_path / "empty", frames=1, views="N", options=SMALL)
 
 

@@ -67,7 +67,7 @@ def test_a_body_that_a_side_of_the_volume_cuts_is_not_tracked(seeker, rng):
     inside = cloud_of(points[points[:, 0] < 1.8])
     found = seeker.step(inside)
     assert not found.tracked
-    assert "volume" in found.reason or "too little" in found.reason
+    assert "volume" in found.reason or "too little of the body" in found.reason
 
 
 def test_who_comes_back_elsewhere_is_found_again(seeker, rng):

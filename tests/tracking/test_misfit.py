@@ -36,12 +36,12 @@ def test_far_more_than_sound_recordings_have_is_warned_of():
     assert "31 % of the cloud" in unexplained
     apart = [frame(SOUND[0], WRONG[1]), frame(SOUND[0]), frame(SOUND[0])]
     [contradicted] = misfits(apart, preset("fast"))
-    assert "the views do not fit each other" in contradicted
+    assert "the views are inconsistent" in contradicted
 
 
 def test_views_that_do_not_fit_are_told_where_nothing_was_tracked():
     [contradicted] = misfits([frame(np.nan, WRONG[1], tracked=False)], preset("fast"))
-    assert "the views do not fit each other" in contradicted
+    assert "the views are inconsistent" in contradicted
 
 
 @pytest.mark.parametrize("name", PRESETS)

@@ -257,7 +257,7 @@ def test_views_without_depth_alone_are_refused(recording):
             for view in recording.views
         ),
     )
-    with pytest.raises(InputError, match="no view gives depth"):
+    with pytest.raises(InputError, match="no view provides depth"):
         track(mono, RunSpec(_settings("fast")))
 
 

@@ -106,7 +106,7 @@ def test_depth_images_that_hold_nothing_are_told(recording):
 def test_enough_points_that_are_no_body_are_told(recording):
     told = untracked(recording, max_unexplained_fraction=0.0)
     [cause] = told.causes()
-    assert "points, but the cloud does not look like the body" in cause.sentence()
+    assert "points, but the cloud does not match the body" in cause.sentence()
     assert "info --deep" in cause.sentence()
     assert told.counts["N"].kept > 0
 

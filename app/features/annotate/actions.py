@@ -30,7 +30,7 @@ from .selection import (
 
 _MENU = "&Annotate"
 _SELECTION = f"{_MENU}/&Selection"
-_TRUST = f"{_MENU}/&Trust"
+_TRUST = f"{_MENU}/&Quality check"
 _FILE = "&File"
 
 _IN_THE_MENU = (
@@ -76,12 +76,12 @@ def commands(
 
 
 def _no_project(p: AnnotationPanels) -> str:
-    return "" if p.project is not None else "No project is open."
+    return "" if p.project is not None else "No project is open. Open or create one first."
 
 
 def _no_edit(p: AnnotationPanels) -> str:
     if p.project is not None and p.project.read_only:
-        return "The project is open for reading only."
+        return "The project is open read-only."
     return _no_project(p)
 
 
@@ -89,22 +89,27 @@ def _going(p: AnnotationPanels) -> list[Command]:
     def nothing_next() -> str:
         if why := _no_project(p):
             return why
-        return "" if p.next_panel.model.rowCount() else "Fit the whole recording first."
+        return (
+            ""
+            if p.next_panel.model.rowCount()
+            else "The whole recording has not been fitted yet. Choose Fit whole recording first."
+        )
 
     return [
         Command(
-            "annotate-next", _MENU, "Go where a click helps most", "Go to the frame, view and "
-            "landmark where a click is expected to gain most.", p.next_panel.go_to_next, "J",
+            "annotate-next", _MENU, "Go to best suggested click",
+            "Go to the frame, view and landmark where a click is expected to reduce the "
+            "uncertainty most.", p.next_panel.go_to_next, "J",
             "next", nothing_next, section=True,
         ),
         Command(
-            "annotate-next-flagged", _MENU, "Next flagged frame", "Go to the next frame in which "
-            "something is flagged.", p.go_to_flagged, "Ctrl+J", "next-episode",
+            "annotate-next-flagged", _MENU, "Next flagged frame",
+            "Go to the next frame with a flag.", p.go_to_flagged, "Ctrl+J", "next-episode",
             lambda: _no_project(p),
         ),
         Command(
-            "annotate-previous-flagged", _MENU, "Previous flagged frame", "Go to the frame before "
-            "this one in which something is flagged.", lambda: p.go_to_flagged(backwards=True),
+            "annotate-previous-flagged", _MENU, "Previous flagged frame",
+            "Go to the previous frame with a flag.", lambda: p.go_to_flagged(backwards=True),
             "Ctrl+Shift+J", "previous-episode", lambda: _no_project(p),
         ),
     ]  # fmt: skip
@@ -112,17 +117,18 @@ def _going(p: AnnotationPanels) -> list[Command]:
 
 def _fitting(p: AnnotationPanels) -> list[Command]:
     def not_fitting() -> str:
-        return "" if p.reference.fitting else "No fit is under way."
+        return "" if p.reference.fitting else "No fit is running."
 
     return [
         Command(
-            "annotate-fit", _MENU, "Fit the whole recording", "Fit the body to all clicks, fill in "
-            "the frames between, and take the result as the project's reference.",
+            "annotate-fit", _MENU, "Fit whole recording",
+            "Fit the body model to all clicks, interpolate the frames between them, and store the "
+            "result as the project's reference.",
             lambda: p.reference.fit(), icon="fit", why_not=p.reference.why_not, section=True,
         ),
         Command(
-            "annotate-fit-stop", _MENU, "Stop the fit", "Stop the fit; the reference stays as it "
-            "was.", p.reference.cancel, icon="stop", why_not=not_fitting,
+            "annotate-fit-stop", _MENU, "Stop fit", "Stop the running fit and keep the "
+            "present reference.", p.reference.cancel, icon="stop", why_not=not_fitting,
         ),
     ]  # fmt: skip
 
@@ -143,20 +149,23 @@ def _selection(p: AnnotationPanels, predicting: PredictionWork) -> list[Command]
 
     return [
         Command(
-            "annotate-interpolate", _SELECTION, "Interpolate", "Fill in the selected frames "
-            "between clicked ones by the body's joints; never over a gap.",
+            "annotate-interpolate", _SELECTION, "Interpolate",
+            "Fill the selected frames by keyframe interpolation of the joint angles. Gaps are "
+            "never interpolated.",
             lambda: p.reference.fit(p.selection().frames), icon="fit", why_not=p.reference.why_not,
         ),
         *prediction_commands(predicting, _SELECTION),
-        command("clear", "Clear clicks", "Take the clicks of the selected frames and landmarks "
-                "away; that can be undone.", clear_clicks, "delete"),
-        command("gap", "Mark as gap", "Let nothing be interpolated over the selected frames.",
+        command("clear", "Clear clicks", "Delete the clicks of the selected landmarks in the "
+        "selected frames. You can undo this.", clear_clicks, "delete"),
+        command("gap", "Mark as gap", "Exclude the selected frames from interpolation.",
                 lambda _project, chosen: mark_gap(chosen)),
-        command("no-gap", "No gap any more", "Let the selected frames be interpolated again.",
+        command("no-gap", "Clear gap", "Allow interpolation in the selected frames again.",
                 unmark_gap),
-        command("flag", "Flag to look again", "Flag the selection, to come back to it.",
+        command("flag", "Flag for review", "Flag the selected landmarks and frames so that you "
+        "can come back to them.",
                 lambda _project, chosen: flag_frames(chosen), "warning"),
-        command("unflag", "Take flags away", "Take the flags of the selection away.",
+        command("unflag", "Clear flags", "Remove the flags from the selected landmarks and "
+        "frames.",
                 unflag_frames),
     ]  # fmt: skip
 
@@ -169,7 +178,7 @@ def _keyframes(p: AnnotationPanels) -> list[Command]:
             chosen, where = Selection(range(p.frame_count)), "the whole recording"
         dialog = QInputDialog(p.window)
         dialog.setWindowTitle("Keyframes")
-        dialog.setLabelText(f"A keyframe every so many frames, in {where}:")
+        dialog.setLabelText(f"Frames between keyframes in {where}:")
         dialog.setInputMode(QInputDialog.InputMode.IntInput)
         dialog.setIntRange(1, 100_000)
         dialog.setIntValue(10)
@@ -184,23 +193,26 @@ def _keyframes(p: AnnotationPanels) -> list[Command]:
 
     return [
         Command(
-            "annotate-keyframes", _SELECTION, "Keyframes every …", "Choose which of the selected "
-            "frames, or of all, shall be annotated.", ask_step, why_not=lambda: _no_edit(p),
+            "annotate-keyframes", _SELECTION, "Set keyframes …",
+            "Choose at regular steps which of the selected frames, or of all frames, are to be "
+            "annotated.", ask_step, why_not=lambda: _no_edit(p),
             section=True,
         ),
         Command(
-            "annotate-done", _SELECTION, "Keyframe is done", "Say of the selected keyframes, or of "
-            "the frame that is shown, that they are done.", partial(edit, keyframes_done), "K",
+            "annotate-done", _SELECTION, "Mark keyframes as done",
+            "Mark the selected keyframes, or the current one, as done.",
+            partial(edit, keyframes_done), "K",
             "accept", lambda: _no_edit(p),
         ),
         Command(
-            "annotate-not-done", _SELECTION, "Keyframe is not done", "Say of the selected "
-            "keyframes that something is still missing.",
+            "annotate-not-done", _SELECTION, "Mark keyframes as not done",
+            "Mark the selected keyframes as incomplete.",
             partial(edit, partial(keyframes_done, done=False)), why_not=lambda: _no_edit(p),
         ),
         Command(
-            "annotate-no-keyframes", _SELECTION, "No keyframes", "Let the selected frames be no "
-            "keyframes any more; clicks stay.", partial(edit, no_keyframes),
+            "annotate-no-keyframes", _SELECTION, "Clear keyframes",
+            "Remove the keyframes in the selected frames. Clicks are kept.",
+            partial(edit, no_keyframes),
             why_not=lambda: _no_edit(p),
         ),
     ]  # fmt: skip
@@ -216,31 +228,34 @@ def _trust(p: AnnotationPanels, dialogs: AnnotationDialogs) -> list[Command]:
 
     def no_repeat() -> str:
         active = p.repeats is not None and p.repeats.active is not None
-        return "" if active else "No frame is annotated again now."
+        return "" if active else "No blind repeat is in progress."
 
     return [
         Command(
-            "annotate-repeats", _TRUST, "Weave frames in again, blindly", "Let 5 percent of the "
-            "finished keyframes come again with their clicks hidden, to measure how good clicks "
-            "are.", weave, why_not=lambda: _no_edit(p), checked=weaving,
+            "annotate-repeats", _TRUST, "Schedule blind repeats",
+            "Ask for 5 percent of the finished keyframes again, with their clicks hidden, to "
+            "measure how precise the clicks are.",
+            weave, why_not=lambda: _no_edit(p), checked=weaving,
         ),
         Command(
-            "annotate-repeat-now", _TRUST, "Annotate this frame again, blindly", "Hide what was "
-            "clicked in this frame and click it a second time.",
+            "annotate-repeat-now", _TRUST, "Repeat this frame blind",
+            "Hide the clicks of this frame and annotate it a second time.",
             lambda: p.begin_repeat(p.frame), why_not=lambda: _no_edit(p),
         ),
         Command(
-            "annotate-repeat-finish", _TRUST, "Finish the second reading", "Show the frame as it "
-            "is again; both readings stay.", p.finish_repeat, "Ctrl+Return", "accept", no_repeat,
+            "annotate-repeat-finish", _TRUST, "Finish blind repeat",
+            "Show all clicks of the frame again. Both passes are kept.",
+            p.finish_repeat, "Ctrl+Return", "accept", no_repeat,
         ),
         Command(
-            "annotate-agreement", _TRUST, "Agreement …", "How far first and second readings, or "
-            "two people's projects, are apart.", dialogs.show_agreement, icon="compare",
+            "annotate-agreement", _TRUST, "Agreement …", "Show how far the first and second "
+            "passes, or two annotators' projects, agree.", dialogs.show_agreement, icon="compare",
             why_not=lambda: _no_project(p), section=True,
         ),
         Command(
-            "annotate-merge", _TRUST, "Merge with another project …", "Compare another person's "
-            "clicks with these and decide which to take.", dialogs.ask_to_merge,
+            "annotate-merge", _TRUST, "Merge with project …",
+            "Compare another annotator's clicks with yours and choose which to use.",
+            dialogs.ask_to_merge,
             why_not=lambda: _no_edit(p),
         ),
     ]  # fmt: skip
@@ -249,13 +264,14 @@ def _trust(p: AnnotationPanels, dialogs: AnnotationDialogs) -> list[Command]:
 def _setup(p: AnnotationPanels, dialogs: AnnotationDialogs) -> list[Command]:
     return [
         Command(
-            "annotate-subject", _MENU, "Subject …", "Enter the person's lengths, or measure them "
-            "from clicks.", dialogs.show_subjects, icon="ruler", why_not=lambda: _no_project(p),
+            "annotate-subject", _MENU, "Subject …", "Edit the subject's segment lengths, or "
+            "measure them from clicks.",
+            dialogs.show_subjects, icon="ruler", why_not=lambda: _no_project(p),
             section=True,
         ),
         Command(
-            "annotate-landmarks", _MENU, "Landmarks …", "Which landmarks are clicked: names, "
-            "colours, limbs, places on the body.", dialogs.show_landmarks, icon="clicks",
+            "annotate-landmarks", _MENU, "Landmarks …", "Edit the set of landmarks: names, "
+            "colours, limbs, positions on the body.", dialogs.show_landmarks, icon="clicks",
             why_not=lambda: _no_project(p),
         ),
     ]  # fmt: skip
@@ -263,26 +279,32 @@ def _setup(p: AnnotationPanels, dialogs: AnnotationDialogs) -> list[Command]:
 
 def _files(p: AnnotationPanels, dialogs: AnnotationDialogs) -> list[Command]:
     def no_reference() -> str:
-        return "" if p.reference.now is not None else "Fit the whole recording first."
+        return (
+            ""
+            if p.reference.now is not None
+            else "The whole recording has not been fitted yet. Choose Fit whole recording first."
+        )
 
     return [
         Command(
-            "annotate-import", _FILE, "Import clicks …", "Take clicks, labels of other tools or a "
-            "reference in, after a look at what is new and what contradicts.",
+            "annotate-import", _FILE, "Import clicks …", "Import clicks, labels of other tools or "
+            "a reference. New and conflicting clicks are shown before anything is written.",
             dialogs.ask_to_import, icon="open", why_not=lambda: _no_edit(p), section=True,
         ),
         Command(
-            "annotate-export", _FILE, "Export clicks …", "Write the clicks to a file.",
+            "annotate-export", _FILE, "Export clicks …", "Write the project's clicks to a file.",
             lambda: dialogs.export(None), icon="export", why_not=lambda: _no_project(p),
         ),
         Command(
-            "annotate-export-reference", _FILE, "Export the reference …", "Write the trajectory "
-            "fitted to the clicks as a recording has it, or with its uncertainty.",
+            "annotate-export-reference", _FILE, "Export the reference …",
+            "Write the trajectory fitted to the clicks, in the format of a recording or with its "
+            "uncertainty.",
             dialogs.ask_to_export_reference, icon="export", why_not=no_reference,
         ),
         Command(
-            "annotate-export-selection", _SELECTION, "Export these clicks …", "Write the clicks "
-            "of the selection to a file.", lambda: dialogs.export(p.selection()), icon="export",
+            "annotate-export-selection", _SELECTION, "Export selected clicks …",
+            "Write the selected clicks to a file.",
+            lambda: dialogs.export(p.selection()), icon="export",
             why_not=lambda: _no_project(p), section=True,
         ),
     ]  # fmt: skip

@@ -31,7 +31,7 @@ class AnnotateController(QObject):
         self._context, self._session = context, context.session
         self.panels, self._predicting, self._clicking = panels, predicting, clicking
         session, docks, annotating = context.session, context.docks, clicking.annotating
-        docks.add("next", "Next", panels.next_panel)
+        docks.add("next", "Suggested clicks", panels.next_panel)
         docks.add("history", "History", panels.history_panel)
         docks.add_above_timeline(panels.bar)
         docks.add_above_views(panels.repeat_bar)

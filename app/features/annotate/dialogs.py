@@ -125,7 +125,7 @@ class AnnotationDialogs(QObject):
         def read() -> tuple[tuple[Click, ...], tuple[InputError, ...]]:
             return project.clicks.again(), ()
 
-        self._take_in(project, read, "the blind repeats")
+        self._take_in(project, read, "blind repeats")
 
     def _take_in(
         self,
@@ -242,15 +242,15 @@ class AnnotationDialogs(QObject):
         def work(_task: object) -> tuple[str, AgreementReport]:
             landmarks = project.landmark_set()
             if path is None:
-                words = "The frames that were annotated again, blindly"
+                words = "Blind repeats: first and second passes"
                 found = repeat_differences(project)
                 sigmas = click_sigmas(found, landmarks.names, USUAL_SIGMA)
                 return words, agreement_report(found, recording.cameras, landmarks, sigmas)
-            words = f"This project against {path.name}"
+            words = f"This project and {path.name}"
             found = differences(project.clicks.all(), _clicks_of(path, project)[0])
             return words, agreement_report(found, recording.cameras, landmarks)
 
-        self._panels.tasks.begin("comparing two readings", work, self._on_compared)
+        self._panels.tasks.begin("comparing annotations", work, self._on_compared)
 
     @Slot(object)
     def _on_compared(self, found: tuple[str, AgreementReport]) -> None:

@@ -54,4 +54,4 @@ class EditWork(QObject):
 
     @Slot(object)
     def _on_done(self, changed: Changed | None) -> None:
-        self.said.emit(f"Done: {changed.words}." if changed is not None else "Nothing changes.")
+        self.said.emit(f"Done: {changed.words}." if changed is not None else "Nothing to change.")

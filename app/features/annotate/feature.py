@@ -45,7 +45,7 @@ def register(context: Context) -> Annotate:
         Workspace(
             "annotate",
             "Annotate",
-            "Click landmarks in all views; the body is fitted to the clicks as they come.",
+            "Click landmarks in all views. The body is fitted to the clicks as you go.",
             "clicks",
             side=(("landmarks",), ("body", "next", "history", "scene")),
             bottom=("timeline",),

@@ -297,7 +297,7 @@ class AnnotationPanels(QObject):
             self.frame_requested.emit(found)
         else:
             where = "before" if backwards else "after"
-            self.said.emit(f"No frame {where} this one is flagged.")
+            self.said.emit(f"No frame {where} this one has a flag.")
 
     # ---- fit, following, what is next
 

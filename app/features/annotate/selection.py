@@ -15,7 +15,7 @@ from stereotrack_core.project.project import Project
 from ...session.counting import frames_in_words
 from .lanes import GAP
 
-_LOOK_AGAIN = "look again"
+_LOOK_AGAIN = "review"
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,9 @@ def keyframes_every(selection: Selection, step: int) -> Edit:
         Where the step is not at least 1.
     """
     if step < 1:
-        raise InputError(f"there is no frame every {step}", remedy="Write a number from 1 on.")
+        raise InputError(
+            f"cannot set a keyframe every {step} frames", remedy="Enter a number of at least 1."
+        )
     return SetKeyframes(tuple(selection.frames[::step]))
 
 
@@ -144,7 +146,7 @@ def keyframes_done(project: Project, selection: Selection, *, done: bool = True)
         (selection.frames.start,) if len(selection.frames) == 1 else ()
     )
     if not frames:
-        raise _nothing(f"there is no keyframe in {frames_in_words(selection.frames)}")
+        raise _nothing(f"there are no keyframes in {frames_in_words(selection.frames)}")
     return SetKeyframes(frames, "done" if done else "wanted")
 
 
@@ -158,7 +160,7 @@ def no_keyframes(project: Project, selection: Selection) -> Edit:
     """
     frames = _keyframes(project, selection)
     if not frames:
-        raise _nothing(f"there is no keyframe in {frames_in_words(selection.frames)}")
+        raise _nothing(f"there are no keyframes in {frames_in_words(selection.frames)}")
     return SetKeyframes(frames, "none")
 
 

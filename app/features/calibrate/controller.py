@@ -9,7 +9,7 @@ from ...widgets.forms.message import Message
 from ...widgets.tables.findings_panel import FindingsPanel
 from ...widgets.tables.rig_panel import RigPanel
 
-_FINDINGS = "Findings"
+_FINDINGS = "Recording checks"
 
 
 class CalibrateController(QObject):

@@ -14,7 +14,7 @@ def register(context: Context) -> CalibrateController:
         Workspace(
             "calibrate",
             "Calibrate",
-            "The cameras of the rig, where they stand, and what looks wrong about them.",
+            "Inspect the cameras of the rig, their positions, and problems of the recording.",
             "calibrate",
             side=(("scene",), ("rig",), ("findings",)),
             bottom=(),

@@ -13,36 +13,41 @@ def commands(session: Session, inspect: InspectController) -> list[Command]:
     """Commands for the inside of a frame, in the menu Track."""
 
     def export_why() -> str:
-        return "" if inspect.inside.known is not None else "Look inside a frame first."
+        return (
+            ""
+            if inspect.inside.known is not None
+            else "No step trace is shown. Choose Inspect step first."
+        )
 
     return [
         Command(
-            "iterate", _MENU, "Step inside the next frame",
-            "Show step by step what the tracker in progress does in its next frame; after the "
-            "last step, track it.", inspect.iterate, "F11", "iterate",
+            "iterate", _MENU, "Inspect next frame",
+            "Show step by step how the tracker processes its next frame. The frame is tracked "
+            "after the last stage.", inspect.iterate, "F11", "iterate",
             lambda: session.no_depth() or session.tracker_works(), section=True,
         ),
         Command(
-            "look_inside", _MENU, "Look inside the frame", "Show step by step what the tracker "
-            "does in this frame: prediction, points, correspondences, sigma points, "
+            "look_inside", _MENU, "Inspect step", "Show step by step how the tracker "
+            "processes this frame: prediction, points, correspondences, sigma points, "
             "cross-covariance, correction.", inspect.toggle, "F12", "search",
             lambda: session.no_depth() or session.tracker_works(),
             checked=lambda: inspect.inside.looking,
         ),
         Command(
-            "inside_next", _MENU, "Next step inside the frame",
-            "Show the next step of what the tracker does in this frame.",
+            "inside_next", _MENU, "Next stage of the step",
+            "Show the next stage of the tracker's step.",
             lambda: inspect.step(1), "F7", "step-forward",
             lambda: inspect.why_no_step(1),
         ),
         Command(
-            "inside_previous", _MENU, "Previous step inside the frame",
-            "Show the step before.", lambda: inspect.step(-1), "Shift+F7", "step-back",
+            "inside_previous", _MENU, "Previous stage of the step",
+            "Show the previous stage of the tracker's step.",
+            lambda: inspect.step(-1), "Shift+F7", "step-back",
             lambda: inspect.why_no_step(-1),
         ),
         Command(
-            "inside_export", _MENU, "Export the inside of the frame…", "Write the "
-            "cross-covariance of the iteration that is shown as CSV, or all numbers of the frame "
+            "inside_export", _MENU, "Export step trace …",
+            "Save the cross-covariance of the shown iteration as CSV, or all numbers of the step "
             "as NPZ.", inspect.ask_for_file, "", "export", export_why,
         ),
     ]  # fmt: skip

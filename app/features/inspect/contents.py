@@ -24,19 +24,19 @@ from .search import pairs_table, proposals_table, search_words
 from .steps import Step, name_of
 
 _KINDS = {
-    "elbow": "Limit of the elbows",
+    "elbow": "Elbow joint limits",
     "rest": "Head and legs at rest",
-    "torso": "Arms off the torso",
-    "arms": "Arms apart",
-    "outline": "Outlines",
-    "detection": "Detections",
+    "torso": "Arm–torso collisions",
+    "arms": "Arm–arm collisions",
+    "outline": "Silhouettes",
+    "detection": "Keypoints",
 }
-_SIDES = ("inside the model", "outside of it")
+_SIDES = ("inside the model", "outside the model")
 _NEGATIVE = (
     "The prediction is the mean over the sigma points (2.16), which lies off the model where a "
-    "joint is uncertain; so a residual may be negative though a distance is not."
+    "joint is uncertain. A residual can therefore be negative although a distance cannot."
 )
-_REASONS = ("Hidden", "Inside", "Surplus", "Too far", "On it")
+_REASONS = ("Hidden", "Inside", "Excess", "Too far", "On the cone")
 _UNITS = {"m": ("mm", 1e3), "rad": ("°", float(np.degrees(1.0))), "px": ("px", 1.0)}
 
 
@@ -127,7 +127,7 @@ def _counted(name: str, used: int, unused: list[int]) -> tuple[str, ...]:
 def _pairs(trace: StepTrace, step: Step, correction: Correction) -> StepContent:
     points = correction.points
     residual = correction.normalised_residual
-    words = f"{_said(points)} Normalised residual {residual:.2f}; 1 is as expected."
+    words = f"{_said(points)} Normalised residual {residual:.2f}; 1 is expected."
     sides = _SIDES
     if trace.method == "thesis":
         sides = ("", "")
@@ -143,9 +143,9 @@ def _pairs(trace: StepTrace, step: Step, correction: Correction) -> StepContent:
 
 def _said(points: Points) -> str:
     if not len(points.residual):
-        return "No pair at all."
+        return "No correspondences."
     rms = 1e3 * float(np.sqrt(np.mean(points.residual**2)))
-    return f"{len(points.residual)} pairs, root mean square {rms:.1f} mm."
+    return f"{len(points.residual)} correspondences, root mean square {rms:.1f} mm."
 
 
 def _parts_table(points: Points) -> Table:
@@ -164,14 +164,16 @@ def _parts_table(points: Points) -> Table:
         limbs.append(limb_of_part(part))
     tips = (
         "",
-        "Pairs",
+        "Correspondences",
         "Mean residual; positive: the measured points are ahead of their partners",
         "Root mean square of the residuals",
-        "1: full trust, 0: none; it falls with the distance",
-        "Standard deviation that a measurement is taken to have",
+        "1: full weight, 0: none. The weight falls with the distance.",
+        "Assumed standard deviation of a measurement",
     )
     headings = ("Part", "Pairs", "Mean", "RMS", "Weight", "σ")
-    return Table("Pairs by part, lengths in mm", headings, tuple(rows), tuple(limbs), tips=tips)
+    return Table(
+        "Correspondences by part, lengths in mm", headings, tuple(rows), tuple(limbs), tips=tips
+    )
 
 
 def _rows_table(rows: tuple[Rows, ...]) -> Table:
@@ -182,9 +184,7 @@ def _rows_table(rows: tuple[Rows, ...]) -> Table:
         strongest = float(np.abs(row.residual / row.sigma).max())
         name = _KINDS.get(row.kind, row.kind)
         found.append((name, str(len(row.part)), f"{rms:.1f} {unit}", f"{strongest:.1f} σ"))
-    return Table(
-        "What else acts on the correction", ("Rows", "How many", "RMS", "Largest"), tuple(found)
-    )
+    return Table("Other terms of the correction", ("Term", "Count", "RMS", "Largest"), tuple(found))
 
 
 def _sigma(trace: StepTrace, step: Step, correction: Correction) -> StepContent:
@@ -196,14 +196,14 @@ def _sigma(trace: StepTrace, step: Step, correction: Correction) -> StepContent:
         for state, *values in zip(states, correction.before.sigma, largest, strict=True)
     )
     limbs = tuple(state.limb for state in states)
-    tips = ("", "Standard deviation", "How far the farthest of these poses is from the estimate")
+    tips = ("", "Standard deviation", "Largest distance of these poses from the estimate")
     table = Table("Spread", ("State", "σ", "Farthest"), rows, limbs, tips=tips)
-    return _content(step, trace, f"Here {count} poses.", tables=(table,))
+    return _content(step, trace, f"{count} poses.", tables=(table,))
 
 
 def _cross_words(correction: Correction) -> str:
     n, m = correction.P_xz.shape
-    return f"{n} states, {m} pairs; norm of the gain {correction.gain_norm:.3g}."
+    return f"{n} states, {m} correspondences; norm of the gain {correction.gain_norm:.3g}."
 
 
 def _correct(trace: StepTrace, step: Step, correction: Correction) -> StepContent:
@@ -223,7 +223,7 @@ def _moved_table(trace: StepTrace, origin: Pose, to: Pose) -> Table:
     now = movement(trace.body, origin, to)
     since = movement(trace.body, trace.predicted.pose, to)
     rows = [
-        ("torso, place", f"{1e3 * now.shift:.1f} mm", f"{1e3 * since.shift:.1f} mm"),
+        ("torso, position", f"{1e3 * now.shift:.1f} mm", f"{1e3 * since.shift:.1f} mm"),
         ("torso, rotation", _degrees(now.turn), _degrees(since.turn)),
     ]
     rows += [
@@ -232,8 +232,8 @@ def _moved_table(trace: StepTrace, origin: Pose, to: Pose) -> Table:
         if i
     ]
     limbs = ("torso", *LIMBS)
-    headings = ("Limb", "Now", "In all")
-    tips = ("", "By this step", "Since the prediction")
+    headings = ("Limb", "This stage", "Total")
+    tips = ("", "In this stage", "Since the prediction")
     return Table("Correction", headings, tuple(rows), limbs, tips=tips)
 
 
@@ -245,7 +245,7 @@ def _pull_table(correction: Correction) -> Table:
     """What pulled where, in the state's own numbers."""
     sources: list[tuple[str, FloatArray]] = [
         ("measured points", correction.gain @ correction.points.residual),
-        ("back to the prediction", correction.from_prior),
+        ("prior (prediction)", correction.from_prior),
     ]
     sources += [(_KINDS.get(row.kind, row.kind).lower(), row.dx) for row in correction.rows]
     rows = tuple(
@@ -257,8 +257,8 @@ def _pull_table(correction: Correction) -> Table:
         )
         for name, dx in sources
     )
-    headings = ("What pulls", "Place", "Rotation", "L upper", "L fore", "R upper", "R fore")
-    return Table("What pulls", headings, rows)
+    headings = ("Contribution", "Position", "Rotation", "L upper", "L fore", "R upper", "R fore")
+    return Table("Contribution", headings, rows)
 
 
 def _collisions(trace: StepTrace, step: Step) -> StepContent:
@@ -269,13 +269,14 @@ def _collisions(trace: StepTrace, step: Step) -> StepContent:
     for arm in jump.arms:
         side = "left" if arm.side == 0 else "right"
         why = [
-            f"the {name} was {1e3 * missing:.0f} mm too near to the torso ({least:.0f} mm wanted)"
+            f"the {name} was {1000.0 * missing:.0f} mm too close to the torso (minimum "
+            f"{least:.0f} mm)"
             for name, missing in (("elbow", arm.elbow_missing), ("hand", arm.hand_missing))
             if missing > 0.0
         ]
         if arm.bend_missing > 0.0:
-            why.append(f"the elbow was folded {np.degrees(arm.bend_missing):.0f}° too far")
-        found = " and ".join(why) if why else "nothing was too near"
+            why.append(f"the elbow was bent {np.degrees(arm.bend_missing):.0f}° too far")
+        found = " and ".join(why) if why else "no limit was violated"
         said.append(f"{_capital(side)} arm: {found}.")
     table = _moved_table(trace, jump.before, jump.after)
     return _content(step, trace, " ".join(said), tables=(table,))
@@ -293,7 +294,7 @@ def _result(trace: StepTrace, step: Step, compared: str) -> StepContent:
     estimate = trace.estimate
     words = compared
     if not estimate.tracked:
-        words = f"The frame is not tracked: {estimate.reason}."
+        words = f"The frame was not tracked: {estimate.reason}."
     timing = Table(
         "Time",
         ("Step", "Milliseconds"),

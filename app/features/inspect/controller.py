@@ -19,8 +19,8 @@ from .presenter import InsidePresenter
 _SHARE = 0.68
 """Share of its column that the panel gets while a frame is looked into."""
 
-_WAITING = "Measuring the points of this frame, and going through what the tracker does with them …"
-_FILTERS = "Cross-covariance of the iteration (*.csv);;All numbers of the frame (*.npz)"
+_WAITING = "Measuring the points of this frame and recording the tracker's step …"
+_FILTERS = "Cross-covariance of the iteration (*.csv);;All numbers of the step (*.npz)"
 
 
 class InspectController(QObject):
@@ -31,7 +31,7 @@ class InspectController(QObject):
         self._context, self._session = context, context.session
         session = context.session
         self.panel = InsidePanel()
-        context.docks.add("inside", "Inside the frame", self.panel)
+        context.docks.add("inside", "Inspect step", self.panel)
         self.inside = InsidePresenter(session.document, session.clouds, session.runs, session.track)
         self.inside.changed.connect(self.show)
         self.inside.message.connect(context.notifier.show)
@@ -82,10 +82,10 @@ class InspectController(QObject):
         """Why there is no further step; empty where there is one."""
         known = self.inside.known
         if known is None:
-            return "Look inside a frame first."
+            return "No step trace is shown. Choose Inspect step first."
         if 0 <= self.inside.index + by < len(known.steps):
             return ""
-        return "This is the last step." if by > 0 else "This is the first step."
+        return "This is the last stage." if by > 0 else "This is the first stage."
 
     def ask_for_file(self) -> None:
         """Ask where the numbers of the frame shall go."""
@@ -94,7 +94,7 @@ class InspectController(QObject):
             return
         name = f"frame-{known.trace.frame}-inside.csv"
         chosen, _ = QFileDialog.getSaveFileName(
-            self._context.docks.dialog_parent, "Export the inside of the frame", name, _FILTERS
+            self._context.docks.dialog_parent, "Export step trace", name, _FILTERS
         )
         if chosen:
             self.export(Path(chosen))
@@ -110,7 +110,7 @@ class InspectController(QObject):
         except InputError as error:
             self._context.notifier.error(error)
         else:
-            self._context.notifier.say(f"Written to {path}.", 6000)
+            self._context.notifier.say(f"Saved to {path}.", 6000)
 
     # ---- following
 

@@ -130,7 +130,7 @@ def _covariance_map(belief: Belief, names: tuple[str, ...], title: str) -> HeatM
         a, b = states[row], states[column]
         if row == column:
             return f"{a.label}: standard deviation {sigma[row] * a.factor:.2f} {a.unit}"
-        return f"{a.label} with {b.label}: correlation {correlation[row, column]:+.2f}"
+        return f"{a.label} and {b.label}: correlation {correlation[row, column]:+.2f}"
 
     rows = tuple(state.short for state in states)
     return HeatMap(title, rows, tuple(groups), correlation, words, ("correlation 1",))
@@ -163,7 +163,13 @@ def residual_histogram(points: Points, words: str, sides: tuple[str, str]) -> Hi
     middles = 0.5 * (edges[1:] + edges[:-1])
     shades = np.clip(middles / (1e3 * _FULL), -1.0, 1.0)
     return Histogram(
-        "Residuals of the pairs", edges, counts.astype(np.float64), shades, "mm", words, sides
+        "Residuals of the correspondences",
+        edges,
+        counts.astype(np.float64),
+        shades,
+        "mm",
+        words,
+        sides,
     )
 
 

@@ -186,7 +186,7 @@ class InsidePresenter(QObject):
         self._stop()
         self._asked = question
         if self._worker is None:
-            self._worker = NewestWins(answer, "look inside")
+            self._worker = NewestWins(answer, "record step trace")
             self._worker.answered.connect(self._on_answered)
             self._worker.failed.connect(self._on_failed)
         self._worker.ask(question)
@@ -207,7 +207,7 @@ class InsidePresenter(QObject):
             return None
         cloud = self._clouds.cloud(frame, settings.depth)
         if cloud is None and self._clouds.given_up(frame, settings.depth):
-            raise InputError("the points of this frame cannot be measured", where=f"frame {frame}")
+            raise InputError("the points of this frame cannot be computed", where=f"frame {frame}")
         if cloud is None:
             self._clouds.ask(frame, settings.depth)
             return None

@@ -10,17 +10,17 @@ from ...widgets.plots.inside_content import Table
 
 _SHOWN = 6
 _TIPS = {
-    "data": "Measured points that neither body nor arms explain",
-    "sight": "Places of the arms that a view looks through, or that no view supports",
-    "anatomy": "Elbows bent too far, arms inside the torso, arms where arms cannot be",
-    "change": "Change against the predicted arms",
-    "crossing": "Arms that go through each other",
-    "pictures": "What views should see of the pose and do not",
+    "data": "Measured points that neither torso nor arms explain",
+    "sight": "Arm positions that a view sees through, or that no view supports",
+    "anatomy": "Elbows bent too far, arms inside the torso, implausible arm positions",
+    "change": "Change from the predicted arms",
+    "crossing": "Arms that intersect each other",
+    "pictures": "Parts of the pose that views should see and do not",
 }
 
 _SHORT = {
     "data": "Data",
-    "sight": "Sight",
+    "sight": "Visib.",
     "anatomy": "Anat.",
     "change": "Change",
     "crossing": "Cross",
@@ -33,11 +33,11 @@ def search_words(search: Search) -> str:
     tried = [len(one.cost) for one in search.proposals]
     places = " and ".join(str(count) for count in tried) or "no"
     best = min(search.pairs, key=lambda pair: pair.cost, default=None)
-    said = f"{places} places for the left and the right arm were scored."
+    said = f"{places} candidates for the left and the right arm were scored."
     if search.followed.chosen or best is None:
-        return f"{said} The arms stay where following has put them."
+        return f"{said} The tracked arms were kept."
     less = search.followed.cost - best.cost
-    return f"{said} The arms were put elsewhere: that costs {less:.1f} less."
+    return f"{said} Other arms were chosen, at a cost lower by {less:.1f}."
 
 
 def pairs_table(search: Search) -> Table:
@@ -47,16 +47,16 @@ def pairs_table(search: Search) -> Table:
     pairs += [(f"pair {i}", pair) for i, pair in enumerate(search.pairs, start=1)]
     rows = tuple(
         (
-            f"{name}, taken" if pair.chosen else name,
+            f"{name}, chosen" if pair.chosen else name,
             f"{pair.cost:.1f}",
             *(f"{pair.terms[each]:.1f}" for each in names),
         )
         for name, pair in pairs
     )
     strong = tuple(i for i, (_, pair) in enumerate(pairs) if pair.chosen)
-    title = f"What speaks against pairs of arms; another one must cost {search.gain:g} less"
-    headings = ("Arms", "Sum", *(_SHORT.get(name, name) for name in names))
-    tips = ("", "Of all terms", *(_TIPS.get(name, "") for name in names))
+    title = f"Cost of pairs of arms. A new pair must cost {search.gain:g} less."
+    headings = ("Arms", "Total", *(_SHORT.get(name, name) for name in names))
+    tips = ("", "Sum of all terms", *(_TIPS.get(name, "") for name in names))
     return Table(title, headings, rows, strong=strong, tips=tips)
 
 
@@ -74,9 +74,12 @@ def proposals_table(proposals: Proposals) -> Table:
         for k in order
     )
     kept = int(np.count_nonzero(proposals.kept))
-    title = f"Best places for the {side} arm, of {len(proposals.cost)}; pairs were made of {kept}"
-    headings = ("Upper arm, forearm", "Sum", *(_SHORT.get(name, name) for name in names))
-    tips = ("", "Of all terms", *(_TIPS.get(name, "") for name in names))
+    title = (
+        f"Best candidates for the {side} arm, of {len(proposals.cost)}; pairs were formed from "
+        f"{kept}"
+    )
+    headings = ("Upper arm, forearm", "Total", *(_SHORT.get(name, name) for name in names))
+    tips = ("", "Sum of all terms", *(_TIPS.get(name, "") for name in names))
     limb = f"{side}_upper_arm"
     return Table(title, headings, rows, (limb,) * len(rows), tips=tips)
 

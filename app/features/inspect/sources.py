@@ -37,10 +37,10 @@ from ...session.runs import RunEntry
 from .steps import Step, steps_of
 
 LIVE = (
-    "Begins with the tracker in progress itself: a copy of it does this frame, and the tracker "
-    "stays before it."
+    "Starts from the state of the tracker in progress. A copy processes this frame; the tracker "
+    "itself does not advance."
 )
-_SMOOTHED = " The run was smoothed, so its poses know of later frames too."
+_SMOOTHED = " The run was smoothed, so its poses also depend on later frames."
 _SAME_METRES, _SAME_RADIANS = 1e-4, np.radians(0.01)
 
 
@@ -205,8 +205,8 @@ def _compared(trace: StepTrace, found: Estimate | None) -> str:
     off = movement(trace.body, pose, trace.after.pose)
     angle = max(off.turn, float(np.nanmax(off.limbs)))
     if off.shift < _SAME_METRES and angle < _SAME_RADIANS:
-        return "It is the pose that the run has found."
+        return "The result equals the pose of the run."
     return (
-        f"The run has found another pose: {1e3 * off.shift:.1f} mm and up to "
-        f"{np.degrees(angle):.1f}° away."
+        f"The result differs from the pose of the run by {1000.0 * off.shift:.1f} mm and up to "
+        f"{np.degrees(angle):.1f}°."
     )

@@ -42,26 +42,27 @@ class Step:
 _THESIS: dict[StepKind, tuple[str, str, str]] = {
     "predict": (
         "Predict",
-        "Nobody knows how the body will move, so it is expected to stay where it was. Only the "
+        "The motion is unknown, so the body is predicted to stay where it was. Only the "
         "uncertainty grows: the process noise Q is added to the covariance P.",
         "Section 3.2.1 and figure 3.8: x[k+1|k] = x[k|k], P[k+1|k] = P[k|k] + Q",
     ),
     "points": (
         "Sample",
-        "Points are drawn from the cones of the model, as many from each. Those inside another "
-        "cone and those that no camera can see are dropped, for nothing could be measured there.",
+        "The same number of points is sampled from each cone of the model. Points inside another "
+        "cone and points that no camera can see are dropped, because nothing can be measured "
+        "there.",
         "Equation (3.4), figure 3.5",
     ),
     "pairs": (
         "Correspondences",
-        "Each model point looks for the nearest measured point. Both are projected on the line "
-        "that joins them, so each pair gives one number: how far they are apart.",
+        "Each model point is paired with its nearest measured point. Both are projected on the "
+        "line that joins them, so each pair gives one number: the distance between them.",
         "Section 2.3, equations (3.5) to (3.8), figures 3.6 and 3.10",
     ),
     "sigma": (
         "Sigma points",
-        "A few poses stand for the estimate and its uncertainty: the estimate itself and, for "
-        "each direction in which it is uncertain, one pose on either side (thin outlines).",
+        "A few poses represent the estimate and its uncertainty: the estimate itself and, for "
+        "each uncertain direction, one pose on either side (thin outlines).",
         "Equations (2.12) to (2.14), figure 3.9",
     ),
     "cross": (
@@ -74,18 +75,18 @@ _THESIS: dict[StepKind, tuple[str, str, str]] = {
     "correct": (
         "Correct",
         "The residual, weighted by the gain K = P_xz P_νν⁻¹, corrects the state, and the "
-        "covariance shrinks. Thin outlines: the model before.",
+        "covariance shrinks. Thin outlines: the model before the correction.",
         "Section 3.2.3: x + Kν and P − K P_νν Kᵀ with P_νν = P_zz + R",
     ),
     "collisions": (
         "Collisions",
-        "After the last iteration arms that came too near to the torso, or were folded too far, "
-        "are set to where they keep the least distances. Thin outlines: the model before.",
+        "After the last iteration, arms that are too close to the torso or bent too far are moved "
+        "to the minimum distance or angle. Thin outlines: the model before.",
         "Section 3.2.4, figure 3.15",
     ),
     "result": (
         "Result",
-        "The pose of this frame. The next frame begins with it and with its covariance.",
+        "The pose of this frame. The next frame starts from it and from its covariance.",
         "Section 3.2.3: x[k+1|k+1], P[k+1|k+1]",
     ),
 }
@@ -93,26 +94,29 @@ _THESIS: dict[StepKind, tuple[str, str, str]] = {
 _MANIFOLD: dict[StepKind, tuple[str, str, str]] = {
     "predict": (
         "Predict",
-        "The body is expected to stay, or to repeat a share of its last movement, and the "
-        "uncertainty grows by the process noise Q.",
-        "Section 3.2.1, figure 3.8; the states are small turns that no pose makes ambiguous",
+        "The body is predicted to stay, or to repeat part of its last movement. The uncertainty "
+        "grows by the process noise Q.",
+        "Section 3.2.1, figure 3.8; rotation states are small rotation vectors, free of "
+        "singularities",
     ),
     "points": (
         "Measure",
-        "Measured points are drawn from the cloud. They look for the model, and not the model for "
-        "them as in the thesis: a lost arm then has data that pull at it.",
-        "In the place of equation (3.4)",
+        "Points are sampled from the cloud. They are assigned to the model (data-to-model), where "
+        "the thesis assigns model points to the cloud. A misplaced arm therefore still has data "
+        "that attract it.",
+        "Replaces equation (3.4)",
     ),
     "pairs": (
         "Correspondences",
-        "Each measured point is given to the nearest cone and compared along the normal of the "
-        "surface there. The farther it is, the less it counts; beyond the reach it counts nothing.",
-        "In the place of equations (3.5) to (3.8)",
+        "Each measured point is assigned to the nearest cone and compared along the surface "
+        "normal there. Its weight falls with distance and is zero beyond the maximum "
+        "correspondence distance.",
+        "Replaces equations (3.5) to (3.8)",
     ),
     "sigma": (
         "Sigma points",
-        "Poses that stand for the estimate and its uncertainty (thin outlines). This tracker "
-        "linearises by them, around the pose that the iteration begins with.",
+        "Poses that represent the estimate and its uncertainty (thin outlines). This tracker uses "
+        "them to linearise around the pose at the start of the iteration.",
         "Equations (2.12) to (2.14), figure 3.9",
     ),
     "cross": (
@@ -124,31 +128,30 @@ _MANIFOLD: dict[StepKind, tuple[str, str, str]] = {
     ),
     "correct": (
         "Correct",
-        "The frame's prediction is corrected by all pairs at once, linearised where the iteration "
-        "began; limits of joints, other sensors and the prediction itself pull as well.",
+        "The prediction is corrected by all correspondences at once, linearised at the start of "
+        "the iteration. Joint limits, other sensors and the prediction itself contribute as well.",
         "Section 3.2.3, iterated by posterior linearisation (DOI 10.1109/TSP.2015.2454485)",
     ),
     "settle": (
-        "Settle",
-        "This tracker finds its pose in a way of its own, without a cross-covariance. Thin "
-        "outlines: the prediction.",
-        "Named in the thesis as another way; measured against for comparison",
+        "Fit pose",
+        "This method finds the pose without a cross-covariance. Thin outlines: the prediction.",
+        "Named in the thesis as an alternative; used here as a baseline",
     ),
     "search": (
-        "Search for the arms",
-        "Many other places for both arms are scored, the best pairs are refined, and one of them "
-        "is taken if it explains the frame clearly better. Thin outlines: pairs not taken.",
-        "Not in the thesis, whose section 3.2.4 tells of arms that stay caught at other parts",
+        "Arm search",
+        "Many other positions of both arms are scored and the best pairs are refined. One of them "
+        "is chosen if it explains the frame clearly better. Thin outlines: rejected pairs.",
+        "Not in the thesis, whose section 3.2.4 describes arms that stay caught on other parts",
     ),
     "result": (
         "Result",
-        "The pose of this frame. The next frame begins with it and with its covariance.",
+        "The pose of this frame. The next frame starts from it and from its covariance.",
         "Section 3.2.3: x[k+1|k+1], P[k+1|k+1]",
     ),
 }
 _PICTURED = (
-    "Poses that stand for the estimate and its uncertainty (thin outlines). This tracker "
-    "linearises by derivatives instead; they only picture what it is uncertain about."
+    "Poses that represent the estimate and its uncertainty (thin outlines). This tracker "
+    "linearises by derivatives; the poses only illustrate its uncertainty."
 )
 _IN_ITERATION: tuple[StepKind, ...] = ("points", "pairs", "sigma", "cross", "correct")
 
@@ -175,7 +178,7 @@ def steps_of(trace: StepTrace) -> tuple[Step, ...]:
 
 def heading_of(correction: Correction) -> str:
     """Name of an iteration."""
-    again = ", from a wider prior" if correction.stage == "again" else ""
+    again = ", with prior inflation" if correction.stage == "again" else ""
     return f"Iteration {correction.iteration}{again}"
 
 

@@ -28,7 +28,7 @@ def _files(session: Session, files: FileController, projects: ProjectController)
             "open_project",
             "&File",
             "Open a project …",
-            "Open a project file (.stereotrack) with its recording.",
+            "Open a project file (.stereotrack) and its recording.",
             projects.ask_for_project,
             "Ctrl+Alt+O",
             "open",
@@ -36,17 +36,18 @@ def _files(session: Session, files: FileController, projects: ProjectController)
         Command(
             "demo",
             "&File",
-            "Make and track the demo",
-            "Render four stereo views of a moving person with known truth (once), and track them.",
+            "Create and track demo",
+            "Render four stereo views of a moving person with known ground truth (only the first "
+            "time), and track them.",
             files.begin_demo,
             icon="run-tracker",
-            why_not=lambda: "The demo is being made." if files.making_demo else "",
+            why_not=lambda: "The demo is already being created." if files.making_demo else "",
         ),
         Command(
             "close",
             "&File",
             "Close the recording",
-            "Go back to the welcome page.",
+            "Close the recording and show the welcome page.",
             files.close_recording,
             "Ctrl+W",
             why_not=session.no_recording,
@@ -55,8 +56,8 @@ def _files(session: Session, files: FileController, projects: ProjectController)
         Command(
             "open_run",
             "&File",
-            "Open a run …",
-            "Show a stored run (.npz) over this recording.",
+            "Open run …",
+            "Show a saved run (.npz) with this recording.",
             files.ask_for_run,
             "Ctrl+Shift+O",
             "open",
@@ -66,7 +67,7 @@ def _files(session: Session, files: FileController, projects: ProjectController)
         Command(
             "save_run",
             "&File",
-            "Save the run as …",
+            "Save run as …",
             "Save the active run: complete (.npz), or as .csv, .trc, .c3d or .bvh.",
             files.ask_where_to_save,
             "Ctrl+S",
@@ -79,29 +80,30 @@ def _files(session: Session, files: FileController, projects: ProjectController)
 def _projects(session: Session, projects: ProjectController) -> list[Command]:
     return [
         Command(
-            "copy_project", "&File/Project", "Save a copy …", "Write the project as it is now to "
-            "another file; the project itself needs no saving.", projects.ask_for_copy,
+            "copy_project", "&File/Project", "Save a copy …",
+            "Write the project in its present state to another file. The project itself is always "
+            "saved.", projects.ask_for_copy,
             icon="save", why_not=session.no_project,
         ),
         Command(
-            "take_over", "&File/Project", "Take over …", "Open for writing a project that another "
-            "program seems to have, because that program is gone for certain.",
+            "take_over", "&File/Project", "Force unlock …", "Open for writing a project that is "
+            "locked by another program, when that program is certainly no longer running.",
             projects.take_over, icon="lock",
-            why_not=lambda: "" if session.project.in_use else "No other program has the project.",
+            why_not=lambda: "" if session.project.in_use else "The project is not locked.",
         ),
         Command(
-            "rescue_project", "&File/Project", "Rescue a damaged project …", "Save everything that "
-            "can be read of a damaged project file into a new one.",
+            "rescue_project", "&File/Project", "Recover damaged project …",
+            "Save everything that can be read from a damaged project file to a new one.",
             projects.ask_what_to_rescue, icon="reset",
         ),
         Command(
-            "projects_beside", "&File/Project", "New ones beside their recordings",
-            "Make the project of a recording that has none beside its folder.",
+            "projects_beside", "&File/Project", "Keep new projects beside recordings",
+            "Create the project of a new recording beside the recording's folder.",
             projects.keep_beside, checked=projects.kept_beside, section=True,
         ),
         Command(
-            "projects_folder", "&File/Project", "New ones in a folder …",
-            "Choose a folder for the projects of recordings that have none yet.",
+            "projects_folder", "&File/Project", "Keep new projects in folder …",
+            "Choose a folder for the projects of new recordings.",
             projects.ask_for_home, icon="settings",
             checked=lambda: not projects.kept_beside(),
         ),
@@ -113,23 +115,25 @@ def _edits(session: Session, projects: ProjectController) -> list[Command]:
         return f"{verb}: {words}" if words else verb
 
     def nothing(words: str, verb: str) -> str:
-        return session.no_edit() or ("" if words else f"There is no edit to {verb}.")
+        return session.no_edit() or ("" if words else f"There is nothing to {verb}.")
 
     return [
         Command(
-            "undo", "&Edit", "Undo", "Take the last edit back and show where it was; works without "
-            "limit, also for edits of earlier days.", session.project.undo, "Ctrl+Z", "undo",
+            "undo", "&Edit", "Undo", "Undo the last edit and show where it was made. Undo is "
+            "unlimited and includes edits of earlier sessions.",
+            session.project.undo, "Ctrl+Z", "undo",
             lambda: nothing(session.project.to_undo(), "undo"),
             says=lambda: said("Undo", session.project.to_undo()),
         ),
         Command(
-            "redo", "&Edit", "Redo", "Make the edit again that was taken back last.",
+            "redo", "&Edit", "Redo", "Redo the last edit that was undone.",
             session.project.redo, "Ctrl+Shift+Z", "redo",
             lambda: nothing(session.project.to_redo(), "redo"),
             says=lambda: said("Redo", session.project.to_redo()),
         ),
         Command(
-            "annotator", "&Edit", "Who annotates …", "Say whose name edits are signed with.",
+            "annotator", "&Edit", "Annotator …", "Set the name that your edits are stored "
+            "under.",
             projects.ask_annotator, icon="settings", section=True,
         ),
     ]  # fmt: skip

@@ -131,7 +131,7 @@ class FileController(QObject):
                     "warning",
                     f"this run was tracked in the recording {made_of}, not in {recording.name}",
                     path.name,
-                    "Its curves may mean nothing here.",
+                    "Its curves may be meaningless here.",
                 )
             )
         if entry.stored.meta.get(INCOMPLETE):
@@ -140,7 +140,8 @@ class FileController(QObject):
                     "note",
                     f"this run was stopped after {len(entry.frames)} frames",
                     path.name,
-                    "Where its file .part is there, `stereotrack track --resume` goes on with it.",
+                    "If its .part file still exists, `stereotrack track --resume` continues the "
+                    "run.",
                 )
             )
         self._session.runs.add(entry)
@@ -152,7 +153,7 @@ class FileController(QObject):
             return
         name = active.path or Path("run.npz")
         chosen, _ = QFileDialog.getSaveFileName(
-            self._context.docks.dialog_parent, "Save the run", str(name), _RUN_FILTER
+            self._context.docks.dialog_parent, "Save run", str(name), _RUN_FILTER
         )
         if chosen:
             self.save_run(active, Path(chosen))
@@ -169,5 +170,5 @@ class FileController(QObject):
             self._context.notifier.error(error)
             return
         entry.path = path
-        self._context.notifier.say(f"The run was saved as {path}.", 6000)
+        self._context.notifier.say(f"Run saved to {path}.", 6000)
         self.saved.emit(path)

@@ -34,7 +34,7 @@ class ProjectController(QObject):
         recent = self._session.opening.recent()
         start = str(recent[0].parent) if recent else str(Path.home())
         chosen, _ = QFileDialog.getOpenFileName(
-            self._context.docks.dialog_parent, "Open a project", start, _FILTER
+            self._context.docks.dialog_parent, "Open project", start, _FILTER
         )
         if chosen:
             self._session.opening.open(Path(chosen))
@@ -55,7 +55,7 @@ class ProjectController(QObject):
         except InputError as error:
             self._context.notifier.error(error)
             return
-        self._context.notifier.say(f"The copy is {_with_suffix(chosen)}.", 6000)
+        self._context.notifier.say(f"Copy saved to {_with_suffix(chosen)}.", 6000)
 
     def take_over(self) -> None:
         """Open for writing what another program is said to have, if the person is sure."""
@@ -64,9 +64,9 @@ class ProjectController(QObject):
             return
         sure = QMessageBox.question(
             self._context.docks.dialog_parent,
-            "Take the project over",
-            "If the other program still works on this project, edits can get lost. Is it gone "
-            "for certain?",
+            "Force unlock project",
+            "If the other program is still using this project, edits can be lost. Are you certain "
+            "that it is no longer running?",
         )
         if sure == QMessageBox.StandardButton.Yes:
             self._session.project.open_file(path, self._session.document.frame, take_over=True)
@@ -74,13 +74,13 @@ class ProjectController(QObject):
     def ask_what_to_rescue(self) -> None:
         """Let the person choose a damaged project and where to save what can be read."""
         damaged, _ = QFileDialog.getOpenFileName(
-            self._context.docks.dialog_parent, "Rescue a project", "", _FILTER
+            self._context.docks.dialog_parent, "Recover project", "", _FILTER
         )
         if not damaged:
             return
         proposed = Path(damaged).with_stem(f"{Path(damaged).stem}-rescued")
         target, _ = QFileDialog.getSaveFileName(
-            self._context.docks.dialog_parent, "Save what can be read", str(proposed), _FILTER
+            self._context.docks.dialog_parent, "Save recovered project as", str(proposed), _FILTER
         )
         if not target:
             return
@@ -88,14 +88,14 @@ class ProjectController(QObject):
         def work(_task: Task) -> Rescued:
             return rescue(Path(damaged), _with_suffix(target))
 
-        self._context.tasks.begin("rescuing the project", work, self._on_rescued)
+        self._context.tasks.begin("recovering the project", work, self._on_rescued)
 
     @Slot(object)
     def _on_rescued(self, rescued: Rescued) -> None:
         rows = sum(rescued.rows.values())
-        history = "with its history" if rescued.history_whole else "its history was damaged"
+        history = "including its history" if rescued.history_whole else "its history was damaged"
         self._context.notifier.show(
-            Message("note", f"{rows} rows were rescued, {history}", str(rescued.path))
+            Message("note", f"{rows} rows recovered, {history}", str(rescued.path))
         )
         self._session.opening.open(rescued.path)
 
@@ -103,7 +103,7 @@ class ProjectController(QObject):
         """Let the person choose where new projects go."""
         home = self._session.project.wishes().home
         chosen = QFileDialog.getExistingDirectory(
-            self._context.docks.dialog_parent, "Folder of new projects", str(home or Path.home())
+            self._context.docks.dialog_parent, "Folder for new projects", str(home or Path.home())
         )
         if chosen:
             self._session.project.set_home(Path(chosen))
@@ -119,8 +119,8 @@ class ProjectController(QObject):
     def ask_annotator(self) -> None:
         """Let the person say whose name edits get."""
         dialog = QInputDialog(self._context.docks.dialog_parent)
-        dialog.setWindowTitle("Who annotates")
-        dialog.setLabelText("Name that edits are signed with:")
+        dialog.setWindowTitle("Annotator")
+        dialog.setLabelText("Name to store your edits under:")
         dialog.setTextValue(self._session.project.annotator or user())
         dialog.textValueSelected.connect(self._session.project.set_annotator)
         dialog.open()
@@ -150,9 +150,9 @@ class ProjectController(QObject):
         button = QMessageBox.StandardButton
         answer = QMessageBox.question(
             self._context.docks.dialog_parent,
-            "Another recording",
-            f"{folder.name}: {error.what}.\n\nUse this folder all the same? Clicks that do not "
-            "belong to its pictures stay as they are.",
+            "Different recording",
+            f"{folder.name}: {error.what}.\n\nUse this folder anyway? Clicks that do not fit its "
+            "images are kept as they are.",
             button.Yes | button.Retry | button.Cancel,
         )
         if answer == button.Retry:

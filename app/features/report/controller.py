@@ -46,7 +46,7 @@ class ReportController(QObject):
         beside = entry.path.parent if entry.path is not None else Path.home()
         proposed = beside / f"report-{_file_name(entry.name)}.html"
         chosen, _ = QFileDialog.getSaveFileName(
-            self._context.docks.dialog_parent, "Report on the run", str(proposed), _FILTER
+            self._context.docks.dialog_parent, "Save report", str(proposed), _FILTER
         )
         if chosen:
             path = Path(chosen)
@@ -63,13 +63,13 @@ class ReportController(QObject):
         def work(task: Task) -> Path:
             reported = gathered(source, on_progress=task.report, cancelled=task.token.cancelled)
             if path.suffix.lower() == ".pdf":
-                task.report(0.95, "making the PDF")
+                task.report(0.95, "writing the PDF")
                 write_pdf(path, reported, __package__.partition(".")[0])
             else:
                 write_page(path, reported)
             return path
 
-        self._task = self._context.tasks.begin("Making the report", work, self._on_made)
+        self._task = self._context.tasks.begin("Writing report", work, self._on_made)
         self._task.ended.connect(self._on_ended)
 
     def _source(self, entry: RunEntry, path: Path) -> Source | None:
@@ -113,7 +113,7 @@ class ReportController(QObject):
             QDesktopServices.openUrl(QUrl.fromLocalFile(str(path)))
 
         self._context.notifier.show(
-            Message("note", f"The report is {path}", button="Show it", do=show)
+            Message("note", f"Report saved to {path}", button="Open", do=show)
         )
 
     def _on_ended(self) -> None:

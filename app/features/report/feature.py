@@ -12,7 +12,9 @@ def register(context: Context) -> ReportController:
     reports = ReportController(context)
 
     def why_not() -> str:
-        return context.session.no_run() or ("A report is being made." if reports.working else "")
+        return context.session.no_run() or (
+            "A report is already being written." if reports.working else ""
+        )
 
     context.actions.add(
         [
@@ -20,8 +22,8 @@ def register(context: Context) -> ReportController:
                 "report",
                 "&File",
                 "Report …",
-                "Write a page or a PDF about the active run: errors, curves, episodes with "
-                "pictures, calibration, parameters, and how to do it again.",
+                "Write a report on the active run as a web page or PDF: errors, curves, failures "
+                "with images, calibration, parameters, and how to reproduce it.",
                 reports.ask_where,
                 "Ctrl+Shift+R",
                 "export",

@@ -17,38 +17,43 @@ def commands(session: Session, review: ReviewController, plot: ErrorCurves) -> l
     """Commands of the menus Go and Review."""
     return [
         Command(
-            "next_above", _GO, "Next above the threshold",
-            "Go to the next stretch in which a limb is above the line of the plot.",
+            "next_above", _GO, "Next stretch above threshold",
+            "Go to the next stretch in which the error of a limb exceeds the threshold of the "
+            "plot.",
             lambda: plot.go_above(1), "N", "next-episode", session.no_run, section=True,
         ),
         Command(
-            "previous_above", _GO, "Previous above the threshold",
-            "Go to the stretch before in which a limb is above the line of the plot.",
+            "previous_above", _GO, "Previous stretch above threshold",
+            "Go to the previous stretch in which the error of a limb exceeds the threshold of the "
+            "plot.",
             lambda: plot.go_above(-1), "P", "previous-episode", session.no_run,
         ),
         Command(
-            "threshold_up", _MENU, "Raise the threshold", "Raise the threshold of the plot by 5°.",
+            "threshold_up", _MENU, "Raise threshold", "Raise the threshold of the plot by 5°.",
             partial(review.move_threshold, _STEP_DEG), "Ctrl+Alt+Up", "threshold",
             session.no_run,
         ),
         Command(
-            "threshold_down", _MENU, "Lower the threshold", "Lower the threshold of the plot by "
+            "threshold_down", _MENU, "Lower threshold", "Lower the threshold of the plot by "
             "5°.", partial(review.move_threshold, -_STEP_DEG), "Ctrl+Alt+Down", "threshold",
             session.no_run,
         ),
         Command(
-            "copy_statistics", _MENU, "Copy the statistics", "Copy the statistics of every limb as "
-            "a table (CSV): the selection, or the whole recording, and every segment.",
+            "copy_statistics", _MENU, "Copy statistics",
+            "Copy the statistics of each limb as a CSV table, for the selection or the whole "
+            "recording and for each segment.",
             review.copy_statistics, "Ctrl+Alt+C", "table", session.no_run, section=True,
         ),
         Command(
-            "save_statistics", _MENU, "Save the statistics …", "Save the statistics of every limb "
-            "as a table (CSV).", review.ask_where_to_save_statistics, icon="save",
+            "save_statistics", _MENU, "Save statistics …",
+            "Save the statistics of each limb as a CSV table.",
+            review.ask_where_to_save_statistics, icon="save",
             why_not=session.no_run,
         ),
         Command(
-            "save_angles", _MENU, "Save the joint angles …", "Save the joint angles of the active "
-            "run with velocities, accelerations and standard deviations, frame by frame (CSV).",
+            "save_angles", _MENU, "Save joint angles …",
+            "Save the joint angles of the active run frame by frame, with velocities, "
+            "accelerations and standard deviations, as CSV.",
             review.ask_where_to_save_angles, icon="save",
             why_not=lambda: session.no_recording() or review.why_no_angles(),
         ),

@@ -28,10 +28,13 @@ QUANTITIES: tuple[tuple[str, str], ...] = (
 _UNITS = {"angle": "deg", "velocity": "deg/s", "acceleration": "deg/s²"}
 
 COLUMNS: tuple[tuple[str, str], ...] = (
-    ("range", "Range of motion: from the smallest to the largest angle, degrees"),
+    ("range", "Range of motion: largest minus smallest angle, degrees"),
     ("mean", "Mean angle, degrees, ± root mean square of its standard deviation"),
-    ("peak °/s", "Largest speed in either direction, degrees per second"),
-    ("left − right", "Left minus right range of motion, degrees, and as a share of their mean"),
+    ("peak °/s", "Peak speed in either direction, degrees per second"),
+    (
+        "left − right",
+        "Left minus right range of motion, degrees, and as a percentage of their mean",
+    ),
 )
 """Columns of the table of ranges."""
 
@@ -94,10 +97,10 @@ def plot_words(moved: Sequence[Moved], kind: str, quantity: str) -> str:
     meaning = next(angle.meaning for angle in ANGLES if angle.kind == kind)
     said = f"{meaning[0].upper()}{meaning[1:]}. Band: one standard deviation."
     if quantity == "angle":
-        return f"{said} As tracked, not smoothed."
+        return f"{said} Unsmoothed."
     motion = moved[0].motion
     limit = motion.words.removesuffix(".")
-    return f"{limit}. Band: one standard deviation, if errors of different frames are independent."
+    return f"{limit}. Band: one standard deviation, assuming independent errors between frames."
 
 
 def range_rows(moved: Moved, stretch: Segment) -> tuple[MotionRow, ...]:

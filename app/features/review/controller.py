@@ -177,17 +177,17 @@ class ReviewController(QObject):
     def move_threshold(self, degrees: float) -> None:
         """Raise or lower the threshold of the plot of errors."""
         self._state.set_threshold(min(max(self._state.threshold + degrees, 0.0), 180.0))
-        self._context.notifier.say(f"The threshold is {self._state.threshold:.0f}°.", 3000)
+        self._context.notifier.say(f"Threshold: {self._state.threshold:.0f}°.", 3000)
 
     def copy_statistics(self) -> None:
         """Put the statistics on the clipboard as a table."""
         text = limb_numbers.as_csv(self._numbers(), self._state.threshold)
         QGuiApplication.clipboard().setText(text)
-        self._context.notifier.say("The statistics are on the clipboard, as CSV.", 4000)
+        self._context.notifier.say("Statistics copied to the clipboard as CSV.", 4000)
 
     def ask_where_to_save_statistics(self) -> None:
         """Ask for a file for the statistics."""
-        path = self._ask("Save the statistics", "statistics.csv")
+        path = self._ask("Save statistics", "statistics.csv")
         if path is not None:
             self.save_statistics(path)
 
@@ -197,7 +197,7 @@ class ReviewController(QObject):
 
     def ask_where_to_save_angles(self) -> None:
         """Ask for a file for the joint angles of the active run, or of the reference."""
-        path = self._ask("Save the joint angles", "angles.csv")
+        path = self._ask("Save joint angles", "angles.csv")
         if path is not None:
             self.save_angles(path)
 
@@ -212,7 +212,10 @@ class ReviewController(QObject):
         """Why there are no joint angles to be saved."""
         if self._moved():
             return ""
-        return "Open the panel Joint angles or Motion first; it works them out."
+        return (
+            "Joint angles have not been computed. Open the panel Joint angles or Range of motion "
+            "first."
+        )
 
     def _ask(self, title: str, name: str) -> Path | None:
         recording = self._session.document.recording
@@ -229,7 +232,7 @@ class ReviewController(QObject):
         except InputError as error:
             self._context.notifier.error(error)
             return
-        self._context.notifier.say(f"Written to {path}.", 6000)
+        self._context.notifier.say(f"Saved to {path}.", 6000)
 
 
 REVIEW_PANELS = ("statistics", "explanations", "angles", "motion")
@@ -245,6 +248,6 @@ class ReviewPanels:
         self.motion = MotionTable(CUT_OFF_HZ)
         docks.add("statistics", "Statistics", self.statistics)
         # these share the place of the plot of errors, and say by themselves what they show
-        docks.add("explanations", "Explanations", self.explanations, titled=False)
+        docks.add("explanations", "Error analysis", self.explanations, titled=False)
         docks.add("angles", "Joint angles", self.angles, titled=False)
-        docks.add("motion", "Motion", self.motion)
+        docks.add("motion", "Range of motion", self.motion)

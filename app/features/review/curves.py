@@ -83,7 +83,7 @@ def lanes_of(
     lanes.append(Lane("unexplained", colour, "heat", unexplained_fraction, 60.0, "% of the cloud"))
     doubted = _doubted(judgement)
     if doubted:
-        lanes.append(Lane("probably lost", "#d08a50", "bars", doubted))
+        lanes.append(Lane("likely wrong", "#d08a50", "bars", doubted))
     lost = judgement.frame[~judgement.tracked]
     if len(lost):
         lanes.append(Lane("not tracked", "#d05050", "bars", _stretches(lost, "not tracked")))

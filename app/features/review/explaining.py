@@ -25,7 +25,7 @@ KINDS: tuple[tuple[str, str], ...] = (
     ("histogram", "% of frames over error [deg]"),
     ("distance", "error [deg] over distance from the nearest camera [m]"),
     ("speed", "error [deg] over speed of the limb's far end [m/s]"),
-    ("views", "error [deg] over number of views that see the limb free"),
+    ("views", "error [deg] over number of views with an unoccluded limb"),
 )
 """What can be drawn: key and words."""
 
@@ -170,19 +170,22 @@ def _histogram(runs: Sequence[Explained], selection: range | None) -> CloudConte
 def _words(kind: str, runs: Sequence[Explained], selection: range | None) -> str:
     judgement = runs[0].judgement
     if judgement.truth is None:
-        said = "There is no reference: the tracker's own standard deviation stands for the error."
+        said = "No reference: the tracker's standard deviation is shown in place of the error."
     else:
         said = f"Errors against {judgement.truth.words}."
     if kind == "histogram":
-        said += " The last step holds all above." if _reaches_end(runs) else ""
+        said += " The last bin includes all larger errors." if _reaches_end(runs) else ""
         return f"{said} {_selected(selection)}".strip()
     if kind == "views" and any(run.views is None for run in runs):
-        said += " What each view sees is being worked out."
+        said += " Visibility is being computed."
     elif kind == "views":
-        said += " A view sees a limb free where half of its side facing the camera is not hidden."
-    lines = " Lines: running medians, shaded from quartile to quartile. A click goes to a point."
+        said += (
+            " A view counts as unoccluded where at least half of the limb's camera-facing surface "
+            "is visible."
+        )
+    lines = " Lines: running medians with quartile bands. Click a point to go to its frame."
     if len(runs) > 1:
-        lines += " Other runs: other symbols and line styles."
+        lines += " Other runs have other symbols and line styles."
     return f"{said}{lines} {_selected(selection)}".strip()
 
 

@@ -37,7 +37,7 @@ def register(context: Context) -> Review:
         Workspace(
             "review",
             "Review",
-            "Find and understand the stretches where tracking fails.",
+            "Find and understand the failures of a run.",
             "threshold",
             side=(
                 ("scene",),

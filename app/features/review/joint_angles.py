@@ -100,7 +100,7 @@ class AnglePresenter(QObject):
         return count != known
 
     def _begin(self, work: Callable[[], JointAngles], done: Callable[[Any], None]) -> None:
-        self._task = self._tasks.begin("working out joint angles", lambda _task: work(), done)
+        self._task = self._tasks.begin("computing joint angles", lambda _task: work(), done)
 
     def _on_run(self, entry: RunEntry, count: int, found: JointAngles) -> None:
         self._known[entry] = (count, found)

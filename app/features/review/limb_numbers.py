@@ -74,15 +74,15 @@ def columns(threshold: float, measure: str) -> tuple[StatisticsColumn, ...]:
     lost = (
         "Share of frames in which the limb is more than 45° off, %"
         if measure == "error"
-        else "Share of frames in which the tracker takes the limb for lost, %"
+        else "Share of frames with a failure probability above one half, %"
     )
     return (
         StatisticsColumn("mean", f"Mean {own}, degrees"),
         StatisticsColumn("median", f"Median {own}, degrees"),
-        StatisticsColumn("95 %", f"{own.capitalize()} that 95 of 100 frames stay below, degrees"),
+        StatisticsColumn("95 %", f"95th percentile of the {own}, degrees"),
         StatisticsColumn("max", f"Largest {own}, degrees"),
         StatisticsColumn(
-            f"> {threshold:.0f}°", "Share of frames above the plot's threshold, %"
+            f"> {threshold:.0f}°", "Share of frames above the threshold of the plot, %"
         ),
         StatisticsColumn("lost", lost),
     )  # fmt: skip
@@ -97,7 +97,7 @@ def groups(numbers: Sequence[StretchNumbers]) -> tuple[StatisticsGroup, ...]:
         rows = tuple(_row(row) for row in one.limbs if row.limb != ALL_ARMS)
         pooled = next(_row(row).values for row in one.limbs if row.limb == ALL_ARMS)
         frames = f"frames {one.stretch.first} – {one.stretch.end - 1}"
-        hint = f"{one.measure.capitalize()} of {one.run}, {frames}; beside the name: all arms"
+        hint = f"{one.measure.capitalize()} of {one.run}, {frames}. Beside the name: all arms."
         result.append(StatisticsGroup(title, hint, pooled, rows, open=i == 0))
     return tuple(result)
 
@@ -110,8 +110,8 @@ def words(numbers: Sequence[StretchNumbers], judgement: Judgement) -> str:
     where = f"{numbers[0].stretch.name}, frames {first} – {end - 1}"
     if judgement.truth is None:
         return (
-            f"Standard deviation of {numbers[0].run} as the tracker itself states it, degrees, "
-            f"{where}: there is no reference to measure errors against."
+            f"No reference. Standard deviation of {numbers[0].run} as estimated by the tracker, "
+            f"degrees, {where}."
         )
     return f"Angular error of {numbers[0].run} against {judgement.truth.words}, degrees, {where}."
 

@@ -11,8 +11,8 @@ from ...widgets.plots.error_plot import ErrorPlot
 from .curves import curves_of, lanes_of
 
 _NO_CURVES = (
-    "When the tracker has run, the error of every limb is drawn here: against the reference where "
-    "there is one, else as the tracker itself sees it."
+    "Run the tracker to see the error of each limb: against the reference where there is one, "
+    "otherwise as estimated by the tracker."
 )
 
 
@@ -39,7 +39,7 @@ class ErrorCurves(QObject):
         self.stack.addWidget(self.plot)
         self.stack.addWidget(self._no_curves)
         # the plot says by itself what it shows, and its height is wanted for curves
-        context.docks.add("plot", "Limbs over frames", self.stack, titled=False)
+        context.docks.add("plot", "Limb errors", self.stack, titled=False)
         self._connect()
 
     def _connect(self) -> None:
@@ -78,9 +78,11 @@ class ErrorCurves(QObject):
         if self._session.document.recording is None:
             return ""
         if not self._session.clouds.available:
-            return "No view of this recording gives depth, so there is nothing to track."
+            return (
+                "No view of this recording provides depth. Tracking needs a stereo or depth view."
+            )
         keys = self._context.actions.shortcut("run")
-        return f"A lane for each limb comes here when the tracker runs ({keys})."
+        return f"Run the tracker ({keys}) to see a lane for each limb."
 
     def go_above(self, direction: int) -> None:
         """Go to the next or previous stretch above the threshold."""
@@ -89,4 +91,4 @@ class ErrorCurves(QObject):
             self._session.document.visit(frame)
         else:
             where = "after" if direction > 0 else "before"
-            self._context.notifier.say(f"No limb is above the threshold {where} this frame.", 4000)
+            self._context.notifier.say(f"No limb exceeds the threshold {where} this frame.", 4000)

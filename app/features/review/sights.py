@@ -95,7 +95,7 @@ class SightPresenter(QObject):
         def done(views: FloatArray) -> None:
             self._views[entry] = _Seen(judgement, views)
 
-        self._task = self._tasks.begin("working out what each view sees", work, done)
+        self._task = self._tasks.begin("computing visibility", work, done)
 
     @Slot()
     def _on_tasks(self) -> None:

@@ -13,12 +13,12 @@ def commands(sweeps: SweepController) -> list[Command]:
     return [
         Command(
             "sweep", _MENU, "Sweep …",
-            "Track with many values of parameters, recordings and seeds, in the background, and "
-            "compare them.", sweeps.show_dialog, "Ctrl+Alt+S", "grid", section=True,
+            "Track with several parameter values, recordings and seeds in the background, and "
+            "compare the results.", sweeps.show_dialog, "Ctrl+Alt+S", "grid", section=True,
         ),
         Command(
-            "sweep_results", _MENU, "Results of a sweep …",
-            "Plot the table of a sweep: a measure over a parameter, or a map over two.",
+            "sweep_results", _MENU, "Sweep results …",
+            "Plot the results of a sweep: a measure over one parameter, or a heat map over two.",
             sweeps.ask_for_results, "Ctrl+Alt+R", "table",
         ),
     ]  # fmt: skip

@@ -33,7 +33,7 @@ class SweepController(QObject):
         self.dialog: SweepDialog | None = None
         self.results: SweepResults | None = None
         if self.presenter.now.going:
-            context.notifier.say("A sweep goes on: Track, Sweep … shows it.", _SAID_MS)
+            context.notifier.say("A sweep is in progress. Track, Sweep … shows it.", _SAID_MS)
 
     def show_dialog(self) -> None:
         """Ask what to sweep, or show how it is going."""
@@ -51,7 +51,7 @@ class SweepController(QObject):
         table = self.presenter.last_table
         if table is None or not table.is_file():
             chosen, _ = QFileDialog.getOpenFileName(
-                self._context.docks.dialog_parent, "Open the table of a sweep", "", "Table (*.csv)"
+                self._context.docks.dialog_parent, "Open sweep results", "", "Table (*.csv)"
             )
             if not chosen:
                 return
@@ -83,7 +83,7 @@ class SweepController(QObject):
         own = parameters_of(values)
         if not own and name not in PRESETS:
             said = ", ".join(f"{one} {value}" for one, value in values.items())
-            context.notifier.say(f"The parameter panel has nothing of this: {said}.", 6000)
+            context.notifier.say(f"The parameter panel has no such parameters: {said}.", 6000)
             return
         try:
             track.use(track.settings.replaced(**own))
@@ -91,14 +91,14 @@ class SweepController(QObject):
             context.notifier.error(error)
             return
         said = ", ".join(f"{one.replace('_', ' ')} {value}" for one, value in own.items())
-        context.notifier.say(f"Taken over: {said or name}.", 6000)
+        context.notifier.say(f"Applied: {said or name}.", 6000)
 
     @Slot(object)
     def _on_changed(self, now: SweepNow) -> None:
         """Say how a sweep has ended, also when its dialog is closed."""
         if now.phase == "failed":
             table = "" if now.table is None else str(now.table)
-            self._context.notifier.show(Message("error", "the sweep has failed", table, now.words))
+            self._context.notifier.show(Message("error", "the sweep failed", table, now.words))
         elif not now.going:
             self._context.notifier.say(f"Sweep: {now.words}", _SAID_MS)
 

@@ -66,12 +66,12 @@ class SweepDialog(QDialog):
         self.progress.setTextVisible(False)
         self.state_label = QLabel()
         self.state_label.setWordWrap(True)
-        self.goes_on = QCheckBox("Let it &go on when the window is closed")
+        self.goes_on = QCheckBox("&Continue when the window is closed")
         self.goes_on.setChecked(presenter.goes_on)
         self.goes_on.toggled.connect(self._on_goes_on)
         note = QLabel(
-            "What is in the table already is not computed again. Recordings are read as their "
-            "folders are; corrections that a project keeps do not count here."
+            "Results already in the table are not computed again. Recordings are read from their "
+            "folders; corrections stored in a project are not applied."
         )
         note.setProperty("role", "muted")
         note.setWordWrap(True)
@@ -96,9 +96,9 @@ class SweepDialog(QDialog):
         return self._counting is None and not self._timer.isActive()
 
     def _count_row(self) -> QHBoxLayout:
-        self.measure_button = QPushButton("&Measure the time")
+        self.measure_button = QPushButton("&Estimate time")
         self.measure_button.setAutoDefault(False)
-        self.measure_button.setToolTip("Track some frames of one run to learn how long all take")
+        self.measure_button.setToolTip("Track some frames of one run to estimate the total time")
         self.measure_button.clicked.connect(self._measure)
         self.measure_button.hide()
         row = QHBoxLayout()
@@ -109,7 +109,7 @@ class SweepDialog(QDialog):
     def _make_buttons(self) -> QDialogButtonBox:
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         role = QDialogButtonBox.ButtonRole.ActionRole
-        self.begin_button = buttons.addButton("&Begin", role)
+        self.begin_button = buttons.addButton("&Start", role)
         self.stop_button = buttons.addButton("&Stop", role)
         self.results_button = buttons.addButton("&Results …", role)
         self.begin_button.clicked.connect(self._begin)
@@ -143,7 +143,7 @@ class SweepDialog(QDialog):
             except InputError as error:
                 return error
 
-        self._counting = self._tasks.begin("counting the runs of a sweep", count, self._on_counted)
+        self._counting = self._tasks.begin("counting runs of the sweep", count, self._on_counted)
         self._counting.ended.connect(self._on_count_ended)
 
     @Slot(object)
@@ -177,15 +177,15 @@ class SweepDialog(QDialog):
         def measure(task: Task) -> tuple[SweepWish, float | None]:
             return wish, measured_seconds(wish, task.token.cancelled)
 
-        task = self._tasks.begin("measuring how long a sweep takes", measure, self._on_measured)
+        task = self._tasks.begin("estimating the time of the sweep", measure, self._on_measured)
         task.ended.connect(lambda: self.measure_button.setEnabled(True))
 
     @Slot(object)
     def _on_measured(self, found: tuple[SweepWish, float | None]) -> None:
         wish, seconds = found
         if seconds is not None and wish == self.form.wish():
-            said = self.count_label.text().partition(". How long")[0]
-            self.count_label.setText(f"{said}. That takes about {in_words(seconds)}.")
+            said = self.count_label.text().partition(". Duration")[0]
+            self.count_label.setText(f"{said}. Estimated time: {in_words(seconds)}.")
             self.measure_button.hide()
 
     # ---- running

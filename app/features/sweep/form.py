@@ -93,7 +93,7 @@ class SweepForm(QWidget):
     # ---- making
 
     def _on_what(self) -> QGroupBox:
-        box = QGroupBox("On what")
+        box = QGroupBox("Input")
         self.list = QListWidget()
         self.list.setAccessibleName("Recordings")
         self.list.setMaximumHeight(72)
@@ -106,10 +106,10 @@ class SweepForm(QWidget):
             buttons.addWidget(button)
         buttons.addStretch(1)
         self.seeds = QLineEdit("0,1,2")
-        self.seeds.setToolTip("Every point is tracked once with each seed of all that is random")
+        self.seeds.setToolTip("Each point is tracked once per recording with each random seed")
         self.frames = QLineEdit()
         self.frames.setPlaceholderText("all, or A:B")
-        self.frames.setToolTip("Only the frames from A up to, not including, B")
+        self.frames.setToolTip("Only frames A up to but not including B")
         for field in (self.seeds, self.frames):
             field.textEdited.connect(self.changed)
         form = QFormLayout(box)
@@ -120,7 +120,7 @@ class SweepForm(QWidget):
         return box
 
     def _where(self) -> QGroupBox:
-        box = QGroupBox("Where")
+        box = QGroupBox("Run on")
         self.here = QRadioButton("This computer, processes")
         self.cluster = QRadioButton("Dask scheduler at")
         self.here.setChecked(True)
@@ -136,7 +136,7 @@ class SweepForm(QWidget):
         self.address.setPlaceholderText("tcp://host:8786")
         self.address.setAccessibleName("Address of the scheduler")
         self.address.setToolTip(
-            "Workers there reach the recordings by the same paths; see docs/sweeps.md"
+            "The workers must see the recordings under the same paths; see docs/sweeps.md"
         )
         self.address.textEdited.connect(lambda: self.cluster.setChecked(True))
         self.address.textEdited.connect(self.changed)
@@ -179,7 +179,7 @@ class SweepForm(QWidget):
     def _ask_table(self) -> None:
         chosen, _ = QFileDialog.getSaveFileName(
             self,
-            "Table of the sweep",
+            "Results table of the sweep",
             self.table.text(),
             "Table (*.csv)",
             options=QFileDialog.Option.DontConfirmOverwrite,

@@ -65,7 +65,7 @@ class PointsWish:
                 raise InputError("no list of points is chosen", remedy="Choose a file.")
             return {"points": Path(self.file)}
         if not named:
-            raise InputError("nothing is searched for", remedy="Add a parameter and its range.")
+            raise InputError("no parameters to search", remedy="Add a parameter and its range.")
         return {"search": named, "trials": self.trials, "minimise": self.minimise or None}
 
 
@@ -105,9 +105,9 @@ class SweepWish:
             Where something is missing.
         """
         if not self.recordings:
-            raise InputError("no recording is chosen", remedy="Add one.")
+            raise InputError("no recording is chosen", remedy="Add a recording.")
         if not self.table.strip():
-            raise InputError("the table has no name", remedy="Choose a file.")
+            raise InputError("the results table has no file name", remedy="Choose a file.")
         return SweepRequest(
             recordings=tuple(map(Path, self.recordings)),
             table=Path(self.table.strip()),
@@ -165,7 +165,7 @@ def measured_seconds(wish: SweepWish, cancelled: Callable[[], bool]) -> float | 
         return float(json.loads(told)["seconds"])
     except (ValueError, KeyError, TypeError):
         raise InputError(
-            "the time could not be measured", remedy="Begin the sweep; it tells what is left."
+            "the run time could not be measured", remedy="Start the sweep; it shows the time left."
         ) from None
 
 
@@ -174,14 +174,14 @@ def count_words(count: SweepCount, *, cluster: bool) -> str:
     said = f"{counted(count.jobs, 'run')} ({counted(count.points, 'point')})"
     waiting = count.jobs - count.there
     if not waiting:
-        return f"{said}; all of them are in the table already."
+        return f"{said}; all results are already in the table."
     if count.there:
-        said += f"; {count.there} of them are in the table already"
+        said += f"; {count.there} already in the table"
     said += f". To track: {counted(count.frames, 'frame')}"
     if cluster:
         return f"{said}, on the cluster."
     if count.seconds is None:
-        return f"{said}. How long that takes is not known yet."
+        return f"{said}. Duration not known yet."
     processes = f"{count.workers} process{'' if count.workers == 1 else 'es'}"
     return f"{said}, in about {in_words(count.seconds)} with {processes}."
 
@@ -195,9 +195,9 @@ def names_to_vary() -> tuple[tuple[str, str], ...]:
 
 def measures_to_judge_by() -> tuple[tuple[str, str], ...]:
     """Measures that a search can go by, with words; the first one leaves it to the program."""
-    best = {True: "the more the better", False: "the less the better"}
+    best = {True: "higher is better", False: "lower is better"}
     named = ((one.name, f"{one.title}, {best[one.more_is_better]}") for one in MEASURES)
-    return (("", "the usual measure"), *named)
+    return (("", "default measure"), *named)
 
 
 def hint_for(name: str) -> str:

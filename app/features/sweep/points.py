@@ -26,21 +26,21 @@ from ...widgets.forms.sweep_values import SweepValues
 from .plan import PointsWish, hint_for, measures_to_judge_by, names_to_vary
 
 _WAYS = (
-    ("grid", "Every combination of values", "Each value of a line with each of all others."),
-    ("list", "The points of a list", "Points that a file names one by one."),
+    ("grid", "All combinations of values", "Every combination of the values of all parameters."),
+    ("list", "List of points", "Parameter values listed in a file, one point per row."),
     (
         "search",
-        "A search for the best values",
-        "Each point is chosen from what the ones before it have given.",
+        "Search for the best values",
+        "Each point is chosen from the results of the previous ones.",
     ),
 )
 _ABOUT_LIST = (
-    "A CSV file with a column per parameter and a row per point. The columns may also be called "
-    "views, preset, frames, init or smooth; an empty cell leaves the value as it is."
+    "A CSV file with one column per parameter and one row per point. Columns can also be views, "
+    "preset, frames, init or smooth. An empty cell keeps the present value."
 )
 _ABOUT_RANGES = (
-    "A range is written 50:600, or 0.1:10:log where it is better searched in powers; words and "
-    "switches are a list: yes,no."
+    "Write a range as 50:600, or as 0.1:10:log for a logarithmic scale. Write words and switches "
+    "as a list: yes,no."
 )
 
 
@@ -55,9 +55,9 @@ class SweepPoints(QGroupBox):
     changed = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__("What is tried", parent)
+        super().__init__("Values", parent)
         self.way = QComboBox()
-        self.way.setAccessibleName("What is tried")
+        self.way.setAccessibleName("Values")
         for place, (name, words, about) in enumerate(_WAYS):
             self.way.addItem(words, name)
             self.way.setItemData(place, about, Qt.ItemDataRole.ToolTipRole)
@@ -77,7 +77,7 @@ class SweepPoints(QGroupBox):
 
     def show_base(self, preset: str, changes: Sequence[str]) -> None:
         """Say what all points begin with: a preset, and ``NAME=VALUE`` for what differs."""
-        said = f"All else is as in the parameter panel: {preset}"
+        said = f"All other settings are those of the parameter panel: {preset}"
         if changes:
             named = ", ".join(change.replace("_", " ").replace("=", " ") for change in changes[:4])
             said += f" with {named}" + (" and more" if len(changes) > 4 else "")
@@ -119,21 +119,21 @@ class SweepPoints(QGroupBox):
         self.trials = QSpinBox()
         self.trials.setRange(1, 100_000)
         self.trials.setValue(PointsWish().trials)
-        self.trials.setToolTip("How many points are tried, each with all recordings and seeds")
+        self.trials.setToolTip("Number of points to try, each with all recordings and seeds")
         self.judge = QComboBox()
         for name, words in measures_to_judge_by():
             self.judge.addItem(words, name)
         self.judge.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         self.judge.setToolTip(
-            "The mean of this over all recordings and seeds says which point is best. Usually the "
-            "error of the forearms where all recordings have a reference, else what the model "
-            "leaves unexplained of the cloud."
+            "The point with the best mean of this measure over all recordings and seeds wins. The "
+            "default is the error of the forearms where all recordings have a reference, "
+            "otherwise the unexplained fraction."
         )
         self.trials.valueChanged.connect(self.changed)
         self.judge.currentIndexChanged.connect(lambda: self.changed.emit())
         fields = QFormLayout()
         fields.addRow("Points", self.trials)
-        fields.addRow("Judged by", self.judge)
+        fields.addRow("Measure", self.judge)
         page = QWidget()
         column = QVBoxLayout(page)
         column.setContentsMargins(0, 0, 0, 0)

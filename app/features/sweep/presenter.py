@@ -103,7 +103,7 @@ class SweepPresenter(QObject):
             env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
             creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
         )
-        self._tell(SweepNow("running", 0.0, "The processes are being started.", table))
+        self._tell(SweepNow("running", 0.0, "Starting the processes.", table))
         self._timer.start()
 
     def stop(self) -> None:
@@ -112,7 +112,7 @@ class SweepPresenter(QObject):
             self._places.stop_sign.touch()
             if self._process is not None:
                 self._process.terminate()  # it listens; before it does, there is nothing to lose
-            words = "Stopping; what is done is kept."
+            words = "Stopping. Finished runs are kept."
             self._tell(SweepNow("stopping", self.now.share, words, self._places.table))
 
     def leave(self) -> None:
@@ -162,15 +162,15 @@ class SweepPresenter(QObject):
         self._process = None
         table = places.table
         if state is None and self.now.phase == "stopping":
-            return SweepNow("stopped", 0.0, "Stopped before anything was computed.", table)
+            return SweepNow("stopped", 0.0, "Stopped before any run was finished.", table)
         if code == 2 or state is None:
-            return SweepNow("failed", 0.0, said or "The sweep could not begin.", table)
+            return SweepNow("failed", 0.0, said or "The sweep could not be started.", table)
         if state.ended == "done":
             return SweepNow("done", 1.0, _done_words(state), table)
         if state.ended == "stopped":
-            words = "Stopped; what is done is kept, and Begin goes on where it was."
+            words = "Stopped. Finished runs are kept; Start resumes the sweep."
             return SweepNow("stopped", state.share, words, table)
-        words = state.error or said or "The sweep was ended from outside; Begin goes on with it."
+        words = state.error or said or "The sweep was ended from outside. Start resumes it."
         return SweepNow("failed", state.share, words, table)
 
     def _last_words(self) -> str:
@@ -193,14 +193,14 @@ def _going_words(state: SweepState) -> str:
     done = state.reused + state.computed
     said = f"{done} of {counted(state.jobs, 'run')} done"
     if state.failed:
-        said += f", {state.failed} of them failed"
+        said += f", {state.failed} failed"
     if state.seconds_left is not None:
         said += f", about {in_words(state.seconds_left)} left"
     return f"{said}."
 
 
 def _done_words(state: SweepState) -> str:
-    said = f"Done: {counted(state.computed, 'run')} computed, {state.reused} taken from the table"
+    said = f"Done: {counted(state.computed, 'run')} computed, {state.reused} reused from the table"
     if state.failed:
-        return f"{said}; {state.failed} failed, the table says why."
+        return f"{said}; {state.failed} failed (see the table)."
     return f"{said}."

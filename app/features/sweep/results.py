@@ -61,7 +61,7 @@ class SweepResults(QDialog):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setWindowTitle("Results of a sweep")
+        self.setWindowTitle("Sweep results")
         self.table: SweepTable | None = None
         self.path: Path | None = None
         self._read_at = 0.0
@@ -97,15 +97,13 @@ class SweepResults(QDialog):
         self.chosen_label = QLabel()
         self.chosen_label.setWordWrap(True)
         self.chosen_label.setMinimumHeight(2 * self.fontMetrics().lineSpacing() + 4)
-        self.take_button = QPushButton("&Take over into the parameter panel")
+        self.take_button = QPushButton("&Apply to parameter panel")
         self.take_button.setAutoDefault(False)
         self.take_button.setEnabled(False)
         self.take_button.clicked.connect(lambda: self.taken_over.emit(dict(self._chosen)))
         self.best_button = QPushButton("&Best point")
         self.best_button.setAutoDefault(False)
-        self.best_button.setToolTip(
-            "Show the values that give the best mean of the measure over recordings and seeds"
-        )
+        self.best_button.setToolTip("Select the point with the best mean over recordings and seeds")
         self.best_button.clicked.connect(self.choose_best)
         below = QHBoxLayout()
         below.addWidget(self.chosen_label, 1)
@@ -132,7 +130,7 @@ class SweepResults(QDialog):
             self.chosen_label.setText("Click a point to see its values.")
             self.take_button.setEnabled(False)
         settled = ", ".join(f"{name} {value}" for name, value in table.settled.items())
-        failed = f"; {table.failed} failed and are left out" if table.failed else ""
+        failed = f"; {table.failed} failed (not shown)" if table.failed else ""
         self.file_label.setText(
             f"{path.name}: {counted(len(table.rows), 'run')}{failed}. {settled}".strip()
         )
@@ -149,11 +147,11 @@ class SweepResults(QDialog):
         if self.kind.currentData() == "heat" and second and second != across:
             heat = heat_of(table, across, second, up)
             self.plot.show_heat((across, second), up, heat)
-            self.averaged_label.setText(_averaged(table, (across, second), "Each field is"))
+            self.averaged_label.setText(_averaged(table, (across, second), "Each cell is"))
             return
         curves = curves_of(table, across, up, second if second != across else "")
         self.plot.show_curves(axis_of(table, across), up, curves)
-        told = "Each faint point is a run; lines and bars are"
+        told = "Each faint point is one run; lines and error bars are"
         self.averaged_label.setText(_averaged(table, (across, second), told, spread=True))
 
     @Slot(object)
@@ -170,7 +168,7 @@ class SweepResults(QDialog):
         )
         told = [_figures(table, rows, name) for name in _TOLD if name in table.measures]
         self.chosen_label.setText(
-            f"{named or 'All together'} – {counted(len(rows), 'run')}: {', '.join(told)}"
+            f"{named or 'All runs'} – {counted(len(rows), 'run')}: {', '.join(told)}"
         )
         self.take_button.setEnabled(bool(self._chosen))
 
@@ -214,16 +212,14 @@ class SweepResults(QDialog):
             box.setAccessibleName(words)
             box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
             box.activated.connect(self.draw)
-        self.kind.setToolTip("Curves over one parameter, or a map over two")
-        self.second.setToolTip("In curves: what tells them apart by colour; in a map: upwards")
+        self.kind.setToolTip("Curves over one parameter, or a heat map over two")
+        self.second.setToolTip("Curves: distinguished by colour. Heat map: vertical axis.")
         row.addStretch(1)
         return row
 
     def _make_buttons(self) -> QDialogButtonBox:
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-        self.save_button = buttons.addButton(
-            "&Save picture …", QDialogButtonBox.ButtonRole.ActionRole
-        )
+        self.save_button = buttons.addButton("&Save plot …", QDialogButtonBox.ButtonRole.ActionRole)
         self.save_button.setAutoDefault(False)
         self.save_button.clicked.connect(self._ask_picture)
         buttons.rejected.connect(self.reject)
@@ -264,9 +260,7 @@ class SweepResults(QDialog):
     @Slot()
     def _ask(self) -> None:
         start = str(self.path.parent) if self.path is not None else ""
-        chosen, _ = QFileDialog.getOpenFileName(
-            self, "Open the table of a sweep", start, "Table (*.csv)"
-        )
+        chosen, _ = QFileDialog.getOpenFileName(self, "Open sweep results", start, "Table (*.csv)")
         if chosen:
             try:
                 self.open_table(Path(chosen))
@@ -277,7 +271,7 @@ class SweepResults(QDialog):
     def _ask_picture(self) -> None:
         name = str(self.path.with_suffix(".svg")) if self.path is not None else "sweep.svg"
         chosen, _ = QFileDialog.getSaveFileName(
-            self, "Save the picture", name, "Drawing (*.svg);;Picture (*.png)"
+            self, "Save plot", name, "SVG drawing (*.svg);;PNG image (*.png)"
         )
         if chosen:
             path = Path(chosen)

@@ -26,57 +26,59 @@ def commands(context: Context, runs: RunsController) -> list[Command]:
         return (
             ""
             if context.view_state.selection
-            else "Select frames in the timeline first (Shift+drag)."
+            else "No frames are selected. Select some in the timeline with Shift+drag."
         )
 
     def in_progress() -> str:
         active = session.runs.active is track.entry
-        return "This run is in progress; end it first." if active else ""
+        return "This run is in progress. Stop it first." if active else ""
 
     return [
         Command(
-            "run", _MENU, "Run", "Track the recording from its first frame, or go on with a run "
-            "that is paused.", tracker.run, "F8", "run-tracker", idle,
+            "run", _MENU, "Run", "Track the recording from the first frame, or resume a paused "
+            "run.", tracker.run, "F8", "run-tracker", idle,
         ),
         Command(
-            "pause", _MENU, "Pause", "Hold the tracker after the frame in work.", track.pause,
+            "pause", _MENU, "Pause", "Pause the tracker after the current frame.", track.pause,
             "Shift+F8", "pause",
             lambda: "" if track.running else "The tracker is not running.",
         ),
         Command(
-            "step", _MENU, "Step one frame", "Track one frame and hold.", tracker.step,
+            "step", _MENU, "Track one frame", "Track one frame, then pause.", tracker.step,
             "F10", "step-tracker", idle,
         ),
         Command(
-            "stop", _MENU, "End the run", "End the run in progress; it keeps what it has.",
+            "stop", _MENU, "Stop run", "Stop the run in progress and keep the frames tracked "
+            "so far.",
             track.stop, "Ctrl+.", "stop",
             lambda: "" if track.entry is not None else "No run is in progress.",
         ),
         Command(
-            "run_here", _MENU, "Run from here", "Begin a new run at this frame, from the active "
-            "run's pose where it has one.", tracker.run_from_here, "Ctrl+F8", "next",
+            "run_here", _MENU, "Run from current frame",
+            "Start a new run at this frame, from the pose of "
+            "the active run if it has one here.", tracker.run_from_here, "Ctrl+F8", "next",
             idle, section=True,
         ),
         Command(
-            "run_selection", _MENU, "Run the selection", "Track the selected frames as a new run.",
+            "run_selection", _MENU, "Run on selection", "Track the selected frames as a new run.",
             tracker.run_selection, "Ctrl+Shift+F8", "selection",
             lambda: idle() or no_selection(),
         ),
         *(
             Command(
-                f"first_pose_{name}", f"{_MENU}/First pose", title, tip,
+                f"first_pose_{name}", f"{_MENU}/Initial pose", title, tip,
                 partial(tracker.choose_first_pose, name), why_not=session.no_depth,
                 checked=partial(tracker.begins_with, name),
             )
             for name, (title, tip) in FIRST_POSES.items()
         ),
         Command(
-            "follow", _MENU, "Follow the tracker", "Show each frame as it is tracked.",
+            "follow", _MENU, "Follow tracker", "Show each frame as soon as it is tracked.",
             tracker.toggle_follow, "F", checked=lambda: tracker.follow,
         ),
         Command(
-            "hide_run", _MENU, "Show or hide the active run",
-            "Switch the active run's model and curves on or off.", tracker.toggle_run,
+            "hide_run", _MENU, "Show active run",
+            "Show or hide the model and the curves of the active run.", tracker.toggle_run,
             "H", "model", session.no_run, section=True,
         ),
         Command(
@@ -86,26 +88,27 @@ def commands(context: Context, runs: RunsController) -> list[Command]:
             or ("" if len(session.runs.entries) > 1 else "There is only one run."),
         ),
         Command(
-            "repeat_run", _MENU, "Repeat this run", "Track it again with everything that it says "
-            "about itself, and say whether it comes out equal.", runs.repeat_active,
+            "repeat_run", _MENU, "Reproduce run", "Track again with the stored settings of the "
+            "run, and check whether the results are equal.", runs.repeat_active,
             "Alt+F8", "redo",
             lambda: session.no_run() or session.tracker_works() or runs.why_not_repeat(),
         ),
         Command(
-            "run_details", _MENU, "Details of the run …", "All that the active run was made with, "
-            "beside another run.", runs.show_details, "Alt+Return", "settings",
+            "run_details", _MENU, "Run details …", "Show how the active run was made, and "
+            "compare it with another run.", runs.show_details, "Alt+Return", "settings",
             session.no_run,
         ),
         Command(
-            "keep_run", _MENU, "Keep the run in the project", "Put a run that was opened from a "
-            "file into the project; runs that are tracked here are kept by themselves.",
+            "keep_run", _MENU, "Store run in project",
+            "Store a run that was opened from a file in the project. Runs tracked here are stored "
+            "automatically.",
             runs.keep_active, icon="save",
             why_not=lambda: session.no_run() or session.no_edit() or runs.why_not_keep(),
         ),
         Command(
-            "remove_run", _MENU, "Remove the active run",
-            "Take the active run from the list; one that the project keeps is deleted there, "
-            "which can be undone. Files stay.", runs.remove_active, "Ctrl+Del",
+            "remove_run", _MENU, "Remove run",
+            "Remove the active run from the list. If the project stores it, it is deleted there; "
+            "you can undo this. Files are not deleted.", runs.remove_active, "Ctrl+Del",
             "delete", lambda: session.no_run() or in_progress(),
         ),
         *_against(session, runs),
@@ -119,17 +122,17 @@ def _against(session: Session, runs: RunsController) -> list[Command]:
         if session.no_recording() or session.judging.has(against):
             return session.no_recording()
         if against == "recording":
-            return "This recording has no reference of its own."
-        return "Fit the whole recording first."
+            return "This recording has no reference."
+        return "The whole recording has not been fitted yet. Choose Fit whole recording first."
 
     def measured(against: Against) -> bool:
         return session.judging.truth is not None and session.judging.truth.against == against
 
     rows: tuple[tuple[Against, str, str], ...] = (
-        ("recording", "The recording's reference", "Measure errors of runs against the reference "
-         "that came with the recording."),
-        ("project", "The project's reference", "Measure errors of runs against the trajectory "
-         "fitted to the clicks, and state how good that is."),
+        ("recording", "Recording's reference", "Measure errors against the reference that "
+        "comes with the recording."),
+        ("project", "Project's reference", "Measure errors against the trajectory fitted to "
+        "the clicks, and state its accuracy."),
     )  # fmt: skip
     return [
         Command(

@@ -42,8 +42,8 @@ class RunsController(QObject):
         self.panel, self.numbers = RunsPanel(), NumbersPanel()
         self.comparison = ComparisonPanel()
         docks.add("runs", "Runs", self.panel)
-        docks.add("numbers", "Numbers", self.numbers)
-        docks.add("comparison", "Comparison", self.comparison)
+        docks.add("numbers", "Frame metrics", self.numbers)
+        docks.add("comparison", "Run comparison", self.comparison)
         self.details = RunDetails(docks.dialog_parent)
         self._project: Project | None = None
         self._offered: tuple[RunEntry, ...] = ()
@@ -90,8 +90,8 @@ class RunsController(QObject):
         judgement = self._session.judging.of(entry)
         score = score_words(judgement)
         known = judgement is not None and judgement.measure == "error"
-        whose = "off by" if known else "judged by the filter alone,"
-        arms = f", arms {whose} {score} in the median" if score else ""
+        whose = "off by" if known else "with a filter uncertainty of"
+        arms = f", arms {whose} {score} (median)" if score else ""
         frames = counted(len(entry.frames), "frame")
         self._context.notifier.say(f"{entry.name}: {frames} tracked{arms}.", 8000)
         self._context.actions.refresh_soon()
@@ -150,20 +150,20 @@ class RunsController(QObject):
         speed = f" {fps:.1f} frames per second." if fps is not None else ""
         place = f" From {entry.path}." if entry.path is not None else ""
         if entry.waiting and not entry.visible:
-            place += " Tick it to read it from the project."
-        kept = self.keeper.why_not_kept(entry) or "Kept in the project."
-        return f"{kept}{place}{speed} F2 renames it."
+            place += " Check it to load it from the project."
+        kept = self.keeper.why_not_kept(entry) or "Stored in the project."
+        return f"{kept}{place}{speed} Press F2 to rename it."
 
     def _made(self, entry: RunEntry, facts: RunFacts | None) -> str:
         if facts is None:
-            return f"Preset {entry.preset or 'not known'}; in progress."
+            return f"Preset {entry.preset or 'unknown'}; in progress."
         changed = facts.changed_words
-        words = [f"Preset {facts.preset or 'not known'}{f', {changed}' if changed else ''}"]
+        words = [f"Preset {facts.preset or 'unknown'}{f', {changed}' if changed else ''}"]
         if facts.views:
             words.append(f"views {'+'.join(facts.views)}")
-        words.append(f"first pose {_FIRST_POSES.get(facts.init, facts.init or 'not known')}")
+        words.append(f"initial pose {_FIRST_POSES.get(facts.init, facts.init or 'unknown')}")
         if facts.smoothed:
-            words.append("gone over backwards as well")
+            words.append("smoothed")
         return f"{'; '.join(words)}."
 
     @Slot(int, str)
@@ -199,20 +199,20 @@ class RunsController(QObject):
         """Why the active run cannot be repeated now, as a sentence; empty where it can."""
         active = self._session.runs.active
         if self.repeater.busy:
-            return "A run is being repeated already."
+            return "A run is already being reproduced. Wait for it."
         if active is not None and active is self._session.track.entry:
-            return "This run is in progress; end it first."
+            return "This run is in progress. Stop it first."
         if active is not None and active.run() is None:
-            return "Nothing is known of how this run was made."
+            return "How this run was made is not known."
         return ""
 
     def why_not_keep(self) -> str:
         """Why the active run cannot be put into the project now."""
         active = self._session.runs.active
         if active is not None and active.kept:
-            return "The project keeps this run already."
+            return "The run is already stored in the project."
         if active is not None and active is self._session.track.entry:
-            return "The run is kept by itself when it has come to its end."
+            return "The run is stored automatically when it is complete."
         return ""
 
     # ---- details
@@ -243,9 +243,9 @@ class RunsController(QObject):
         rows = beside(pair[0], pair[1])
         different = sum(row.differs for row in rows)
         parameters = sum(row.differs and row.parameter for row in rows)
-        words = f"{different} things differ, {parameters} of them parameters."
+        words = f"{different} differences, {parameters} of them in parameters."
         if not different:
-            words = "Both were made with the same: parameters, seed, views, frames, versions."
+            words = "No differences in parameters, seed, views, frames or versions."
         self.details.show_rows(
             words,
             [(r.what, r.first, r.second, r.differs) for r in rows if everything or r.differs],
@@ -276,7 +276,7 @@ class RunsController(QObject):
         return self._compared[1]
 
 
-_FIRST_POSES = {"auto": "found without help", "tpose": "a T pose", "pose": "given"}
+_FIRST_POSES = {"auto": "found automatically", "tpose": "a T pose", "pose": "given"}
 
 
 def _duration(seconds: float | None) -> str:

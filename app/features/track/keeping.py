@@ -115,12 +115,12 @@ class RunKeeper(QObject):
         if entry.kept:
             return ""
         if entry is self._track.entry:
-            return "The run is kept when it has come to its end."
+            return "The run is stored when it is complete."
         if entry.kind == "attempt":
-            return "An attempt is kept when it is made the run."
+            return "A trial is stored when you make it the active run."
         if _from_file(entry):
-            return "A run that was opened from a file is kept when that is asked for."
-        return self._project.why_no_edit() or "The run is not kept yet."
+            return "A run opened from a file is stored with Store run in project."
+        return self._project.why_no_edit() or "The run is not stored yet."
 
     def facts(self, entry: RunEntry) -> RunFacts | None:
         """What a run was made with; None while that is not known."""
@@ -213,12 +213,12 @@ class RunKeeper(QObject):
         if project is not None and not any(one.facts is None for one in self._busy):
             work = partial(_kept, project, entry.name, entry.now())
             done = partial(self._on_kept, project, entry, entry.name)
-            self._begin(f"keeping the run {entry.name}", entry, work, done)
+            self._begin(f"storing run {entry.name}", entry, work, done)
 
     def _begin_reading(self, project: Project, entry: RunEntry) -> None:
         work = partial(_read, project, entry.kept)
         done = partial(self._on_read, entry)
-        self._begin(f"reading the run {entry.name}", entry, work, done)
+        self._begin(f"loading run {entry.name}", entry, work, done)
 
     def _begin(
         self,
@@ -291,7 +291,7 @@ class RunKeeper(QObject):
         if project.read_only or not unfinished_runs(project.path):
             return
         self._taking = self._tasks.begin(
-            "keeping what was interrupted", lambda _task: _taken_in(project), self._on_taken_in
+            "storing interrupted runs", lambda _task: _taken_in(project), self._on_taken_in
         )
         self._taking.ended.connect(self._on_taking_ended)
 
@@ -305,11 +305,12 @@ class RunKeeper(QObject):
             self.message.emit(
                 Message(
                     "note",
-                    "a run was under way when the program ended; its frames were kept"
+                    "the program ended during a run; the frames tracked so far were stored"
                     if len(runs) == 1
-                    else f"{len(runs)} runs were under way when the program ended and were kept",
+                    else f"the program ended during {len(runs)} runs; the frames tracked so far "
+                    "were stored",
                     names,
-                    "To have the rest, go to its last frame and run the tracker from there.",
+                    "To continue a run, go to its last frame and run the tracker from there.",
                 )
             )
 
@@ -407,7 +408,7 @@ def _kept(project: Project, wanted: str, now: RunNow) -> KeptRun:
     """Put a run into the project; may take a while, in any thread."""
     run = now.run()
     if run is None:
-        raise InputError("nothing is known of where the run comes from", where=wanted)
+        raise InputError("the source of the run is not known", where=wanted)
     name = free_name(project.runs, wanted)
     project.apply(keep_run(name, run))
     if now.journal is not None:

@@ -27,14 +27,14 @@ def number_rows(
     errors = judgement.errors_at(tracked.frame) if judgement is not None else {}
     for index, limb in enumerate(LIMBS):
         sigma = tracked.limb_sigma_deg[index]
-        value = f"± {sigma:.1f}°" if sigma == sigma else "not known"
+        value = f"± {sigma:.1f}°" if sigma == sigma else "unknown"
         error = errors.get(limb)
         if error is not None:
             stated = with_quality(f"{error:.1f}°", quality.get(measure_of(limb)))
             value = f"{stated}  ({value})"
         chance = tracked.limb_lost[index]
         if chance == chance:
-            value += f", lost {100.0 * chance:.0f} %"
+            value += f", failure probability {100.0 * chance:.0f} %"
         missed = "far off, not flagged" if error is not None and error > UNCERTAIN_DEG else ""
         hint = unsure.get(limb, missed)
         rows.append((limb, limb_words(limb), value, hint))
@@ -69,7 +69,7 @@ def _frame_rows(
             "",
             "unexplained fraction",
             f"{100.0 * tracked.unexplained_fraction:.1f} %",
-            "Share of the measured points that the model does not explain; 0 is best.",
+            "Fraction of the measured points that the model does not explain; 0 is ideal.",
         ),
         (
             "",
@@ -81,8 +81,8 @@ def _frame_rows(
             "",
             "normalised innovation",
             f"{tracked.innovation:.2f}",
-            "Distance of the points from the prediction, over the standard deviation predicted of "
-            "it; 1 is as expected.",
+            "Distance of the points from the prediction, relative to its predicted standard "
+            "deviation; 1 is expected.",
         ),
         ("", "time", f"{total:.0f} ms", _stages(tracked)),
     ]
@@ -90,7 +90,7 @@ def _frame_rows(
 
 def _stages(tracked: TrackedFrame) -> str:
     stages = [f"{name} {1000.0 * value:.0f} ms" for name, value in tracked.seconds.items()]
-    return "Stages: " + ", ".join(stages) + ". Stages of successive frames overlap."
+    return "Stages: " + ", ".join(stages) + ". Processing of consecutive frames overlaps."
 
 
 def _quality(judgement: Judgement | None, frame: int) -> Mapping[str, float]:

@@ -81,12 +81,12 @@ class RunRepeater(QObject):
         stored = stored_spec(run)
         if not stored.states_first_pose:
             raise InputError(
-                "the run began with a pose that it does not state",
+                "the run does not state its initial pose",
                 where=entry.name,
-                remedy="Runs that are made from now on state it.",
+                remedy="Runs made with this version state it. Track again.",
             )
         self._task = self._tasks.begin(
-            f"repeating {entry.name}",
+            f"reproducing {entry.name}",
             lambda task: _repeated(task, entry, run, stored, recording),
             self._on_done,
         )

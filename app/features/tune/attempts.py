@@ -154,11 +154,11 @@ class AttemptPresenter(QObject):
         if attempt is None or store is None:
             return ""
         if self._is_run(attempt):
-            return "These are the run's settings: change one to see what it does."
+            return "These are the settings of the run. Change a parameter to see its effect."
         known = self._same(attempt)
         if known is not None:
-            return f"{known.name.capitalize()} has these settings."
-        return f"To be computed: {work_of(attempt, store.resource).words}."
+            return f"{known.name.capitalize()} already has these settings."
+        return f"To compute: {work_of(attempt, store.resource).words}."
 
     # ---- what a person does
 
@@ -255,7 +255,7 @@ class AttemptPresenter(QObject):
             name = self._runs.next_name(attempt.preset, changed=self._track.differs_from_preset)
         else:
             self._number += 1
-            name = f"attempt {self._number}"
+            name = f"trial {self._number}"
         entry = RunEntry(
             name,
             attempt.preset,

@@ -92,10 +92,10 @@ def attempt_from(
 def changes_in_words(old: Settings | None, new: Settings, *, most: int = _NAMED) -> str:
     """``sigma joint 20 deg``; ``sigma joint 20 deg, iterations 8 and 3 more``."""
     if old is None:
-        return "other settings"
+        return "different settings"
     names = changed_names(old, new)
     if not names:
-        return "the run's settings"
+        return "settings of the run"
     rows = {row.name: row for row in new.rows()}
     values = new.values()
     said = [with_unit(name, values[name], rows[name].unit) for name in names[:most]]

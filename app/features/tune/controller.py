@@ -46,8 +46,8 @@ class TuneController(QObject):
         self.parameters, self.panel = ParameterPanel(), AttemptsPanel()
         self.series_panel = SeriesPanel()
         context.docks.add("parameters", "Parameters", self.parameters)
-        context.docks.add("attempts", "Attempts", self.panel)
-        context.docks.add("series", "One parameter", self.series_panel)
+        context.docks.add("attempts", "Trials", self.panel)
+        context.docks.add("series", "Parameter series", self.series_panel)
         self.stores = StoreKeeper(session.document, session.clouds)
         self.runner = TrialRunner(self)
         self.attempts = AttemptPresenter(
@@ -187,8 +187,8 @@ class TuneController(QObject):
             return ""
         frames = f"Frames {stretch.start} to {stretch.stop - 1}"
         if context.view_state.selection:
-            return f"{frames}, which are selected in the timeline."
-        return f"{frames}. Shift+drag in the timeline selects others."
+            return f"{frames}, as selected in the timeline."
+        return f"{frames}. Select others in the timeline with Shift+drag."
 
     @Slot()
     def show_series(self) -> None:
@@ -218,7 +218,7 @@ class TuneController(QObject):
         self._compared = word
         self.show_settings()
         if self.parameters.against_box.currentData() != word:
-            self._context.notifier.say("There is no run whose settings are known.", 4000)
+            self._context.notifier.say("No run with known settings. Run the tracker first.", 4000)
 
     # ---- what a person does
 

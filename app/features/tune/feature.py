@@ -15,7 +15,7 @@ def register(context: Context) -> TuneController:
         Workspace(
             "tune",
             "Tune",
-            "Change settings, track a stretch again, and compare the attempts.",
+            "Change settings, run trials on a stretch of frames, and compare them.",
             "settings",
             side=(("parameters",), ("attempts", "series", "comparison", "runs", "inside")),
             bottom=("plot", "timeline"),

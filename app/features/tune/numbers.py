@@ -141,7 +141,7 @@ def _row(
     more = f", {done} of {count} frames" if done < count and entry is not run else ""
     return AttemptRow(
         name=f"{entry.name}{more}",
-        changed="over these frames" if entry is run else changed,
+        changed="in these frames" if entry is run else changed,
         values=values,
         changes=changes,
         is_run=entry is run,

@@ -71,7 +71,9 @@ class PresetShelf(QObject):
         """
         project = self._project.project
         if project is None:
-            raise InputError("no project is open", remedy="Open one that holds the preset.")
+            raise InputError(
+                "no project is open", remedy="Open or create a project to store the preset."
+            )
         stored = load_parameters(project.parameter_sets, name)
         made = UserPreset(name, stored.preset, dict(stored.values))
         made.settings  # noqa: B018 - refuses what this version does not know
@@ -90,7 +92,7 @@ class PresetShelf(QObject):
         if not name.strip():
             return "The preset needs a name."
         if name.strip() in PRESETS:
-            return f"{name.strip()} is a preset of the program."
+            return f"{name.strip()} is a built-in preset. Choose another name."
         return ""
 
     def save(self, name: str, settings: Settings, base: str) -> bool:
@@ -183,7 +185,9 @@ class NameDialog(QDialog):
         name = self.name.text()
         problem = self._problem_with(name)
         replaced = name.strip() in self._taken
-        self.remark.setText(problem or ("The preset of that name is replaced." * replaced))
+        self.remark.setText(
+            problem or ("The existing preset with this name will be replaced." * replaced)
+        )
         self.buttons.button(QDialogButtonBox.StandardButton.Save).setEnabled(not problem)
 
 
@@ -229,21 +233,19 @@ class PresetWork(QObject):
 
     def save(self) -> None:
         """Keep the settings under a name, in the project."""
-        self._ask_name(
-            "Save as preset", "The settings as they are now", self._session.track.settings
-        )
+        self._ask_name("Save as preset", "Present settings", self._session.track.settings)
 
     def adopt(self) -> None:
         """Keep the settings of the selected attempt under a name, and go on with them."""
         entry = self._selected()
         if entry is not None and entry.settings is not None:
-            self._ask_name("Adopt as preset", f"The settings of {entry.name}", entry.settings)
+            self._ask_name("Save trial as preset", f"Settings of {entry.name}", entry.settings)
 
     def _ask_name(self, title: str, what: str, settings: Settings) -> None:
         own = self._session.track.preset
         proposed = own if own not in PRESETS else ""
         dialog = NameDialog(
-            title, f"{what} become a preset of the project.", proposed,
+            title, f"{what} will be saved as a preset of the project.", proposed,
             self.shelf.problem_with, self.shelf.own, self._context.docks.dialog_parent,
         )  # fmt: skip
         dialog.accepted.connect(lambda: self.keep(dialog.name.text().strip(), settings))
@@ -253,7 +255,7 @@ class PresetWork(QObject):
         """Save settings as a preset of the project, and use it from now on."""
         if self.shelf.save(name, settings, self._base_name()):
             self.use(name)
-            self._context.notifier.say(f"The preset {name} is in the project.", 4000)
+            self._context.notifier.say(f"Preset {name} saved in the project.", 4000)
 
     def _base_name(self) -> str:
         name = self._session.track.preset
@@ -264,7 +266,7 @@ class PresetWork(QObject):
 
     def load(self) -> None:
         """Take a preset from a file into the project."""
-        dialog = QFileDialog(self._context.docks.dialog_parent, "Load a preset")
+        dialog = QFileDialog(self._context.docks.dialog_parent, "Load preset")
         dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
         dialog.setNameFilter(_FILES)
         dialog.fileSelected.connect(lambda path: self.take_file(Path(path)))
@@ -282,7 +284,7 @@ class PresetWork(QObject):
 
     def export(self) -> None:
         """Write the settings to a file that the command line takes as a preset."""
-        dialog = QFileDialog(self._context.docks.dialog_parent, "Save the settings as a file")
+        dialog = QFileDialog(self._context.docks.dialog_parent, "Export preset")
         dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
         dialog.setNameFilter(_FILES)
         dialog.setDefaultSuffix("toml")
@@ -298,7 +300,9 @@ class PresetWork(QObject):
         except InputError as error:
             self._context.notifier.error(error)
             return
-        said = Message("note", f"Saved {path.name}", remedy=f"stereotrack track … --preset {path}")
+        said = Message(
+            "note", f"Saved to {path.name}", remedy=f"stereotrack track … --preset {path}"
+        )
         self._context.notifier.show(said)
 
     def delete(self) -> None:

@@ -170,7 +170,8 @@ class SeriesPresenter(QObject):
         trials = self._trials = Trials(attempts, store)
         self._runner.begin(trials)
         self._task = self._tasks.begin(
-            f"trying {row.name.replace('_', ' ')}", lambda task: _watch(task, trials)
+            f"tracking with values of {row.name.replace('_', ' ')}",
+            lambda task: _watch(task, trials),
         )
         self.changed.emit()
 

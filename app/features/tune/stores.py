@@ -120,6 +120,4 @@ class CloudWarmer(QObject):
         if request is self._request:
             self._request = None
             if error is not None:  # whoever tries the stretch meets the same, and tells the person
-                logging.getLogger(__name__).error(
-                    "clouds could not be made beforehand", exc_info=error
-                )
+                logging.getLogger(__name__).error("clouds could not be precomputed", exc_info=error)

@@ -33,20 +33,21 @@ _KIND_KEYS: dict[PictureKind, str] = {
     "image": "F1", "left": "F2", "disparity": "F3", "foreground": "F4", "depth": "F5"
 }  # fmt: skip
 _LAYER_TIPS = {
-    "ellipsoids": "Show or hide, in the scene, two standard deviations of the places of hands and "
-    "elbows, as the tracker sees them.",
+    "ellipsoids": "Show or hide the two-sigma ellipsoids of hand and elbow positions in the "
+    "scene, as estimated by the tracker.",
 }
 _KIND_TIPS: dict[PictureKind, str] = {
-    "image": "Show the reference images: the right one of a stereo view.",
+    "image": "Show the reference images: the right image of a stereo view.",
     "left": "Show the left images of the stereo views.",
-    "disparity": "Show the measured disparities: near is bright.",
-    "foreground": "Show what is in front of the learned background.",
-    "depth": "Show the measured depth: near is bright.",
+    "disparity": "Show the disparity maps. Near is bright.",
+    "foreground": "Show the foreground against the learned background.",
+    "depth": "Show the depth maps. Near is bright.",
 }
 _ARRANGEMENTS: dict[Arrangement, tuple[str, str, str, str]] = {
-    "grid": ("All views", "Show all views in the same size.", "G", "grid"),
+    "grid": ("All views", "Show all views at the same size.", "G", "grid"),
     "one-and-more": (
-        "One large, others small", "Show the active view large.", "Shift+M", "one-and-more",
+        "One large view", "Show the active view large and the others small.",
+        "Shift+M", "one-and-more",
     ),
 }  # fmt: skip
 
@@ -85,7 +86,7 @@ def _pictures(session: Session, views: CameraGrid) -> list[Command]:
 
     return [
         Command(
-            f"show_{kind}", f"{_MENU}/Picture", text, _KIND_TIPS[kind],
+            f"show_{kind}", f"{_MENU}/Image", text, _KIND_TIPS[kind],
             partial(views.set_kind, kind), _KIND_KEYS[kind],
             "disparity" if kind == "disparity" else "foreground" if kind == "foreground" else "",
             partial(why_not, kind),
@@ -102,7 +103,7 @@ def _overlays(session: Session, view: ViewController) -> list[Command]:
 
     return [
         Command(
-            f"overlay_{name}", f"{_MENU}/Overlay", text, f"Switch {text.lower()} on or off.",
+            f"overlay_{name}", f"{_MENU}/Overlay", text, f"Show or hide {text.lower()}.",
             partial(view.toggle_overlay, name), _OVERLAY_KEYS[name],
             _OVERLAY_ICONS.get(name, ""), partial(why_not, name),
             partial(view.overlay_on, name),
@@ -122,7 +123,8 @@ def _arrangements(session: Session, views: CameraGrid, view: ViewController) -> 
     return [
         *fixed,
         Command(
-            "arrange_single", _MENU, "One view alone", "Show the active view alone, or all again.",
+            "arrange_single", _MENU, "Single view", "Show only the active view, or all views "
+            "again.",
             view.toggle_single, "M", "single", session.no_recording,
             lambda: views.arrangement == "single",
         ),
@@ -131,7 +133,7 @@ def _arrangements(session: Session, views: CameraGrid, view: ViewController) -> 
             lambda: views.activate_next(1), "V", why_not=session.no_recording,
         ),
         Command(
-            "previous_view", _MENU, "Previous view", "Make the view before the active one.",
+            "previous_view", _MENU, "Previous view", "Make the previous view the active one.",
             lambda: views.activate_next(-1), "Shift+V", why_not=session.no_recording,
         ),
     ]  # fmt: skip
@@ -140,30 +142,30 @@ def _arrangements(session: Session, views: CameraGrid, view: ViewController) -> 
 def _zoom(session: Session, state: ViewState, view: ViewController) -> list[Command]:
     return [
         Command(
-            "zoom_in", _MENU, "Zoom in", "Enlarge the active view.", lambda: view.zoom(1.25),
+            "zoom_in", _MENU, "Zoom in", "Zoom in on the active view.", lambda: view.zoom(1.25),
             "+", why_not=session.no_recording, section=True,
         ),
         Command(
-            "zoom_out", _MENU, "Zoom out", "Make the active view smaller.",
+            "zoom_out", _MENU, "Zoom out", "Zoom out of the active view.",
             lambda: view.zoom(0.8), "-", why_not=session.no_recording,
         ),
         Command(
-            "zoom_fit", _MENU, "Whole picture", "Show the whole picture in every view.",
+            "zoom_fit", _MENU, "Fit to view", "Show the whole image in every view.",
             view.zoom_fit, "0", "", session.no_recording,
         ),
         Command(
             "keep_person", _MENU, "Zoom to the person",
-            "Enlarge the person in every view, where clicks, the fit, a run or the reference show "
-            "it, and follow it until you zoom by hand; once more shows whole pictures.",
+            "Zoom every view to the person as located by clicks, the fit, a run or the reference, "
+            "and follow the person until you zoom by hand. Choose this again to show whole images.",
             view.toggle_keep_person, "Z", "fit", session.no_recording,
             lambda: state.display.keep_person,
         ),
         Command(
-            "loupe", _MENU, "Loupe", "Enlarge what is under the cursor.", view.toggle_loupe,
+            "loupe", _MENU, "Loupe", "Magnify the image under the cursor.", view.toggle_loupe,
             "L", "loupe", session.no_recording, lambda: state.display.loupe,
         ),
         Command(
-            "loupe_corner", _MENU, "Loupe in the corner", "Keep the loupe in a corner of the view, "
+            "loupe_corner", _MENU, "Loupe in the corner", "Show the loupe in a corner of the view "
             "so that it hides nothing around the cursor.", view.toggle_loupe_corner, "Shift+L",
             "", session.no_recording, lambda: state.display.loupe_in_corner,
         ),
@@ -172,21 +174,23 @@ def _zoom(session: Session, state: ViewState, view: ViewController) -> list[Comm
 
 def _light(session: Session, light: DisplayPanel) -> list[Command]:
     rows = [
-        ("brighter", "Brighter", "Ctrl+Up", {"brightness": 5}),
-        ("darker", "Darker", "Ctrl+Down", {"brightness": -5}),
-        ("more_contrast", "More contrast", "Ctrl+Right", {"contrast": 10}),
-        ("less_contrast", "Less contrast", "Ctrl+Left", {"contrast": -10}),
+        ("brighter", "Increase brightness", "Ctrl+Up", {"brightness": 5}),
+        ("darker", "Decrease brightness", "Ctrl+Down", {"brightness": -5}),
+        ("more_contrast", "Increase contrast", "Ctrl+Right", {"contrast": 10}),
+        ("less_contrast", "Decrease contrast", "Ctrl+Left", {"contrast": -10}),
     ]
     commands = [
         Command(
-            name, f"{_MENU}/Light", text, f"{text}, for the display only.",
+            name, f"{_MENU}/Brightness and contrast",
+            text, f"{text}. This affects the display only.",
             partial(light.change, **change), keys,
             why_not=session.no_recording,
         )
         for name, text, keys, change in rows
     ]  # fmt: skip
     reset = Command(
-        "light_reset", f"{_MENU}/Light", "As recorded", "Show the pictures as they were recorded.",
+        "light_reset", f"{_MENU}/Brightness and contrast", "Reset brightness and contrast",
+        "Show the images as recorded.",
         light.reset, icon="brightness", why_not=session.no_recording,
     )  # fmt: skip
     return [*commands, reset]
@@ -213,20 +217,21 @@ def _scene(
         for layer, words in (
             ("cloud", "the measured points"), ("model", "the model"),
             ("reference", "the reference"), ("cameras", "the cameras"), ("floor", "the floor"),
-            ("ellipsoids", "where hands and elbows may be"),
+            ("ellipsoids", "the uncertainty of hands and elbows"),
         )
     ]  # fmt: skip
     sides = [
         Command(
-            f"scene_from_{view}", f"{_MENU}/3-D scene", text, f"{tip} Key {key} in the scene.",
+            f"scene_from_{view}", f"{_MENU}/3-D scene", text, f"{tip} Press {key} in the scene.",
             partial(scene.set_view, view), icon="scene", section=view == "home",
             why_not=session.no_recording,
         )
         for view, text, tip, key in (
-            ("home", "Look from the corner", "Look from ahead and a little aside.", "R"),
-            ("front", "Look from the front", "Look south, at a person who faces north.", "F"),
-            ("side", "Look from the side", "Look west.", "S"),
-            ("top", "Look from above", "Look down; north is up.", "T"),
+            ("home", "Oblique view", "Look from the front and slightly from one side.",
+            "R"),
+            ("front", "Front view", "Look south, at a person facing north.", "F"),
+            ("side", "Side view", "Look west.", "S"),
+            ("top", "Top view", "Look down, with north up.", "T"),
         )
     ]  # fmt: skip
     colours = [colour(kind, text) for kind, text in POINT_COLOURS.items()]

@@ -23,8 +23,8 @@ from .scene import ellipsoids_of, scene_of
 _SCENE_DELAY_MS = 30
 _SCENE_PATIENCE_MS = 150
 _NOBODY_KNOWN = (
-    "Nothing tells yet where the person is: click two landmarks in a view, or track. The views "
-    "zoom with the next frame then."
+    "The position of the person is not known yet. Click two landmarks in a view, or run the "
+    "tracker; the views zoom in at the next frame."
 )
 
 
@@ -41,7 +41,7 @@ class ViewController(QObject):
         self._context, self._session = context, context.session
         self._state, self._docks = context.view_state, context.docks
         self.light = DisplayPanel()
-        context.docks.add("display", "Light", self.light)
+        context.docks.add("display", "Brightness and contrast", self.light)
         self._scene_timer = QTimer(self, singleShot=True, interval=_SCENE_DELAY_MS)
         self._scene_timer.timeout.connect(self._show_scene)
         self._scene_waits = QElapsedTimer()

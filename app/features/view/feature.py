@@ -26,5 +26,5 @@ def _add_scene_bar(context: Context) -> None:
     layers = [action(f"scene_{layer}") for layer in SCENE_LAYERS]
     colours = [action(f"points_{kind}") for kind in POINT_COLOURS]
     sides = [action(f"scene_from_{side}") for side in SCENE_SIDES]
-    menus = [("Colour of the points", "theme", colours), ("Standard views", "scene", sides)]
+    menus = [("Point colours", "theme", colours), ("Standard views", "scene", sides)]
     dock.setTitleBarWidget(SceneBar(dock.windowTitle(), layers, menus))

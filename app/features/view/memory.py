@@ -87,7 +87,7 @@ class ViewMemory(QObject):
             project.view_settings.set(_SETTING, now)
         except InputError as error:
             self._context.notifier.say(
-                f"What is shown could not be kept: {message_of(error).what}.", 6000
+                f"Display settings could not be saved: {message_of(error).what}.", 6000
             )
         self._kept = now
 

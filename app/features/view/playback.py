@@ -23,15 +23,16 @@ def commands(session: Session, transport: Transport) -> list[Command]:
 
     return [
         Command(
-            "play", _MENU, "Play or pause", "Play at the recording's own speed, or stay here.",
+            "play", _MENU, "Play / pause", "Play at the recording's frame rate, or pause.",
             document.toggle_playing, "Space", "play", session.no_frames, lambda: document.playing,
         ),
         go("next", "Next frame", "Show the next frame.", 1, "Right", "step-forward"),
         go("previous", "Previous frame", "Show the frame before.", -1, "Left", "step-back"),
-        go("next_comma", "Next frame, second key", "Show the next frame.", 1, "."),
-        go("previous_comma", "Previous frame, second key", "Show the frame before.", -1, ","),
-        go("ten_on", "Ten frames on", "Go ten frames on.", 10, "Shift+Right", section=True),
-        go("ten_back", "Ten frames back", "Go ten frames back.", -10, "Shift+Left"),
+        go("next_comma", "Next frame (second key)", "Show the next frame.", 1, "."),
+        go("previous_comma", "Previous frame (second key)", "Show the frame before.", -1, ","),
+        go("ten_on", "Forward 10 frames",
+        "Go forward by 10 frames.", 10, "Shift+Right", section=True),
+        go("ten_back", "Back 10 frames", "Go back by 10 frames.", -10, "Shift+Left"),
         Command(
             "first", _MENU, "First frame", "Go to the first frame.",
             lambda: document.go_to(0), "Home", "first", session.no_frames,
@@ -42,7 +43,7 @@ def commands(session: Session, transport: Transport) -> list[Command]:
             session.no_frames,
         ),
         Command(
-            "go_to", _MENU, "Go to frame …", "Type the number of a frame.",
+            "go_to", _MENU, "Go to frame …", "Enter a frame number.",
             transport.type_frame, "Ctrl+G", "search", session.no_frames,
         ),
     ]  # fmt: skip

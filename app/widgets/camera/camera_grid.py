@@ -72,8 +72,8 @@ class CameraTile(QFrame):
         self._name.setFont(font)
         self._kind = QComboBox(self)
         self._kind.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self._kind.setToolTip("What this view shows")
-        self._kind.setAccessibleName(f"What view {view.name} shows")
+        self._kind.setToolTip("Image shown in this view")
+        self._kind.setAccessibleName(f"Image shown in view {view.name}")
         for kind in kinds_of(view):
             self._kind.addItem(kind_words(view, kind), kind)
         self._kind.setVisible(self._kind.count() > 1)

@@ -32,8 +32,8 @@ from .picture_view import PictureView
 
 _CLICK_PIXELS = 4
 _COMPUTED = (
-    "Clicks belong to a camera's own image, and this picture is computed from images. Show the "
-    "reference image (F1) or the left image (F2)."
+    "Clicks are placed in camera images, and this image is computed. Show the reference image "
+    "(F1) or the left image (F2)."
 )
 
 
@@ -216,7 +216,7 @@ class CameraView(PictureView):
     def _press_with_hand(self, position: QPointF) -> None:
         marks, why_not = self.marks, self.why_no_clicks()
         if why_not or marks is None:
-            self.refused.emit(why_not or "The picture is still being read.")
+            self.refused.emit(why_not or "Loading image …")
             return
         self._hand.press(position, marks)
         self.update()

@@ -114,7 +114,7 @@ class ClickHand:
         mark = self.mark_at(position, marks) if marks.offer.picks else None
         if mark is None:
             return marks.offer
-        return Offer(words=f"{mark.label}: click to hold it, drag to move it", colour=mark.colour)
+        return Offer(words=f"{mark.label}: click to select, drag to move", colour=mark.colour)
 
     def mark_at(self, position: QPointF, marks: ClickMarks) -> ClickMark | None:
         """The nearest click whose handle is under a place in the widget."""

@@ -16,7 +16,7 @@ CLICK_OVERLAYS: Mapping[str, str] = {
     "predictions": "Predicted points",
     "epipolar": "Epipolar curves",
     "residuals": "Residuals of the fit",
-    "fit": "Model fitted to the clicks",
+    "fit": "Model fitted to clicks",
 }
 """Overlays about clicks that can be switched one by one, with their names."""
 

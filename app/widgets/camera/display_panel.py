@@ -27,14 +27,14 @@ class DisplayPanel(QWidget):
         super().__init__(parent)
         self.brightness = _slider(-80, 80, "Brightness")
         self.contrast = _slider(-100, 100, "Contrast")
-        self.reset_button = QPushButton("As recorded")
-        self.only_this = QCheckBox("Only the active view")
+        self.reset_button = QPushButton("Reset brightness and contrast")
+        self.only_this = QCheckBox("Active view only")
         self._active = ""
         form = QFormLayout(self)
         form.addRow(self.only_this)
         form.addRow("Brightness", self.brightness)
         form.addRow("Contrast", self.contrast)
-        note = QLabel("For the display only: what is measured does not change.")
+        note = QLabel("Affects the display only; measurements do not change.")
         note.setProperty("role", "muted")
         note.setWordWrap(True)
         form.addRow(note)
@@ -51,7 +51,7 @@ class DisplayPanel(QWidget):
     def show_light(self, view: str, brightness: float, contrast: float) -> None:
         """Show the light of the view that is active now."""
         self._active = view
-        self.only_this.setText(f"Only view {view}" if view else "Only the active view")
+        self.only_this.setText(f"Only view {view}" if view else "Active view only")
         with QSignalBlocker(self.brightness), QSignalBlocker(self.contrast):
             self.brightness.setValue(round(100.0 * brightness))
             self.contrast.setValue(round(100.0 * log(contrast, 4.0)))

@@ -25,10 +25,10 @@ Projection: TypeAlias = Callable[[FloatArray], FloatArray]
 """From world points (..., 3) to pixels (..., 2) of a picture; NaN behind the camera."""
 
 OVERLAYS: dict[str, str] = {
-    "outline": "Model outline",
-    "shading": "Model shaded",
-    "wire": "Model wire",
-    "others": "Outlines of other runs",
+    "outline": "Model silhouette",
+    "shading": "Shaded model",
+    "wire": "Wireframe model",
+    "others": "Silhouettes of other runs",
     "reference": "Reference skeleton",
     "points": "Measured points",
     "correspondences": "Correspondences",

@@ -36,8 +36,8 @@ class BodySketch(QWidget):
         self._sketch = Sketch()
         self._selected = -1
         self.setMinimumSize(180, 260)
-        self.setAccessibleName("Where the landmarks are")
-        self.setToolTip("Seen from the front: the person's left is at the right.")
+        self.setAccessibleName("Positions of the landmarks on the body")
+        self.setToolTip("Front view: the person's left side is on the right.")
 
     def sizeHint(self) -> QSize:
         return QSize(220, 340)

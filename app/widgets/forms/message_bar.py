@@ -46,7 +46,7 @@ class MessageBar(QFrame):
         self.do_button = QPushButton()
         self.do_button.clicked.connect(self._do)
         self.close_button = QToolButton()
-        self.close_button.setToolTip("Close this message")
+        self.close_button.setToolTip("Dismiss this message")
         self.close_button.setAutoRaise(True)
         set_icon(self.close_button, "close")
         self.close_button.clicked.connect(self.dismiss)

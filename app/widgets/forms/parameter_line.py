@@ -134,9 +134,9 @@ class ParameterLine(QWidget):
         self._name.setText(self.row.name.replace("_", " ") + (" ●" if self.is_changed else ""))
         self.revert_button.setEnabled(self.is_changed)
         self.revert_button.setToolTip(
-            f"Back to {value_text(self._base)}"
+            f"Revert to {value_text(self._base)}"
             if self.is_changed
-            else f"Nothing to revert: the value is the {self._base_word}'s"
+            else f"Nothing to revert: this is the value of the {self._base_word}"
         )
         self._facts.setText(self._facts_text())
 

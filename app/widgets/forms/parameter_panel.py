@@ -105,8 +105,8 @@ class ParameterPanel(QWidget):
         """
         self._settings, self._base, self._against = settings, base, against
         self.against_box.setCurrentIndex(self.against_box.findData(against))
-        self.revert_all.setToolTip(f"Back to the values of {AGAINST[against]} everywhere")
-        self.only_changed.setToolTip(f"Show only what differs from {AGAINST[against]}")
+        self.revert_all.setToolTip(f"Revert all parameters to the values of {AGAINST[against]}")
+        self.only_changed.setToolTip(f"Show only parameters that differ from {AGAINST[against]}")
         if settings.rows() != self._rows:
             self._rows = settings.rows()
             self._fill()
@@ -145,14 +145,14 @@ class ParameterPanel(QWidget):
         self.preset_box = QComboBox(self)
         self.preset_box.addItems(list(presets))
         self.preset_box.setCurrentIndex(-1)
-        self.preset_box.setPlaceholderText("own settings")
+        self.preset_box.setPlaceholderText("custom settings")
         self.preset_box.setAccessibleName("Preset")
-        self.preset_box.setToolTip("Take all values from a preset")
+        self.preset_box.setToolTip("Set all parameters from a preset")
         self.preset_box.textActivated.connect(self.preset_requested)
         self.revert_all = QPushButton("Revert all", self)
         self.revert_all.clicked.connect(self._on_revert_all)
         self.search = QLineEdit(self)
-        self.search.setPlaceholderText("Search names and explanations")
+        self.search.setPlaceholderText("Search names and descriptions")
         self.search.setAccessibleName("Search parameters")
         self.search.setClearButtonEnabled(True)
         self.search.textChanged.connect(self._sift)
@@ -163,16 +163,16 @@ class ParameterPanel(QWidget):
         set_icon(self.only_changed, "filter")
         self.only_changed.toggled.connect(self._sift)
         self.menu_button = QToolButton(self)
-        self.menu_button.setToolTip("Save, load and delete presets of your own")
-        self.menu_button.setAccessibleName("Presets of your own")
+        self.menu_button.setToolTip("Save, load and delete your own presets")
+        self.menu_button.setAccessibleName("Your own presets")
         self.menu_button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         set_icon(self.menu_button, "save")
         self.menu_button.hide()
         self.against_box = QComboBox(self)
         for word, title in AGAINST.items():
             self.against_box.addItem(title, word)
-        self.against_box.setAccessibleName("Differences from")
-        self.against_box.setToolTip("What values are compared with, and reverted to")
+        self.against_box.setAccessibleName("Compare with")
+        self.against_box.setToolTip("The values to compare with and to revert to")
         self.against_box.activated.connect(
             lambda: self.against_requested.emit(self.against_box.currentData())
         )
@@ -180,7 +180,7 @@ class ParameterPanel(QWidget):
         self._head.addWidget(QLabel("Preset", self))
         self._head.addWidget(self.preset_box, 1)
         self._head.addWidget(self.menu_button)
-        self._diff.addWidget(QLabel("Differences from", self))
+        self._diff.addWidget(QLabel("Compare with", self))
         self._diff.addWidget(self.against_box, 1)
         self._diff.addWidget(self.revert_all)
         self._tools.addWidget(self.search, 1)
@@ -225,9 +225,9 @@ class ParameterPanel(QWidget):
         self.revert_all.setEnabled(count > 0)
         self._nothing.setVisible(not seen)
         self._nothing.setText(
-            f"Nothing differs from {AGAINST[self._against]}."
+            f"No parameter differs from {AGAINST[self._against]}."
             if only_changed and not words
-            else f"No parameter is called or explained by “{words}”."
+            else f"No parameter matches “{words}”."
             if self._lines
             else "No settings are loaded."
         )

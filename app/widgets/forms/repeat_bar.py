@@ -24,13 +24,15 @@ class RepeatBar(QFrame):
         self.words.setWordWrap(True)
         self.words.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self.finish_button = QPushButton("Finish and show")
-        self.finish_button.setToolTip("End the second reading; both readings stay in the project.")
+        self.finish_button.setToolTip(
+            "Finish the blind repeat; both passes are kept in the project"
+        )
         self.finish_button.clicked.connect(self.finish_requested)
         row = QHBoxLayout(self)
         row.setContentsMargins(8, 4, 8, 4)
         row.addWidget(self.words, 1)
         row.addWidget(self.finish_button)
-        self.setAccessibleName("Annotating again")
+        self.setAccessibleName("Blind repeat")
         self._dress()
         self.hide()
 

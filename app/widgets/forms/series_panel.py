@@ -30,8 +30,8 @@ from ..plots.small_multiples import MeansCurve, Multiple, SmallMultiples, keeps_
 from .parameter_editor import value_text
 
 _NOTHING = (
-    "Choose a parameter and a range: the selected frames are tracked with each value, and their "
-    "errors are drawn beside each other."
+    "Choose a parameter and a range to see the errors for each value. The selected frames are "
+    "tracked with each value."
 )
 
 
@@ -91,8 +91,8 @@ class SeriesPanel(QWidget):
         self.slider.setTickPosition(QSlider.TickPosition.TicksBelow)
         self.slider.setPageStep(1)
         self.slider.valueChanged.connect(self.shown)
-        self.take = QPushButton("Take over", self)
-        self.take.setToolTip("Give the parameter this value")
+        self.take = QPushButton("Apply", self)
+        self.take.setToolTip("Set the parameter to this value")
         self.take.clicked.connect(lambda: self.taken.emit(self.slider.value()))
         self._lay_out(scroll)
         self.show_series((), None, 0.0, running=False)
@@ -150,9 +150,9 @@ class SeriesPanel(QWidget):
     ) -> None:
         """Show what was found with each value, and which of them is shown in the views."""
         self._running = running
-        self.begin.setText("Stop" if running else "Track them")
+        self.begin.setText("Stop" if running else "Track")
         self.begin.setToolTip(
-            "Track no further value" if running else "Track the selected frames with each value"
+            "Stop the series" if running else "Track the selected frames with each value"
         )
         self.progress.setValue(round(100 * share) if running else 0)
         self.multiples.show_multiples(multiples, current)
@@ -169,7 +169,7 @@ class SeriesPanel(QWidget):
         best = next((m for m in multiples if m.best), None)
         said = _NOTHING
         if multiples:
-            said = "A click, or the slider, shows a value's model in the views."
+            said = "Click a plot or move the slider to show the model for a value in the views."
         if best is not None:
             said = f"Best: {best.title} ({best.summary})."
         if current is not None and current < len(multiples):
@@ -183,7 +183,7 @@ class SeriesPanel(QWidget):
         self.parameter = QComboBox(self)
         self.parameter.setEditable(True)
         self.parameter.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
-        self.parameter.setAccessibleName("Parameter to try")
+        self.parameter.setAccessibleName("Parameter to vary")
         self.parameter.setSizeAdjustPolicy(
             QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
         )
@@ -201,8 +201,8 @@ class SeriesPanel(QWidget):
         self.count.setValue(6)
         self.count.setAccessibleName("Number of values")
         self.count.setSuffix(" values")
-        self.by_factors = QCheckBox("even factors", self)
-        self.by_factors.setToolTip("Each value is the one before times the same factor")
+        self.by_factors = QCheckBox("logarithmic", self)
+        self.by_factors.setToolTip("Multiply by a constant factor from value to value")
         self.begin = QPushButton(self)
         self.begin.clicked.connect(self._on_begin)
 

@@ -20,12 +20,12 @@ from PySide6.QtWidgets import (
 from ..style.icons import set_icon
 
 _ABOUT = (
-    "Track and examine the movement of a person's upper body in recordings of several "
-    "stereo or depth cameras."
+    "Track and analyse the movement of a person's upper body in recordings of several stereo or "
+    "depth cameras."
 )
 _HINT = (
-    "A recording is a folder with a recording.toml, its calibration and its images. "
-    "Drop one anywhere into this window to open it."
+    "A recording is a folder with a recording.toml, its calibration and its images. Drop one onto "
+    "this window to open it."
 )
 
 
@@ -46,15 +46,15 @@ class WelcomePage(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.open_button = _button("Open a recording …", "open")
-        self.demo_button = _button("Make and track the demo", "run-tracker")
+        self.demo_button = _button("Create and track demo", "run-tracker")
         self.demo_button.setToolTip(
-            "Renders four stereo views of a moving person with known truth, then tracks them."
+            "Render four stereo views of a moving person with known ground truth, then track them."
         )
         self.recent = QListWidget()
-        self.recent.setAccessibleName("Recordings opened last")
+        self.recent.setAccessibleName("Recent recordings")
         self.recent.setFrameShape(QFrame.Shape.NoFrame)
         self.recent.setAlternatingRowColors(False)
-        self._none = QLabel("None yet. What you open is listed here.")
+        self._none = QLabel("No recent recordings.")
         self._none.setProperty("role", "muted")
         self._lay_out()
         self.open_button.clicked.connect(self.open_wanted)
@@ -91,12 +91,12 @@ class WelcomePage(QWidget):
         column.addSpacing(8)
         column.addLayout(buttons)
         column.addSpacing(16)
-        column.addWidget(_heading("Opened last"))
+        column.addWidget(_heading("Open recent"))
         column.addWidget(self._none)
         self.recent.setMaximumHeight(240)
         column.addWidget(self.recent, 4)
         column.addWidget(_words(_HINT, muted=True))
-        column.addWidget(_words("Ctrl+K lists everything that can be done.", muted=True))
+        column.addWidget(_words("Press Ctrl+K to search all commands.", muted=True))
         column.addStretch(1)
         row = QHBoxLayout(self)
         row.addStretch(1)

@@ -26,7 +26,7 @@ _STYLES: dict[str, Qt.PenStyle] = dict(PEN_STYLES.items()) | {
     REFERENCE_STYLE: Qt.PenStyle.DashDotDotLine
 }
 _SIGNS = {"solid": "━━", "dash": "╌╌", "dot": "┈┈", "dashdot": "╌·╌", REFERENCE_STYLE: "╌··╌"}
-_NOTHING = "Joint angles come here when the tracker has run, or where there is a reference."
+_NOTHING = "Run the tracker, or open a recording with a reference, to see joint angles."
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +79,7 @@ class AnglePlot(FramePlot):
         super().__init__("Plot of a joint angle over frames", parent)
         self._curves: tuple[AngleCurve, ...] = ()
         self._items: list[pg.GraphicsObject] = []
-        self.setAccessibleDescription(f"Click to go to a frame, wheel to zoom. {FRAME_KEYS}")
+        self.setAccessibleDescription(f"Click to go to a frame, scroll to zoom. {FRAME_KEYS}")
         self.angle = _choice("Joint angle", [(key, words) for key, words, _ in angles], self)
         for i, (_, _, tip) in enumerate(angles):
             self.angle.setItemData(i, tip, Qt.ItemDataRole.ToolTipRole)

@@ -25,7 +25,7 @@ from .plots import band, dress_plot, new_plot, shade
 _OTHERS: tuple[LineStyle, ...] = ("dash", "dot", "dashdot")
 _SYMBOLS = ("o", "x", "t", "s", "d")
 _FADED = 45
-_NOTHING = "Points come here when the tracker has run."
+_NOTHING = "Run the tracker to see what the errors depend on."
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,14 +112,14 @@ class CloudPlot(QWidget):
         self._content: CloudContent | None = None
         self._items: list[tuple[str, pg.GraphicsObject]] = []
         self.kind = QComboBox(self)
-        self.kind.setAccessibleName("What is drawn")
+        self.kind.setAccessibleName("Plot type")
         for key, words in kinds:
             self.kind.addItem(words, key)
         self.kind.currentIndexChanged.connect(lambda _: self.kind_chosen.emit(self.kind_key))
         self.legend = LimbLegend(self)
         self.legend.toggled.connect(self._show_limbs)
         self.plot = new_plot(self)
-        self.plot.setAccessibleName("Errors against what may explain them")
+        self.plot.setAccessibleName("Errors against possible causes")
         self.plot.scene().sigMouseClicked.connect(self._on_plot_clicked)
         self.words = ElidedLabel(_NOTHING, self)
         self.words.setContentsMargins(8, 0, 8, 2)

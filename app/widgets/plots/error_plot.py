@@ -19,7 +19,7 @@ from .limb_legend import LimbLegend
 from .plots import label_axis
 
 _HELP = (
-    "Click to go to a frame, drag the threshold line, wheel to zoom, right drag to scale. "
+    "Click to go to a frame, drag the threshold line, scroll to zoom, right-drag to scale. "
     f"{FRAME_KEYS}"
 )
 
@@ -140,7 +140,9 @@ class ErrorPlot(FramePlot):
             labelOpts={"position": 0.985, "anchors": [(1, 0), (1, 1)]},
         )
         self._threshold.sigPositionChanged.connect(self._on_threshold)
-        self._threshold.setToolTip("Threshold for next and previous; drag it")
+        self._threshold.setToolTip(
+            "Threshold for going to the next or previous stretch. Drag to change."
+        )
         self._threshold.setZValue(20)
         self._plot.addItem(self._threshold, ignoreBounds=True)
 

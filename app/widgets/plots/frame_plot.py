@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QWidget
 from ..style.theme import current_theme
 from .plots import dress_plot, new_plot
 
-FRAME_KEYS = "Keys: arrows step, A shows everything."
+FRAME_KEYS = "Keys: arrows step, A shows all frames."
 """What the keys of a plot over frames do."""
 
 

@@ -49,8 +49,8 @@ class HeatMapView(QWidget):
         self._cell: tuple[int, int] | None = None
         self.setMouseTracking(True)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.setAccessibleName("Matrix as colours")
-        self.setAccessibleDescription("Arrow keys go from number to number.")
+        self.setAccessibleName("Matrix heat map")
+        self.setAccessibleDescription("Use the arrow keys to move between cells.")
 
     def show_map(self, shown: HeatMap | None) -> None:
         """Show another matrix; the cell that is pointed at stays where there is one."""
@@ -164,7 +164,7 @@ class HeatMapView(QWidget):
             y = bar.top() + share * bar.height()
             box = QRectF(bar.right() + 3.0, y - 8.0 + 8.0 * (0.5 - share), 18.0, 16.0)
             painter.drawText(box, Qt.AlignmentFlag.AlignVCenter, words)
-        said = "Full colour: ± " + ", ".join(shown.ends)
+        said = "Colour scale: ± " + ", ".join(shown.ends)
         box = QRectF(0.0, area.bottom() + 2.0, self.width() - 2.0, _FOOT - 2.0)
         flags = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         painter.drawText(box, flags, said)

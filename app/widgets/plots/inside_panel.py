@@ -33,8 +33,8 @@ from .inside_content import StepContent, StepName, Table
 
 _STEP = Qt.ItemDataRole.UserRole
 _NOTHING = (
-    "See what the tracker does inside the frame that is shown: what it predicts, which points it "
-    "pairs, how they correct the model, iteration by iteration. {keys}"
+    "Inspect a step ({keys}) to see how the tracker processes the current frame: what it "
+    "predicts, which points it pairs, and how they correct the model, iteration by iteration."
 )
 
 
@@ -52,7 +52,7 @@ class InsidePanel(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.steps = QListWidget(self)
-        self.steps.setAccessibleName("Steps inside the frame")
+        self.steps.setAccessibleName("Stages of the step")
         self.steps.setMinimumWidth(110)
         self.steps.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.steps.currentItemChanged.connect(self._on_chosen)
@@ -100,7 +100,7 @@ class InsidePanel(QWidget):
             button.setAutoRaise(True)
             button.setIconSize(QSize(16, 16))
             self._buttons.addWidget(button)
-        self._nothing.setText(_NOTHING.format(keys=f"Press {keys}."))
+        self._nothing.setText(_NOTHING.format(keys=f"Press {keys} to inspect the step."))
 
     def show_nothing(self, words: str = "") -> None:
         """Show no frame; `words` say what is being waited for."""
@@ -124,7 +124,7 @@ class InsidePanel(QWidget):
 
     def show_content(self, content: StepContent, beginning: str, *, busy: bool) -> None:
         """Show one step."""
-        self.beginning.set_words("Working it out …" if busy else beginning)
+        self.beginning.set_words("Computing …" if busy else beginning)
         self.page.show_content(content)
 
     def _fill(self, names: tuple[StepName, ...]) -> None:
@@ -244,7 +244,7 @@ class StepPage(QScrollArea):
             self.heat.show_map(self._shown.maps[index])
 
     def _on_pointed(self, words: str) -> None:
-        self.pointed.setText(words or "Point at the matrix to read its numbers.")
+        self.pointed.setText(words or "Point at the matrix to read its values.")
 
     def _show_tables(self, content: StepContent) -> None:
         while len(self.tables) < len(content.tables):

@@ -105,7 +105,9 @@ class LimbLegend(QWidget):
         button.setCheckable(True)
         button.setChecked(limb not in EXTRA_COLOURS)
         button.setProperty("role", "legend")
-        button.setToolTip(f"Show or hide the {limb_words(limb)}; Ctrl and click shows it alone")
+        button.setToolTip(
+            f"Show or hide the {limb_words(limb)}. Ctrl+click to show only this limb."
+        )
         button.clicked.connect(lambda: self._on_clicked(limb))
         self._row.insertWidget(len(self._buttons), button)
         self._buttons[limb] = button

@@ -91,10 +91,10 @@ class SmallMultiples(QWidget):
         self._current: int | None = None
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.MinimumExpanding)
-        self.setAccessibleName("Errors with each value")
+        self.setAccessibleName("Errors for each value")
         self.setToolTip(
-            "The limbs' errors over the frames with each value, on the same axes. A click shows "
-            "its model in the views, a double click takes the value over."
+            "Errors of the limbs over frames for each value, on the same axes. Click a plot to "
+            "show its model in the views; double-click to apply the value."
         )
 
     def show_multiples(self, multiples: Sequence[Multiple], current: int | None) -> None:
@@ -204,8 +204,8 @@ class MeansCurve(QWidget):
         self._multiples: tuple[Multiple, ...] = ()
         self._current: int | None = None
         self.setFixedHeight(64)
-        self.setAccessibleName("Mean error over the values")
-        self.setToolTip("Mean of the arms over the stretch, for each value.")
+        self.setAccessibleName("Mean error by value")
+        self.setToolTip("Mean over the arm segments and frames, for each value.")
 
     def show_means(self, multiples: Sequence[Multiple], current: int | None) -> None:
         """Show the means of these plots."""

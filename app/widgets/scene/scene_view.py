@@ -47,8 +47,8 @@ _TURN_KEYS = {
     Qt.Key.Key_Down: (0, -1),
 }
 _HELP = (
-    "Drag to turn, right drag to move, wheel to zoom, double click to reset, click a limb to "
-    "select it. Keys: F front, S side, T top, R reset, + and - zoom, Alt and arrows turn."
+    "Drag to rotate, right-drag to pan, scroll to zoom, double-click to reset, click a limb to "
+    "select it. Keys: F front, S side, T top, R reset, + and - zoom, Alt and arrows rotate."
 )
 
 
@@ -244,7 +244,7 @@ class SceneView(QWidget):
     def _paint_apology(self, painter: QPainter) -> None:
         painter.fillRect(self.rect(), self.palette().base())
         painter.setPen(self.palette().placeholderText().color())
-        text = f"The 3-D scene cannot be shown.\n{self._why_unavailable}\nThe rest works."
+        text = f"The 3-D scene cannot be shown.\n{self._why_unavailable}\nEverything else works."
         box = self.rect().adjusted(16, 16, -16, -16)
         flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
         painter.drawText(box, flags, text)

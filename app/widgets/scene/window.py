@@ -44,7 +44,7 @@ def _choose_window() -> None:
                 return
     finally:
         vtkLogger.SetStderrVerbosity(verbosity)
-    raise SceneUnavailable("OpenGL is not to be had on this machine, not even in software.")
+    raise SceneUnavailable("No OpenGL is available on this machine, not even in software.")
 
 
 def _kinds() -> Iterator[str]:

@@ -21,7 +21,7 @@ def resource_folder() -> Path:
     for folder in (_APP / "resources", _APP.parent / "resources"):
         if folder.is_dir():
             return folder
-    raise FileNotFoundError(f"{_APP / 'resources'} is missing: install stereotrack again")
+    raise FileNotFoundError(f"{_APP / 'resources'} is missing: reinstall stereotrack")
 
 
 def resource_path(*parts: str) -> Path:
@@ -34,5 +34,5 @@ def resource_path(*parts: str) -> Path:
     """
     path = resource_folder().joinpath(*parts)
     if not path.is_file():
-        raise FileNotFoundError(f"{path} is missing: install stereotrack again")
+        raise FileNotFoundError(f"{path} is missing: reinstall stereotrack")
     return path

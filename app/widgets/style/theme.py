@@ -123,7 +123,7 @@ def apply_theme(app: QApplication, name: ThemeName) -> None:
         For a name that is none of :data:`THEME_NAMES`.
     """
     if name not in THEME_NAMES:
-        raise ValueError(f"{name!r} is no theme; there are {', '.join(THEME_NAMES)}")
+        raise ValueError(f"there is no theme {name!r}; available: {', '.join(THEME_NAMES)}")
     app.setProperty(_CHOSEN, name)
     if app.findChild(_SystemFollower) is None:
         _SystemFollower(app)

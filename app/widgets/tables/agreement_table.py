@@ -13,17 +13,17 @@ from .cells import LEFT, RIGHT, dress_table, make_bold, swatch
 
 _HEADINGS = (
     ("Landmark", ""),
-    ("Pairs", "Images in which both readings give a place"),
-    ("σ [px]", "Standard deviation of one click per axis, from the median distance"),
-    ("Median [px]", "Half of the distances are smaller"),
-    ("95 %", "95 of 100 distances are smaller, pixels"),
-    ("Largest", "The largest distance, pixels"),
-    ("Bias", "Mean of the second less the first: pixels to the right, and down"),
-    ("Median [mm]", "Distance in space, where both place it in two cameras"),
-    ("95 %", "95 of 100 distances in space are smaller, millimetres"),
-    ("Limb [°]", "Median angle between the limb's directions in both readings"),
-    ("95 %", "95 of 100 angles are smaller, degrees"),
-    ("One sees", "Images in which only one of both sees the landmark"),
+    ("Pairs", "Images in which both annotations have a position"),
+    ("σ [px]", "Standard deviation of one click per axis, estimated from the median distance"),
+    ("Median [px]", "Median distance, pixels"),
+    ("95 %", "95th percentile of the distances, pixels"),
+    ("Largest", "Largest distance, pixels"),
+    ("Bias", "Mean of second minus first: pixels to the right, and down"),
+    ("Median [mm]", "Median distance in 3-D, where both have the landmark in two cameras"),
+    ("95 %", "95th percentile of the distances in 3-D, millimetres"),
+    ("Limb [°]", "Median angle between the limb directions of both annotations"),
+    ("95 %", "95th percentile of the angles, degrees"),
+    ("Only one", "Images in which only one of the two sees the landmark"),
 )
 
 

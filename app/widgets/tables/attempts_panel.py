@@ -27,13 +27,12 @@ from .cells import RIGHT, dress_table
 _WORTH_SAYING = 0.05
 _NAME_WIDTH = 172
 _NOTHING = (
-    "Change a parameter: the selected frames are tracked again with it, and the attempt is drawn "
-    "dashed beside the run until it is dismissed."
+    "Change a parameter to run a trial: the selected frames are tracked again, and the trial is "
+    "drawn dashed beside the run until you discard it."
 )
 _TIP = (
-    "The mean over the attempt's frames, and in brackets the difference from the row that is "
-    "marked ◆. Less is better. A double click on a row takes it for the one that others are "
-    "compared with."
+    "Mean over the frames of the trial; in brackets the difference from the baseline row, marked "
+    "◆. Lower is better. Double-click a row to make it the baseline."
 )
 
 
@@ -98,7 +97,7 @@ class AttemptsPanel(QWidget):
         self.progress.setTextVisible(False)
         self.progress.setMaximumHeight(4)
         self.table = QTableWidget(self)
-        dress_table(self.table, "Attempts")
+        dress_table(self.table, "Trials")
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         self.table.verticalHeader().setDefaultSectionSize(38)
         self.table.itemSelectionChanged.connect(lambda: self.chosen.emit(self.row))
@@ -156,7 +155,7 @@ class AttemptsPanel(QWidget):
         self._nothing.setVisible(not attempts)
         keeps = self.row
         with QSignalBlocker(self.table):
-            headings = ("Attempt", *table.headings)
+            headings = ("Trial", *table.headings)
             self.table.setColumnCount(len(headings))
             self.table.setHorizontalHeaderLabels(headings)
             self.table.setRowCount(len(table.rows) if attempts else 0)

@@ -32,9 +32,10 @@ class BodyPanel(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.with_depth = QCheckBox("Use measured depth")
+        self.with_depth = QCheckBox("Use depth")
         self.with_depth.setToolTip(
-            "Fit the body to the measured points too, where the recording has depth."
+            "Fit the body to the measured points as well as to the clicks, where the recording "
+            "has depth."
         )
         self.words = QLabel()
         self.words.setWordWrap(True)
@@ -46,12 +47,12 @@ class BodyPanel(QWidget):
         self.tree.setRootIsDecorated(False)
         self.tree.setIndentation(10)
         self.tree.setToolTip(
-            "± is the standard deviation of a limb's direction, if the clicks are right."
+            "± is the standard deviation of the limb direction, assuming correct clicks."
         )
         self.tree.setFrameShape(QTreeWidget.Shape.NoFrame)
         self.tree.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.tree.setSelectionMode(QTreeWidget.SelectionMode.NoSelection)
-        self.tree.setAccessibleName("How well the clicks fix the body")
+        self.tree.setAccessibleName("Uncertainty of the body fit")
         header = self.tree.header()
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(1, QHeaderView.ResizeMode.ResizeToContents)

@@ -21,8 +21,8 @@ from ..style.theme import current_theme
 from .cells import RIGHT, dress_table, swatch
 from .comparison_rows import ComparedCell, ComparedRow
 
-_NOTHING = "Numbers come here when there is a run; with several, how much they differ."
-_DIFFERENCE, _VERDICT = "difference (95 %)", "what these frames show"
+_NOTHING = "Run the tracker to see run metrics here. Show several runs to compare them."
+_DIFFERENCE, _VERDICT = "difference (95 %)", "conclusion"
 _WIDEST_NAME = 96
 _NARROWEST_VERDICT = 150
 """With less room the verdict is only in the tips."""
@@ -39,7 +39,7 @@ class ComparisonPanel(QWidget):
         self.words.setContentsMargins(8, 6, 8, 2)
         self._two = False
         self.table = QTableWidget(self)
-        dress_table(self.table, "Runs beside each other", room=4)
+        dress_table(self.table, "Run comparison", room=4)
         self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectItems)
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.ContiguousSelection)
         header = self.table.horizontalHeader()
@@ -120,7 +120,7 @@ def _label_item(limb: str, label: str) -> QTableWidgetItem:
 def _value_item(cell: ComparedCell, *, alone: bool) -> QTableWidgetItem:
     """A value, `alone` or with its difference in brackets."""
     if math.isnan(cell.value):
-        words = "" if math.isnan(cell.difference) and not cell.verdict else "not known"
+        words = "" if math.isnan(cell.difference) and not cell.verdict else "unknown"
     else:
         words = f"{cell.value:.1f}"
     if not alone and _has_difference(cell):

@@ -17,7 +17,7 @@ from .cells import RIGHT
 
 _Index: TypeAlias = QModelIndex | QPersistentModelIndex
 _NOWHERE = QModelIndex()
-_HEADINGS = ("Frame", "Camera", "Landmark", "Mine", "Theirs", "Between", "Apart [px]", "Who")
+_HEADINGS = ("Frame", "Camera", "Landmark", "Mine", "Theirs", "Mean", "Distance [px]", "Annotator")
 _CHOICES: dict[int, Decision] = {3: "mine", 4: "theirs", 5: "mean"}
 _KEYS: dict[int, Decision] = {Qt.Key.Key_M: "mine", Qt.Key.Key_T: "theirs", Qt.Key.Key_B: "mean"}
 
@@ -100,7 +100,7 @@ class DecisionModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.TextAlignmentRole and column in (0, 6):
             return RIGHT
         if role == Qt.ItemDataRole.ToolTipRole:
-            return "A click on Mine, Theirs or Between decides; a double click goes to the frame."
+            return "Click Mine, Theirs or Mean to choose; double-click to go to the frame."
         choice = _CHOICES.get(column)
         if choice is None:
             return None
@@ -124,7 +124,7 @@ class DecisionModel(QAbstractTableModel):
     @staticmethod
     def _text(row: DecisionRow, column: int) -> str:
         distance = "–" if row.distance is None else f"{row.distance:.1f}"
-        mean = "between" if row.has_mean else "–"
+        mean = "mean" if row.has_mean else "–"
         texts = (str(row.frame), row.camera, row.landmark, row.mine, row.theirs, mean)
         return (*texts, distance, row.who)[column]
 
@@ -152,7 +152,7 @@ class DecisionTable(QTableView):
         self.setWordWrap(False)
         self.setAccessibleName("Clicks that differ")
         self.setAccessibleDescription(
-            "M takes mine, T theirs, B the mean of both, for all rows selected."
+            "Press M for mine, T for theirs, B for the mean of both. Applies to all selected rows."
         )
         self.verticalHeader().hide()
         self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + 8)
@@ -166,7 +166,7 @@ class DecisionTable(QTableView):
     def _place_columns(self) -> None:
         click = "000.0, 000.0"
         place = f"{click}  guessed"
-        widest = ("00000", "W_right", "left shoulder", place, place, "between", "")
+        widest = ("00000", "W_right", "left shoulder", place, place, "mean", "")
         header = self.horizontalHeader()
         metrics = self.fontMetrics()
         header.setSectionResizeMode(QHeaderView.ResizeMode.Interactive)

@@ -22,8 +22,8 @@ from ..style.limb_colours import LIMB_COLOURS, limb_words
 from .cells import RIGHT, swatch
 from .evidence_view import EvidenceView
 
-_COLUMNS = ("Frames", "Limbs", "Peak", "Probable cause", "Sure", "By")
-_WIDEST = ("0000–0000", "", "100 %", "", "100 %", "error")
+_COLUMNS = ("Frames", "Limbs", "Peak", "Probable cause", "Confidence", "By")
+_WIDEST = ("0000–0000", "", "100 %", "", "Confidence", "Detected by")
 """What a column has room for; those without share the rest."""
 
 _VALUE = Qt.ItemDataRole.UserRole
@@ -108,7 +108,7 @@ class EpisodesPanel(QWidget):
         row.setContentsMargins(6, 0, 6, 0)
         row.setSpacing(4)
         for box, name in (
-            (self.limb, "Limb"), (self.cause, "Probable cause"), (self.found, "Found how")
+            (self.limb, "Limb"), (self.cause, "Probable cause"), (self.found, "Detected by")
         ):  # fmt: skip
             box.setAccessibleName(name)
             box.setSizeAdjustPolicy(
@@ -127,7 +127,7 @@ class EpisodesPanel(QWidget):
         tree.setAllColumnsShowFocus(True)
         tree.setSortingEnabled(True)
         tree.sortByColumn(0, Qt.SortOrder.AscendingOrder)
-        tree.setAccessibleName("Episodes")
+        tree.setAccessibleName("Failures")
         tree.setMinimumHeight(70)
         header = tree.header()
         header.setStretchLastSection(False)
@@ -154,7 +154,7 @@ class EpisodesPanel(QWidget):
         for box, every, choices in (
             (self.limb, "all limbs", named),
             (self.cause, "all causes", causes),
-            (self.found, "found any way", found),
+            (self.found, "any detection", found),
         ):
             with QSignalBlocker(box):
                 box.clear()
@@ -238,7 +238,7 @@ def _item(place: int, row: EpisodeRow) -> QTreeWidgetItem:
     item.setData(0, _PLACE, place)
     for column, value in enumerate(values):
         item.setData(column, _VALUE, value)
-        item.setToolTip(column, f"{row.heading} Double-click or Enter goes there.")
+        item.setToolTip(column, f"{row.heading} Double-click or press Enter to go there.")
     for column in (2, 4):
         item.setTextAlignment(column, RIGHT)
     item.setData(1, Qt.ItemDataRole.DecorationRole, swatch(LIMB_COLOURS[row.limb]))

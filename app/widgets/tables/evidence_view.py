@@ -13,8 +13,8 @@ from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QSizePolicy, QVBoxLay
 from stereotrack_core.arrays import ImageArray
 
 _NONE = (
-    "Choose an episode to see what speaks for its cause. Enter goes to its worst frame; the menu "
-    "Go plays it in a loop."
+    "Select a failure to see the evidence for its cause. Press Enter to go to its worst frame; "
+    "Loop failure plays it in a loop."
 )
 _BAR = 8
 
@@ -64,7 +64,7 @@ class EvidenceView(QScrollArea):
                 f"{name}: {escape(words)}</p>"
             )
         if heading and not evidence:
-            lines.append("<p style='margin:0'>Nothing speaks for a cause.</p>")
+            lines.append("<p style='margin:0'>No evidence for a cause.</p>")
         self.label.setText("".join(lines))
 
     def show_picture(self, pixels: ImageArray | None) -> None:

@@ -32,10 +32,10 @@ class FindingsPanel(QWidget):
         self.verdict.setWordWrap(True)
         self.verdict.setContentsMargins(8, 6, 8, 6)
         self.tree = QTreeWidget()
-        self.tree.setHeaderLabels(["Where", "What, and what to do about it"])
+        self.tree.setHeaderLabels(["Run on", "Problem and remedy"])
         self.tree.setRootIsDecorated(False)
         self.tree.setWordWrap(True)
-        self.tree.setAccessibleName("Findings")
+        self.tree.setAccessibleName("Recording checks")
         header = self.tree.header()
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Interactive)
         header.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
@@ -51,7 +51,7 @@ class FindingsPanel(QWidget):
         self.tree.clear()
         if findings is None:
             self._findings = ()
-            self.verdict.setText("The recording is being examined …")
+            self.verdict.setText("Checking the recording …")
             return
         self._findings = tuple(sorted(findings, key=lambda found: _ORDER[found.severity]))
         self.verdict.setText(verdict(self._findings))
@@ -83,10 +83,10 @@ def verdict(findings: Sequence[Finding]) -> str:
     errors = sum(found.severity == "error" for found in findings)
     warnings = sum(found.severity == "warning" for found in findings)
     if errors:
-        return f"Not usable as it is: {_count(errors, 'error')}, {_count(warnings, 'warning')}."
+        return f"Not usable yet: {_count(errors, 'error')}, {_count(warnings, 'warning')}."
     if warnings:
-        return f"Usable; look at {_count(warnings, 'warning')}."
-    return "Usable; nothing looks wrong."
+        return f"Usable, with {_count(warnings, 'warning')}."
+    return "Usable; no problems found."
 
 
 def _count(number: int, word: str) -> str:

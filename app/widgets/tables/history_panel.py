@@ -33,7 +33,7 @@ from stereotrack_core.project.history import Entry, How
 
 from ..style.theme import current_theme
 
-_NOTHING = "The edits of a project are listed here; a click on one goes back or forward to it."
+_NOTHING = "The edits of the project appear here. Click one to go back or forward to it."
 
 
 class HistoryPanel(QWidget):
@@ -126,12 +126,12 @@ Fetch: TypeAlias = Callable[[int, int | None], tuple[Entry, ...]]
 """From a number of edits and the number that they are older than to these edits, newest first."""
 
 _PAGE = 200
-_HEADINGS = ("Edit", "Who", "When")
+_HEADINGS = ("Edit", "Annotator", "When")
 _TIPS = {
-    "done": "In effect. A click takes back everything after it.",
-    "undone": "Taken back. A click makes it, and everything before it, again.",
-    "dropped": "Taken back, and then followed by another edit; it cannot be made again.",
-    "kept": "A run that was kept. Undo passes it by; it is deleted in the panel Runs.",
+    "done": "Applied. Click to undo everything after it.",
+    "undone": "Undone. Click to redo it and everything before it.",
+    "dropped": "Undone and followed by another edit. It cannot be redone.",
+    "kept": "A stored run. Undo skips it; delete it in the Runs panel.",
 }
 _MOVED = {"done", "undone"}
 _Index: TypeAlias = QModelIndex | QPersistentModelIndex

@@ -9,10 +9,10 @@ CellState: TypeAlias = Literal["clicked", "guessed", "doubted", "outside", "pred
 
 CELL_WORDS: dict[CellState, str] = {
     "clicked": "clicked",
-    "guessed": "guessed behind something",
-    "doubted": "clicked, but uncertain",
+    "guessed": "occluded, position estimated",
+    "doubted": "clicked, flagged as uncertain",
     "outside": "outside the image",
-    "predicted": "not clicked; the program can predict it",
+    "predicted": "not clicked; a prediction is available",
     "missing": "not clicked",
 }
 """States of a landmark in one camera, in words."""

@@ -26,15 +26,15 @@ from .cells import RIGHT, swatch
 _Index: TypeAlias = QModelIndex | QPersistentModelIndex
 _NOWHERE = QModelIndex()
 _COLUMNS: tuple[tuple[str, str, str], ...] = (
-    ("name", "Name", "As in clicks and files; left and right are the person's own"),
-    ("colour", "Colour", "#rrggbb; a double click chooses one"),
-    ("limb", "Limb", "Where it is listed, and whose direction it tells"),
-    ("part", "Fixed to", "The part of the body that it moves with"),
-    ("mirror", "Mirror", "The landmark of the other side, that it may be mixed up with"),
-    ("along", "Along", "Share of the part's length from its joint"),
-    ("across", "Across", "Share of the hip width; on the torso to the person's right"),
-    ("x", "x [mm]", "Offset in the part's frame; on the torso to the person's right"),
-    ("y", "y [mm]", "Offset in the part's frame; on the torso to the front"),
+    ("name", "Name", "Name in clicks and files; left and right are those of the person"),
+    ("colour", "Colour", "#rrggbb; double-click to choose a colour"),
+    ("limb", "Limb", "Limb under which it is listed and whose direction it defines"),
+    ("part", "Fixed to", "Body part it is attached to"),
+    ("mirror", "Mirror", "Landmark of the other side with which it can be swapped"),
+    ("along", "Along", "Fraction of the part's length from its joint"),
+    ("across", "Across", "Fraction of the hip width; on the torso, to the person's right"),
+    ("x", "x [mm]", "Offset in the part's frame; on the torso, to the person's right"),
+    ("y", "y [mm]", "Offset in the part's frame; on the torso, forwards"),
     ("z", "z [mm]", "Offset along the part"),
 )
 _FIELDS = tuple(field for field, _, _ in _COLUMNS)
@@ -97,7 +97,7 @@ class LandmarkModel(QAbstractTableModel):
             if role == Qt.ItemDataRole.DisplayRole:
                 return f"{section + 1}" + (" !" if section == self._wrong else "")
             if role == Qt.ItemDataRole.ToolTipRole:
-                return "The key that chooses it" if section < 9 else "It has no key of its own"
+                return "Key that selects it" if section < 9 else "It has no key"
             return None
         if role == Qt.ItemDataRole.DisplayRole:
             return _COLUMNS[section][1]

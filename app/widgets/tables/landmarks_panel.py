@@ -83,11 +83,11 @@ class _Model(QAbstractTableModel):
             return None
         headings = ("", "Landmark", *self.headings, "px", "mm")
         tips = (
-            "Key that chooses the landmark",
-            "Choosing it here lets the next click place it",
-            *(f"How it is seen in {camera}" for camera in self.cameras),
+            "Key that selects the landmark",
+            "Select a landmark here to place it with the next click",
+            *(f"Visibility in {camera}" for camera in self.cameras),
             "Root mean square distance of its clicks from the fitted model",
-            "Distance of the point that its clicks give from the model's",
+            "Distance between the triangulated clicks and the model",
         )
         if role == Qt.ItemDataRole.DisplayRole:
             return headings[section]
@@ -123,7 +123,7 @@ class _Model(QAbstractTableModel):
             case Qt.ItemDataRole.ForegroundRole if number and row.bad:
                 return QColor(current_theme().warning)
             case Qt.ItemDataRole.ToolTipRole if number and row.bad:
-                return "The fit takes a click of this landmark for a mistake."
+                return "The fit treats a click of this landmark as an outlier."
             case _ if role == _COLOUR:
                 return row.colour
         return None

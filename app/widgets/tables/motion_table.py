@@ -23,7 +23,7 @@ from ..style.elided_label import ElidedLabel
 from ..style.limb_colours import LIMB_COLOURS
 from .cells import LEFT, RIGHT, dress_table, swatch
 
-_NOTHING = "No joint angle is known in these frames."
+_NOTHING = "No joint angles are known for these frames."
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class MotionTable(QWidget):
         super().__init__(parent)
         self.words = ElidedLabel(_NOTHING, self)
         self.table = QTableWidget(self)
-        dress_table(self.table, "Range of motion of every joint angle", room=4)
+        dress_table(self.table, "Range of motion of each joint angle", room=4)
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         self.table.cellClicked.connect(self._on_clicked)
         self.cut_off = QDoubleSpinBox(self)
@@ -76,10 +76,10 @@ class MotionTable(QWidget):
         self.cut_off.setPrefix("low-pass ")
         self.cut_off.setSuffix(" Hz")
         self.cut_off.setKeyboardTracking(False)
-        self.cut_off.setAccessibleName("Cut-off of the low-pass")
+        self.cut_off.setAccessibleName("Low-pass cut-off frequency")
         self.cut_off.setToolTip(
-            "Cut-off of the low-pass before velocities, accelerations and ranges; never above 0.4 "
-            "of the frame rate"
+            "Cut-off frequency of the low-pass filter for velocities, accelerations and ranges; "
+            "at most 0.4 of the frame rate"
         )
         self.cut_off.valueChanged.connect(lambda _: self.cut_off_changed.emit())
         self._buttons = QHBoxLayout()

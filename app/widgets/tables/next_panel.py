@@ -37,18 +37,15 @@ from .cells import swatch
 
 _Index: TypeAlias = QModelIndex | QPersistentModelIndex
 _NOWHERE = QModelIndex()
-_HEADINGS = ("Frame", "View", "Landmark", "Gain [°]", "All [°]", "Why")
+_HEADINGS = ("Frame", "View", "Landmark", "Gain [°]", "All [°]", "Reason")
 _NUMBERS = (0, 3, 4)
 _TIPS = {
-    3: "By how much a click brings down the angle by which the limbs of this frame may be off",
-    4: "The same over all frames that profit; the list is sorted by it",
+    3: "Expected reduction of the angular uncertainty of this frame's limbs",
+    4: "Expected reduction over all frames that benefit; the list is sorted by this",
 }
 _NARROW = 460
 _KEPT = 1000
-_NOT_FITTED = (
-    "When the body is fitted to the clicks of the whole recording, the places where another click "
-    "helps most are listed here, the best first."
-)
+_NOT_FITTED = "Fit the whole recording to see suggested clicks. The most useful ones come first."
 
 
 class SuggestionModel(QAbstractTableModel):
@@ -108,14 +105,14 @@ class SuggestionModel(QAbstractTableModel):
             return QSize(0, QFontMetrics(QApplication.font()).height() + 6)
         one, column = self._rows[index.row()], index.column()
         if role == Qt.ItemDataRole.DisplayRole:
-            words = f"look again: {one.reason}" if one.click_there else one.reason
+            words = f"check: {one.reason}" if one.click_there else one.reason
             label = one.landmark.replace("_", " ")
             gains = (f"{one.gain_deg:.2f}", f"{one.over_frames_deg:.1f}")
             return (str(one.frame), one.camera, label, *gains, words)[column]
         if role == Qt.ItemDataRole.ToolTipRole:
             return (
-                f"{one.reason}\nA click here is expected to gain {one.gain_deg:.2f}° in this frame"
-                f" and {one.over_frames_deg:.1f}° over all."
+                f"{one.reason}\nExpected gain of a click here: {one.gain_deg:.2f}° in this frame, "
+                f"{one.over_frames_deg:.1f}° over all frames."
             )
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return _alignment(column)
@@ -162,20 +159,20 @@ class NextPanel(QWidget):
         self.wanted.setPrefix("± ")
         self.wanted.setSuffix("°")
         self.wanted.setKeyboardTracking(False)
-        self.wanted.setAccessibleName("Wanted accuracy")
+        self.wanted.setAccessibleName("Target uncertainty")
         self.wanted.setToolTip(
-            "Wanted accuracy: it is enough when limbs are off by no more than this."
+            "Target uncertainty. Suggestions stop when all limbs are within this angle."
         )
         self.wanted.valueChanged.connect(self.wanted_changed)
-        self.limit = QCheckBox("Only selected")
-        self.limit.setToolTip("Only in the frames that are selected in the timeline")
+        self.limit = QCheckBox("Selected frames only")
+        self.limit.setToolTip("Suggest clicks only in the frames selected in the timeline")
         self.limit.toggled.connect(self.limited)
         self.next_button = QPushButton("Go to next")
         self.next_button.clicked.connect(self.go_to_next)
         self._none = QLabel(_NOT_FITTED)
         self._none.setWordWrap(True)
         self._none.setProperty("role", "muted")
-        self.fit_button = QPushButton("Fit the whole recording")
+        self.fit_button = QPushButton("Fit whole recording")
         self.fit_button.clicked.connect(self.fit_requested)
         self.tree = QTreeView()
         self.reason = QLabel()
@@ -194,7 +191,7 @@ class NextPanel(QWidget):
         self.tree.setUniformRowHeights(True)
         self.tree.setAllColumnsShowFocus(True)
         self.tree.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self.tree.setAccessibleName("What to click next")
+        self.tree.setAccessibleName("Suggested clicks")
         self.tree.clicked.connect(self._on_chosen)
         self.tree.activated.connect(self._on_chosen)
         self.tree.selectionModel().currentRowChanged.connect(self._show_reason)
@@ -260,7 +257,7 @@ class NextPanel(QWidget):
             words = sign.words()
             self._doubted = sign.reached and any(one.click_there for one in rows)
             if self._doubted:
-                words += ", once the clicks are right that lie far off"
+                words += ", once the outlying clicks are corrected"
             self.sign.setText(f"{words[:1].upper()}{words[1:]}.")
             self._dress_sign()
 

@@ -35,9 +35,9 @@ NumberRow: TypeAlias = tuple[str, str, str, str]
 _Index: TypeAlias = QModelIndex | QPersistentModelIndex
 _HEADINGS = ("", "Measure", "Value", "Remark")
 _VALUE_TIP = (
-    "For a limb: its angle against the reference, where there is one. After the sign ±: the "
-    "standard deviation of its direction by the filter, which is small too where the filter "
-    "follows the wrong thing."
+    "For a limb: its angular error, where there is a reference. After ±: the standard deviation "
+    "of its direction as estimated by the filter. This is small also when the filter tracks the "
+    "wrong points."
 )
 _LIMB, _LABEL, _VALUE, _HINT = range(4)
 
@@ -128,7 +128,7 @@ class NumbersPanel(QWidget):
         self._table = _Table(self)
         self._table.setModel(self._model)
         self._table.setItemDelegate(_RowDelegate(self._table))
-        dress_table(self._table, "Numbers of the frame")
+        dress_table(self._table, "Frame metrics")
         header = self._table.horizontalHeader()
         header.setDefaultAlignment(LEFT)
         header.setMinimumSectionSize(28)
@@ -137,7 +137,7 @@ class NumbersPanel(QWidget):
         header.setSectionResizeMode(_LABEL, QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(_VALUE, QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(_HINT, QHeaderView.ResizeMode.Stretch)
-        self._nothing = QLabel("No numbers for this frame yet: run the tracker.", self)
+        self._nothing = QLabel("Run the tracker to see metrics of this frame.", self)
         self._nothing.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._nothing.setWordWrap(True)
         self._nothing.setProperty("role", "muted")
@@ -163,7 +163,7 @@ class NumbersPanel(QWidget):
         return "\n".join("\t".join(row) for row in rows)
 
     def _add_copy(self) -> None:
-        copy = QAction("Copy numbers", self._table)
+        copy = QAction("Copy metrics", self._table)
         copy.triggered.connect(self._copy)
         self._table.copy_asked.connect(self._copy)
         self._table.addAction(copy)

@@ -15,13 +15,13 @@ from stereotrack_core.recording.description import Recording, View
 from ..style.theme import current_theme
 
 _COLUMNS = {
-    "Camera": "View, and the cameras in it",
+    "Camera": "View and its cameras",
     "Size": "Image size in pixels",
     "f x, f y": "Focal lengths in pixels",
     "c x, c y": "Principal point in pixels",
-    "Distortion": "Lens distortion at the picture's corner, in pixels",
-    "Position [m]": "Optical centre in the world: x east, y north, z up",
-    "Looks": "Compass direction and inclination of the optical axis",
+    "Distortion": "Lens distortion at the image corner, in pixels",
+    "Position [m]": "Optical centre in world coordinates: x east, y north, z up",
+    "Direction": "Compass direction and inclination of the optical axis",
 }
 _WINDS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
 

@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 
 from ..style.line_styles import LineStyle, line_pixmap
 
-_HEADINGS = ("Run", "Frames", "Arm error", "Time", "Seed", "Tracked")
+_HEADINGS = ("Run", "Frames", "Arm error", "Time", "Seed", "Date")
 _NARROWEST_NAME = 170
 
 
@@ -103,7 +103,7 @@ class RunsPanel(QWidget):
         self.tree.setTextElideMode(Qt.TextElideMode.ElideMiddle)
         self._rows: tuple[RunRow, ...] = ()
         self._noted_row = -1
-        self._none = QLabel("No run yet. Run the tracker, or open a run file.")
+        self._none = QLabel("Run the tracker or open a run to see it listed here.")
         self._none.setProperty("role", "muted")
         self._none.setWordWrap(True)
         self._none.setContentsMargins(10, 10, 10, 10)
@@ -131,7 +131,7 @@ class RunsPanel(QWidget):
         self.note.editingFinished.connect(self._on_noted)
         self.details = QToolButton(self.foot)
         self.details.setText("Details …")
-        self.details.setToolTip("All that two runs were made with differently")
+        self.details.setToolTip("Compare the settings of two runs")
         self.details.clicked.connect(self.details_wanted)
         lower = QHBoxLayout()
         lower.addWidget(self.note, 1)

@@ -24,7 +24,7 @@ from ..style.limb_colours import LIMB_COLOURS
 from ..style.theme import current_theme
 from .cells import RIGHT, swatch
 
-_NOTHING = "Statistics of every limb come here when the tracker has run."
+_NOTHING = "Run the tracker to see the statistics of each limb."
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class StatisticsPanel(QWidget):
         self.words.setProperty("role", "muted")
         self.words.setWordWrap(True)
         self.tree = QTreeWidget(self)
-        self.tree.setAccessibleName("Statistics of every limb")
+        self.tree.setAccessibleName("Limb statistics")
         self.tree.setFrameShape(QTreeWidget.Shape.NoFrame)
         self.tree.setAlternatingRowColors(True)
         self.tree.setUniformRowHeights(True)
@@ -167,7 +167,7 @@ class StatisticsPanel(QWidget):
             item.setTextAlignment(column, RIGHT)
             if math.isnan(value):
                 item.setForeground(column, QColor(current_theme().muted))
-                item.setToolTip(column, "not known")
+                item.setToolTip(column, "unknown")
         return item
 
     def changeEvent(self, event: QEvent) -> None:

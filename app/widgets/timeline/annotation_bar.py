@@ -64,11 +64,11 @@ class AnnotationBar(QWidget):
         self._lanes: tuple[tuple[str, str], ...] = ()
         self.strip = ProgressStrip()
         self.progress = QLabel()
-        self.previous_button = _button("previous-episode", "The flagged frame before this one")
-        self.next_button = _button("next-episode", "The next flagged frame")
+        self.previous_button = _button("previous-episode", "Previous frame with a flag")
+        self.next_button = _button("next-episode", "Next frame with a flag")
         self.previous_button.clicked.connect(lambda: self.flagged_requested.emit(True))
         self.next_button.clicked.connect(lambda: self.flagged_requested.emit(False))
-        self.lanes_button = _button("filter", "Which lanes are shown")
+        self.lanes_button = _button("filter", "Choose which lanes are shown")
         self.lanes_button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.lanes_button.setText(_with_arrow("Lanes"))
         self.lanes_button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
@@ -81,7 +81,7 @@ class AnnotationBar(QWidget):
         self.selection_words.setAlignment(
             Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         )
-        self.selection_button = _button("selection", "What can be done with the selected frames")
+        self.selection_button = _button("selection", "Actions on the selected frames")
         self.selection_button.setText(_with_arrow("Selection"))
         self.selection_button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.selection_button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
@@ -110,8 +110,8 @@ class AnnotationBar(QWidget):
         """Say what commands work on."""
         self.selection_words.setText(words)
         self.selection_words.setToolTip(
-            f"{words}\nCommands work on this. Drag in the ruler to select frames, Ctrl and click"
-            " on names to select landmarks."
+            f"{words}\nCommands act on this selection. Drag in the ruler to select frames, "
+            "Ctrl+click on names to select landmarks."
         )
 
     def set_selection_actions(self, actions: Sequence[QAction | None]) -> None:
@@ -147,7 +147,7 @@ class AnnotationBar(QWidget):
     def _fill_lanes_menu(self) -> None:
         menu = self.lanes_menu
         menu.clear()
-        only = self._add("Only what is flagged", checked=self._filter.only_flagged)
+        only = self._add("Only flagged items", checked=self._filter.only_flagged)
         only.toggled.connect(lambda on: self._change(replace(self._filter, only_flagged=on)))
         menu.addSeparator()
         for kind in KINDS:
@@ -158,7 +158,7 @@ class AnnotationBar(QWidget):
             action = self._add(words, checked=name not in self._filter.hidden)
             action.toggled.connect(lambda _on, name=name: self._toggle("hidden", name))
         menu.addSeparator()
-        menu.addAction("As at first", lambda: self._change(LaneFilter()))
+        menu.addAction("Reset", lambda: self._change(LaneFilter()))
 
     def _add(self, words: str, *, checked: bool) -> QAction:
         action = self.lanes_menu.addAction(words)

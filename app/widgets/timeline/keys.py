@@ -8,10 +8,10 @@ from types import MappingProxyType
 from PySide6.QtCore import Qt
 
 HELP = (
-    "Drag to scrub, Shift and drag or drag in the ruler to select frames, wheel to zoom. "
-    "Keys: arrows step, Shift and arrows by ten, Page keys by a second, Home and End, "
-    "+ - 0 zoom, [ and ] set the selection's ends, Esc clears it. "
-    "Ctrl and click on names, or up and down, select lanes; Shift adds."
+    "Drag to scrub, Shift+drag or drag in the ruler to select frames, scroll to zoom. Keys: "
+    "arrows step, Shift+arrows step by ten, Page Up and Page Down by a second, Home and End, + - "
+    "0 zoom, [ and ] set the ends of the selection, Esc clears it. Ctrl+click on names, or up and "
+    "down, to select lanes; Shift adds."
 )
 ZOOMS = MappingProxyType({Qt.Key.Key_Plus: 1.5, Qt.Key.Key_Equal: 1.5, Qt.Key.Key_Minus: 1 / 1.5})
 

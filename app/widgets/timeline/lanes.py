@@ -37,7 +37,7 @@ MARK_WORDS = {
     Mark.CLICKED: "clicked",
     Mark.FLAGGED: "flagged",
     Mark.PARTLY: "clicked, but in too few views",
-    Mark.GAP: "gap, nothing is interpolated here",
+    Mark.GAP: "gap, not interpolated",
 }
 
 
@@ -124,7 +124,7 @@ class Lane:
         value = np.asarray(self.values)[frame]
         if self.kind == "marks":
             return MARK_WORDS[Mark(int(value))]
-        return f"{value:.1f} {self.unit}".rstrip() if np.isfinite(value) else "not known"
+        return f"{value:.1f} {self.unit}".rstrip() if np.isfinite(value) else "unknown"
 
 
 class Pyramid:

@@ -20,7 +20,7 @@ class Transport(QWidget):
         super().__init__(parent)
         self.number = QSpinBox()
         self.number.setAccessibleName("Frame")
-        self.number.setToolTip("Number of the frame, from 0")
+        self.number.setToolTip("Frame number, counted from 0")
         self.number.setKeyboardTracking(False)
         self.number.setButtonSymbols(QSpinBox.ButtonSymbols.NoButtons)
         self.number.setAlignment(Qt.AlignmentFlag.AlignRight)

@@ -218,4 +218,4 @@ def _as_frame(
 def _rough(factor: float) -> tuple[str, ...]:
     if factor <= 1.0:
         return ()
-    return (f"the clicks scatter {factor:.1f} times as much as they state",)
+    return (f"the clicks scatter {factor:.1f} times as much as their stated uncertainty",)

@@ -126,13 +126,13 @@ def words(
             said.append(f"{_label(names[i])}: {1000.0 * sigma[i]:.0f} mm{along}, {seen}")
     for limb, degrees in zip(LIMBS, report.limb_sigma_deg, strict=True):
         if degrees > _UNSURE_LIMB:
-            said.append(f"{_label(limb)}: good to {degrees:.0f} degrees only")
+            said.append(f"{_label(limb)}: uncertainty {degrees:.0f} degrees")
     return tuple(said)
 
 
 def mistake_words(landmark: str, view: str, off_px: float) -> str:
     """What is said of a click that is probably a gross mistake."""
-    return f"{_label(landmark)} in {view}: {off_px:.0f} px off, probably a mistake"
+    return f"{_label(landmark)} in {view}: {off_px:.0f} px from the fit, probable outlier"
 
 
 def _label(name: str) -> str:
@@ -140,7 +140,7 @@ def _label(name: str) -> str:
 
 
 def _seen_by(count: int) -> str:
-    numbers = {0: "clicked in no camera", 1: "seen by one camera"}
+    numbers = {0: "not clicked in any camera", 1: "seen by one camera"}
     return numbers.get(int(count), f"seen by {count} cameras")
 
 

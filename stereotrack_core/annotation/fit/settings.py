@@ -18,14 +18,14 @@ class FitSettings(ParameterGroup):
     )
     mistake_share: float = parameter(
         0.03,
-        "Share of clicks that are expected to be gross mistakes.",
+        "Expected share of outliers among the clicks.",
         group=_CLICKS,
         minimum=0.0,
         maximum=0.5,
     )
     mistake_spread: float = parameter(
         70.0,
-        "Standard deviation of gross mistakes.",
+        "Standard deviation of outliers.",
         group=_CLICKS,
         unit="px",
         minimum=5.0,
@@ -33,7 +33,7 @@ class FitSettings(ParameterGroup):
     )
     sigma_joint_shift: float = parameter(
         0.006,
-        "How far a person's joints lie off their place on the body of fixed lengths.",
+        "Standard deviation of joint positions from their place on the rigid body model.",
         group=_BODY,
         unit="m",
         minimum=0.0001,
@@ -41,7 +41,7 @@ class FitSettings(ParameterGroup):
     )
     sigma_landmark_shift: float = parameter(
         0.006,
-        "The same for landmarks that are no joints.",
+        "As joint shift, for landmarks that are not joints.",
         group=_BODY,
         unit="m",
         minimum=0.0001,
@@ -49,7 +49,7 @@ class FitSettings(ParameterGroup):
     )
     sigma_head_shift: float = parameter(
         0.02,
-        "The same for landmarks of the head, which people mean differently.",
+        "As joint shift, for landmarks of the head, which annotators place differently.",
         group=_BODY,
         unit="m",
         minimum=0.0001,
@@ -57,18 +57,18 @@ class FitSettings(ParameterGroup):
     )
     shift_time: float = parameter(
         2.0,
-        "Time over which such shifts stay alike.",
+        "Correlation time of these shifts.",
         group=_BODY,
         unit="s",
         minimum=0.01,
         maximum=1000.0,
     )
     speed_position: float = parameter(
-        0.25, "Usual speed of the body.", group=_MOVEMENT, unit="m/s", minimum=0.001, maximum=20.0
+        0.25, "Typical speed of the body.", group=_MOVEMENT, unit="m/s", minimum=0.001, maximum=20.0
     )
     speed_rotation: float = parameter(
         120.0,
-        "Usual rotation of the torso.",
+        "Typical rotation of the torso.",
         group=_MOVEMENT,
         unit="deg/s",
         minimum=0.1,
@@ -76,7 +76,7 @@ class FitSettings(ParameterGroup):
     )
     speed_joint: float = parameter(
         100.0,
-        "Usual rotation of a joint.",
+        "Typical rotation of a joint.",
         group=_MOVEMENT,
         unit="deg/s",
         minimum=0.1,
@@ -84,7 +84,7 @@ class FitSettings(ParameterGroup):
     )
     speed_time: float = parameter(
         0.3,
-        "Time over which a speed is kept.",
+        "Correlation time of velocities.",
         group=_MOVEMENT,
         unit="s",
         minimum=0.001,
@@ -92,15 +92,15 @@ class FitSettings(ParameterGroup):
     )
     speed_tail: float = parameter(
         1.5,
-        "Degrees of freedom of the movement's distribution: small allows for still stretches "
-        "and sudden movements side by side.",
+        "Degrees of freedom of the motion model's t-distribution. Small values allow both still "
+        "phases and sudden movements.",
         group=_MOVEMENT,
         minimum=1.0,
         maximum=1000.0,
     )
     longest_fill: float = parameter(
         2.0,
-        "Without depth, frames farther than this from every clicked one are not filled.",
+        "Without depth, frames farther than this from every clicked frame are not interpolated.",
         group=_MOVEMENT,
         unit="s",
         minimum=0.0,
@@ -108,7 +108,8 @@ class FitSettings(ParameterGroup):
     )
     sigma_surface_shift: float = parameter(
         0.012,
-        "How far a limb's measured surface is off as a whole; the trunk has its own value.",
+        "Standard deviation of the common offset of a limb's measured surface (surface bias). The "
+        "trunk has its own value.",
         group=_DEPTH,
         unit="m",
         minimum=0.0001,
@@ -116,7 +117,7 @@ class FitSettings(ParameterGroup):
     )
     sigma_surface_turn: float = parameter(
         4.0,
-        "How far a limb's measured surface is turned as a whole.",
+        "Standard deviation of the common rotation of a limb's measured surface (surface bias).",
         group=_DEPTH,
         unit="deg",
         minimum=0.01,
@@ -124,7 +125,7 @@ class FitSettings(ParameterGroup):
     )
     surface_time: float = parameter(
         3.0,
-        "Time over which such shifts and turns stay alike.",
+        "Correlation time of these offsets and rotations.",
         group=_DEPTH,
         unit="s",
         minimum=0.01,
@@ -132,7 +133,7 @@ class FitSettings(ParameterGroup):
     )
     sigma_trunk_shift: float = parameter(
         0.025,
-        "How far the trunk's measured surface is off as a whole.",
+        "Standard deviation of the common offset of the trunk's measured surface (surface bias).",
         group=_DEPTH,
         unit="m",
         minimum=0.0001,
@@ -140,7 +141,7 @@ class FitSettings(ParameterGroup):
     )
     trunk_time: float = parameter(
         20.0,
-        "Time over which the trunk's shifts and turns stay alike.",
+        "Correlation time of the trunk's offsets and rotations.",
         group=_DEPTH,
         unit="s",
         minimum=0.01,
@@ -148,32 +149,32 @@ class FitSettings(ParameterGroup):
     )
     depth_points: int = parameter(
         1000,
-        "Measured points of a frame that look for the body.",
+        "Number of measured points per frame used in the fit.",
         group=_DEPTH,
         minimum=50,
         maximum=20000,
     )
     depth_effective: float = parameter(
         60.0,
-        "Independent measurements among them.",
+        "Effective sample size of these points.",
         group=_DEPTH,
         minimum=1.0,
         maximum=20000.0,
     )
     use_outlines: bool = parameter(
         True,
-        "Hold the body's outlines to the edges of the person, where the views know them.",
+        "Fit the contours of the body to the silhouette edges, in views that have a silhouette.",
         group=_DEPTH,
     )
     outline_effective: float = parameter(
         52.0,
-        "Independent measurements in all outlines of a frame.",
+        "Effective sample size of all contours of a frame.",
         group=_DEPTH,
         minimum=1.0,
         maximum=20000.0,
     )
     fit_shape: bool = parameter(
         True,
-        "Fit the body's surface to clicked frames before depth is used.",
+        "Fit the body's surface to the clicked frames before depth is used.",
         group=_DEPTH,
     )

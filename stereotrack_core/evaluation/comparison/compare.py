@@ -182,13 +182,13 @@ def compare(
         Where there is but one run, or no frame that all of them have.
     """
     if len(candidates) < 2:
-        raise InputError("there is nothing to compare it with", remedy="Give two runs or more.")
+        raise InputError("there is only one run to compare", remedy="Give at least two runs.")
     shared = shared_frames(candidates, reference, frames)
     if not len(shared):
-        known = " and the reference knows" if reference is not None else ""
+        known = " and the reference" if reference is not None else ""
         raise InputError(
-            f"there is no frame that all of them have{known}",
-            remedy="Compare runs of the same recording, over frames that all of them have.",
+            f"the runs{known} have no frame in common",
+            remedy="Compare runs of the same recording over frames that all of them have.",
         )
     chosen = [_at(candidate, shared) for candidate in candidates]
     truth = _truth_at(reference, shared)
@@ -303,16 +303,16 @@ def verdict(measure: MeasuredDifference, first: str, second: str) -> str:
     """``B is better by 1.2 deg (0.8 to 1.6)``, or why nothing can be said."""
     found = measure.paired
     if not found.frames:
-        return "not known of both"
+        return "not known for both"
     if found.better == 0.0 and found.worse == 0.0:
-        return "the same in every frame"
+        return "equal in every frame"
     unit = _UNITS.get(measure.unit, measure.unit)
     winner = second if found.difference < 0 else first
     by = magnitude(abs(found.difference))
     if not found.enough:
-        return f"{winner} is lower by {by} {unit}; too few independent frames to tell"
+        return f"{winner} is lower by {by} {unit}; too few independent frames for an interval"
     if not found.differs:
-        return "no difference that these frames can show"
+        return "no significant difference"
     near, far = sorted((abs(found.low), abs(found.high)))
     return f"{winner} is better by {by} {unit} ({magnitude(near)} to {magnitude(far)})"
 
@@ -330,11 +330,10 @@ def how_it_is_made(comparison: Comparison) -> str:
     count, (shortest, longest) = len(comparison.frames), comparison.blocks
     frames = f"{count} frame{'' if count == 1 else 's'}"
     if not longest:
-        return f"Differences are paired over {frames}, too few to tell more."
+        return f"Differences are paired over {frames}, too few for intervals."
     blocks = f"{shortest}" if shortest == longest else f"{shortest} to {longest}"
     return (
-        f"Differences are paired over {frames} that all runs have. Intervals hold the true "
-        f"difference in about 95 of 100 cases: they are made from blocks of {blocks} successive "
-        "frames, because neighbouring frames are alike. Of twenty comparisons of equals one "
-        "shows a difference by chance."
+        f"Differences are paired over {frames} that all runs share. The 95 % intervals use blocks "
+        f"of {blocks} consecutive frames, because neighbouring frames are correlated. Of twenty "
+        "comparisons of equal runs, one shows a significant difference by chance."
     )

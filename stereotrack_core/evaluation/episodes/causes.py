@@ -65,7 +65,7 @@ def _blind_views(episode: Episode, run: Run) -> list[Evidence]:
         shared = min(int(row["end"]), episode.last + 1) - max(int(row["first"]), episode.first)
         share = shared / len(episode.frames)
         if share > 0.0:
-            words = f"view {row['view']} gives nothing in {100.0 * share:.0f} % of the frames"
+            words = f"view {row['view']} provides no points in {100.0 * share:.0f} % of the frames"
             found.append(Evidence("hole", min(1.0, 1.2 * share), share, "share", words))
     return found
 
@@ -80,7 +80,7 @@ def _unexplained(episode: Episode, run: Run) -> list[Evidence]:
     if more < _STRANGE:
         return []
     words = (
-        f"the body does not explain {100.0 * float(np.median(own)):.0f} % of the cloud, "
+        f"the body leaves {100.0 * float(np.median(own)):.0f} % of the cloud unexplained, "
         f"{100.0 * more:.0f} % more than usual"
     )
     return [Evidence("neighbour", min(1.0, 2.0 * more), more, "share", words)]

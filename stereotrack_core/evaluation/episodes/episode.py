@@ -17,21 +17,21 @@ Measure: TypeAlias = Literal["error", "chance"]
 
 CAUSE_WORDS: MappingProxyType[Cause, str] = MappingProxyType(
     {
-        "crossing": "the arms cross",
-        "torso": "the arm is close to the torso",
-        "fast": "the arm moves too fast",
-        "hidden": "hidden from the views",
-        "hole": "a view has a hole in its cloud",
-        "neighbour": "points of something else are near",
-        "calibration": "a view does not fit the others",
-        "initialisation": "wrong from the first frames",
+        "crossing": "arms crossing",
+        "torso": "arm close to the torso",
+        "fast": "arm moving too fast",
+        "hidden": "occluded in the views",
+        "hole": "hole in the cloud of a view",
+        "neighbour": "points of another object nearby",
+        "calibration": "a view inconsistent with the others",
+        "initialisation": "wrong initialisation",
         "unclear": "no clear cause",
     }
 )
 """Every cause, as a person reads it."""
 
 FOUND_WORDS: MappingProxyType[Found, str] = MappingProxyType(
-    {"truth": "by its error", "signs": "by the tracker's own signs"}
+    {"truth": "by error", "signs": "by failure probability"}
 )
 
 

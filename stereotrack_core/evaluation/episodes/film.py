@@ -72,10 +72,12 @@ def write_film(
     Cancelled
     """
     if not len(frames):
-        raise InputError("there is no frame to show", where="frames", remedy="Choose some.")
+        raise InputError(
+            "there are no frames to show", where="frames", remedy="Select at least one."
+        )
     if path.suffix.lower() != ".mp4":
         raise InputError(
-            "the video's name does not end in .mp4", where=str(path), remedy="Name it so."
+            "the name of a video must end in .mp4", where=str(path), remedy="Change the name."
         )
     captions = frame_captions(run, frames, limbs, reference)
     own = reader or FrameReader(recording)
@@ -101,7 +103,7 @@ def write_film(
                 )
             writer.write(picture)
             if report is not None:
-                report((i + 1) / len(frames), "drawing its frames")
+                report((i + 1) / len(frames), "rendering frames")
 
 
 def _picture(

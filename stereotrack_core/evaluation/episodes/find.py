@@ -163,7 +163,7 @@ def explained(
 
             def each(count: int) -> None:
                 if report is not None:
-                    report((done + count) / max(total, 1), "looking at its frames")
+                    report((done + count) / max(total, 1), "analysing frames")
 
             points = where.at(np.array(frames, dtype=np.int64))
             looks = looker.looks(frames, points, each, cancelled)

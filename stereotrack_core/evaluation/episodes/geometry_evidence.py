@@ -95,7 +95,7 @@ def _crossing(where: Whereabouts, inside: BoolArray, arms: list[int]) -> list[Ev
         return []
     least, frame = _least(away, where.frame[inside])
     words = (
-        f"the arms are {100.0 * least:.0f} cm apart in frame {frame}, near each other in "
+        f"the arms are {100.0 * least:.0f} cm apart in frame {frame}, and close to each other in "
         f"{100.0 * share:.0f} % of the frames"
     )
     return [Evidence("crossing", min(1.0, 1.6 * share), least, "m", words)]
@@ -110,8 +110,8 @@ def _beside_torso(
         return []
     least, frame = _least(away, where.frame[inside])
     words = (
-        f"{100.0 * least:.0f} cm from the middle of the torso in frame {frame}, close to it "
-        f"in {100.0 * share:.0f} % of the frames"
+        f"{100.0 * least:.0f} cm from the centre of the torso in frame {frame}, close to it in "
+        f"{100.0 * share:.0f} % of the frames"
     )
     # arms that cross in front of the body are close to it as well
     strength = min(1.0, 1.1 * share) * (1.0 - 0.8 * crossing)
@@ -131,8 +131,8 @@ def _too_fast(where: Whereabouts, early: BoolArray, arms: list[int]) -> list[Evi
     if strength <= 0.0:
         return []
     words = (
-        f"the limb turns by {most:.0f}° from one frame to the next in frame "
-        f"{where.frame[place]}, {most * where.fps:.0f}° per second"
+        f"the limb rotates by {most:.0f}° between frames at frame {where.frame[place]}, "
+        f"{most * where.fps:.0f}° per second"
     )
     return [Evidence("fast", strength, most * where.fps, "deg/s", words)]
 
@@ -142,9 +142,9 @@ def _first_frames(episode: Episode, where: Whereabouts) -> list[Evidence]:
     if after > _FIRST:
         return []
     later = max(0, episode.first - where.begun)
-    words = "it begins with the first tracked frame"
+    words = "it starts with the first tracked frame"
     if later:
-        words = f"it begins {later} frame{'' if later == 1 else 's'} after the first tracked frame"
+        words = f"it starts {later} frame{'' if later == 1 else 's'} after the first tracked frame"
     return [Evidence("initialisation", 0.9, after, "s", words)]
 
 

@@ -79,7 +79,7 @@ def _holes(
     if lost[v] >= unknown[v]:
         words = f"view {views[v]} has {100.0 * lost[v]:.0f} % fewer points than usual"
     else:
-        words = f"view {views[v]} measures nothing on {100.0 * unknown[v]:.0f} % more of the limb"
+        words = f"view {views[v]} has no measurement on {100.0 * unknown[v]:.0f} % more of the limb"
         words += " than usual"
     return [Evidence("hole", min(1.0, 1.3 * float(worst[v])), float(worst[v]), "share", words)]
 
@@ -97,8 +97,8 @@ def _hidden(
     strength = float(np.clip(1.0 - seeing / most, 0.0, 1.0)) * min(1.0, 1.5 * behind)
     if strength <= 0.05:
         return []
-    words = f"on average {seeing:.1f} of {len(views)} views see it, in {100.0 * behind:.0f} % of "
-    words += "the looks something stands before it"
+    words = f"on average {seeing:.1f} of {len(views)} views see it; in {100.0 * behind:.0f} % of "
+    words += "the views it is occluded"
     return [Evidence("hidden", strength, seeing, "views", words)]
 
 
@@ -108,7 +108,7 @@ def _strangers(inside: Sequence[Look], usual: Sequence[Look], limbs: list[int]) 
     more = float(stray - min(before, 0.5 * stray))
     if more < _STRAY:
         return []
-    words = f"{100.0 * stray:.0f} % of the cloud is near the limb and belongs to no limb"
+    words = f"{100.0 * stray:.0f} % of the cloud is near the limb but belongs to no limb"
     return [Evidence("neighbour", min(1.0, more / (4.0 * _STRAY)), float(stray), "share", words)]
 
 
@@ -132,5 +132,5 @@ def _misfit(views: Sequence[str], looks: Sequence[Look]) -> list[Evidence]:
     strength = float(np.clip((off[v] - _MISFIT) / (_WIDE_MISFIT - _MISFIT), 0.0, 1.0))
     if strength <= 0.0:
         return []
-    words = f"view {views[v]} lies {1000.0 * off[v]:.0f} mm beside the other views"
+    words = f"view {views[v]} is offset by {1000.0 * off[v]:.0f} mm from the other views"
     return [Evidence("calibration", strength, float(off[v]), "m", words)]

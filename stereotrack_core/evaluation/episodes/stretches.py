@@ -16,7 +16,7 @@ from stereotrack_core.evaluation.episodes.episode import Episode, Found, Measure
 from stereotrack_core.evaluation.errors import LimbErrors
 from stereotrack_core.parameters import ParameterGroup, parameter
 
-_GROUP = "Episodes"
+_GROUP = "Failures"
 
 
 @dataclass(frozen=True)
@@ -24,25 +24,26 @@ class EpisodeRules(ParameterGroup):
     """From which error, for how long, and what is taken together."""
 
     episode_error: float = parameter(
-        45.0, "Error of a limb's direction with which an episode begins.", group=_GROUP, unit="deg",
+        45.0, "Error of a limb's direction at which a failure begins.", group=_GROUP, unit="deg",
         minimum=1.0, maximum=180.0,
     )  # fmt: skip
     episode_release: float = parameter(
-        0.75, "Share of that error below which it ends.", group=_GROUP, minimum=0.1, maximum=1.0
+        0.75, "Fraction of that error below which it ends.", group=_GROUP, minimum=0.1, maximum=1.0
     )
     episode_chance: float = parameter(
-        0.55, "Probability of a failing limb with which an episode without truth begins.",
+        0.55, "Failure probability of a limb at which a failure begins, if there is no reference.",
         group=_GROUP, minimum=0.01, maximum=0.99,
     )  # fmt: skip
     episode_calm: float = parameter(
-        0.5, "Share of that probability below which it ends.",
+        0.5, "Fraction of that probability below which it ends.",
         group=_GROUP, minimum=0.1, maximum=1.0,
     )  # fmt: skip
     episode_least: float = parameter(
-        0.3, "What is shorter is no episode.", group=_GROUP, unit="s", minimum=0.0, maximum=60.0
+        0.3, "Minimum duration of a failure.", group=_GROUP, unit="s", minimum=0.0, maximum=60.0
     )
     episode_bridge: float = parameter(
-        0.5, "Shorter gaps within an episode are bridged.", group=_GROUP, unit="s",
+        0.5, "Gaps within a failure that are shorter than this are bridged.",
+        group=_GROUP, unit="s",
         minimum=0.0, maximum=60.0,
     )  # fmt: skip
 

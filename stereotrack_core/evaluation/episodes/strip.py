@@ -106,7 +106,9 @@ def picture_strip(
         For no frames, a view that is not there, or frames that the recording has not.
     """
     if not len(frames):
-        raise InputError("there is no frame to show", where="frames", remedy="Choose some.")
+        raise InputError(
+            "there are no frames to show", where="frames", remedy="Select at least one."
+        )
     shown = _view(recording, view or best_view(recording, run, frames, limbs))
     camera = recording.reference_camera(shown)
     window = person_window(camera, run, frames, height)
@@ -148,7 +150,7 @@ def frame_captions(
         if not chosen and told:
             told = [max(told, key=lambda each: each[1])]
         lines = [f"{limb.replace('_', ' ')} {value:.0f}{unit}" for limb, value in told]
-        captions.append((f"frame {frame}", *(lines or ["not known"])))
+        captions.append((f"frame {frame}", *(lines or ["unknown"])))
     return captions
 
 
@@ -234,7 +236,7 @@ def _view(recording: Recording, name: str) -> View:
     except KeyError:
         known = ", ".join(view.name for view in recording.views)
         raise InputError(
-            f"there is no view {name!r}", where=recording.name, remedy=f"Its views are {known}."
+            f"there is no view {name!r}", where=recording.name, remedy=f"Available views: {known}."
         ) from None
 
 

@@ -73,56 +73,56 @@ def _arm(side: Literal["left", "right"]) -> tuple[AngleDefinition, ...]:
         AngleDefinition(
             f"{side}_shoulder_plane", "shoulder plane of elevation", "shoulder", side,
             f"{side}_upper_arm",
-            "0 where the upper arm is raised sideways (abduction), 90 forwards (flexion), "
-            "negative backwards; not known within 10 deg of hanging or of pointing up",
+            "0 when the upper arm is raised sideways (abduction), 90 forwards (flexion), negative "
+            "backwards; undefined within 10 deg of hanging down or pointing up",
             lowest=float(np.radians(-135.0)),
         ),
         AngleDefinition(
             f"{side}_shoulder_elevation", "shoulder elevation", "shoulder", side,
             f"{side}_upper_arm",
-            "0 where the upper arm hangs along the torso, 90 at a right angle, 180 pointing up",
+            "0 when the upper arm hangs along the torso, 90 at a right angle, 180 pointing up",
         ),
         AngleDefinition(
             f"{side}_shoulder_rotation", "shoulder axial rotation", "shoulder", side,
             f"{side}_upper_arm",
-            "turn of the upper arm about its own axis, by the forearm: internal positive, "
-            "external negative; not known where the elbow is bent less than 20 deg, nor where the "
-            "plane of elevation is not",
+            "rotation of the upper arm about its own axis, measured by the forearm: internal "
+            "positive, external negative; undefined when the elbow is bent less than 20 deg or "
+            "the plane of elevation is undefined",
             lowest=-float(np.pi),
         ),
         AngleDefinition(
             f"{side}_elbow_flexion", "elbow flexion", "elbow", side, f"{side}_forearm",
-            "0 where the arm is straight, positive bent",
+            "0 when the arm is straight, positive when bent",
         ),
     )  # fmt: skip
 
 
 ANGLES: tuple[AngleDefinition, ...] = (
     AngleDefinition(
-        "torso_turn", "torso turn", "torso", "", "torso",
-        "0 facing north (the world's y axis), positive to the person's left; turns are counted on; "
-        "not known where the torso leans more than 80 deg to a side",
+        "torso_turn", "torso rotation", "torso", "", "torso",
+        "0 facing north (the world's y axis), positive to the person's left; full turns are "
+        "accumulated; undefined when the torso leans more than 80 deg to a side",
         lowest=-float(np.pi), continues=True,
     ),
     AngleDefinition(
-        "torso_forward", "torso tilt forward", "torso", "", "torso",
-        "0 upright, positive bent forwards, negative backwards; not known where the torso leans "
-        "more than 80 deg to a side",
+        "torso_forward", "torso forward tilt", "torso", "", "torso",
+        "0 upright, positive when bent forwards, negative backwards; undefined when the torso "
+        "leans more than 80 deg to a side",
         lowest=-float(np.pi),
     ),
     AngleDefinition(
-        "torso_sideways", "torso tilt sideways", "torso", "", "torso",
-        "0 where the shoulders are level, positive where the person's right one is lower",
+        "torso_sideways", "torso lateral tilt", "torso", "", "torso",
+        "0 when the shoulders are level, positive when the person's right shoulder is lower",
     ),
     AngleDefinition(
-        "head_forward", "head tilt forward", "head", "", "head",
-        "against the torso: 0 where the head landmark is straight above the shoulders, positive "
-        "forwards",
+        "head_forward", "head forward tilt", "head", "", "head",
+        "relative to the torso: 0 when the head landmark is straight above the shoulders, "
+        "positive forwards",
         lowest=-float(np.pi),
     ),
     AngleDefinition(
-        "head_sideways", "head tilt sideways", "head", "", "head",
-        "against the torso: positive towards the person's right shoulder",
+        "head_sideways", "head lateral tilt", "head", "", "head",
+        "relative to the torso: positive towards the person's right shoulder",
     ),
     *_arm("left"),
     *_arm("right"),

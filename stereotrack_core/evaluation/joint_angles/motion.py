@@ -65,13 +65,13 @@ class Motion:
         """How it was made, in one sentence."""
         limit = HIGHEST_SHARE * self.fps
         limited = (
-            f", the highest that {self.fps:g} frames per second allow"
+            f", the highest possible at {self.fps:g} frames per second"
             if self.cut_off >= limit * (1.0 - 1e-9)
             else ""
         )
         return (
-            f"Smoothed by a Butterworth low-pass of fourth order without lag, cut-off "
-            f"{self.cut_off:g} Hz{limited}; gaps are not filtered across."
+            "Smoothed with a zero-phase fourth-order Butterworth low-pass filter, cut-off "
+            f"{self.cut_off:g} Hz{limited}. Gaps are not bridged."
         )
 
 
@@ -129,13 +129,15 @@ def low_pass(values: FloatArray, fps: float, cut_off: float) -> FloatArray:
 def _check(fps: float, cut_off: float) -> None:
     if not (np.isfinite(fps) and fps > 0):
         raise InputError(
-            f"{fps:g} is no frame rate", where="--fps", remedy="Give frames per second, above 0."
+            f"{fps:g} is not a frame rate",
+            where="--fps",
+            remedy="Give a number of frames per second above 0.",
         )
     if not (np.isfinite(cut_off) and cut_off > 0):
         raise InputError(
-            f"{cut_off:g} Hz is no cut-off of a low-pass",
+            f"{cut_off:g} Hz is not a cut-off frequency",
             where="--cutoff",
-            remedy="Give hertz, above 0; 6 is usual.",
+            remedy="Give a frequency above 0 Hz; 6 is usual.",
         )
 
 

@@ -25,9 +25,9 @@ class Ablation:
 
 
 ABLATIONS: tuple[Ablation, ...] = (
-    Ablation("no search for arms", {"search_arms": False}),
-    Ablation("no outlines", {"measure_outlines": False}),
-    Ablation("no comparison of pictures", {"picture_cost": 0.0}),
+    Ablation("no arm search", {"search_arms": False}),
+    Ablation("no silhouettes", {"measure_outlines": False}),
+    Ablation("no render-and-compare", {"picture_cost": 0.0}),
     Ablation(
         "no free space",
         {
@@ -37,21 +37,21 @@ ABLATIONS: tuple[Ablation, ...] = (
             "filled_cost": 0.0,
         },
     ),
-    Ablation("silhouettes support nothing", {"filled_cost": 1.5}),
+    Ablation("silhouettes do not add support", {"filled_cost": 1.5}),
     Ablation("a third of the proposals", {"search_proposals": 73}),
     Ablation("no fitted shape", {"fit_shape": False}),
     Ablation("no legs", {"legs": False}),
     Ablation("average proportions", {"proportions": "average"}),
     Ablation("no colours", {"colour_weight": 0.0}),
-    Ablation("wide weights throughout", {"robust_narrow": 0.12}),
-    Ablation("no robust weights", {"robust_wide": 2.0, "robust_narrow": 2.0}),
-    Ablation("no widened prior", {"hurry": 100.0}),
-    Ablation("the thesis's movement", {"sigma_rotation": 20.0, "sigma_joint": 40.0}),
+    Ablation("wide loss scale throughout", {"robust_narrow": 0.12}),
+    Ablation("no robust loss", {"robust_wide": 2.0, "robust_narrow": 2.0}),
+    Ablation("no prior inflation", {"hurry": 100.0}),
+    Ablation("the thesis's process noise", {"sigma_rotation": 20.0, "sigma_joint": 40.0}),
     Ablation("three iterations", {"iterations": 3}),
     Ablation("300 data", {"data_points": 300}),
     Ablation("no collisions", {"clearance": 0.0}),
-    Ablation("matching in the whole image", {"match_region": "whole"}),
+    Ablation("full-image matching", {"match_region": "whole"}),
     Ablation("no left-right check", {"match_left_right": -1}),
-    Ablation("background without doubt", {"background_doubt": False}),
+    Ablation("background without silhouette evidence", {"background_doubt": False}),
 )
 """Each row against ``accurate`` says what its part brings."""

@@ -174,8 +174,8 @@ def _reference_within(recording: Recording, specs: Mapping[str, RunSpec]) -> Lan
     inside = (reference.frame >= frames.start) & (reference.frame < frames.stop)
     if not np.any(inside & knows_something(reference)):
         raise InputError(
-            "the reference knows none of the frames",
+            "the reference contains none of the frames",
             where=str(recording.folder),
-            remedy="Choose frames that it knows.",
+            remedy="Choose frames that it contains.",
         )
     return LandmarkTrajectory(reference.frame[inside], reference.points[inside])

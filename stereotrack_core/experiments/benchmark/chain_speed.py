@@ -114,9 +114,9 @@ def chain_speed(
     views = [name for name in stereo if views is None or name in views]
     if not views:
         raise InputError(
-            "there is no stereo view to match",
+            "the recording has no stereo view",
             where=str(recording.folder),
-            remedy="Give a recording with stereo cameras.",
+            remedy="Use a recording with stereo cameras.",
         )
     pairs = _decoded(recording, views, frames)
     count = len(pairs) // len(views)

@@ -78,8 +78,8 @@ def timing_curve(timings: Sequence[Timing], kind: Kind = "svg") -> bytes:
     ax.set_yscale("log")
     ax.xaxis.set_major_formatter("{x:g}")
     ax.yaxis.set_major_formatter("{x:g}")
-    ax.set_xlabel("points (of the model for thesis, measured ones for others)")
-    ax.set_ylabel("time for a frame [ms]")
+    ax.set_xlabel("points (of the model for thesis, measured points for others)")
+    ax.set_ylabel("time per frame [ms]")
     ax.legend()
     return image_of(figure, kind)
 
@@ -113,7 +113,7 @@ def _draw(ax: Axes, label: str, frames: IntArray, degrees: FloatArray, colour: s
     if not len(degrees):
         return
     thesis = label.startswith("preset thesis")
-    anew = label.endswith("anew")
+    anew = label.endswith("re-initialised")
     own = (_ANEW_COLOUR if anew else _THESIS_COLOUR) if thesis else colour
     mean = degrees.mean(axis=0)
     if len(degrees) > 1:

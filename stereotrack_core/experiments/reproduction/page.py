@@ -98,7 +98,7 @@ class Results:
     circumstances: Circumstances
 
 
-_TITLE = "The evaluation of the thesis, repeated"
+_TITLE = "Reproduction of the thesis's evaluation"
 _ORDER = ("4.1", "4.2", "4.3", "4.4", "fast", "motions")
 
 
@@ -145,11 +145,11 @@ def _lead(compared: ComparedTable) -> str:
         if others:
             said.append(f"{label}: {', '.join(others)}, in the thesis {values[OF_THESIS]:.1f}")
     if not said:
-        return "Nothing is tracked yet."
+        return "No tracking results yet."
     return (
         f"Mean errors in degrees at the thesis's pace. {'; '.join(said).capitalize()}. The "
-        "thesis's numbers come from real recordings, ours from simulated ones with exact truth: "
-        "what can be compared is how the numbers lie to each other."
+        "thesis's numbers come from real recordings, ours from simulated recordings with exact "
+        "ground truth. Only the relations between numbers can be compared."
     )
 
 
@@ -163,7 +163,7 @@ def _recordings(recordings: Sequence[RecordingFacts]) -> Table:
 
 def _timings(timings: Sequence[Timing]) -> Table:
     thesis = (number(FILTER_MS, 0), number(STEREO_MS_PER_VIEW, 0), number(SEGMENTATION_MS, 0))
-    rows: list[tuple[str, ...]] = [(OF_THESIS, *thesis, "m³, as it says")]
+    rows: list[tuple[str, ...]] = [(OF_THESIS, *thesis, "m³, as stated")]
     for timed in timings:
         values = (timed.filter_ms, timed.stereo_ms_per_view, timed.segmentation_ms)
         what = "m" if timed.preset == THESIS else "points"
@@ -171,7 +171,7 @@ def _timings(timings: Sequence[Timing]) -> Table:
         rows.append((timed.preset, *(number(value) for value in values), power))
     columns = (
         *("", ">tracking [ms]", ">stereo, each view [ms]", ">segmentation [ms]"),
-        "tracking grows with",
+        "growth of tracking time",
     )
     return Table(columns, rows)
 
@@ -183,7 +183,7 @@ def _circumstances(made: Circumstances) -> Table:
         *made.versions.items(),
         ("runs tracked by version", ", ".join(made.tracked_by) or "–"),
         ("seeds", f"0 to {made.seeds - 1} for {THESIS}, 0 for others"),
-        ("recordings", "simulated with seed 0; their reference is the exact truth"),
+        ("recordings", "simulated with seed 0; the reference is the exact ground truth"),
     ]
     return Table(("", ""), rows)
 

@@ -69,9 +69,9 @@ def made_folder(folder: Path) -> Places:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(
-            f"the folder cannot be made ({error.strerror})",
+            f"the folder cannot be created ({error.strerror})",
             where=str(folder),
-            remedy="Name a folder that you may write to: stereotrack reproduce DIR.",
+            remedy="Give a folder that you may write to: stereotrack reproduce DIR.",
         ) from error
     return Places(folder)
 
@@ -178,8 +178,8 @@ def _opened(places: Places, one: ThesisRecording) -> Recording:
     right = {(options.width, options.height, round(options.focal, 3))}
     if frames != one.frames or found != planned or lenses != right:
         raise InputError(
-            "there is another recording than this version would make",
+            "this is a different recording from the one that this version would create",
             where=str(recording.folder),
-            remedy="Name another folder, or delete this recording.",
+            remedy="Choose another folder, or delete this recording.",
         )
     return recording

@@ -113,8 +113,8 @@ def kept_timings(path: Path) -> dict[str, Timing]:
     kind = {str: {"preset": str, "usual_points": int, **stages, "costs": [cost]}}
     try:
         kept = read_json(path)
-        check_kind(kept, kind, str(path), "Leave the file out.")
-        with decoding(path, "times are missing", "Leave the file out."):
+        check_kind(kept, kind, str(path), "Omit the file.")
+        with decoding(path, "timings are missing", "Omit the file."):
             return {
                 name: Timing(**{**one, "costs": tuple(StepCost(**each) for each in one["costs"])})
                 for name, one in kept.items()

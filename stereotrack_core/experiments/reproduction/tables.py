@@ -104,7 +104,7 @@ def source_name(way: Way) -> str:
     """How the lines of a way of tracking are called."""
     if way.preset != THESIS:
         return way.preset
-    return "preset thesis, started anew" if way.anew else "preset thesis"
+    return "preset thesis, re-initialised" if way.anew else "preset thesis"
 
 
 def _basic_ways(presets: Sequence[str]) -> list[Way]:
@@ -170,11 +170,11 @@ def _fast_table(
     ]
     return ComparedTable(
         "fast",
-        "The four motions done fast",
+        "The four motions performed fast",
         (*recordings, "together"),
         tuple(lines),
-        "The thesis has no such numbers: the same motions in about 3 seconds each. An arm is lost "
-        "on fast motion, and whoever does not look for it anew does not find it again.",
+        "The thesis has no such numbers: the same motions in about 3 seconds each. Fast motion "
+        "can lose an arm, and a tracker without re-initialisation does not find it again.",
     )
 
 
@@ -205,7 +205,7 @@ def _motion_table(
         "The motions of section 4.3, at the thesis's pace and fast",
         tuple(f"{label} [{unit}]" for _, label, unit in measures),
         tuple(lines),
-        "Pooled over all recordings that have the motion.",
+        "Pooled over all recordings that contain the motion.",
     )
 
 

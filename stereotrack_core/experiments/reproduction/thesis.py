@@ -74,7 +74,7 @@ TABLE_4_1 = ThesisTable(
         (22.0, 33.5, 40.3, 32.8, 32.1),
         (27.6, 25.6, 27.8, 42.3, 30.8),
     ),
-    "P3 and P4 are a little worse for clothes of low contrast and more difficult motions.",
+    "P3 and P4 are slightly worse because of low-contrast clothes and more difficult motions.",
 )
 
 TABLE_4_2 = ThesisTable(
@@ -98,16 +98,16 @@ TABLE_4_3 = ThesisTable(
     "Two cameras instead of four",
     ("NS", "NOSW"),
     _values((64, 62), (7.6, 8.8), (12.1, 13.1), (34.1, 29.4), (39.8, 31.8)),
-    "P3 is left out: early on only camera S saw it, and the arms were never found again.",
+    "P3 is omitted: early on, only camera S saw it, and the arms were never found again.",
 )
 
 TABLE_4_4 = ThesisTable(
     "4.4",
     53,
-    "The same averaged proportions for everybody",
+    "Average proportions for everyone",
     ("averaged", "individual"),
     _values((75, 67), (9.4, 9.4), (14.2, 13.9), (43.9, 32.1), (35.9, 30.8)),
-    "The arms are tracked significantly worse with averaged proportions.",
+    "The arms are tracked significantly worse with average proportions.",
 )
 
 TABLES: tuple[ThesisTable, ...] = (TABLE_4_1, TABLE_4_2, TABLE_4_3, TABLE_4_4)
@@ -144,21 +144,21 @@ class ThesisMotion:
 MOTIONS: tuple[ThesisMotion, ...] = (
     ThesisMotion(
         "4.5", "4.6", 57, "P4", "whip", "whip", (1479, 1507, 1577, 1651, 1753),
-        "Tracked reliably; about 20 degrees in the mean.",
+        "Tracked reliably; about 20 degrees on average.",
     ),
     ThesisMotion(
         "4.7", "4.8", 59, "P2", "travolta", "Travolta", (412, 421, 436, 443, 450),
-        "Followed with as little trouble.",
+        "Tracked equally well.",
     ),
     ThesisMotion(
         "4.9", "4.10", 61, "P3", "tie-shoes", "tying shoes", (113, 148, 230, 312, 328),
-        "Up to 170 degrees off at times; after the person has risen, at about frame 320, the "
+        "Up to 170 degrees off at times. After the person has stood up, at about frame 320, the "
         "errors soon become small again.",
     ),
     ThesisMotion(
         "4.11", "4.12", 62, "P4", "cross-arms", "crossing arms", (390, 455, 488, 503, 520),
-        "The arms were crossed from frame 455 to 505; the pose is wrong and unsteady there and "
-        "right again only from frame 520.",
+        "The arms were crossed from frame 455 to 505. The pose is wrong and unstable there, and "
+        "correct again only from frame 520.",
     ),
 )  # fmt: skip
 

@@ -19,7 +19,7 @@ from stereotrack_core.version import __version__
 
 _PATIENCE_SECONDS = 10.0
 _LOOK_SECONDS = 0.2
-_OUR_FAULT = "Give --workers to compute on this machine."
+_OUR_FAULT = "Use --workers to compute on this machine."
 
 
 class ChanceError(Exception):
@@ -38,9 +38,9 @@ def dask_distributed() -> ModuleType:
         return importlib.import_module("distributed")
     except ImportError:
         raise InputError(
-            "Dask is not installed, which speaks with clusters",
+            "Dask is not installed, which is needed for clusters",
             where="--scheduler",
-            remedy="Install it with `pip install 'stereotrack[cluster]'`, or give --workers.",
+            remedy="Install it with `pip install 'stereotrack[cluster]'`, or use --workers.",
         ) from None
 
 
@@ -74,15 +74,17 @@ class ClusterWorkers:
         )
         if "scheduler_file" in where and not Path(address).is_file():
             raise InputError(
-                "there is no such scheduler file", where=f"--scheduler {address}", remedy=_OUR_FAULT
+                "the scheduler file was not found",
+                where=f"--scheduler {address}",
+                remedy=_OUR_FAULT,
             )
         try:
             self._client: Any = distributed.Client(**where, timeout=patience, set_as_default=False)
         except (OSError, TimeoutError, ValueError) as error:
             raise InputError(
-                f"no scheduler answers there ({error})",
+                f"no scheduler answers at this address ({error})",
                 where=f"--scheduler {address}",
-                remedy=f"Start it with `dask scheduler` and name its address. {_OUR_FAULT}",
+                remedy=f"Start one with `dask scheduler` and give its address. {_OUR_FAULT}",
             ) from None
         self._address = address
 
@@ -109,7 +111,7 @@ class ClusterWorkers:
             raise InputError(
                 "the scheduler has no worker",
                 where=f"--scheduler {self._address}",
-                remedy="Start some with `dask worker ADDRESS --nthreads 1`.",
+                remedy="Start one or more with `dask worker ADDRESS --nthreads 1`.",
             )
         wanted = {job.folder: job for job in jobs}
         told: Mapping[str, Any] = self._client.run(
@@ -119,13 +121,13 @@ class ClusterWorkers:
             if isinstance(answer, OSError):
                 continue  # it has left the cluster while it was asked
             if isinstance(answer, BaseException):
-                answer = f"it cannot run this program ({type(answer).__name__}: {answer})"
+                answer = f"the worker cannot run this program ({type(answer).__name__}: {answer})"
             if answer:
                 raise InputError(
                     str(answer),
                     where=f"worker {worker}",
-                    remedy="Recordings are reached by the same path on every machine: keep them "
-                    "on a drive that all share, and install the same version everywhere.",
+                    remedy="All machines must see the recordings under the same path. Keep them "
+                    "on a shared drive, and install the same version everywhere.",
                 )
 
     def do(self, jobs: Sequence[Job], watcher: Watcher) -> None:
@@ -168,9 +170,9 @@ class ClusterWorkers:
         error = future.exception()  # waits where a worker has died with what it had found
         if future.status == "cancelled":
             raise InputError(
-                "the scheduler has forgotten jobs, or is gone",
+                "the scheduler has stopped or lost the jobs",
                 where=f"--scheduler {self._address}",
-                remedy="Start it again and give the same command: what is done is kept.",
+                remedy="Start it again and run the same command: finished results are kept.",
             )
         if error is None:
             result: JobResult = future.result()
@@ -198,10 +200,10 @@ def do_job(job: Job) -> JobResult:
 def lacking(jobs: Sequence[Job], version: str) -> str:
     """What this machine lacks to do the jobs, in words; empty where nothing."""
     if version != __version__:
-        return f"it has version {__version__} of this program, not {version}"
+        return f"the worker has version {__version__} of this program, not {version}"
     for job in jobs:
         try:
             recording_of(job)
         except (InputError, OSError) as error:
-            return f"it cannot use the recording {job.recording}: {error}"
+            return f"the worker cannot use the recording {job.recording}: {error}"
     return ""

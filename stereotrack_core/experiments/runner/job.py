@@ -115,7 +115,7 @@ class JobResult:
         try:
             status = facts["status"]
             if status not in ("done", "failed"):
-                raise ValueError(f"the status {status!r} is not known")
+                raise ValueError(f"unknown status {status!r}")
             measures = {str(name): float(value) for name, value in facts["measures"].items()}
             return cls(
                 identity=str(facts["job"]),
@@ -126,7 +126,7 @@ class JobResult:
                 attempts=int(facts["attempts"]),
             )
         except (KeyError, TypeError, AttributeError, OverflowError) as error:
-            raise ValueError(f"this is no result of a job ({error})") from error
+            raise ValueError(f"this is not the result of a job ({error})") from error
 
 
 def failure(identity: str, error: BaseException, *, final: bool) -> JobResult:

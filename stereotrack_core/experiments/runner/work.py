@@ -76,9 +76,9 @@ def recording_of(job: Job) -> Recording:
     recording = open_recording(folder)
     if fingerprint(recording) != job.fingerprint:
         raise InputError(
-            "this is not the recording that the sweep was begun with",
+            "the recording has changed since the sweep was started",
             where=job.folder,
-            remedy="Begin the sweep again, so that it is planned with the recording as it is now.",
+            remedy="Start the sweep again with the present recording.",
         )
     return recording
 

@@ -140,13 +140,13 @@ def _judged_by(asked: str | None, recordings: Sequence[Recording]) -> str:
     if measure is None:
         names = [one.name for one in MEASURES]
         raise InputError(
-            f"there is no measure {asked!r}",
+            f"unknown measure {asked!r}",
             where="--minimise",
-            remedy=f"{did_you_mean(asked, names)}Known are: {', '.join(names)}.",
+            remedy=f"{did_you_mean(asked, names)}Available: {', '.join(names)}.",
         )
     if measure.from_reference and without:
         raise InputError(
-            f"{asked} is measured against a reference, which {without[0].name} does not have",
+            f"{asked} needs a reference, which {without[0].name} does not have",
             where="--minimise",
             remedy="Choose unexplained_fraction, or recordings with a reference.csv.",
         )

@@ -14,12 +14,12 @@ from stereotrack_core.tracking.presets import preset
 
 SPECIAL: Mapping[str, str] = MappingProxyType(
     {
-        "views": "views that are used, as --views names them",
-        "preset": "preset that all parameters come from",
-        "seed": "seed of all that is random",
-        "frames": "stretch of frames, A:B",
-        "init": "where the first pose comes from: auto, tpose or a file",
-        "smooth": "whether the run goes backwards as well",
+        "views": "views to use, as for --views",
+        "preset": "preset that the parameters come from",
+        "seed": "random seed",
+        "frames": "frame range, A:B",
+        "init": "initial pose: auto, tpose or a file",
+        "smooth": "whether the run is smoothed",
     }
 )
 """What can be varied beside the declared parameters."""
@@ -80,10 +80,10 @@ def checked_name(name: str, where: str) -> str:
     rows = parameter_rows()
     if name not in rows and name not in SPECIAL:
         raise InputError(
-            f"there is no parameter {name!r}",
+            f"unknown parameter {name!r}",
             where=where,
-            remedy=f"{did_you_mean(name, (*SPECIAL, *rows))}docs/parameters.md lists all; further "
-            f"there are {', '.join(SPECIAL)}.",
+            remedy=f"{did_you_mean(name, (*SPECIAL, *rows))}docs/parameters.md lists all "
+            f"parameters; also allowed: {', '.join(SPECIAL)}.",
         )
     return name
 
@@ -127,7 +127,9 @@ def parsed_axis(text: str) -> Axis:
     checked = tuple(checked_value(name, value.strip()) for value in values.split(","))
     if len(set(checked)) < len(checked):
         raise InputError(
-            f"{values!r} has a value twice", where=f"--grid {name}", remedy="Give each value once."
+            f"{values!r} contains a value twice",
+            where=f"--grid {name}",
+            remedy="Give each value once.",
         )
     return Axis(name, checked)
 
@@ -151,9 +153,9 @@ def grid_points(axes: Sequence[Axis]) -> tuple[Point, ...]:
         count *= len(axis.values)
     if count > MOST_POINTS:
         raise InputError(
-            f"that would be {count} points",
+            f"the grid has {count} points",
             where="--grid",
-            remedy="Give fewer values, or look for the best ones with --search.",
+            remedy="Give fewer values, or search for the best ones with --search.",
         )
     combinations = itertools.product(*(axis.values for axis in axes))
     return tuple(Point(tuple(zip(names, values, strict=True))) for values in combinations)
@@ -184,7 +186,9 @@ def listed_points(
             ) from None
         points.append(Point(tuple(values)))
     if not points:
-        raise InputError("the list holds no point", where=where, remedy="Write a row per point.")
+        raise InputError(
+            "the list contains no points", where=where, remedy="Write one row per point."
+        )
     return tuple(dict.fromkeys(points))
 
 

@@ -88,19 +88,21 @@ class SweepRequest:
                 )
         if sum(map(bool, (self.grid, self.points, self.search))) > 1:
             raise InputError(
-                "a sweep goes over a grid, a list or a search",
+                "a sweep uses a grid, a list or a search",
                 where="--grid, --list, --search",
-                remedy="Give only one kind of them.",
+                remedy="Use only one of them.",
             )
         if self.scheduler and self.workers is not None:
             raise InputError(
-                "the work is done on this machine or on a cluster",
+                "a sweep runs on this machine or on a cluster",
                 where="--workers, --scheduler",
-                remedy="Give one of them.",
+                remedy="Use only one of them.",
             )
         if self.table.suffix.lower() != ".csv":
             raise InputError(
-                "the table is written as CSV", where=str(self.table), remedy="Let it end in .csv."
+                "the table must be a CSV file",
+                where=str(self.table),
+                remedy="Use a name that ends in .csv.",
             )
 
     def arguments(self) -> list[str]:

@@ -78,13 +78,13 @@ def parsed_range(text: str) -> Range:
     name = checked_name(name.strip(), where)
     if name == "seed":
         raise InputError(
-            "a seed is nothing to search for", where=where, remedy="Average over --seeds instead."
+            "the seed cannot be searched", where=where, remedy="Average over --seeds instead."
         )
     kind = parameter_rows()[name].type if name not in SPECIAL else str
     if ":" not in rest or kind not in (int, float):
         values = tuple(checked_value(name, part.strip()) for part in rest.split(","))
         if len(set(values)) < 2:
-            raise InputError(f"{text!r} leaves no choice", where=where, remedy=_FORM)
+            raise InputError(f"{text!r} has only one value", where=where, remedy=_FORM)
         return Range(name, choices=tuple(dict.fromkeys(values)))
     return _numeric(name, rest, kind, text)
 
@@ -98,13 +98,13 @@ def _numeric(name: str, rest: str, kind: type, text: str) -> Range:
     low, high = (float(checked_value(name, part)) for part in parts[:2])
     if not low < high or (scale == "log" and low <= 0.0):
         raise InputError(
-            f"{text!r} is no range",
+            f"{text!r} is not a range",
             where=where,
-            remedy="Let the first value be the smaller one"
+            remedy="The first value must be the smaller one"
             + (", and above 0 for log." if scale == "log" else "."),
         )
     if scale == "int" and math.ceil(low) >= math.floor(high):
-        raise InputError(f"{text!r} leaves no choice", where=where, remedy=_FORM)
+        raise InputError(f"{text!r} has only one value", where=where, remedy=_FORM)
     if kind is int and scale == "linear":
         scale = "int"
     if kind is int and scale == "log":
@@ -128,9 +128,9 @@ def optuna_library() -> ModuleType:
         return importlib.import_module("optuna")
     except ImportError:
         raise InputError(
-            "Optuna is not installed, which looks for the best values",
+            "Optuna is not installed, which is needed for a search",
             where="--search",
-            remedy="Install it with `pip install 'stereotrack[search]'`, or try a --grid.",
+            remedy="Install it with `pip install 'stereotrack[search]'`, or use --grid.",
         ) from None
 
 

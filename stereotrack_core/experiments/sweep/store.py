@@ -94,7 +94,7 @@ def read_state(places: SweepPlaces) -> SweepState | None:
     """How the sweep is going; None where nobody has said yet."""
     try:
         facts = read_json(places.state)
-        check_kind(facts, _STATE, str(places.state), "Begin the sweep again.")
+        check_kind(facts, _STATE, str(places.state), "Start the sweep again.")
         return SweepState(**{key: facts[key] for key in _STATE if facts.get(key) is not None})
     except InputError:
         return None
@@ -199,14 +199,14 @@ def _locked(table: Path) -> ProjectLock:
             time.sleep(_LOCK_SECONDS)
         except InputError as error:
             raise InputError(
-                "nothing can be written beside the table",
+                "cannot write next to the table",
                 where=error.where,
                 remedy="Choose a folder that you may write to.",
             ) from error
     raise InputError(
-        "another sweep is writing this table at this moment",
+        "another sweep is writing to this table",
         where=str(table),
-        remedy="Wait until it has ended, or name another table.",
+        remedy="Wait until it has finished, or choose another table.",
     )
 
 
@@ -247,7 +247,7 @@ def _check_table(table: Path) -> None:
         columns = ()
     if JOB_COLUMN not in columns:
         raise InputError(
-            "there is a file already that is no table of a sweep",
+            "the file exists and is not a sweep table",
             where=str(table),
-            remedy="Name another table.",
+            remedy="Choose another table.",
         )

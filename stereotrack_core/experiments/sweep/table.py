@@ -159,15 +159,17 @@ def table_of_cells(columns: Sequence[str], rows: Sequence[Sequence[str]], where:
     """
     if "job" not in columns or "status" not in columns:
         raise InputError(
-            "this is not the table of a sweep",
+            "this is not a sweep table",
             where=where,
-            remedy="Choose a table that `stereotrack sweep` has written.",
+            remedy="Choose a table written by `stereotrack sweep`.",
         )
     place = columns.index("status")
     done = tuple(tuple(row) for row in rows if row[place] == "done")
     if not done:
         raise InputError(
-            "no job of this sweep has been done yet", where=where, remedy="Let it go on first."
+            "no job of this sweep is finished yet",
+            where=where,
+            remedy="Let the sweep continue first.",
         )
     return SweepTable(tuple(columns), done, failed=len(rows) - len(done))
 

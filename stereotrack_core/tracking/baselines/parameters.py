@@ -13,13 +13,17 @@ class BaselineParameters(ParameterGroup):
 
     annealed_particles: int = parameter(
         200,
-        "Particles of the annealed particle filter.",
+        "Number of particles of the annealed particle filter.",
         group=_GROUP,
         minimum=10,
         maximum=100000,
     )
     annealed_layers: int = parameter(
-        10, "Layers of the annealed particle filter.", group=_GROUP, minimum=1, maximum=100
+        10,
+        "Number of layers of the annealed particle filter.",
+        group=_GROUP,
+        minimum=1,
+        maximum=100,
     )
     annealed_survival: float = parameter(
         0.2,
@@ -30,7 +34,7 @@ class BaselineParameters(ParameterGroup):
     )
     annealed_spread: float = parameter(
         1.0,
-        "Diffusion before the first layer, in standard deviations of the movement expected.",
+        "Diffusion before the first layer, in standard deviations of the expected movement.",
         group=_GROUP,
         minimum=0.1,
         maximum=20.0,
@@ -44,35 +48,35 @@ class BaselineParameters(ParameterGroup):
     )
     annealed_data: int = parameter(
         300,
-        "Measured points that every particle is weighed by.",
+        "Measured points used to weight each particle.",
         group=_GROUP,
         minimum=20,
         maximum=20000,
     )
     limb_icp_rounds: int = parameter(
         4,
-        "How often the data are given to the limbs anew, registered and joined.",
+        "Number of rounds of assigning the data to limbs, registering the limbs, and joining them.",
         group=_GROUP,
         minimum=1,
         maximum=50,
     )
     limb_icp_iterations: int = parameter(
         5,
-        "Closest point iterations that register one limb by itself.",
+        "Closest-point iterations per limb.",
         group=_GROUP,
         minimum=1,
         maximum=100,
     )
     scalar_iterations: int = parameter(
         80,
-        "Steps of the stochastic descent on the sum of distances.",
+        "Steps of stochastic gradient descent on the sum of distances.",
         group=_GROUP,
         minimum=1,
         maximum=10000,
     )
     scalar_data: int = parameter(
         300,
-        "Measured points that are drawn for one step of the stochastic descent.",
+        "Measured points sampled for one step of stochastic gradient descent.",
         group=_GROUP,
         minimum=20,
         maximum=20000,

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from stereotrack_core.parameters import ParameterGroup, parameter
 
-_OUTLINES = "Outlines"
+_OUTLINES = "Silhouettes"
 
 
 @dataclass(frozen=True)
@@ -13,13 +13,13 @@ class SilhouetteParameters(ParameterGroup):
 
     measure_outlines: bool = parameter(
         True,
-        "Hold the body's outlines to the edges of the silhouettes.",
+        "Fit the contours of the body to the silhouette edges.",
         group=_OUTLINES,
         thesis=False,
     )
     outline_sigma: float = parameter(
         0.02,
-        "Distance expected between an outline and its edge.",
+        "Expected distance between a contour and its edge.",
         group=_OUTLINES,
         unit="m",
         minimum=0.001,
@@ -27,14 +27,14 @@ class SilhouetteParameters(ParameterGroup):
     )
     outline_points: float = parameter(
         120.0,
-        "Independent measurements in all outlines of a frame set.",
+        "Effective sample size of all contours of a frame set.",
         group=_OUTLINES,
         minimum=1.0,
         maximum=20000.0,
     )
     outline_scale: float = parameter(
         0.06,
-        "Distance at which an outline loses three quarters of its weight.",
+        "Distance at which a contour loses three quarters of its weight.",
         group=_OUTLINES,
         unit="m",
         minimum=0.005,
@@ -42,7 +42,7 @@ class SilhouetteParameters(ParameterGroup):
     )
     outline_reach: float = parameter(
         0.15,
-        "Outlines farther than this from every edge are not measured.",
+        "Contours farther than this from every edge are not used.",
         group=_OUTLINES,
         unit="m",
         minimum=0.01,
@@ -50,7 +50,7 @@ class SilhouetteParameters(ParameterGroup):
     )
     outline_depth: float = parameter(
         0.15,
-        "An edge whose range differs by more than this from the outline's is another part's.",
+        "An edge whose range differs by more than this from the contour belongs to another part.",
         group=_OUTLINES,
         unit="m",
         minimum=0.02,
@@ -58,7 +58,7 @@ class SilhouetteParameters(ParameterGroup):
     )
 
 
-_DETECTIONS = "Detections"
+_DETECTIONS = "Keypoints"
 
 
 @dataclass(frozen=True)
@@ -67,15 +67,15 @@ class DetectionParameters(ParameterGroup):
 
     detect: str = parameter(
         "none",
-        "Find head and hands in every frame: as the ends of the cloud, or as skin in colour "
-        "pictures.",
+        "Detect head and hands in every frame: as the ends of the cloud, or as skin in colour "
+        "images.",
         group=_DETECTIONS,
         choices=("none", "extremities", "skin"),
         thesis="none",
     )
     detection_gate: float = parameter(
         0.3,
-        "A detection that is farther from every place where it could belong is not believed.",
+        "A keypoint farther than this from every plausible position is rejected.",
         group=_DETECTIONS,
         unit="m",
         minimum=0.01,
@@ -92,9 +92,8 @@ class ColourParameters(ParameterGroup):
 
     colour_weight: float = parameter(
         0.06,
-        "Distance that a datum counts as farther from a part for each standard deviation by which "
-        "its colour differs from the part's; 0 leaves colours out. Says nothing where the "
-        "pictures are grey.",
+        "Distance added between a point and a part for each standard deviation by which its "
+        "colour differs from the part's colours; 0 disables colours. No effect on grey images.",
         group=_COLOURS,
         unit="m",
         minimum=0.0,
@@ -103,7 +102,7 @@ class ColourParameters(ParameterGroup):
     )
     colour_memory: float = parameter(
         0.98,
-        "Share of what is known of a part's colours that is kept from frame to frame.",
+        "Share of a part's learned colours that is kept from frame to frame.",
         group=_COLOURS,
         minimum=0.0,
         maximum=1.0,

@@ -36,19 +36,21 @@ def spread_values(
     where = row.name
     if not 2 <= count <= MOST:
         raise InputError(
-            f"{count} values cannot be tried", where=where, remedy=f"Give from 2 to {MOST}."
+            f"{count} values cannot be tried", where=where, remedy=f"Choose 2 to {MOST} values."
         )
     if not low < high:
         raise InputError(
-            f"{low:g} to {high:g} is no range", where=where, remedy="Let it end above its begin."
+            f"{low:g} to {high:g} is not a range",
+            where=where,
+            remedy="The end must be larger than the start.",
         )
     for end in (low, high):
         row.checked(_plain(row, end))
     if by_factors and low <= 0:
         raise InputError(
-            "only numbers above 0 have even factors",
+            "a logarithmic scale needs numbers above 0",
             where=where,
-            remedy="Begin above 0, or take even steps.",
+            remedy="Start above 0, or use a linear scale.",
         )
     spaced = np.geomspace(low, high, count) if by_factors else np.linspace(low, high, count)
     spaced[0], spaced[-1] = low, high

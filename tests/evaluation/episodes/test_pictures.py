@@ -45,16 +45,16 @@ def test_captions_tell_the_error_or_what_the_run_says(seen):
     assert told == [("frame 2", "left forearm 0°"), ("frame 6", "left forearm 80°")]
     assert frame_captions(run, [6], ("left_forearm",))[0][1] == "left forearm 2 % lost"
     assert frame_captions(run, [6], (), truth)[0][1] == "left forearm 80°"
-    assert frame_captions(run, [99], (), truth)[0] == ("frame 99", "not known")
+    assert frame_captions(run, [99], (), truth)[0] == ("frame 99", "unknown")
 
 
 def test_wrong_wishes_are_refused(seen, tmp_path):
     recording, run, _ = seen
-    with pytest.raises(InputError, match="no frame"):
+    with pytest.raises(InputError, match="there are no frames"):
         picture_strip(recording, run, [])
     with pytest.raises(InputError, match="no view 'Q'"):
         picture_strip(recording, run, [1], "Q")
-    with pytest.raises(InputError, match="does not end in"):
+    with pytest.raises(InputError, match="must end in"):
         write_film(tmp_path / "film.avi", recording, run, [1])
 
 

@@ -52,7 +52,7 @@ def test_a_straight_movement_is_not_bent_at_its_ends():
     np.testing.assert_allclose(motion.angle[:, K], line, atol=1e-5)
     np.testing.assert_allclose(motion.velocity[:, K], np.diff(line)[0] * 10, atol=1e-3)
     assert motion.cut_off == 4.0
-    assert "the highest that 10 frames per second allow" in motion.words
+    assert "the highest possible at 10 frames per second" in motion.words
 
 
 def test_gaps_are_not_filtered_across_and_short_stretches_not_at_all():

@@ -80,10 +80,10 @@ def lines_of(compared, measure):
 
 def test_the_thesis_and_all_presets_stand_below_each_other(tables):
     lines = lines_of(tables["4.1"], "forearms")
-    assert list(lines) == [OF_THESIS, "preset thesis", "preset thesis, started anew", "accurate"]
+    assert list(lines) == [OF_THESIS, "preset thesis", "preset thesis, re-initialised", "accurate"]
     assert [f.mean for f in lines[OF_THESIS]] == list(TABLE_4_1.values["forearms"])
     assert lines["accurate"][-1].mean == pytest.approx(5.0)
-    assert lines["preset thesis, started anew"][0].mean == pytest.approx(20.0)
+    assert lines["preset thesis, re-initialised"][0].mean == pytest.approx(20.0)
 
 
 def test_columns_stand_for_what_they_say(tables):

@@ -115,7 +115,7 @@ def test_a_result_that_died_with_its_worker_is_waited_for(plan, monkeypatch):
     executor = ClusterWorkers.__new__(ClusterWorkers)
     executor._address = "tcp://a:1"
     assert executor._result(job, Fetched("finished")) == "found again"
-    with pytest.raises(InputError, match="forgotten jobs"):
+    with pytest.raises(InputError, match="lost the jobs"):
         executor._result(job, Fetched("cancelled"))
 
 
@@ -133,9 +133,9 @@ def test_a_failure_by_chance_is_left_to_dask_to_repeat(plan, monkeypatch):
 
 
 def test_without_a_scheduler_it_is_said_what_to_do(tmp_path, monkeypatch):
-    with pytest.raises(InputError, match="no such scheduler file"):
+    with pytest.raises(InputError, match="scheduler file was not found"):
         ClusterWorkers(str(tmp_path / "none.json"))
-    with pytest.raises(InputError, match=r"no scheduler answers there.*dask scheduler"):
+    with pytest.raises(InputError, match=r"no scheduler answers at this address.*dask scheduler"):
         ClusterWorkers("tcp://127.0.0.1:9", patience=0.5)
     with pytest.raises(InputError, match="no scheduler answers"):
         ClusterWorkers("nonsense://x", patience=0.5)

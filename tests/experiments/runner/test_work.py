@@ -86,7 +86,7 @@ def test_a_recording_that_is_another_by_now_fails_in_words(plan, copied):
     picture.write_bytes(picture.read_bytes() + b" ")
     for result in by_identity(jobs).values():
         assert result.final
-        assert "not the recording that the sweep was begun with" in result.error
+        assert "the recording has changed since the sweep was started" in result.error
     (gone,) = do_batch([dataclasses.replace(jobs[0], folder=str(copied.folder / "none"))])
     assert gone.final
     assert "none" in gone.error
@@ -142,7 +142,7 @@ def test_results_are_read_as_they_are_written(plan):
     (result,) = do_batch(plan(Point()))
     assert all(np.isfinite(list(result.measures.values())))
     assert JobResult.of_facts(result.facts()) == result
-    with pytest.raises(ValueError, match="no result"):
+    with pytest.raises(ValueError, match="not the result of a job"):
         JobResult.of_facts({"job": "a", "status": "done"})
-    with pytest.raises(ValueError, match="not known"):
+    with pytest.raises(ValueError, match="unknown"):
         JobResult.of_facts({**result.facts(), "status": "perhaps"})

@@ -91,6 +91,6 @@ def test_clouds_are_shared_by_those_who_see_the_same(plan):
 def test_what_a_recording_does_not_have_is_refused(plan):
     with pytest.raises(InputError, match="no view 'X'"):
         plan(Point((("views", "X"),)))
-    with pytest.raises(InputError, match="beyond the end"):
+    with pytest.raises(InputError, match="exceeds the end"):
         plan(Point((("frames", "0:60"),)))
     assert np.array_equal(plan(Point())[0].frames, range(4))

@@ -69,7 +69,7 @@ def test_a_list_has_a_point_in_each_row():
     assert varied_names([*points, Point((("seed", 4),))]) == ("iterations", "preset")
     with pytest.raises(InputError, match=r"a\.csv, line 3.*iterations"):
         listed_points(("iterations",), [("3",), ("many",)], "a.csv")
-    with pytest.raises(InputError, match="no point"):
+    with pytest.raises(InputError, match="contains no points"):
         listed_points(("iterations",), [], "a.csv")
     with pytest.raises(InputError, match="no parameter 'note'"):
         listed_points(("note",), [("3",)], "a.csv")

@@ -70,7 +70,7 @@ def test_heat_is_the_mean_of_each_pair(table):
 
 
 def test_other_tables_are_refused():
-    with pytest.raises(InputError, match="not the table of a sweep"):
+    with pytest.raises(InputError, match="not a sweep table"):
         table_of_cells(("a", "b"), [("1", "2")], "x.csv")
     with pytest.raises(InputError, match="no job"):
         table_of_cells(COLUMNS, [], "x.csv")

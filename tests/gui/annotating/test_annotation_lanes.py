@@ -39,7 +39,7 @@ def test_a_landmark_is_clicked_partly_flagged_missing_or_a_gap(project, lanes, m
     project.apply(PlaceClicks((Click(6, "N", "head", None, Visibility.OUTSIDE),)))
     project.apply(SetKeyframes((8,)))
     project.apply(SetFlags((FrameFlag(9, "", "gap"), FrameFlag(10, "head", "gap"))))
-    project.apply(SetFlags((FrameFlag(11, "head", "look again"),)))
+    project.apply(SetFlags((FrameFlag(11, "head", "review"),)))
     head = marks_of(lanes, "head")
     said = [Mark(int(mark)).name for mark in head[3:12]]
     assert said == [
@@ -105,7 +105,7 @@ def test_the_fitted_trajectory_fills_lanes_in(project, lanes, make):
     assert head[15] == Mark.NONE
     torso = next(lane for lane in lanes.lanes(EVERYTHING) if lane.id == "torso ±")
     assert torso.value_text(12) == "2.5 °"
-    assert torso.value_text(30) == "not known"
+    assert torso.value_text(30) == "unknown"
     lanes.show_reference(None)
     assert marks_of(lanes, "head")[11] == Mark.NONE
 

@@ -71,7 +71,7 @@ def test_it_is_near_the_truth_and_says_how_near(qtbot, annotated, work, make):
     assert now.fit.kind[7] == INTERPOLATED
     assert now.fit.kind[12] == GAP
     assert "30 frames: 6 clicked, 20 interpolated, 4 in gaps" in now.words
-    assert "limbs are good to" in now.words
+    assert "limb uncertainty" in now.words
     assert np.isfinite(now.residuals[5]).all()
     assert np.isnan(now.residuals[6]).all()
 
@@ -101,7 +101,7 @@ def test_what_was_asked_for_last_is_shown_whichever_is_read_last(
 def test_it_can_be_undone_and_says_when_it_is_old(qtbot, annotated, work, make):
     fitted(qtbot, work)
     annotated.apply(DeleteClicks((make.clicks_at([5])[0].key,)))
-    assert work.words().endswith("Fitted before the last 1 edit of clicks.")
+    assert work.words().endswith("Does not include the last 1 edit of clicks; fit again.")
     again = read_reference(annotated, work._recording, FITTED, FRAMES)
     assert again.edits_since == 1
     annotated.undo()
@@ -109,7 +109,10 @@ def test_it_can_be_undone_and_says_when_it_is_old(qtbot, annotated, work, make):
     with qtbot.waitSignal(work.shown, timeout=5_000):
         annotated.undo()
     assert work.now is None
-    assert work.words() == "No trajectory is fitted to the clicks yet."
+    assert (
+        work.words()
+        == "No trajectory has been fitted to the clicks yet. Choose Fit whole recording."
+    )
 
 
 def test_a_selection_alone_is_filled_in(qtbot, annotated, work, make):

@@ -63,7 +63,7 @@ def test_what_is_found_is_proposed_and_accepted_as_one_edit(project, moving):
     )
     selection = Selection(range(4, 10))
     found = follow_selection(project, moving, selection, nothing, never)
-    assert found.words == "12 places found by following 2 clicks."
+    assert found.words == "12 points found by following 2 clicks."
     assert project.clicks.count() == 2
     places = {p.key: p.position for p in project.predictions.of_source(FOLLOWING)}
     assert {key.frame for key in places} == set(range(4, 10))
@@ -98,7 +98,7 @@ def test_other_landmarks_keep_what_was_found_for_them(project, moving):
 def test_nothing_to_follow_is_said_and_it_can_be_stopped(project, moving):
     with pytest.raises(InputError, match="no click near frames 3 – 5"):
         follow_selection(project, moving, Selection(range(3, 6)), nothing, never)
-    with pytest.raises(InputError, match="nothing was followed into frames 3 – 5"):
+    with pytest.raises(InputError, match="no followed points in frames 3 – 5"):
         accept_followed(project, Selection(range(3, 6)))
     project.apply(PlaceClicks((Click(2, "N", "head", (200.0, 200.0)),)))
     with pytest.raises(Cancelled):

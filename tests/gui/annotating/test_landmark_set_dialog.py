@@ -64,7 +64,7 @@ def test_a_landmark_is_added_named_and_used(qtbot, project, dialog):
 
 def test_a_slip_is_named_and_cannot_be_used(qtbot, dialog):
     edit_cell(qtbot, dialog, 2, 1, "red")
-    assert "left_elbow: 'red' is no colour. Write it as #rrggbb." in dialog.words.text()
+    assert "left_elbow: 'red' is not a colour. Write it as #rrggbb." in dialog.words.text()
     assert not dialog.use_button.isEnabled()
     header = dialog.table.model().headerData(2, Qt.Orientation.Vertical)
     assert header == "3 !"
@@ -117,7 +117,9 @@ def test_clicks_of_landmarks_that_are_left_out_are_told(qtbot, project, make, sh
     dialog = shown(LandmarkSetDialog(LandmarkSets(project)), 1080, 520)
     dialog.table.selectRow(6)
     qtbot.mouseClick(dialog.remove_button, LEFT)
-    assert dialog.warning.text().startswith("Clicked, but not in this set: head (in 2 frames).")
+    assert dialog.warning.text().startswith(
+        "Clicked but not in this landmark set: head (in 2 frames)."
+    )
 
 
 def test_files_are_exchanged(dialog, tmp_path, qtbot):

@@ -144,7 +144,7 @@ def test_without_a_fit_nothing_is_ranked(project, presenter):
 
 ROWS = (
     Suggestion(17, "N", "left_hand", 3.2, "left forearm uncertain (6.1 deg)", over_frames_deg=14.3),
-    Suggestion(30, "W", "head", 1.2, "probably a mistake: 40 px off", click_there=True),
+    Suggestion(30, "W", "head", 1.2, "probable outlier, 40 px", click_there=True),
     Suggestion(5, "S", "left_elbow", 0.4, "left upper arm uncertain (2.1 deg)"),
 )
 SIGN = StopSign(3.0, 40, 12, {"left_forearm": 12, "torso": 0}, 0, {}, 0.05)
@@ -173,18 +173,18 @@ def test_the_best_comes_first_and_each_is_visited_once(qtbot, panel):
 
 
 def test_words_of_the_sign_and_of_the_rows(panel):
-    assert panel.sign.text() == "12 of 40 frames miss 3 deg, most often the left forearm (12)."
+    assert panel.sign.text() == "12 of 40 frames exceed 3 deg, most often the left forearm (12)."
     assert panel.model.index(0, 3).data() == "3.20"
     assert panel.model.index(0, 4).data() == "14.3"
-    assert panel.model.index(1, 5).data() == "look again: probably a mistake: 40 px off"
+    assert panel.model.index(1, 5).data() == "check: probable outlier, 40 px"
 
 
 def test_enough_is_said_with_a_doubt_where_clicks_lie_far_off(panel):
     reached = replace(SIGN, frames_missing=0)
     panel.show_ranking(ROWS, reached, COLOURS)
-    assert panel.sign.text().endswith("that is enough, once the clicks are right that lie far off.")
+    assert panel.sign.text().endswith("target reached, once the outlying clicks are corrected.")
     panel.show_ranking([one for one in ROWS if not one.click_there], reached, COLOURS)
-    assert panel.sign.text().endswith("that is enough.")
+    assert panel.sign.text().endswith("target reached.")
 
 
 def test_a_narrow_panel_still_says_why(qtbot, panel):
@@ -194,7 +194,7 @@ def test_a_narrow_panel_still_says_why(qtbot, panel):
     assert panel.tree.isColumnHidden(5)
     qtbot.keyClick(panel.tree, Qt.Key.Key_Down)
     qtbot.keyClick(panel.tree, Qt.Key.Key_Down)
-    assert panel.reason.text().startswith("30, head in W: look again: probably a mistake")
+    assert panel.reason.text().startswith("30, head in W: check: probable outlier")
     panel.show_ranking(ROWS[1:], SIGN, COLOURS)
     assert panel.tree.currentIndex().row() == 0  # the place stays chosen
     panel.resize(700, 300)

@@ -111,7 +111,7 @@ def lane(stage, name):
 
 def test_an_edit_is_seen_in_lanes_history_and_progress(qtbot, project, stage, make):
     assert lane(stage, "head")[10] == Mark.CLICKED
-    assert stage.panels.bar.progress.text() == "216 clicks, no keyframes chosen"
+    assert stage.panels.bar.progress.text() == "216 clicks, no keyframes set"
     project.apply(PlaceClicks(make.clicks_at([15])))
     assert lane(stage, "head")[15] == Mark.CLICKED
     first = stage.panels.history_panel.model.index(0, 0).data()
@@ -145,14 +145,14 @@ def test_keyframes_flags_and_gaps_by_commands(qtbot, project, stage):
     stage.timeline.set_selection(None)
     stage.go_to(20)
     qtbot.keyClick(stage, Qt.Key.Key_K)
-    qtbot.waitUntil(lambda: stage.panels.bar.progress.text() == "1 of 3 keyframes")
+    qtbot.waitUntil(lambda: stage.panels.bar.progress.text() == "1 of 3 keyframes done")
     stage.trigger("flag")
-    qtbot.waitUntil(lambda: stage.panels.bar.progress.text() == "1 of 3 keyframes, 1 flagged")
+    qtbot.waitUntil(lambda: stage.panels.bar.progress.text() == "1 of 3 keyframes done, 1 flagged")
     stage.go_to(5)
     qtbot.mouseClick(stage.panels.bar.next_button, LEFT)
     assert stage.timeline.frame == 20
     qtbot.mouseClick(stage.panels.bar.next_button, LEFT)
-    assert stage.heard[-1] == "No frame after this one is flagged."
+    assert stage.heard[-1] == "No frame after this one has a flag."
     select(qtbot, stage, 31, 36)
     stage.trigger("gap")
     assert lane(stage, "head")[33] == Mark.GAP
@@ -165,10 +165,14 @@ def test_the_menu_of_the_timeline_has_the_commands(qtbot, stage):
     assert menu.isVisible()
     texts = [action.text() for action in menu.actions() if action.text()]
     assert texts[:10] == [
-        *("Interpolate", "Follow the patch"),
-        *("Fill in from the fit", "Fill in from the active run", "Fill in from neighbours"),
-        *("Accept what was followed", "Accept what the fit says"),
-        *("Accept what the active run says", "Accept what neighbours say", "Clear clicks"),
+        *("Interpolate", "Follow image patch"),
+        *("Fill from the fit", "Fill from the active run", "Fill from neighbouring clicks"),
+        *("Accept followed points", "Accept points from the fit"),
+        *(
+            "Accept points from the active run",
+            "Accept points from neighbouring clicks",
+            "Clear clicks",
+        ),
     ]
     menu.hide()
 
@@ -205,7 +209,9 @@ def test_residuals_follow_a_click_that_is_moved(qtbot, project, stage):
     assert np.isnan(after[21])
     project.undo()
     assert lane(stage, "head px")[20] == pytest.approx(before)
-    assert stage.panels.reference.words().endswith("Fitted before the last 2 edits of clicks.")
+    assert stage.panels.reference.words().endswith(
+        "Does not include the last 2 edits of clicks; fit again."
+    )
 
 
 def test_a_click_in_the_history_goes_back(qtbot, project, stage):
@@ -230,7 +236,7 @@ def test_a_finished_frame_may_come_again_blindly(qtbot, project, stage, make):
     assert stage.panels.repeat_bar.isVisible()
     project.apply(PlaceClicks(make.clicks_at([frame])))
     stage.panels.repeats.place(make.clicks_at([frame], sigma=1.0, seed=3)[:5])
-    assert "5 clicks so far, 31 to go" in stage.panels.repeat_bar.words.text()
+    assert "5 clicks done, 31 to go" in stage.panels.repeat_bar.words.text()
     stage.go_to(frame)
     qtbot.mouseClick(stage.panels.repeat_bar.finish_button, LEFT)
     assert not stage.panels.repeat_bar.isVisible()
@@ -268,12 +274,12 @@ def test_clicks_are_imported_after_a_look(qtbot, project, stage, make, tmp_path)
     qtbot.waitUntil(lambda: stage.findChild(TakeInDialog) is not None, timeout=20_000)
     dialog = stage.findChild(TakeInDialog)
     assert dialog.summary.text() == "clicks.csv: 36 new, 0 equal, 36 differ (36 moved)."
-    assert "the landmark 'elbow' is not known" in dialog.problems.toPlainText()
+    assert "unknown landmark 'elbow'" in dialog.problems.toPlainText()
     assert project.clicks.count() == 216
     qtbot.mouseClick(dialog.take_button, LEFT)
     settled(qtbot, stage)
     assert project.clicks.count() == 252
-    assert stage.heard[-1] == "take 36 clicks from clicks.csv"
+    assert stage.heard[-1] == "merge 36 clicks from clicks.csv"
 
 
 def test_labels_of_another_tool_are_imported(qtbot, project, stage, tmp_path):
@@ -306,7 +312,7 @@ def test_a_trajectory_becomes_a_reference(qtbot, project, stage, make, tmp_path)
     settled(qtbot, stage)
     qtbot.waitUntil(lambda: stage.panels.reference.now is not None, timeout=20_000)
     assert project.chosen(project.references) == "truth"
-    assert "does not say how good it is" in stage.panels.reference.words()
+    assert "uncertainty unknown" in stage.panels.reference.words()
     stage.dialogs.import_labels(LabelFile(tmp_path / "truth.csv"))
     qtbot.waitUntil(lambda: bool(stage.problems), timeout=20_000)
     assert "there is a reference 'truth' already" in stage.problems[-1].what
@@ -320,9 +326,9 @@ def test_another_project_is_compared_and_merged(qtbot, project, stage, make, tmp
     stage.trigger("agreement")
     qtbot.waitUntil(lambda: stage.findChild(AgreementDialog) is not None)
     dialog = stage.findChild(AgreementDialog)
-    qtbot.waitUntil(lambda: "nothing to compare" in dialog.verdict.text(), timeout=20_000)
+    qtbot.waitUntil(lambda: "Nothing to compare" in dialog.verdict.text(), timeout=20_000)
     stage.dialogs.compare_with(path)
-    qtbot.waitUntil(lambda: "a click is good to" in dialog.verdict.text(), timeout=20_000)
+    qtbot.waitUntil(lambda: "click uncertainty" in dialog.verdict.text(), timeout=20_000)
     qtbot.mouseClick(dialog.look_button, LEFT)
     qtbot.waitUntil(lambda: stage.findChild(TakeInDialog) is not None, timeout=20_000)
     merging = stage.findChild(TakeInDialog)
@@ -340,7 +346,7 @@ def test_another_project_is_compared_and_merged(qtbot, project, stage, make, tmp
 def test_a_project_of_another_recording_is_refused(qtbot, project, stage, tmp_path):
     stage.dialogs.merge(project.path)
     qtbot.waitUntil(lambda: bool(stage.problems), timeout=20_000)
-    assert "this is the project that is open" in str(stage.problems[0])
+    assert "this project is already open" in str(stage.problems[0])
 
 
 def test_the_selection_is_exported(qtbot, project, stage, tmp_path):
@@ -362,7 +368,7 @@ def test_the_selection_is_exported(qtbot, project, stage, tmp_path):
     again = stage.findChildren(ExportDialog)[-1]
     again.path.setText(str(tmp_path / "out.csv"))
     qtbot.keyClick(again.path, Qt.Key.Key_Return)
-    assert "Of the 72 clicks in the file 72 stay the same, 0 change; 144 are new" in (
+    assert "Of the 72 clicks in the existing file, 72 stay the same and 0 change; 144 are new" in (
         again.preview.text()
     )
     assert not again.warning.isVisible()
@@ -393,7 +399,7 @@ def test_commands_have_words_and_say_why_not(stage):
     for command in stage.book.commands:
         assert command.tip.endswith(".")
         assert not stage.book.action(command.id).isEnabled(), command.id
-        assert "Not now:" in stage.book.action(command.id).toolTip()
+        assert "Unavailable:" in stage.book.action(command.id).toolTip()
     keys = [c.shortcut for c in stage.book.commands if c.shortcut]
     assert len({QKeySequence(k).toString() for k in keys}) == len(keys)
 
@@ -411,9 +417,9 @@ def test_the_reference_is_exported_with_and_without_its_uncertainty(qtbot, stage
     np.testing.assert_array_equal(
         again.limb_sigma_deg, stage.panels.reference.now.fit.limb_sigma_deg
     )
-    assert stage.heard[-1].endswith("with its uncertainty.")
+    assert stage.heard[-1].endswith("with uncertainty.")
     stage.dialogs.export_reference(tmp_path / "reference.txt")
-    assert "cannot be written as .txt" in stage.problems[-1].what
+    assert "cannot be exported as .txt" in stage.problems[-1].what
 
 
 def test_a_project_that_can_only_be_read_is_shown(qtbot, project, stage, make):

@@ -85,14 +85,14 @@ def test_flags_leave_gaps_alone(annotated):
 
 def test_keyframes_every_n(annotated):
     annotated.apply(keyframes_every(Selection(range(60)), 10))
-    assert annotated.progress().words() == "0 of 6 keyframes"
+    assert annotated.progress().words() == "0 of 6 keyframes done"
     annotated.apply(keyframes_done(annotated, Selection(range(25))))
-    assert annotated.progress().words() == "3 of 6 keyframes"
+    assert annotated.progress().words() == "3 of 6 keyframes done"
     annotated.apply(no_keyframes(annotated, Selection(range(30, 60))))
-    assert annotated.progress().words() == "3 of 3 keyframes"
+    assert annotated.progress().words() == "3 of 3 keyframes done"
     annotated.apply(keyframes_done(annotated, Selection(range(7, 8))))
-    assert annotated.progress().words() == "4 of 4 keyframes"
-    with pytest.raises(InputError, match="no keyframe in frames 41 – 43"):
+    assert annotated.progress().words() == "4 of 4 keyframes done"
+    with pytest.raises(InputError, match="no keyframes in frames 41 – 43"):
         keyframes_done(annotated, Selection(range(41, 44)))
     with pytest.raises(InputError, match="every 0"):
         keyframes_every(Selection(range(60)), 0)
@@ -120,12 +120,12 @@ def test_lanes_are_filtered_by_a_menu(qtbot, bar):
     bar.filter_changed.connect(chosen.append)
     toggle(qtbot, bar, "left elbow")
     toggle(qtbot, bar, "Residual of each limb [px]")
-    toggle(qtbot, bar, "Only what is flagged")
+    toggle(qtbot, bar, "Only flagged items")
     assert bar.lanes_button.text() == "Only flagged ▾"
     assert chosen[-1] == LaneFilter(
         frozenset({"landmarks", "uncertainty", "residual"}), frozenset({"left_elbow"}), True
     )
-    toggle(qtbot, bar, "As at first")
+    toggle(qtbot, bar, "Reset")
     assert chosen[-1] == LaneFilter()
     assert bar.lanes_button.text() == "Lanes ▾"
 

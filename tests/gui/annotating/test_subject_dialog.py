@@ -53,7 +53,7 @@ def test_lengths_are_typed_kept_and_used(qtbot, project, dialog):
 
 def test_a_length_that_nobody_has_is_doubted(qtbot, dialog):
     type_into(qtbot, dialog.lengths["forearm_length"], "25")
-    assert "Forearm: 25 mm, where somebody of this size has about" in dialog.words.text()
+    assert "Forearm: 25 mm; a person of this size has about" in dialog.words.text()
     type_into(qtbot, dialog.lengths["forearm_length"], "270")
     assert dialog.words.text() == ""
 
@@ -62,7 +62,7 @@ def test_changed_lengths_need_a_name(qtbot, project, make, shown, tasks):
     dialog = shown(SubjectDialog(Subjects(project, make.CAMERAS, None), tasks), 760, 440)
     type_into(qtbot, dialog.lengths["torso_length"], "500")
     assert not dialog.use_button.isEnabled()
-    assert "Give the subject a name" in dialog.words.text()
+    assert "Name the subject" in dialog.words.text()
 
 
 def test_they_are_measured_from_clicks(qtbot, project, make, dialog):
@@ -80,7 +80,7 @@ def test_they_are_measured_from_clicks(qtbot, project, make, dialog):
 def test_too_few_clicks_measure_nothing(qtbot, dialog):
     qtbot.mouseClick(dialog.measure_button, LEFT)
     qtbot.waitUntil(dialog.measure_button.isEnabled, timeout=10_000)
-    assert dialog.words.text().startswith("walk.stereotrack: too little is clicked")
+    assert dialog.words.text().startswith("walk.stereotrack: too few clicks")
     assert not dialog.take_button.isEnabled()
 
 

@@ -65,11 +65,11 @@ def row_of(dialog, camera):
 
 def test_it_counts_before_anything_is_written(project, dialog):
     assert dialog.summary.text() == (
-        "clicks of B: 36 new, 36 equal, 3 differ (1 moved, 1 seen differently,"
-        " 1 deleted on one side)."
+        "clicks of B: 36 new, 36 equal, 3 differ (1 moved, 1 different visibility, 1 deleted on "
+        "one side)."
     )
     assert dialog.outcome.text() == (
-        "36 clicks will be written, 3 conflicts left as the project has it."
+        "36 clicks will be written, 3 conflicts keep the project's click."
     )
     assert project.clicks.count() == 71
 
@@ -78,7 +78,7 @@ def test_mine_stays_where_nothing_is_decided(qtbot, project, dialog):
     before = {c.key: c for c in project.clicks.all()}
     with qtbot.waitSignal(dialog.taken_in) as caught:
         qtbot.mouseClick(dialog.take_button, LEFT)
-    assert caught.args == ["take 36 clicks from clicks of B"]
+    assert caught.args == ["merge 36 clicks from clicks of B"]
     after = {c.key: c for c in project.clicks.all()}
     assert {key: after[key] for key in before} == before
     assert len(after) == len(before) + 36
@@ -123,7 +123,7 @@ def test_a_project_that_changed_meanwhile_is_compared_again(qtbot, project, dial
     project.apply(place(make.clicks_at([9], sigma=5.0)[0]))
     take(qtbot, dialog)
     assert dialog.isVisible()
-    assert "changed meanwhile" in dialog.failure.text()
+    assert "has changed in the meantime" in dialog.failure.text()
     assert len(dialog.shown.conflicts) == 4
     assert dialog.shown.decision(row_of(dialog, "N")) == "theirs"
     take(qtbot, dialog)
@@ -143,5 +143,5 @@ def test_nothing_to_do_cannot_be_done(project, shown, tasks):
     one = TakeIn(incoming([], [], "c.csv"))
     dialog = shown(TakeInDialog(project, lambda: one, one, tasks), 700, 500)
     assert not dialog.take_button.isEnabled()
-    with pytest.raises(InputError, match="nothing would be taken in"):
+    with pytest.raises(InputError, match="nothing to merge"):
         one.edit()

@@ -56,9 +56,9 @@ def test_the_second_reading_is_blind_and_apart(annotated, make):
     repeats.delete([again[0].key])
     assert len(repeats.clicks()) == 29
     assert len(repeats.missing()) == 7
-    assert "29 clicks so far, 7 to go" in repeats.words()
+    assert "29 clicks done, 7 to go" in repeats.words()
     assert annotated.clicks.at(frame) == first
-    with pytest.raises(ValueError, match="no frame"):
+    with pytest.raises(ValueError, match="without a blind repeat"):
         repeats.place(make.clicks_at([frame + 1])[:1])
     repeats.finish()
     assert not repeats.hides(frame)
@@ -90,7 +90,7 @@ def report_of(project, second, make):
 
 def test_the_report_says_words_first(annotated, make):
     report = report_of(annotated, make.clicks_at(range(10), sigma=2.0, seed=9), make)
-    assert report.verdict.startswith("Good: a click is good to ")
+    assert report.verdict.startswith("Good: click uncertainty ")
     assert "(360 pairs in 10 frames)" in report.verdict
     assert [row.name for row in report.rows][:2] == ["all landmarks", "left shoulder"]
     assert report.rows[0].count == 360
@@ -105,12 +105,12 @@ def test_a_landmark_that_is_understood_differently_is_named(annotated, make):
         for c in make.clicks_at(range(10), sigma=2.0, seed=9)
     ]
     report = report_of(annotated, second, make)
-    assert "Agree on where the left hip is: both put it 16 px apart" in report.remedy
+    assert "Agree on where the left hip is: the two positions differ by 16 px" in report.remedy
 
 
 def test_nothing_in_common_is_said(annotated, make):
     report = report_of(annotated, make.clicks_at([50]), make)
-    assert report.verdict.startswith("There is nothing to compare")
+    assert report.verdict.startswith("Nothing to compare")
     assert report.rows[0].count == 0
 
 
@@ -131,7 +131,7 @@ def test_the_dialog_shows_and_copies(qtbot, annotated, make, shown):
 
 def test_the_bar_says_that_clicks_are_hidden(qtbot, shown):
     bar = shown(RepeatBar(), 600, 40)
-    bar.show_words("Frame 3 once more, blindly")
+    bar.show_words("Blind repeat of frame 3")
     assert bar.isVisible()
     with qtbot.waitSignal(bar.finish_requested):
         qtbot.mouseClick(bar.finish_button, LEFT)

@@ -180,7 +180,7 @@ def test_attempts_and_files_are_kept_only_when_that_is_asked_for(tracking, qtbot
     tracking.features.track.keep_active()
     settle(tracking, qtbot)
     assert kept(tracking) == ["from a file"]
-    assert tracking.features.track.why_not_keep() == "The project keeps this run already."
+    assert tracking.features.track.why_not_keep() == "The run is already stored in the project."
     attempt.kind = "run"
     tracking.context.session.runs.tell()
     settle(tracking, qtbot)
@@ -285,7 +285,7 @@ def test_details_say_what_two_runs_were_made_with_differently(tracking, qtbot):
     details.everything.setChecked(True)
     assert details.table.rowCount() > 50
     details.second.setCurrentIndex(0)
-    assert details.words.text().startswith("Both were made with the same")
+    assert details.words.text().startswith("No differences")
     details.close()
 
 
@@ -306,7 +306,7 @@ def test_a_run_is_repeated_and_said_to_be_equal(tracking, qtbot):
     assert "already" in tracking.features.track.why_not_repeat()
     qtbot.waitUntil(lambda: bool(said), timeout=60_000)
     settle(tracking, qtbot)
-    assert "equal to the last bit" in said[0].what
+    assert "bit-identical" in said[0].what
     again = tracking.context.session.runs.entries[1]
     assert again.name == f"{first.name} again"
     assert kept(tracking) == [first.name, again.name]

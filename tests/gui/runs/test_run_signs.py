@@ -26,7 +26,7 @@ def tracked(window, qtbot, **changes):
 def test_where_nobody_is_tracked_the_step_is_named(opened, qtbot):
     [message] = tracked(opened, qtbot, volume_centre_x=40.0)
     assert message.severity == "warning"
-    assert "nobody was tracked" in message.what
+    assert "no frame of the run has a tracked person" in message.what
     assert "volume_centre_x" in message.remedy
 
 
@@ -35,7 +35,7 @@ def test_a_run_in_which_nothing_fits_is_said_and_kept_with_it(opened, qtbot, mon
     monkeypatch.setattr(run_checks, "MOST_UNEXPLAINED", 0.0)
     [message] = tracked(opened, qtbot)
     assert message.severity == "warning"
-    assert "explained by no part of the body" in message.what
+    assert "is not explained by the body" in message.what
     assert "info --deep" in message.remedy
     runs = opened.context.session.project.project.runs
     first, second = (load_run(runs, kept.name).meta["warnings"] for kept in kept_runs(runs))

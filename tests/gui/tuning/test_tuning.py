@@ -70,14 +70,14 @@ def test_an_edit_by_keys_leads_to_an_attempt_beside_the_run(tuning, qtbot, quick
     qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
     (attempt,) = tuning.features.tune.attempts.entries
     assert tuning.context.session.runs.active is run
-    assert (attempt.name, attempt.kind) == ("attempt 1", "attempt")
+    assert (attempt.name, attempt.kind) == ("trial 1", "attempt")
     assert sorted(attempt.frames) == list(range(8)) == list(tuning.context.docks.timeline.selection)
     assert attempt.settings.tracking.sigma_joint == 25.0
     assert attempt.origin.spec.seed == read_run(quick_run_file).meta["seed"] == 2
     styles = {curve.name: curve.style for curve in tuning.features.review.plot.plot.shown_curves}
-    assert styles[run.name] == "solid" != styles["attempt 1"]
+    assert styles[run.name] == "solid" != styles["trial 1"]
     table = tuning.features.tune.panel.table
-    assert [table.item(k, 0).text().splitlines()[0] for k in range(2)] == ["◆ quick", "attempt 1"]
+    assert [table.item(k, 0).text().splitlines()[0] for k in range(2)] == ["◆ quick", "trial 1"]
     assert "(" in table.item(1, 1).text(), "the difference from the run is stated"
     assert tuning.features.tune.panel.words.text() == "Attempt 1 has these settings."
     assert len(tuning.context.session.instant.told.ghosts) == 1, "it is drawn in the views as well"
@@ -87,11 +87,11 @@ def test_the_same_settings_are_not_tried_twice_and_the_run_s_own_not_at_all(tuni
     before = tuning.context.session.track.settings
     tried(tuning, qtbot)
     trigger(tuning, "attempt_now")
-    assert names(tuning) == ["attempt 1"]
+    assert names(tuning) == ["trial 1"]
     typed(tuning, "sigma_joint", f"{before.tracking.sigma_joint:g}")
     qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
-    assert names(tuning) == ["attempt 1"]
-    assert "the run's settings" in tuning.features.tune.panel.words.text()
+    assert names(tuning) == ["trial 1"]
+    assert "settings of the run" in tuning.features.tune.panel.words.text()
 
 
 @pytest.mark.usefixtures("endless")
@@ -101,7 +101,7 @@ def test_a_further_edit_ends_the_attempt_in_progress(tuning, qtbot):
     typed(tuning, "sigma_joint", "30")
     assert tuning.features.tune.attempts.running is None
     qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
-    assert names(tuning) == ["attempt 1"]
+    assert names(tuning) == ["trial 1"]
     assert tuning.features.tune.attempts.entries[0].settings.tracking.sigma_joint == 30.0
 
 
@@ -162,15 +162,15 @@ def test_an_attempt_takes_the_place_of_a_series(tuning, qtbot, monkeypatch):
 def test_attempts_stay_until_dismissed_one_or_all(tuning, qtbot):
     for text in ("20", "25", "30"):
         tried(tuning, qtbot, text=text)
-    assert names(tuning) == ["attempt 1", "attempt 2", "attempt 3"]
+    assert names(tuning) == ["trial 1", "trial 2", "trial 3"]
     tuning.features.tune.panel.table.selectRow(2)
     tuning.features.tune.panel.table.setFocus()
     trigger(tuning, "attempt_dismiss")
-    assert names(tuning) == ["attempt 1", "attempt 3"]
+    assert names(tuning) == ["trial 1", "trial 3"]
     assert {c.name for c in tuning.features.review.plot.plot.shown_curves} == {
         "quick",
-        "attempt 1",
-        "attempt 3",
+        "trial 1",
+        "trial 3",
     }
     trigger(tuning, "attempt_dismiss_all")
     assert names(tuning) == []
@@ -185,7 +185,7 @@ def test_differences_are_from_the_run_or_from_any_attempt(tuning, qtbot):
     table.selectRow(1)
     trigger(tuning, "attempt_compare")
     from_first = [table.item(k, 1).text() for k in range(3)]
-    assert table.item(1, 0).text().startswith("◆ attempt 1")
+    assert table.item(1, 0).text().startswith("◆ trial 1")
     assert "(" not in from_first[1]
     value, change = from_first[0].split(" ")
     assert float(from_run[1].split(" ")[0]) + float(change.strip("()")) == pytest.approx(
@@ -213,7 +213,7 @@ def test_an_attempt_is_adopted_as_a_preset_of_the_project(tuning, qtbot, tmp_pat
     save = dialog.buttons.button(dialog.buttons.StandardButton.Save)
     assert not save.isEnabled(), "a preset needs a name"
     QTest.keyClicks(dialog.name, "fast")
-    assert "of the program" in dialog.remark.text()
+    assert "built-in preset" in dialog.remark.text()
     dialog.name.selectAll()
     QTest.keyClicks(dialog.name, "wide joints")
     QTest.mouseClick(save, Qt.MouseButton.LeftButton)

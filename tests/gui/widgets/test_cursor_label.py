@@ -44,7 +44,7 @@ def test_long_words_are_wrapped_in_a_narrow_view(shown):
     ground = QWidget()
     label = CursorLabel(ground)
     shown(ground, 130, 120)
-    words = "all nine are clicked here: drag to move, 1-9 to click one again"
+    words = "all nine are clicked here: drag to move, 1-9 to select one"
     label.say(words, "", QPointF(65.0, 20.0))
     assert ground.rect().contains(label.geometry())
     assert label.height() > 2 * label.fontMetrics().height()

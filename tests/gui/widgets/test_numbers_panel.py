@@ -6,7 +6,7 @@ from app.widgets.style.limb_colours import LIMB_COLOURS
 from app.widgets.tables.numbers_panel import NumbersPanel
 
 ROWS = [
-    ("", "torso position", "67 mm", "against the reference"),
+    ("", "torso position", "67 mm", "from the reference"),
     ("left_forearm", "left forearm", "101.7 deg", "lost"),
     ("right_forearm", "right forearm", "14.2 deg", ""),
 ]

@@ -177,7 +177,7 @@ class TestSifting:
         assert panel.only_changed.text() == "1 changed"
         qtbot.mouseClick(panel.line("window").revert_button, LEFT)
         assert self.visible(panel) == set()
-        assert "Nothing differs" in words(panel)
+        assert "No parameter differs" in words(panel)
 
 
 class TestPresets:

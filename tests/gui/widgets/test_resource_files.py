@@ -18,5 +18,5 @@ def test_wheel_carries_them_inside_the_package(tmp_path, monkeypatch):
 
 def test_damaged_installation_says_so(tmp_path, monkeypatch):
     monkeypatch.setattr(resource_files, "_APP", tmp_path / "app")
-    with pytest.raises(FileNotFoundError, match="install stereotrack again"):
+    with pytest.raises(FileNotFoundError, match="reinstall stereotrack"):
         resource_files.resource_folder()

@@ -397,7 +397,7 @@ class TestWithoutOpenGL:
     @pytest.fixture
     def blind(self, shown, monkeypatch):
         def unavailable():
-            raise SceneUnavailable("OpenGL is not to be had.")
+            raise SceneUnavailable("No OpenGL is available.")
 
         monkeypatch.setattr(scene_view_module, "SceneRenderer", unavailable)
         return shown(SceneView(), 300, 200)

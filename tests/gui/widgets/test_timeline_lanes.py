@@ -113,7 +113,7 @@ def test_empty_lane_is_an_empty_strip(kind):
 def test_words_for_a_frame():
     heat = Lane("a", "#0072B2", "heat", np.array([32.14, np.nan]), unit="deg")
     assert heat.value_text(0) == "32.1 deg"
-    assert heat.value_text(1) == "not known"
+    assert heat.value_text(1) == "unknown"
     assert heat.value_text(7) == ""
     assert Lane("a", "#000000", "marks", np.array([Mark.FLAGGED])).value_text(0) == "flagged"
     bars = Lane("episodes", "#000000", "bars", (Span(3, 5, "arms crossed"),))

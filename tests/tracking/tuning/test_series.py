@@ -33,8 +33,8 @@ def test_words_and_switches_are_tried_in_full():
     ("low", "high", "count", "factors", "said"),
     [
         (5, 500, 4, False, "500.0 is not.*from 0.1 to 180 deg"),
-        (20, 5, 4, False, "no range"),
-        (float("nan"), 5, 4, False, "no range"),
+        (20, 5, 4, False, "is not a range"),
+        (float("nan"), 5, 4, False, "is not a range"),
         (5, 20, 1, False, "cannot be tried"),
         (5, 20, 100, False, "cannot be tried"),
     ],

@@ -36,7 +36,7 @@ def no_click(annotate: ClickController) -> str:
         return reason
     chosen = annotate.annotating.choice.landmark.replace("_", " ")
     there = annotate.annotating.at_hand() is not None
-    return "" if there else f"There is no click of the {chosen} in this view."
+    return "" if there else f"The {chosen} has no click in this view. Click it first."
 
 
 def _choosing(annotate: ClickController) -> list[Command]:
@@ -62,7 +62,7 @@ def _choosing(annotate: ClickController) -> list[Command]:
     by_key = [
         Command(
             f"landmark_{place + 1}", f"{_MENU}/Landmark", f"Landmark {place + 1}",
-            f"Let the next click place landmark {place + 1}.", partial(choose, place),
+            f"Select landmark {place + 1} for the next click.", partial(choose, place),
             str(place + 1), why_not=partial(why_not, place), checked=partial(is_chosen, place),
             says=partial(says, place),
         )
@@ -71,13 +71,13 @@ def _choosing(annotate: ClickController) -> list[Command]:
     return [
         *by_key,
         Command(
-            "next_landmark", f"{_MENU}/Landmark", "Next landmark", "Choose the next landmark.",
+            "next_landmark", f"{_MENU}/Landmark", "Next landmark", "Select the next landmark.",
             partial(annotating.choose_next, 1), "PgDown", why_not=annotate.why_no_annotating,
             section=True,
         ),
         Command(
             "previous_landmark", f"{_MENU}/Landmark", "Previous landmark",
-            "Choose the landmark before.", partial(annotating.choose_next, -1), "PgUp",
+            "Select the previous landmark.", partial(annotating.choose_next, -1), "PgUp",
             why_not=annotate.why_no_annotating,
         ),
     ]  # fmt: skip
@@ -93,27 +93,30 @@ def _placing(annotate: ClickController) -> list[Command]:
         if found:
             return ""
         where = "in any view" if everywhere else "in this view"
-        return f"Nothing is predicted {where} where nobody has clicked."
+        return f"No unclicked landmark has a prediction {where}."
 
     return [
         Command(
-            "accept", _MENU, "Accept the prediction", "Let the predicted point of the chosen "
-            "landmark in the view at the cursor be a click.", annotate.accept_here, "A", "accept",
+            "accept", _MENU, "Accept prediction", "Turn the predicted point of the selected "
+            "landmark in the view under the cursor into a click.",
+            annotate.accept_here, "A", "accept",
             partial(nothing_predicted, False),
         ),
         Command(
-            "accept_everywhere", _MENU, "Accept the prediction in all views", "Let the predicted "
-            "points of the chosen landmark be clicks in all views that have none.",
+            "accept_everywhere", _MENU, "Accept prediction in all views",
+            "Turn the predicted points of the selected landmark into clicks in all views that "
+            "have none.",
             annotate.accept_everywhere, "Shift+A", "accept", partial(nothing_predicted, True),
         ),
         Command(
-            "delete_click", _MENU, "Clear here", "Take away the click that was placed last, or "
-            "else the chosen landmark's in this view.", annotate.annotating.delete, "Del",
+            "delete_click", _MENU, "Clear click", "Delete the last click, or the click of the "
+            "selected landmark in this view.", annotate.annotating.delete, "Del",
             "delete", lambda: no_click(annotate), section=True,
         ),
         Command(
-            "delete_everywhere", _MENU, "Clear in all views", "Take away the clicks of the "
-            "landmark in all views of this frame.", annotate.annotating.delete_everywhere,
+            "delete_everywhere", _MENU, "Clear clicks in all views",
+            "Delete the clicks of the landmark in all views of this frame.",
+            annotate.annotating.delete_everywhere,
             "Shift+Del", "delete", annotate.why_no_annotating,
         ),
     ]  # fmt: skip
@@ -131,11 +134,11 @@ def _marking(annotate: ClickController) -> list[Command]:
         return click is not None and click.flag == UNCERTAIN
 
     rows = [
-        (Visibility.SEEN, "Seen", "I", "The landmark is in sight.", no_click),
-        (Visibility.GUESSED, "Guessed", "B", "The landmark is behind something and its place "
-         "guessed; Shift+click places it so at once.", no_click),
-        (Visibility.OUTSIDE, "Outside the image", "X", "What the next click would place, or "
-         "the click in hand, is not in this image.",
+        (Visibility.SEEN, "Seen", "I", "The landmark is visible.", no_click),
+        (Visibility.GUESSED, "Guessed", "B", "The landmark is occluded and its position is "
+        "estimated. Shift+click places a click this way.", no_click),
+        (Visibility.OUTSIDE, "Outside the image", "X", "The selected click, or the next one to be "
+        "placed, lies outside this image.",
          lambda annotate: annotate.why_no_annotating() or annotate.why_no_camera()),
     ]  # fmt: skip
     marks = [
@@ -149,13 +152,15 @@ def _marking(annotate: ClickController) -> list[Command]:
     return [
         *marks,
         Command(
-            "mark_uncertain", f"{_MENU}/Mark as", "Uncertain", "You doubt this click yourself; "
-            "it counts less.", annotating.toggle_doubt, "U", "warning", lambda: no_click(annotate),
+            "mark_uncertain", f"{_MENU}/Mark as", "Uncertain",
+            "You are not certain of this click. It gets less weight in fits.",
+            annotating.toggle_doubt, "U", "warning", lambda: no_click(annotate),
             doubted, section=True,
         ),
         Command(
-            "mark_sigma", f"{_MENU}/Mark as", "Good to so many pixels …", "Say how sure the place "
-            "of this click is.", annotate.ask_sigma, "Shift+U", "ruler", lambda: no_click(annotate),
+            "mark_sigma", f"{_MENU}/Mark as", "Set click uncertainty …",
+            "Set the standard deviation of this click's position, in pixels.",
+            annotate.ask_sigma, "Shift+U", "ruler", lambda: no_click(annotate),
         ),
     ]  # fmt: skip
 
@@ -166,12 +171,12 @@ def _nudging(annotate: ClickController) -> list[Command]:
     def not_held() -> str:
         reason = annotate.why_no_annotating()
         held = annotating.held() is not None
-        return reason or ("" if held else "Take a click in hand first: click on it, or press E.")
+        return reason or ("" if held else "No click is selected. Click on one, or press E.")
 
     nudges = [
         Command(
-            f"nudge_{way}{'_' if name else ''}{name}", f"{_MENU}/Nudge", f"{words} {way}",
-            f"Move the click in hand {words} {way}.",
+            f"nudge_{way}{'_' if name else ''}{name}", f"{_MENU}/Nudge", f"Move by {words} {way}",
+            f"Move the selected click by {words} {way}.",
             partial(annotate.nudge, x * step, y * step), f"{modifier}{way.capitalize()}",
             why_not=not_held, section=way == "left", local=True,
         )
@@ -180,12 +185,14 @@ def _nudging(annotate: ClickController) -> list[Command]:
     ]  # fmt: skip
     return [
         Command(
-            "pick_click", f"{_MENU}/Nudge", "Take the click in hand", "Let the arrow keys move "
-            "the click that was placed last, or the chosen landmark's.", annotate.pick_last,
+            "pick_click", f"{_MENU}/Nudge", "Select click",
+            "Select the last click, or the one of the selected landmark, to move it with the "
+            "arrow keys.", annotate.pick_last,
             "E", "clicks", lambda: no_click(annotate),
         ),
         Command(
-            "let_go", f"{_MENU}/Nudge", "Let go", "Give the arrow keys back to the frames.",
+            "let_go", f"{_MENU}/Nudge", "Deselect click",
+            "Let the arrow keys step through frames again.",
             annotating.let_go, "Esc", why_not=not_held, local=True,
         ),
         *nudges,
@@ -204,10 +211,11 @@ def _switches(annotate: ClickController) -> list[Command]:
     return [
         *advances,
         Command(
-            "fit_depth", _MENU, "Fit with measured depth", "Fit the body to the measured points "
-            "too, where the recording has depth.", annotate.toggle_depth, "Shift+D", "fit",
+            "fit_depth", _MENU, "Fit to clicks and depth", "Fit the body to the measured points "
+            "as well as to the clicks, where the recording has depth.",
+            annotate.toggle_depth, "Shift+D", "fit",
             lambda: annotate.why_no_annotating() or (
-                "" if annotate.depth_available() else "No view of this recording gives depth."
+                "" if annotate.depth_available() else "No view of this recording provides depth."
             ),
             lambda: annotate.facts.use_depth, section=True,
         ),

@@ -240,7 +240,7 @@ class Annotating(QObject):
             before = self._click_of(key)
             if before is not None and not (self.choice.asked or self.advance == "none"):
                 label = key.landmark.replace("_", " ")
-                self.said.emit(f"The {label} is clicked there already. Drag it to move it.")
+                self.said.emit(f"The {label} is already clicked here. Drag it to move it.")
                 return
             # the same click again changes nothing, and is as good
             same = before is not None and before.says_the_same(click)
@@ -306,7 +306,7 @@ class Annotating(QObject):
             if key is None:
                 landmark = self.next_in(self._camera())
                 if landmark is None:
-                    self.said.emit("Take the click in hand that is outside: right click on it.")
+                    self.said.emit("The landmark is marked as outside. Right-click to select it.")
                     return
                 key = ClickKey(self._document.frame, self._camera(), landmark)
             click = self.clicks().get(key)
@@ -385,7 +385,7 @@ class Annotating(QObject):
         if following is not None:
             self._choose(replace(self.choice, landmark=following))
         elif self.advance == "landmark":
-            self.said.emit("Every landmark has a click here.")
+            self.said.emit("Every landmark has a click in this view.")
         else:
             self.said.emit("Every landmark has a click in every view.")
 

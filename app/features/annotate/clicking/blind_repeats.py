@@ -112,7 +112,7 @@ class BlindRepeats:
         active = self._active
         placed = tuple(clicks)
         if active is None or any(click.frame != active.frame for click in placed):
-            raise ValueError("these clicks belong to no frame that is annotated again")
+            raise ValueError("these clicks belong to a frame without a blind repeat")
         self._project.apply(PlaceRepeats(active.round, placed))
 
     def delete(self, keys: Iterable[ClickKey]) -> None:
@@ -136,8 +136,8 @@ class BlindRepeats:
             return ""
         count = len(self.clicks())
         return (
-            f"Frame {self._active.frame} once more, blindly: {counted(count, 'click')} so far, "
-            f"{len(self.missing())} to go. What was clicked before is hidden."
+            f"Blind repeat of frame {self._active.frame}: {counted(count, 'click')} done, "
+            f"{len(self.missing())} to go. Earlier clicks are hidden."
         )
 
 

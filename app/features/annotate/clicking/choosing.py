@@ -11,14 +11,17 @@ from stereotrack_core.annotation.click import ClickKey
 Advance: TypeAlias = Literal["landmark", "view", "none"]
 ADVANCES: dict[Advance, tuple[str, str]] = {
     "landmark": (
-        "Go on to the next landmark",
-        "A click places the first landmark that the view under the cursor has no click of.",
+        "Advance to the next landmark",
+        "A click places the first landmark that has no click yet in the view under the cursor.",
     ),
     "view": (
-        "Go on when all views have it",
-        "Stay with a landmark until every view that is shown has a click of it.",
+        "Advance when all views are clicked",
+        "Keep the landmark until it has a click in every visible view.",
     ),
-    "none": ("Stay", "Keep the landmark; arrow keys move the click that was placed."),
+    "none": (
+        "Stay on the landmark",
+        "Keep the landmark selected. The arrow keys move the click just placed.",
+    ),
 }
 """What happens to the choice after a click was placed, as a title and a sentence."""
 

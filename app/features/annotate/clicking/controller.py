@@ -54,7 +54,7 @@ class ClickController(QObject):
         session = context.session
         self.landmarks, self.body = LandmarksPanel(), BodyPanel()
         context.docks.add("landmarks", "Landmarks", self.landmarks)
-        context.docks.add("body", "Body", self.body)
+        context.docks.add("body", "Body fit", self.body)
         self.annotating = Annotating(
             session.document, session.project, repeats, self.camera_at_hand, self._cameras
         )
@@ -182,7 +182,7 @@ class ClickController(QObject):
         why_not = self._session.no_edit()
         if why_not or self.active:
             return why_not
-        return "This is done in the workspace Annotate (Alt+1)."
+        return "This works in the Annotate workspace. Switch to it with Alt+1."
 
     def no_recording(self) -> str:
         """Why nothing can be chosen for later either."""
@@ -194,7 +194,12 @@ class ClickController(QObject):
 
     def why_no_camera(self) -> str:
         """Why keys act on no image."""
-        return "" if self.camera_at_hand() else "This view shows no camera's own image."
+        return (
+            ""
+            if self.camera_at_hand()
+            else "This view shows no camera image. Show the reference image (F1) or the left "
+            "image (F2)."
+        )
 
     def predictions_here(self) -> tuple[Prediction, ...]:
         """Prediction of the chosen landmark in the view at hand, where nobody has clicked it."""
@@ -236,7 +241,7 @@ class ClickController(QObject):
         if click is None:
             return
         dialog = QInputDialog(self._context.docks.dialog_parent)
-        dialog.setWindowTitle("How sure is this click?")
+        dialog.setWindowTitle("Click uncertainty")
         dialog.setLabelText("Standard deviation in pixels; 0: as usual for this landmark")
         dialog.setInputMode(QInputDialog.InputMode.DoubleInput)
         dialog.setDoubleDecimals(1)
@@ -290,6 +295,8 @@ class ClickController(QObject):
     @Slot(str)
     def _say(self, words: str) -> None:
         if words == self._session.project.why_no_edit():
-            self._context.notifier.show(Message("warning", "This cannot be changed", remedy=words))
+            self._context.notifier.show(
+                Message("warning", "Editing is not possible now", remedy=words)
+            )
         else:
             self._context.notifier.say(words, 6000)

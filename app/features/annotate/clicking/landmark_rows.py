@@ -65,7 +65,7 @@ def limb_rows(facts: FrameMarks) -> tuple[BodyRow, ...]:
             limb,
             limb_words(limb),
             f"± {sigma:.1f}°",
-            "a click looks wrong" if limb in astray else _precision(sigma),
+            "possible outlier" if limb in astray else _precision(sigma),
             limb in astray or sigma > _UNSURE_DEG,
         )
         for limb, sigma in zip(LIMBS, sigmas.tolist(), strict=True)
@@ -97,8 +97,8 @@ def fit_words(facts: FrameMarks) -> tuple[str, ...]:
         return (*said[:_MOST_WORDS], f"and {more} more") if more > 0 else said
     positions = sum(click.position is not None for click in facts.clicks)
     if positions:
-        return ("The body is fitted from three clicks on.",)
-    return ("Click landmarks: keys 1 to 9 choose which one.",)
+        return ("Click at least three landmarks to fit the body.",)
+    return ("Click landmarks to fit the body. Keys 1 to 9 select a landmark.",)
 
 
 def _disagreement(facts: FrameMarks) -> tuple[str, ...]:
@@ -127,17 +127,17 @@ def _misfit(fit: ShownFit) -> tuple[str, ...]:
     median = float(np.median(away)) if away else 0.0
     if not median > _MISFIT * USUAL_SIGMA:
         return ()
-    return (f"The body does not fit these clicks: {median:.0f} px off in the median.",)
+    return (f"The body does not fit these clicks: median distance {median:.0f} px.",)
 
 
 def _precision(sigma: float) -> str:
     """What a standard deviation is called; it holds if the clicks are right."""
     if not isfinite(sigma):
-        return "not known"
+        return "unknown"
     for limit, words in ((3.0, "precise"), (6.0, "fairly precise"), (_UNSURE_DEG, "imprecise")):
         if sigma <= limit:
             return words
-    return "hardly known"
+    return "very imprecise"
 
 
 def _state(click: Click | None, *, predicted: bool) -> CellState:

@@ -150,10 +150,12 @@ def _nothing_to_place(facts: FrameMarks, clicked: set[str]) -> str:
             for camera in facts.offers
             if ClickKey(facts.frame, camera, facts.chosen) not in there
         ]
-        return f"{_label(facts, facts.chosen)} is clicked here: go on in {', '.join(views)}"
+        return (
+            f"{_label(facts, facts.chosen)} is already clicked here: continue in {', '.join(views)}"
+        )
     count = len(names)
     number = _NUMBERS[count] if count < len(_NUMBERS) else str(count)
-    return f"all {number} are clicked here: drag to move, 1-{min(count, _KEYS)} to click one again"
+    return f"all {number} are clicked here: drag to move, 1-{min(count, _KEYS)} to select one"
 
 
 def _click_mark(facts: FrameMarks, click: Click) -> ClickMark | None:

@@ -47,13 +47,15 @@ class SwapOffers:
     def _message(self, swap: Swap, views: Mapping[str, str]) -> Message:
         names = [name.replace("_", " ") for name in (swap.first, swap.second)]
         where = " and ".join(views.get(camera, camera) for camera in swap.cameras)
-        sure = "seem to be mixed up" if swap.certain else "may be mixed up, or in the other views"
+        sure = (
+            "seem to be swapped" if swap.certain else "may be swapped, here or in the other views"
+        )
         return Message(
             "warning",
-            f"{names[0]} and {names[1]} {sure}: {swap.distance:.0f} px from what the other views "
-            f"say, {swap.distance_after:.0f} px if exchanged",
+            f"{names[0]} and {names[1]} {sure}: {swap.distance:.0f} px from the prediction of the "
+            f"other views, {swap.distance_after:.0f} px if swapped",
             f"{where}, frame {swap.frame}",
-            button="Exchange them",
+            button="Swap them",
             do=lambda: self._exchange(swap),
         )
 

@@ -82,7 +82,7 @@ def agreement_report(
     remedy = _remedy(each, together, landmarks)
     if sigmas and together.count:
         low, high = min(sigmas.values()), max(sigmas.values())
-        taken = f"The fit takes clicks as good to {low:.1f} to {high:.1f} px because of this."
+        taken = f"The fit therefore uses click uncertainties of {low:.1f} to {high:.1f} px."
         remedy = f"{remedy} {taken}".strip()
     return AgreementReport(_verdict(together, frames), remedy, tuple(rows), common)
 
@@ -98,33 +98,33 @@ def _row(
 
 def _verdict(together: Agreement, frames: int) -> str:
     if not together.count:
-        return "There is nothing to compare: no image has a place of one landmark from both."
+        return "Nothing to compare: no image has the same landmark placed in both."
     sigma = together.robust_sigma
     word = "Good" if sigma <= GOOD_PX else "Fair" if sigma <= FAIR_PX else "Poor"
     pairs = f"{counted(together.count, 'pair')} in {counted(frames, 'frame')}"
-    few = " That is few; more pairs may tell something else." if together.count < FEW else ""
-    return f"{word}: a click is good to {sigma:.1f} px per axis ({pairs}).{few}"
+    few = " Few pairs; the result may change with more." if together.count < FEW else ""
+    return f"{word}: click uncertainty {sigma:.1f} px per axis ({pairs}).{few}"
 
 
 def _remedy(each: Mapping[str, Agreement], together: Agreement, landmarks: LandmarkSet) -> str:
     known = {name: one for name, one in each.items() if one.count and name in landmarks.names}
     if not known:
-        return "Annotate the same frames twice, or choose a project of the same recording."
+        return "Annotate some frames twice, or choose a project of the same recording."
     biased = [name for name, one in known.items() if _is_biased(one)]
     said = [
-        f"Agree on where the {landmarks[name].label} is: both put it"
-        f" {math.hypot(*known.pop(name).bias):.0f} px apart on average."
+        f"Agree on where the {landmarks[name].label} is: the two positions differ by "
+        f"{math.hypot(*known.pop(name).bias):.0f} px on average."
         for name in biased
     ]
     worst = max(known, key=lambda name: known[name].robust_sigma, default="")
     if worst and known[worst].robust_sigma > max(1.5 * together.robust_sigma, GOOD_PX):
         said.append(
-            f"Look at the {landmarks[worst].label}: it is good to"
-            f" {known[worst].robust_sigma:.1f} px only."
+            f"Check the {landmarks[worst].label}: its click uncertainty is "
+            f"{known[worst].robust_sigma:.1f} px."
         )
     if together.disputed:
         said.append(
-            f"{counted(together.disputed, 'image')} in which only one of them sees a landmark."
+            f"{counted(together.disputed, 'image')} in which only one of the two sees a landmark."
         )
     return " ".join(said)
 

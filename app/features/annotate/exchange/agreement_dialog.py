@@ -37,14 +37,14 @@ class AgreementDialog(QDialog):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setWindowTitle("Agreement of two readings")
+        self.setWindowTitle("Annotator agreement")
         self._words = QLabel()
         self._words.setProperty("role", "muted")
         self._words.setWordWrap(True)
         self.again_button = QPushButton("&Blind repeats")
-        self.again_button.setToolTip("Compare with the frames that were annotated again")
-        self.other_button = QPushButton("&Another project …")
-        self.other_button.setToolTip("Compare with another person's project of this recording")
+        self.again_button.setToolTip("Compare the first and second passes of the blind repeats")
+        self.other_button = QPushButton("&Other project …")
+        self.other_button.setToolTip("Compare with another annotator's project of this recording")
         self.again_button.clicked.connect(self.again_requested)
         self.other_button.clicked.connect(self.other_project_requested)
         top = QHBoxLayout()
@@ -60,7 +60,7 @@ class AgreementDialog(QDialog):
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         self.copy_button = buttons.addButton("&Copy table", QDialogButtonBox.ButtonRole.ActionRole)
         self.look_button = buttons.addButton(
-            "&Look at the differences …", QDialogButtonBox.ButtonRole.ActionRole
+            "&Show differences …", QDialogButtonBox.ButtonRole.ActionRole
         )
         self.copy_button.clicked.connect(self._copy)
         self.look_button.clicked.connect(self.differences_requested)

@@ -47,7 +47,7 @@ def export_preview(
         there = read_clicks(path, recording, landmarks=landmarks)
     except InputError as error:
         return ExportPreview(
-            words, f"The file that is there will be replaced; it holds no clicks: {error.what}."
+            words, f"The existing file will be replaced. It holds no clicks: {error.what}."
         )
     old = {click.key: click for click in there.clicks}
     new = {click.key: click for click in clicks}
@@ -58,10 +58,10 @@ def export_preview(
     )
     lost = len(old) - len(both) + len(there.problems)
     words += (
-        f" Of the {counted(len(old), 'click')} in the file {same} stay the same,"
-        f" {len(both) - same} change; {len(new) - len(both)} are new."
+        f" Of the {counted(len(old), 'click')} in the existing file, {same} stay the same and "
+        f"{len(both) - same} change; {len(new) - len(both)} are new."
     )
-    gone = f"{counted(lost, 'line')} of the file will be gone." if lost else ""
+    gone = f"{counted(lost, 'line')} of the existing file will be lost." if lost else ""
     return ExportPreview(words, gone)
 
 
@@ -78,11 +78,11 @@ def export_clicks(clicks: Sequence[Click], path: Path, recording: Recording) -> 
     again = read_clicks(path, recording, landmarks=names).checked()
     if len(again) != len(clicks):
         raise InputError(
-            f"{len(again)} instead of {len(clicks)} clicks were read back from the file",
+            f"{len(again)} of {len(clicks)} clicks could be read back from the file",
             where=str(path),
-            remedy="Write it again to another drive.",
+            remedy="Export to a different drive.",
         )
-    return f"{counted(len(clicks), 'click')} written to {path}."
+    return f"{counted(len(clicks), 'click')} saved to {path}."
 
 
 def export_reference(reference: Reference, path: Path) -> str:
@@ -97,12 +97,12 @@ def export_reference(reference: Reference, path: Path) -> str:
     frames = counted(len(reference.frame), "frame")
     if path.suffix.lower() == ".npz":
         write_reference(path, reference)
-        return f"{frames} of the reference written to {path}, with its uncertainty."
+        return f"{frames} of the reference saved to {path}, with uncertainty."
     if path.suffix.lower() != ".csv":
         raise InputError(
-            f"a reference cannot be written as {path.suffix}",
+            f"a reference cannot be exported as {path.suffix}",
             where=str(path),
-            remedy="Name the file .csv, or .npz to keep its uncertainty.",
+            remedy="Use a name ending in .csv, or in .npz to keep the uncertainty.",
         )
     write_landmarks(path, reference.trajectory())
-    return f"{frames} of the reference written to {path}."
+    return f"{frames} of the reference saved to {path}."

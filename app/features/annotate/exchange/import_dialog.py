@@ -30,8 +30,8 @@ _FILES = (
     "Trajectories (*.npz *.trc *.c3d *.csv)"
 )
 _WORDS = (
-    "Clicks, labels of DeepLabCut and COCO keypoints are compared with the project before anything "
-    "is written. A trajectory becomes a reference of the project."
+    "Clicks, DeepLabCut labels and COCO keypoints are compared with the project before anything "
+    "is written. A trajectory is added as a reference of the project."
 )
 
 
@@ -62,13 +62,13 @@ class ImportDialog(QDialog):
         row.addWidget(self.path, 1)
         row.addWidget(browse)
         self.camera = QComboBox()
-        self.camera.addItem("as the file says", None)
+        self.camera.addItem("as stated in the file", None)
         for name in cameras:
             self.camera.addItem(name, name)
-        self.camera.setToolTip("Files of DeepLabCut and COCO are often of a single camera.")
+        self.camera.setToolTip("DeepLabCut and COCO files often hold a single camera.")
         self.names = QLineEdit()
         self.names.setPlaceholderText("left_wrist=left_hand, nose=head")
-        self.names.setToolTip("What their landmarks are called here, where the names do not tell")
+        self.names.setToolTip("Landmark names in the file and their names here, where they differ")
         self.names.textChanged.connect(self._check)
         form = QFormLayout()
         form.addRow("File", row)
@@ -107,7 +107,9 @@ class ImportDialog(QDialog):
         try:
             names = names_in(self.names.text())
             if not path.is_file():
-                raise InputError("there is no such file", where=str(path), remedy="Choose another.")
+                raise InputError(
+                    "there is no such file", where=str(path), remedy="Choose another file."
+                )
         except InputError as error:
             self.failure.setText(str(error))
             self.failure.show()

@@ -44,7 +44,8 @@ def names_in(text: str) -> dict[str, str]:
         theirs, sign, ours = (one.strip() for one in part.partition("="))
         if not (sign and theirs and ours):
             raise InputError(
-                f"{part!r} cannot be read", remedy="Write theirs=ours, as in left_wrist=left_hand."
+                f"{part!r} cannot be read",
+                remedy="Write pairs as their_name=our_name, for example left_wrist=left_hand.",
             )
         names[theirs] = ours
     return names
@@ -77,9 +78,9 @@ def labels_of(
     )
     left_out = tuple(
         InputError(
-            f"all labels of {name!r}: it means none of this project's landmarks",
+            f"all labels of {name!r}: no landmark of this project corresponds to it",
             where=file.path.name,
-            remedy=f"To take them in, say {name}=... when importing.",
+            remedy=f"To import them, give {name}=... under the names.",
         )
         for name in found.left_out
     )

@@ -27,9 +27,9 @@ from ....widgets.tables.decision_table import DecisionTable
 from .taking_in import TakeIn
 
 _DECISIONS: dict[Decision, tuple[str, str]] = {
-    "mine": ("&Mine", "Keep what the project says (M)"),
-    "theirs": ("&Theirs", "Take the other clicks (T)"),
-    "mean": ("&Between", "Take the place between both, where both have one (B)"),
+    "mine": ("Keep &mine", "Keep the click in this project (M)"),
+    "theirs": ("Use &theirs", "Use the other click (T)"),
+    "mean": ("Use mea&n", "Use the midpoint of both clicks, where both have a position (B)"),
 }
 
 
@@ -66,7 +66,7 @@ class TakeInDialog(QDialog):
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
-        self.setWindowTitle(f"Take in clicks of {shown.incoming.source}")
+        self.setWindowTitle(f"Merge clicks from {shown.incoming.source}")
         self._project, self._compare, self._shown = project, compare, shown
         self._tasks = tasks
         self.summary = QLabel()
@@ -75,7 +75,7 @@ class TakeInDialog(QDialog):
         self.problems = QPlainTextEdit()
         self.problems.setReadOnly(True)
         self.problems.setMaximumHeight(92)
-        self.problems.setAccessibleName("What cannot be read")
+        self.problems.setAccessibleName("Lines that cannot be read")
         self._problems_words = QLabel()
         self._problems_words.setWordWrap(True)
         self.with_new = QCheckBox()
@@ -92,7 +92,7 @@ class TakeInDialog(QDialog):
         self.failure.setProperty("role", "error")
         self.failure.hide()
         self.buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
-        self.take_button = self.buttons.addButton("Take in", QDialogButtonBox.ButtonRole.AcceptRole)
+        self.take_button = self.buttons.addButton("Merge", QDialogButtonBox.ButtonRole.AcceptRole)
         self.buttons.accepted.connect(self._on_take)
         self.buttons.rejected.connect(self.reject)
         layout = QVBoxLayout(self)
@@ -123,7 +123,9 @@ class TakeInDialog(QDialog):
         self.decide_buttons: dict[Decision, QPushButton] = {}
         for decision, (text, tip) in _DECISIONS.items():
             button = QPushButton(text)
-            button.setToolTip(f"{tip}: the rows selected, or all of them where none is.")
+            button.setToolTip(
+                f"{tip}. Applies to the selected rows, or to all rows if none is selected."
+            )
             button.setAutoDefault(False)
             button.clicked.connect(lambda _=False, one=decision: self._on_decide_button(one))
             row.addWidget(button)
@@ -139,16 +141,16 @@ class TakeInDialog(QDialog):
         self.problems.setVisible(bool(words))
         count = len(shown.problems)
         verb = "cannot be read and is" if count == 1 else "cannot be read and are"
-        self._problems_words.setText(f"{counted(count, 'line')} {verb} left out:")
+        self._problems_words.setText(f"{counted(count, 'line')} {verb} skipped:")
         self.problems.setPlainText("\n".join(words))
         self.with_new.setVisible(kinds.new > 0)
-        self.with_new.setText(f"Take in {counted(kinds.new, 'new click')}")
+        self.with_new.setText(f"Add {counted(kinds.new, 'new click')}")
         self.with_new.setChecked(shown.with_new)
         self._deciding.setVisible(kinds.conflicts > 0)
         self.table.setVisible(kinds.conflicts > 0)
         self._conflict_words.setText(
-            f"{counted(kinds.conflicts, 'click')} of the project would change. "
-            "Yours stays until something else is chosen."
+            f"{counted(kinds.conflicts, 'click')} of the project would change. Your clicks are "
+            "kept unless you choose otherwise."
         )
         self.table.rows_model.show(shown.rows(), shown.decision)
         self._tell_outcome()
@@ -196,7 +198,7 @@ class TakeInDialog(QDialog):
             return edit.words()
 
         self._set_busy(busy=True)
-        task = self._tasks.begin("taking clicks in", work, self._on_worked)
+        task = self._tasks.begin("merging clicks", work, self._on_worked)
         task.failed.connect(self._on_failed)
 
     @Slot(object)
@@ -207,7 +209,9 @@ class TakeInDialog(QDialog):
             self.accept()
         else:
             self._show(result.with_decisions_of(self._shown))
-            self._say("The project has changed meanwhile. Look again, then take in.")
+            self._say(
+                "The project has changed in the meantime. Check the comparison again, then merge."
+            )
 
     @Slot(object)
     def _on_failed(self, error: Exception) -> None:

@@ -112,9 +112,9 @@ class TakeIn:
         edit = self.incoming.edit(self._decisions, with_new=self.with_new)
         if not edit.clicks:
             raise InputError(
-                "nothing would be taken in",
+                "nothing to merge",
                 where=self.incoming.source,
-                remedy="Everything there is in the project already, or yours was preferred.",
+                remedy="All clicks are already in the project, or yours were kept.",
             )
         return edit
 
@@ -127,7 +127,7 @@ class TakeIn:
         kinds = self.kinds()
         parts = [f"{kinds.new} new", f"{kinds.same} equal"]
         if kinds.conflicts:
-            names = ("moved", "seen differently", "deleted on one side")
+            names = ("moved", "different visibility", "deleted on one side")
             numbers = (kinds.moved, kinds.seen_differently, kinds.deleted)
             said = [f"{n} {name}" for n, name in zip(numbers, names, strict=True) if n]
             parts.append(f"{kinds.conflicts} differ ({', '.join(said)})")
@@ -138,7 +138,7 @@ class TakeIn:
         taken = self.taken()
         kept = len(self._rows) - (taken - len(self.incoming.new) * self.with_new)
         words = f"{counted(taken, 'click')} will be written"
-        left = f", {counted(kept, 'conflict')} left as the project has it" if kept else ""
+        left = f", {counted(kept, 'conflict')} keep the project's click" if kept else ""
         return f"{words}{left}."
 
     def problem_words(self) -> tuple[str, ...]:

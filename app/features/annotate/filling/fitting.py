@@ -187,12 +187,13 @@ def fit_words(
         worst = max(scored, key=lambda limb: scored[limb])
         together = float(np.sqrt(np.mean(np.square(list(scored.values())))))
         parts.append(
-            f"limbs are good to {together:.1f}°, the {limb_words(worst)} to {scored[worst]:.1f}°"
+            f"limb uncertainty {together:.1f}° overall, {scored[worst]:.1f}° for the "
+            f"{limb_words(worst)}"
         )
     if doubtful is not None:
         parts.append(what_disagrees(doubtful, names))
     if mistakes:
-        verb = "looks like a mistake" if mistakes == 1 else "look like mistakes"
+        verb = "looks like an outlier" if mistakes == 1 else "look like outliers"
         parts.append(f"{counted(mistakes, 'click')} {verb}")
     words = "; ".join(parts) + "."
     return words if doubtful is None else f"{words} {what_to_do(doubtful)}"
@@ -209,10 +210,10 @@ def how_far(done: int, of: int, seconds: float) -> tuple[float, str]:
         Since a frame was taken in last: no more of them means that these are being fitted.
     """
     if done == 0:
-        return 0.0, "getting ready"
+        return 0.0, "preparing"
     if done < of and seconds < _TAKING_IN_SECONDS:
-        return 0.9 * done / of, f"frame {done} of {of} taken in"
-    return 0.0, f"forward and backward over the frames, {seconds:.0f} s"
+        return 0.9 * done / of, f"frame {done} of {of} added"
+    return 0.0, f"forward and backward pass over the frames, {seconds:.0f} s"
 
 
 def around(frames: range, clicked: tuple[int, ...], last: int) -> range:
@@ -260,7 +261,7 @@ def _fit_elsewhere(
                 before, since = done, now
             on_progress(*how_far(done, len(job.frames), now - since))
 
-    watching = threading.Thread(target=watch, name="watch the fit", daemon=True)
+    watching = threading.Thread(target=watch, name="watch fit", daemon=True)
     watching.start()
     try:
         fit: TrajectoryFit = process(job)
@@ -268,9 +269,9 @@ def _fit_elsewhere(
         if cancelled():
             raise Cancelled from error
         raise InputError(
-            "the fit has ended unexpectedly",
+            "the fit process ended unexpectedly",
             where=job.recording.name,
-            remedy="Close other programs if memory is short, and fit once more.",
+            remedy="If memory is short, close other programs. Then run the fit again.",
         ) from error
     finally:
         over.set()

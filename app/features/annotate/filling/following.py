@@ -76,7 +76,7 @@ def follow_selection(
     if not count:
         raise InputError(
             f"there is no click near {selection.words()} to follow",
-            remedy="Click landmarks at the beginning of the selection first.",
+            remedy="Click landmarks in the first frames of the selection first.",
         )
     found: list[FollowedClick] = []
     for view, some in ways:
@@ -90,7 +90,7 @@ def follow_selection(
                 on_progress(len(found) / count, words)
                 found.append(_followed(reader, way, cancelled))
     kept = _keep(project, found, selection)
-    words = f"{counted(kept, 'place')} found by following {counted(count, 'click')}."
+    words = f"{counted(kept, 'point')} found by following {counted(count, 'click')}."
     return FollowedSelection(kept, tuple(one.words() for one in found), words)
 
 

@@ -33,10 +33,13 @@ from .prefilling import (
 Source: TypeAlias = Literal["following", "fit", "run", "neighbours"]
 
 _REMEDIES: dict[Source, tuple[str, str]] = {
-    "following": ("was followed into", "Follow the patch first."),
-    "fit": ("is filled in from the fit over", "Fill in from the fit first."),
-    "run": ("is filled in from the run over", "Fill in from the run first."),
-    "neighbours": ("is filled in from neighbours over", "Fill in from neighbours first."),
+    "following": ("no followed points in", "No followed points. Run Follow image patch first."),
+    "fit": ("no points from the fit in", "No points from the fit. Fill from the fit first."),
+    "run": ("no points from the run in", "No points from the run. Fill from the active run first."),
+    "neighbours": (
+        "no points from neighbouring clicks in",
+        "No points from neighbouring clicks. Fill from neighbouring clicks first.",
+    ),
 }
 
 
@@ -92,7 +95,7 @@ class PredictionWork(QObject):
     def why_not(self, source: Source) -> str:
         """Why nothing can be filled in from there, as a sentence; empty where it can."""
         if self.busy:
-            return "Predictions are being made already."
+            return "Predictions are already being computed. Wait for them to finish."
         return self._why_no_project() or self._why_no_source(source)
 
     def follow(self) -> None:
@@ -114,7 +117,7 @@ class PredictionWork(QObject):
             return
         make = self._filling(source, project, recording)
         self._begin(
-            "filling in",
+            "filling predictions",
             lambda task: fill_in(project, make(), selection, task.report, task.token.cancelled),
         )
 
@@ -137,8 +140,8 @@ class PredictionWork(QObject):
             if source == "neighbours":
                 return neighbour_filling(project)
             raise InputError(
-                "there is nothing to fill in from",
-                remedy="Choose a run that was tracked in this window or read from a file.",
+                "no source for predictions",
+                remedy="Choose a run that was tracked here or read from a file.",
             )
 
         return make
@@ -185,15 +188,15 @@ class PredictionWork(QObject):
     def _why_no_project(self) -> str:
         project = self._p.project
         if project is None:
-            return "No project is open."
-        return "The project is open for reading only." if project.read_only else ""
+            return "No project is open. Open or create one first."
+        return "The project is open read-only." if project.read_only else ""
 
     def _why_no_source(self, source: Source) -> str:
         now = self._p.reference.now
         if source == "fit" and (now is None or now.fit is None):
-            return "Fit the whole recording first."
+            return "The whole recording has not been fitted yet. Choose Fit whole recording first."
         if source == "run" and self._run is None:
-            return "There is no run that is finished."
+            return "There is no finished run. Run the tracker first."
         return ""
 
 
@@ -210,21 +213,23 @@ def accept_from(project: Project, chosen: Selection, source: Source, name: str) 
 
 
 _FILL: tuple[tuple[Source, str, str], ...] = (
-    ("fit", "Fill in from the fit", "Propose, over the selected frames, where the body fitted to "
-     "the clicks lies in every view; nothing is clicked by that."),
-    ("run", "Fill in from the active run", "Propose, over the selected frames, what the tracker's "
-     "active run found; nothing is clicked by that."),
-    ("neighbours", "Fill in from neighbours", "Propose, over the selected frames, places straight "
-     "between two clicks in the same view; nothing is clicked by that."),
+    ("fit", "Fill from the fit", "Predict landmarks in the selected frames from the body "
+    "fitted to the clicks. Predictions do not become clicks until you accept them."),
+    ("run", "Fill from the active run", "Predict landmarks in the selected frames from the "
+    "tracker's active run. Predictions do not become clicks until you accept them."),
+    ("neighbours", "Fill from neighbouring clicks",
+    "Predict landmarks in the selected frames by linear "
+    "interpolation between two clicks in the same view. Predictions do not become clicks until "
+    "you accept them."),
 )  # fmt: skip
 
 _ACCEPT: tuple[tuple[Source, str, str, str], ...] = (
-    ("following", "annotate-accept", "Accept what was followed", "following has found"),
-    ("fit", "annotate-accept-fit", "Accept what the fit says", "was filled in from the fit"),
-    ("run", "annotate-accept-run", "Accept what the active run says",
-     "was filled in from the tracker's active run"),
-    ("neighbours", "annotate-accept-neighbours", "Accept what neighbours say",
-     "was filled in from neighbouring clicks"),
+    ("following", "annotate-accept", "Accept followed points", "following the image patch found"),
+    ("fit", "annotate-accept-fit", "Accept points from the fit", "was filled from the fit"),
+    ("run", "annotate-accept-run", "Accept points from the active run",
+     "was filled from the tracker's active run"),
+    ("neighbours", "annotate-accept-neighbours", "Accept points from neighbouring clicks",
+     "was filled from neighbouring clicks"),
 )  # fmt: skip
 
 
@@ -245,16 +250,17 @@ def prediction_commands(work: PredictionWork, menu: str) -> list[Command]:
     ]  # fmt: skip
     accept = [
         Command(
-            name, menu, text, f"Make clicks of what {what} in the selection, as one edit; no click "
-            "of yours changes.", partial(work.accept, source), icon="accept",
+            name, menu, text, f"Turn what {what} in the selection into clicks, as one edit. "
+            "Existing clicks do not change.", partial(work.accept, source), icon="accept",
             why_not=partial(work.why_no_accept, source), says=partial(named, text),
             section=source == "following",
         )
         for source, name, text, what in _ACCEPT
     ]  # fmt: skip
     follow = Command(
-        "annotate-follow", menu, "Follow the patch", "Follow the image around clicks over the "
-        "selected frames; what is found is proposed, not clicked.", work.follow,
+        "annotate-follow", menu, "Follow image patch", "Follow the image patch around each click "
+        "through the selected frames. The points found are predictions until you accept them.",
+        work.follow,
         icon="prediction", why_not=partial(work.why_not, "following"),
     )  # fmt: skip
     return [follow, *fill, *accept]

@@ -156,9 +156,9 @@ def fill_in(
             and one.frame not in of_landmarks.get(one.landmark, ())
         ]
     kept = keep_found(project, filling.source, found, selection)
-    words = f"{counted(kept, 'place')} filled in from {filling.words}."
+    words = f"{counted(kept, 'point')} filled from {filling.words}."
     if not kept:
-        words = f"Nothing was filled in from {filling.words} in {selection.words()}."
+        words = f"Nothing to fill from {filling.words} in {selection.words()}."
     return FilledSelection(kept, words)
 
 
@@ -196,5 +196,5 @@ def accept_filled(
     wanted = prefilling.Selection(source, chosen.frames, landmarks=chosen.landmarks)
     edit = prefilling.accept_selected(project, wanted)
     if edit is None:
-        raise InputError(f"nothing {happened} {chosen.words()}", remedy=remedy)
+        raise InputError(f"{happened} {chosen.words()}", remedy=remedy)
     return edit

@@ -144,11 +144,11 @@ class ReferenceWork(QObject):
     def words(self) -> str:
         """How good the reference is, and how many edits of clicks it does not know yet."""
         if self._now is None:
-            return "No trajectory is fitted to the clicks yet."
+            return "No trajectory has been fitted to the clicks yet. Choose Fit whole recording."
         if not self._clicks_since:
             return self._now.words
         edits = f"{self._clicks_since} edit{'' if self._clicks_since == 1 else 's'} of clicks"
-        return f"{self._now.words} Fitted before the last {edits}."
+        return f"{self._now.words} Does not include the last {edits}; fit again."
 
     def set_project(
         self, project: Project | None, recording: Recording | None, frames: int
@@ -168,11 +168,11 @@ class ReferenceWork(QObject):
     def why_not(self) -> str:
         """Why nothing can be fitted now, as a sentence; empty where it can."""
         if self._project is None or self._recording is None:
-            return "No project is open."
+            return "No project is open. Open or create one first."
         if self._project.read_only:
-            return "The project is open for reading only."
+            return "The project is open read-only."
         if self._fitting is not None:
-            return "A fit is under way."
+            return "A fit is already running. Wait for it, or stop it."
         return ""
 
     def fit(self, frames: range | None = None) -> None:
@@ -292,8 +292,8 @@ def read_reference(
     fit = fit_of_reference(reference, project.landmark_set(), clicks, recording.cameras)
     if fit is None:
         good = arms_good_to(reference_quality(reference, reference.frame))
-        says = f"arms good to {good:.1f}°" if good == good else "it does not say how good it is"
-        words = f"“{name}”: {len(reference.frame)} frames; {says}."
+        says = f"arm uncertainty {good:.1f}°" if good == good else "uncertainty unknown"
+        words = f"“{name}”: {len(reference.frame)} frames, {says}."
         return ShownReference(name, reference, None, None, words)
     residuals = np.full((frames, len(LIMBS)), np.nan)
     inside = fit.frame < frames

@@ -36,13 +36,13 @@ class LandmarkSetDialog(QDialog):
 
     def __init__(self, sets: LandmarkSets, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setWindowTitle("Landmarks that are clicked")
+        self.setWindowTitle("Landmark set")
         self._sets = sets
         self.choice = QComboBox()
-        self.choice.setAccessibleName("Sets of the project")
+        self.choice.setAccessibleName("Landmark sets of the project")
         self.name = QLineEdit()
-        self.name.setAccessibleName("Name of the set")
-        self.name.setToolTip("Another name makes another set; the old one stays.")
+        self.name.setAccessibleName("Name of the landmark set")
+        self.name.setToolTip("A new name creates a new set; the old one is kept.")
         self.table = LandmarkTable()
         self.table.rows_model.editable = not sets.read_only
         self.sketch = BodySketch()
@@ -192,7 +192,7 @@ class LandmarkSetDialog(QDialog):
         self.accept()
 
     def _ask_to_load(self) -> None:
-        chosen, _ = QFileDialog.getOpenFileName(self, "Import a set of landmarks", "", _FILES)
+        chosen, _ = QFileDialog.getOpenFileName(self, "Import landmark set", "", _FILES)
         if chosen:
             self.load(Path(chosen))
 
@@ -207,7 +207,7 @@ class LandmarkSetDialog(QDialog):
 
     def _ask_to_store(self) -> None:
         name = f"{self._draft.name or 'landmarks'}.toml"
-        chosen, _ = QFileDialog.getSaveFileName(self, "Export the set of landmarks", name, _FILES)
+        chosen, _ = QFileDialog.getSaveFileName(self, "Export landmark set", name, _FILES)
         if chosen:
             self.store(Path(chosen))
 
@@ -219,4 +219,4 @@ class LandmarkSetDialog(QDialog):
         except InputError as error:
             self._say(str(error), error=True)
             return
-        self._say(f"Saved as {path}.")
+        self._say(f"Saved to {path}.")

@@ -161,7 +161,7 @@ class LandmarkSets:
             f"{name.replace('_', ' ')} (in {counted(count, 'frame')})"
             for name, count in sorted(lost.items())
         )
-        return f"Clicked, but not in this set: {said}. These clicks are kept and not shown."
+        return f"Clicked but not in this landmark set: {said}. These clicks are kept but not shown."
 
 
 def sketch_of(landmarks: Sequence[Landmark]) -> Sketch:

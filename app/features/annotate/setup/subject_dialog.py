@@ -62,7 +62,7 @@ class SubjectDialog(QDialog):
 
     def _lay_out(self) -> None:
         self.measure_button = self._button("&Measure from clicks", self._measure)
-        self.take_button = self._button("&Take what was measured", self._take_measured)
+        self.take_button = self._button("Use &measured lengths", self._take_measured)
         self.take_button.setEnabled(False)
         self.load_button = self._button("&Load …", self._ask_to_load)
         self.store_button = self._button("Save as &file …", self._ask_to_store)
@@ -147,7 +147,7 @@ class SubjectDialog(QDialog):
                 font.setBold(name == used)
                 font.setItalic(name is None)
                 item.setFont(font)
-                item.setToolTip("The project uses this one." if name == used else "")
+                item.setToolTip("This project uses this subject." if name == used else "")
                 self.list.addItem(item)
                 if name == chosen:
                     self.list.setCurrentItem(item)
@@ -192,7 +192,7 @@ class SubjectDialog(QDialog):
         self._say("\n".join(doubts), error=bool(doubts))
         unnamed = not draft.name and self._differs(draft)
         if unnamed and not doubts:
-            self._say("Give the subject a name to keep these lengths.")
+            self._say("Name the subject to keep these lengths.")
         self.use_button.setEnabled(not self._subjects.read_only and not unnamed)
         self.store_button.setEnabled(bool(draft.name))
 
@@ -212,7 +212,7 @@ class SubjectDialog(QDialog):
     def _measure(self) -> None:
         """Measure beside the window's thread: there may be many clicks."""
         self.measure_button.setEnabled(False)
-        self._tasks.begin("measuring lengths", self._measured_or_not, self._on_measured)
+        self._tasks.begin("measuring segment lengths", self._measured_or_not, self._on_measured)
 
     def _measured_or_not(self, _task: Task) -> Measured | InputError:
         try:
@@ -230,7 +230,10 @@ class SubjectDialog(QDialog):
         for key, label in self._found.items():
             label.setText(found.words(key))
         self.take_button.setEnabled(True)
-        self._say("Forearm and hand share the distance from elbow to hand as in an average arm.")
+        self._say(
+            "The distance from elbow to hand is divided between forearm and hand as in an average "
+            "arm."
+        )
 
     def _take_measured(self) -> None:
         if self._measured is not None:
@@ -299,4 +302,4 @@ class SubjectDialog(QDialog):
         except InputError as error:
             self._say(str(error), error=True)
             return
-        self._say(f"Saved as {path}.")
+        self._say(f"Saved to {path}.")

@@ -108,7 +108,7 @@ class Subjects:
         lengths = measured_lengths(pixels)
         if not lengths:
             raise InputError(
-                "too little is clicked to measure a length",
+                "too few clicks to measure a length",
                 where=self._project.path.name,
                 remedy="Click both ends of a limb in at least two views of three frames.",
             )
@@ -159,8 +159,8 @@ def doubts_about(subject: Subject) -> tuple[str, ...]:
         length = getattr(subject, key)
         if length is not None and not _LEAST < length / average[key] < _MOST:
             said.append(
-                f"{LENGTH_WORDS[key][0]}: {1000 * length:.0f} mm, where somebody of this size has"
-                f" about {1000 * average[key]:.0f} mm. Measure it again."
+                f"{LENGTH_WORDS[key][0]}: {1000 * length:.0f} mm; a person of this size has about "
+                f"{1000 * average[key]:.0f} mm. Measure it again."
             )
     return tuple(said)
 

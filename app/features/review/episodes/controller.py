@@ -34,7 +34,7 @@ class EpisodeController(QObject):
         self._context, self._session = context, context.session
         session = context.session
         self.panel = EpisodesPanel()
-        context.docks.add("episodes", "Episodes", self.panel)
+        context.docks.add("episodes", "Failures", self.panel)
         self._lanes: tuple[Episode, ...] = ()
         self.presenter = EpisodePresenter(
             session.document, session.runs, session.track, session.judging, context.tasks,
@@ -73,10 +73,10 @@ class EpisodeController(QObject):
     def none_listed(self) -> str:
         """Why there is no episode to do something with."""
         if self._session.runs.active is None:
-            return "There is no run yet."
+            return "There is no run yet. Run the tracker or open a run."
         if self.presenter.working and self.presenter.found is None:
-            return "The episodes are still being looked for."
-        return "" if self.presenter.listed else "No episode is listed."
+            return "Failures are still being detected. Wait for the list."
+        return "" if self.presenter.listed else "No failure is listed."
 
     def looping(self) -> bool:
         """Whether an episode is played again and again."""
@@ -91,7 +91,7 @@ class EpisodeController(QObject):
             self._jump(found)
             return
         where = "after" if direction > 0 else "before"
-        self._context.notifier.say(f"No listed episode is {where} this one.", 4000)
+        self._context.notifier.say(f"There is no listed failure {where} this one.", 4000)
 
     def toggle_loop(self) -> None:
         """Play the chosen episode, or the one at the playhead, again and again; or stop that."""
@@ -103,7 +103,7 @@ class EpisodeController(QObject):
         if self.presenter.chosen is None:
             at = [e for e in self.presenter.listed if document.frame in e.frames]
             if not at:
-                context.notifier.say("Choose an episode, or go into one.", 4000)
+                context.notifier.say("Select a failure, or go to a frame inside one.", 4000)
                 return
             self.presenter.choose(at[0])
         document.set_loop(self._stretch())
@@ -131,16 +131,16 @@ class EpisodeController(QObject):
         def work(task: Task) -> str:
             if wish.video:
                 film_of(wish.path, subject, recording, episodes, task.report, task.token.cancelled)
-                return f"The video is {wish.path}."
+                return f"Video saved to {wish.path}."
             count = write_strips(
                 wish.path, subject, recording, episodes, view=wish.view, count=wish.count,
                 report=task.report, cancelled=task.token.cancelled,
             )  # fmt: skip
-            return f"{count} strip{'s are' if count != 1 else ' is'} in {wish.path}."
+            return f"{count} strip{'s' if count != 1 else ''} saved to {wish.path}."
 
         what = "video" if wish.video else "strips"
         task = self._context.tasks.begin(
-            f"writing the {what} of episodes",
+            f"exporting {what} of failures",
             work,
             lambda words: self._context.notifier.say(words, 10_000),
         )
@@ -174,29 +174,29 @@ class EpisodeController(QObject):
 
     def _words(self, found: Found | None) -> str:
         if self._session.runs.active is None:
-            return "Episodes are stretches in which a run fails. They are listed when there is one."
+            return "Run the tracker to see the failures of a run."
         if found is None:
-            return "Looking for episodes …"
+            return "Detecting failures …"
         every, listed = found.episodes, self.presenter.listed
         if found.subject is None:
-            return "The run does not say where it comes from."
+            return "The source recording of the run is not known, so failures cannot be detected."
         if not every:
-            return "No limb is lost for long: there is no episode."
+            return "No failure was detected."
         words = (
-            f"{len(listed)} of {len(every)} episodes"
+            f"{len(listed)} of {len(every)} failures"
             if len(listed) < len(every)
-            else (f"{len(every)} episode{'s' if len(every) != 1 else ''}")
+            else (f"{len(every)} failure{'s' if len(every) != 1 else ''}")
         )
         if found.subject.reference is not None:
             agreed = agreement(
                 [e for e in every if e.found == "truth"], [e for e in every if e.found == "signs"]
             )
             words += (
-                f"; without truth {agreed.found} of {agreed.true} are found, {agreed.right} of "
-                f"{agreed.called} found are right"
+                f"; detection without the reference finds {agreed.found} of {agreed.true} true "
+                f"failures, and {agreed.right} of its {agreed.called} detections are true"
             )
         if self.presenter.looking:
-            words += "; pictures are being looked at for causes"
+            words += "; images are being analysed for causes"
         return f"{words}."
 
     def _fps(self) -> float:

@@ -73,16 +73,18 @@ class ExportDialog(QDialog):
         super().__init__(parent)
         self._video = video
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle("Video of episodes" if video else "Picture strips of episodes")
+        self.setWindowTitle(
+            "Export video of failures" if video else "Export image strips of failures"
+        )
         self.setMinimumWidth(460)
         self.which = QComboBox()
         if chosen:
-            self.which.addItem("the chosen episode", True)
+            self.which.addItem("the selected failure", True)
         self.which.addItem(
-            f"all {listed} that are listed" if listed > 1 else "the listed one", False
+            f"all {listed} listed failures" if listed > 1 else "the listed failure", False
         )
         self.view = QComboBox()
-        self.view.addItem("the one that shows it best", "")
+        self.view.addItem("best view of each failure", "")
         for name in views:
             self.view.addItem(name, name)
         self.count = QSpinBox(minimum=2, maximum=12, value=_FRAMES)
@@ -102,10 +104,10 @@ class ExportDialog(QDialog):
 
     def _lay_out(self) -> None:
         form = QFormLayout()
-        form.addRow("Episodes", self.which)
+        form.addRow("Failures", self.which)
         if not self._video:
             form.addRow("View", self.view)
-            form.addRow("Frames in each strip", self.count)
+            form.addRow("Frames per strip", self.count)
         row = QHBoxLayout()
         row.addWidget(self.path, 1)
         browse = QPushButton("Choose …")
@@ -133,11 +135,11 @@ class ExportDialog(QDialog):
     def _browse(self) -> None:
         if self._video:
             chosen, _ = QFileDialog.getSaveFileName(
-                self, "Video of episodes", self.path.text(), "Video (*.mp4)"
+                self, "Export video of failures", self.path.text(), "Video (*.mp4)"
             )
         else:
             chosen = QFileDialog.getExistingDirectory(
-                self, "Folder of strips", str(Path(self.path.text()).parent)
+                self, "Folder for image strips", str(Path(self.path.text()).parent)
             )
         if chosen:
             self.path.setText(chosen)
@@ -158,17 +160,17 @@ def _about(text: str, video: bool) -> tuple[str, str]:
     """What is wrong about a place, and what will become of it."""
     path = Path(text).expanduser()
     if not text:
-        return "Say where it shall be written.", ""
+        return "Enter where to write the output.", ""
     if video:
         if path.suffix.lower() != ".mp4":
-            return "The name of a video ends in .mp4.", ""
+            return "The name of a video must end in .mp4.", ""
         if path.is_dir() or not path.parent.is_dir():
-            return "There is no such folder.", ""
-        note = "The video that is there is replaced." if path.exists() else ""
-        return "", note or "The views beside each other, with the model's outline and the errors."
+            return "This folder does not exist.", ""
+        note = "The existing video will be replaced." if path.exists() else ""
+        return "", note or "All views side by side, with the model outline and the errors."
     if path.is_file():
-        return "This is a file; name a folder.", ""
+        return "This is a file. Choose a folder.", ""
     if not path.parent.is_dir():
-        return f"There is no folder {path.parent}.", ""
-    note = "" if path.is_dir() else "The folder is made. "
-    return "", f"{note}A PNG for each episode; strips of the same name are replaced."
+        return f"The folder {path.parent} does not exist.", ""
+    note = "" if path.is_dir() else "The folder will be created. "
+    return "", f"{note}One PNG per failure. Strips of the same name will be replaced."

@@ -16,7 +16,7 @@ from ....widgets.tables.episodes_panel import EpisodeRow
 from ....widgets.timeline.lanes import Lane, Span
 
 FOUND_SHORT = {"truth": "error", "signs": "signs"}
-LANE_NAMES = {"truth": "episodes", "signs": "episodes by signs"}
+LANE_NAMES = {"truth": "episodes", "signs": "failures (without reference)"}
 LANE_COLOURS = {"truth": "#CC79A7", "signs": "#b8860b"}
 
 
@@ -62,10 +62,10 @@ def row_of(episode: Episode, fps: float) -> EpisodeRow:
         confidence=verdict.confidence,
         found=FOUND_SHORT[episode.found],
         heading=(
-            f"Frames {episode.first} to {episode.last} ({seconds:.1f} s), found "
+            f"Frames {episode.first} to {episode.last} ({seconds:.1f} s), detected "
             f"{FOUND_WORDS[episode.found]}: {limbs_words(episode.limbs)}, worst in frame "
-            f"{episode.peak_frame} with {episode.peak_words}"
-            f"{'' if episode.measure == 'error' else ' likely lost'}."
+            f"{episode.peak_frame} with "
+            f"{episode.peak_words}{'' if episode.measure == 'error' else ' failure probability'}."
         ),
         evidence=tuple(
             (CAUSE_WORDS[e.cause], e.strength, e.words, e.cause == verdict.cause)

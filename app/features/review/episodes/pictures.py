@@ -69,7 +69,7 @@ class EpisodePictures(QObject):
         if self._asked is not None and self._asked[0] is episode and self._asked[1] == theme.base:
             return
         if self._worker is None:
-            self._worker = NewestWins(_drawn, "draw episodes")
+            self._worker = NewestWins(_drawn, "draw failures")
             self._worker.answered.connect(self._on_drawn)
             self._worker.failed.connect(self._on_failed)
         self._asked, self._waits = asked, True

@@ -207,7 +207,7 @@ class EpisodePresenter(QObject):
         self._stop()
         self._asked = question
         self._work = self._tasks.begin(
-            "finding episodes", lambda _task: _found(question), self._on_found
+            "detecting failures", lambda _task: _found(question), self._on_found
         )
         self._work.ended.connect(self._on_ended)
 
@@ -245,7 +245,7 @@ class EpisodePresenter(QObject):
             return replace(found, episodes=more, looked=True)
 
         self._looking = True
-        self._work = self._tasks.begin("judging the causes of episodes", work, self._on_found)
+        self._work = self._tasks.begin("classifying causes of failures", work, self._on_found)
         self._work.stopped.connect(self._on_stopped)
         self._work.ended.connect(self._on_ended)
         self.changed.emit()
