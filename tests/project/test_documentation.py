@@ -62,15 +62,14 @@ def test_links_between_the_pages_lead_somewhere():
 
 
 def test_every_page_is_reached_from_the_readme():
-    found: set[str] = set()
-    waiting = [ROOT / "README.md"]
+    found, waiting = set(), [ROOT / "README.md"]
     while waiting:
         page = waiting.pop()
         links = re.findall(r"\]\(([^)#]+\.md)\)", page.read_text(encoding="utf-8"))
-        names = {Path(link).name for link in links if "://" not in link} - found
-        found |= names
-        waiting += [ROOT / "docs" / name for name in names]
-    assert found == {page.name for page in (ROOT / "docs").glob("*.md")}
+        linked = {(page.parent / link).resolve() for link in links if "://" not in link} - found
+        found |= linked
+        waiting += linked
+    assert set((ROOT / "docs").glob("*.md")) <= found
 
 
 def test_the_readme_names_every_command():
@@ -116,3 +115,10 @@ def test_the_code_cites_sections_of_the_method_that_exist():
     }
     assert len(cited) >= 10
     assert {place for place in cited if place[1] not in sections} == set()
+
+
+def test_the_places_named_for_contributors_exist():
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    places = re.findall(r"`((?:app|stereotrack_core|docs)/[\w/.]*)`", text)
+    assert len(places) >= 12
+    assert [place for place in places if not (ROOT / place).exists()] == []
