@@ -38,7 +38,14 @@ def displaced(pose: Pose, delta: FloatArray, joints: tuple[int, ...]) -> Pose:
     -------
     Pose
         Stacked as `delta` is.
+
+    Raises
+    ------
+    ValueError
+        Where `delta` is of other joints.
     """
+    if delta.shape[-1] != 6 + 2 * len(joints):
+        raise ValueError(f"{delta.shape[-1]} numbers do not displace {len(joints)} joints")
     lead, shape = delta.shape[:-1], pose.rotations.shape
     stack = np.ascontiguousarray(delta, dtype=np.float64).reshape(-1, delta.shape[-1])
     rotations = np.empty((len(stack), *shape))

@@ -95,8 +95,7 @@ def _add_points(parser: ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME=LOW:HIGH[:log|int]",
-        help="search for the best value in a range, or among NAME=a,b,c; may be given several "
-        "times",
+        help="search for the best value in a range, or among NAME=a,b,c; repeat it for more",
     )
     parser.add_argument(
         "--trials",

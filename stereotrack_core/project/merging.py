@@ -118,7 +118,7 @@ class Incoming:
                 taken.append(conflict.second)
         number = f"{len(taken)} click{'' if len(taken) == 1 else 's'}"
         between = f", {means} of them mean positions," if means else ""
-        return PlaceClicks(tuple(taken), f"take {number}{between} from {self.source}")
+        return PlaceClicks(tuple(taken), f"merge {number}{between} from {self.source}")
 
     def _undecided(self, conflict: Difference) -> InputError:
         frame, camera, landmark = conflict.key

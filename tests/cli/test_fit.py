@@ -95,7 +95,7 @@ def test_a_bad_camera_is_named_instead_of_its_clicks(run, shifted_view, tmp_path
     findings = run("info", folder, "--deep", "--json").json["findings"]
     (finding,) = [one for one in findings if "disagrees" in one["what"]]
     assert finding["where"] == "calibration.toml, view S"
-    assert "lie 40 px off" in finding["what"]
+    assert "are 40 px off" in finding["what"]
 
 
 def test_sound_cameras_are_not_named(run, recording, clicks, tmp_path):

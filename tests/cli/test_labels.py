@@ -82,7 +82,7 @@ def test_what_contradicts_waits_for_a_decision(run, project, tmp_path):
     before = clicks_in(project)
     ended = run("import", "labels", path, "--into", project)
     assert ended.status == 2
-    assert "2 of its clicks contradict what" in ended.err
+    assert "2 of its clicks contradict the project" in ended.err
     assert clicks_in(project) == before
     mine = run("import", "labels", path, "--into", project, "--conflicts", "mine", "--json").json
     assert (mine["taken"], mine["different"]) == (1, 2)
@@ -146,7 +146,7 @@ def test_another_project_is_taken_in_with_author_flag_and_deletions(run, project
         opened.apply(PlaceClicks((CLICKS[0],)))
     ended = run("import", "labels", project, "--into", empty)
     assert ended.status == 2
-    assert "1 of its clicks contradicts what" in ended.err
+    assert "1 of its clicks contradicts the project" in ended.err
     assert run("import", "labels", project, "--into", empty, "--conflicts", "theirs").status == 0
     with Project.open(empty, read_only=True) as opened:
         flagged = opened.clicks.get(ClickKey(5, "S_right", "head"))
@@ -195,8 +195,8 @@ def test_runs_are_exported(run, tracked, tmp_path):
 def test_refusals(run, recording, project, tracked, tmp_path):
     csv, json_ = tmp_path / "x.csv", tmp_path / "x.json"
     wrong = (
-        (("export", project, "--format", "coco", "-o", csv), "ends in .json"),
-        (("export", tracked, "--format", "coco", "-o", json_), "cannot be written as coco"),
+        (("export", project, "--format", "coco", "-o", csv), "must end in .json"),
+        (("export", tracked, "--format", "coco", "-o", json_), "cannot be exported as coco"),
         (("export", project, "--format", "trc", "-o", tmp_path / "x.trc"), "no reference"),
         (("export", tracked, "--format", "csv", "--reference", "a", "-o", csv), "only projects"),
         (("export", tmp_path / "no.stereotrack", "--format", "csv", "-o", csv), "no.stereotrack"),

@@ -229,7 +229,7 @@ def test_exchanged_cameras_are_refused_by_name():
     view = recording.views[0]
     swapped = View("A", "stereo", view.left, left=view.image)
     wrong = Recording(recording.folder, "s", 10.0, (swapped,), recording.cameras)
-    with pytest.raises(InputError, match=r"view A: .*on the right"):
+    with pytest.raises(InputError, match=r"view A: .*to the right"):
         DepthChain(wrong, DepthParameters())
 
 

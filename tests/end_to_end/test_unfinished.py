@@ -118,7 +118,7 @@ def test_nothing_is_lost_whatever_ends_it(how, sound, whole, place, run):
         assert again in ended.err
     told = run("evaluate", part, "--frames", f"0:{HELD}")
     assert told.status == 0
-    assert f"{HELD} of the {FRAMES} frames" in told.err
+    assert f"{HELD} of {FRAMES} frames" in told.err
     gone_on = run("track", sound, "-o", place, "--resume", "--json")
     assert gone_on.status == 0
     assert gone_on.json["changed"] == []

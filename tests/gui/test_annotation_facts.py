@@ -150,7 +150,7 @@ def test_the_fit_says_everything_the_panels_need(recording):
     assert "does not fit" not in fit_words(facts)[0]
     wrong = {key: np.array([90.0, 20.0]) for key in fit.residuals}
     off = replace(facts, fit=replace(fit, residuals=wrong))
-    assert fit_words(off)[0].startswith("The body does not fit these clicks: 92 px")
+    assert fit_words(off)[0].startswith("The body does not fit these clicks: median distance 92 px")
     marks = marks_of(facts, [recording.cameras[N]])[N]
     (end,) = [r.end for r in marks.residuals if r.start == far.position]
     assert end == pytest.approx(tuple(recording.cameras[N].project(fit.places[far.landmark])))

@@ -294,7 +294,7 @@ def test_computed_pictures_take_no_clicks_and_say_why(annotating, qtbot):
     qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
     click(annotating, 200.0, 150.0)
     assert clicks(annotating) == {}
-    assert "shows no camera image" in annotating.statusBar().currentMessage()
+    assert "this image is computed" in annotating.statusBar().currentMessage()
     assert "F1" in annotating.statusBar().currentMessage()
 
 

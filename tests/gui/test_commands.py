@@ -32,7 +32,7 @@ def test_the_palette_finds_and_does(opened, qtbot):
 def test_the_palette_says_why_something_cannot_be_done(window, qtbot):
     palette = CommandPalette(window.context.actions, window)
     qtbot.addWidget(palette)
-    palette.search.setText("step one frame")
+    palette.search.setText("track one frame")
     assert "No recording is open" in palette._why.text()
     palette._choose()
     assert palette.chosen() is None
@@ -77,7 +77,7 @@ def test_matching_prefers_the_beginning(window):
     play = window.context.actions.command("play")
     assert match_rank("play", play) == 0
     assert match_rank("pause", play) == 1
-    assert match_rank("speed", play) == 2
+    assert match_rank("frame rate", play) == 2
     assert match_rank("xyz", play) is None
 
 

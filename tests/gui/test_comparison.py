@@ -102,9 +102,9 @@ def test_without_a_reference_it_is_told_how_far_runs_are_apart():
     entries = [entry("a", stored(0.0)), entry("b", stored(0.02))]
     found = compared(entries, judged(entries[0], None), None)
     labels = [row.label for row in found.rows]
-    assert "apart: forearms [°]" in labels
+    assert "difference: forearms [°]" in labels
     assert not any(label.startswith("forearms") for label in labels)
-    apart = found.rows[labels.index("apart: forearms [°]")]
+    apart = found.rows[labels.index("difference: forearms [°]")]
     assert np.isnan(apart.cells[0].value)
     assert apart.cells[1].value > 1.0
 
@@ -122,7 +122,7 @@ def test_only_runs_that_are_shown_are_compared(truth):
 def test_runs_without_a_common_frame_say_so(truth):
     entries = [entry("a", stored(0.04, 0, 20)), entry("b", stored(0.02, 20, 40))]
     found = compared(entries, judged(entries[0], truth), None)
-    assert found.words.startswith("There is no frame that all of them have")
+    assert found.words.startswith("The runs and the reference have no frame in common")
     assert found.rows == ()
 
 

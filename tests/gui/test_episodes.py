@@ -42,7 +42,7 @@ def test_episodes_of_the_active_run_are_listed_and_explained(reviewing):
     assert [row[0] for row in rows(reviewing)] == ["1–3"]
     assert rows(reviewing)[0][1] == "left arm, right arm"
     assert rows(reviewing)[0][5] == "error"
-    assert "1 episode" in reviewing.features.review.episodes.panel.words.text()
+    assert "1 failure" in reviewing.features.review.episodes.panel.words.text()
     lanes = {lane.name: lane for lane in reviewing.context.docks.timeline.lanes}
     assert [(span.first, span.last) for span in lanes["episodes"].spans] == [(1, 3)]
 

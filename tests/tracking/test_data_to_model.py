@@ -21,6 +21,7 @@ from stereotrack_core.tracking.state import Belief
 from tests.tracking.scenes import POSES, surface_points
 
 BODY = body_model(AVERAGE)
+_STATE = 6 + 2 * len(ALL_JOINTS)
 TRUST = Trust(reach=0.25, scale=0.06, sigma=0.02, effective=150.0)
 
 
@@ -56,7 +57,9 @@ def test_weights_and_variances_are_those_of_the_text(prepared):
 
 def test_feet_move_rigidly_with_their_parts_on_fixed_directions(prepared, rng):
     _, frames, residual = prepared
-    moved = [displaced(POSES["pointing"], 0.3 * rng.normal(size=24), ALL_JOINTS) for _ in range(3)]
+    moved = [
+        displaced(POSES["pointing"], 0.3 * rng.normal(size=_STATE), ALL_JOINTS) for _ in range(3)
+    ]
     stack = BODY.frames(
         Pose(np.array([p.position for p in moved]), np.array([p.rotations for p in moved]))
     )

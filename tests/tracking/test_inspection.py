@@ -36,7 +36,7 @@ def test_a_stored_frame_begins_where_the_tracker_was(kind):
     trace = look_inside(found.tracker, cloud)
     own = look_inside(tracker, cloud)
     np.testing.assert_allclose(trace.predicted.P, own.predicted.P, rtol=1e-12)
-    assert "covariance that the run has kept" in found.words
+    assert "covariance stored for the previous frame" in found.words
     if kind == "fast":  # nothing random but what goes by seed and frame
         np.testing.assert_allclose(trace.after.pose.rotations, own.after.pose.rotations, atol=1e-9)
         np.testing.assert_allclose(trace.after.P, own.after.P, rtol=1e-6)

@@ -266,7 +266,7 @@ def test_mono_views_are_left_out(recording):
     mixed = dataclasses.replace(recording, views=(first, *recording.views[1:]))
     assert usable_views(mixed, None) == ("O", "S", "W")
     assert usable_views(mixed, ["W", "O", "W"]) == ("O", "W")
-    with pytest.raises(InputError, match="named N"):
+    with pytest.raises(InputError, match="unknown view with depth: N"):
         usable_views(mixed, ["N"])
 
 

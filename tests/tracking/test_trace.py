@@ -122,6 +122,6 @@ def test_a_person_who_has_to_be_looked_for_is_said_to_be():
     tracker, cloud = followed("fast", frames=1)
     tracker.seek()
     trace = look_inside(tracker, cloud)
-    assert any("looked for" in note for note in trace.notes)
+    assert any("re-initialised" in note for note in trace.notes)
     assert trace.estimate.tracked
     np.testing.assert_array_equal(trace.predicted.P, trace.before.P)

@@ -71,5 +71,5 @@ def test_a_list_has_a_point_in_each_row():
         listed_points(("iterations",), [("3",), ("many",)], "a.csv")
     with pytest.raises(InputError, match="contains no points"):
         listed_points(("iterations",), [], "a.csv")
-    with pytest.raises(InputError, match="no parameter 'note'"):
+    with pytest.raises(InputError, match="unknown parameter 'note'"):
         listed_points(("note",), [("3",)], "a.csv")

@@ -79,7 +79,7 @@ def test_an_edit_by_keys_leads_to_an_attempt_beside_the_run(tuning, qtbot, quick
     table = tuning.features.tune.panel.table
     assert [table.item(k, 0).text().splitlines()[0] for k in range(2)] == ["◆ quick", "trial 1"]
     assert "(" in table.item(1, 1).text(), "the difference from the run is stated"
-    assert tuning.features.tune.panel.words.text() == "Attempt 1 has these settings."
+    assert tuning.features.tune.panel.words.text() == "Trial 1 already has these settings."
     assert len(tuning.context.session.instant.told.ghosts) == 1, "it is drawn in the views as well"
 
 
