@@ -212,10 +212,7 @@ class ReviewController(QObject):
         """Why there are no joint angles to be saved."""
         if self._moved():
             return ""
-        return (
-            "Joint angles have not been computed. Open the panel Joint angles or Range of motion "
-            "first."
-        )
+        return "Joint angles have not been computed. Open the panel Joint angles or Motion first."
 
     def _ask(self, title: str, name: str) -> Path | None:
         recording = self._session.document.recording
@@ -250,4 +247,4 @@ class ReviewPanels:
         # these share the place of the plot of errors, and say by themselves what they show
         docks.add("explanations", "Error analysis", self.explanations, titled=False)
         docks.add("angles", "Joint angles", self.angles, titled=False)
-        docks.add("motion", "Range of motion", self.motion)
+        docks.add("motion", "Motion", self.motion)

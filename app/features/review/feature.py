@@ -44,7 +44,7 @@ def register(context: Context) -> Review:
                 ("episodes", "statistics", "numbers", "comparison", "motion", "runs"),
             ),
             bottom=(("plot", "explanations", "angles"), "timeline"),
-            side_share=0.36,
+            side_share=0.37,
             bottom_heights=(260, 155),
             side_heights=(1, 2),
             tall_side=True,

@@ -43,7 +43,7 @@ class RunsController(QObject):
         self.comparison = ComparisonPanel()
         docks.add("runs", "Runs", self.panel)
         docks.add("numbers", "Frame metrics", self.numbers)
-        docks.add("comparison", "Run comparison", self.comparison)
+        docks.add("comparison", "Comparison", self.comparison)
         self.details = RunDetails(docks.dialog_parent)
         self._project: Project | None = None
         self._offered: tuple[RunEntry, ...] = ()
