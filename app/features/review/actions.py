@@ -1,4 +1,4 @@
-"""Commands about statistics, explanations and joint angles."""
+"""Commands about failures, statistics, explanations and joint angles."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from functools import partial
 from ...services.actions import Command
 from ...session.session import Session
 from .controller import ReviewController
+from .episodes.controller import EpisodeController
 from .plot import ErrorCurves
 
-_MENU, _GO = "&Review", "&Go"
+_MENU, _GO, _TRACK = "&Review", "&Go", "&Track/&Failures"
 _STEP_DEG = 5.0
 
 
@@ -56,5 +57,37 @@ def commands(session: Session, review: ReviewController, plot: ErrorCurves) -> l
             "accelerations and standard deviations, as CSV.",
             review.ask_where_to_save_angles, icon="save",
             why_not=lambda: session.no_recording() or review.why_no_angles(),
+        ),
+    ]  # fmt: skip
+
+
+def failure_commands(e: EpisodeController) -> list[Command]:
+    """Commands of the menus Go and Track, Failures."""
+    return [
+        Command(
+            "next_episode", _GO, "Next failure",
+            "Go to the worst frame of the next listed failure of the active run.",
+            lambda: e.go(1), "Shift+N", "next-episode", e.none_listed, section=True,
+        ),
+        Command(
+            "previous_episode", _GO, "Previous failure",
+            "Go to the worst frame of the previous listed failure.",
+            lambda: e.go(-1), "Shift+P", "previous-episode", e.none_listed,
+        ),
+        Command(
+            "loop_episode", _GO, "Loop failure",
+            "Play the selected failure in a loop, with a few frames before and after it.",
+            e.toggle_loop, "Shift+Space", "iterate", e.none_listed, e.looping,
+        ),
+        Command(
+            "export_strips", _TRACK, "Export image strips …",
+            "Save the frames of each failure side by side, with the model drawn in the lower row, "
+            "as PNG.",
+            lambda: e.export(video=False), "", "picture", e.none_listed,
+        ),
+        Command(
+            "export_film", _TRACK, "Video …",
+            "Save a video of the failures: all views with the model outline and the errors.",
+            lambda: e.export(video=True), "", "export", e.none_listed,
         ),
     ]  # fmt: skip

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 from ...context import Context
 from ...services.layout import Workspace
-from .actions import commands
+from .actions import commands, failure_commands
 from .controller import ReviewController
-from .episodes.actions import commands as episode_commands
 from .episodes.controller import EpisodeController
 from .plot import ErrorCurves
 
@@ -52,6 +51,6 @@ def register(context: Context) -> Review:
         )
     )
     context.actions.add(commands(context.session, review.panels, review.plot))
-    context.actions.add(episode_commands(review.episodes))
+    context.actions.add(failure_commands(review.episodes))
     review.panels.add_buttons()
     return review

@@ -14,10 +14,11 @@ from ...widgets.camera.display_panel import DisplayPanel
 from ...widgets.camera.overlays import OVERLAYS
 from ...widgets.camera.picture import PICTURE_KINDS, PictureKind
 from ...widgets.scene.scene_view import SceneView
+from ...widgets.timeline.transport import Transport
 from .controller import ViewController
 from .scene import POINT_COLOURS
 
-_MENU = "&View"
+_MENU, _GO = "&View", "&Go"
 _OVERLAY_KEYS = {
     "outline": "O", "others": "Alt+O", "shading": "S", "wire": "W",
     "reference": "R", "points": "D", "correspondences": "C",
@@ -236,3 +237,41 @@ def _scene(
     ]  # fmt: skip
     colours = [colour(kind, text) for kind, text in POINT_COLOURS.items()]
     return [*colours, *layers, *sides]
+
+
+def playback_commands(session: Session, transport: Transport) -> list[Command]:
+    """Commands of the menu Go."""
+    document = session.document
+
+    def go(
+        name: str, text: str, tip: str, by: int, keys: str, icon: str = "", *, section: bool = False
+    ) -> Command:
+        step = partial(document.step, by)
+        return Command(name, _GO, text, tip, step, keys, icon, session.no_frames, section=section)
+
+    return [
+        Command(
+            "play", _GO, "Play / pause", "Play at the recording's frame rate, or pause.",
+            document.toggle_playing, "Space", "play", session.no_frames, lambda: document.playing,
+        ),
+        go("next", "Next frame", "Show the next frame.", 1, "Right", "step-forward"),
+        go("previous", "Previous frame", "Show the frame before.", -1, "Left", "step-back"),
+        go("next_comma", "Next frame (second key)", "Show the next frame.", 1, "."),
+        go("previous_comma", "Previous frame (second key)", "Show the frame before.", -1, ","),
+        go("ten_on", "Forward 10 frames",
+        "Go forward by 10 frames.", 10, "Shift+Right", section=True),
+        go("ten_back", "Back 10 frames", "Go back by 10 frames.", -10, "Shift+Left"),
+        Command(
+            "first", _GO, "First frame", "Go to the first frame.",
+            lambda: document.go_to(0), "Home", "first", session.no_frames,
+        ),
+        Command(
+            "last", _GO, "Last frame", "Go to the last frame.",
+            lambda: document.go_to(document.frame_count - 1), "End", "last",
+            session.no_frames,
+        ),
+        Command(
+            "go_to", _GO, "Go to frame …", "Enter a frame number.",
+            transport.type_frame, "Ctrl+G", "search", session.no_frames,
+        ),
+    ]  # fmt: skip

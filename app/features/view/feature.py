@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from ...context import Context
 from ...widgets.scene.bar import SceneBar
-from .actions import SCENE_LAYERS, SCENE_SIDES, commands
+from .actions import SCENE_LAYERS, SCENE_SIDES, commands, playback_commands
 from .controller import ViewController
 from .memory import ViewMemory
-from .playback import commands as playback_commands
 from .scene import POINT_COLOURS
 
 
