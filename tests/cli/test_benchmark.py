@@ -56,13 +56,13 @@ def test_an_ablation_takes_parts_away(run, recording, tmp_path, monkeypatch):
 
 
 def test_growth_is_told_for_points_and_views(run, recording):
-    arguments = ("benchmark", recording, "--growth", "--set", "search_proposals=30")
-    ended = run(*arguments, "--presets", "fast")
+    arguments = ("benchmark", recording, "--growth", *SMALL, "--presets", "fast")
+    ended = run(*arguments)
     assert ended.status == 0, ended.err
     assert "grows as points^" in ended.out
     assert "grows as views^" in ended.out
     told = run(*arguments, "--json").json
-    assert [(one["recording"], one["preset"]) for one in told] == [(recording.name, "accurate")]
+    assert [(one["recording"], one["preset"]) for one in told] == [(recording.name, "fast")]
     assert [cost["size"] for cost in told[0]["views"]] == [1, 2]
     assert all(cost["milliseconds"] > 0 for cost in [*told[0]["views"], *told[0]["points"]])
 

@@ -181,6 +181,7 @@ def test_it_may_be_stopped_again_and_again(sound, whole, place, run):
 def test_a_background_that_is_learned_on_the_way_goes_on_too(preset, copy, tmp_path, run):
     substitute(copy / "recording.toml", r"(?m)^background = .*\n", "")
     words = (copy, "--preset", preset, "--set", "match_window=9", "--set", "speckle_size=10")
+    words += ("--set", "search_proposals=60")
     words += ("--set", "outlier_neighbours=0")  # tiny pictures give sparse points
     place = tmp_path / "run.npz"
     stopped_by(signal.SIGKILL, *words, "-o", place, "--smooth")

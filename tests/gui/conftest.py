@@ -124,20 +124,24 @@ def opened(window, qtbot, small_recording):
 
 
 @pytest.fixture
-def annotating(opened, qtbot):
+def annotate_first(settings):
+    """Recordings open in the workspace Annotate, which draws no clouds and no scene."""
+    settings.setValue("workspace", "annotate")
+
+
+@pytest.fixture
+def annotating(annotate_first, opened):
     """The window in the workspace Annotate, with an empty project."""
-    opened.context.docks.show_named("annotate")
-    qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)
+    assert opened.context.docks.workspace == "annotate"
     assert opened.context.session.project.why_no_edit() == ""
     return opened
 
 
 @pytest.fixture
-def four(window, qtbot, four_views):
+def four(annotate_first, window, qtbot, four_views):
     """The window in the workspace Annotate, with four views and an empty project."""
     window.context.session.opening.open(four_views)
     qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None, timeout=30_000)
-    window.context.docks.show_named("annotate")
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
     return window
 

@@ -144,6 +144,7 @@ def test_code_and_resources_come_from_the_wheel(installed, tmp_path):
     assert icons == f"{len(drawings)} False"
 
 
+@pytest.mark.slow
 def test_the_demo_runs_without_a_screen(installed, tmp_path):
     done = installed.run("stereotrack", "demo", "demo", "--headless", folder=tmp_path)
     for measure in ("torso", "upper arm", "forearm"):

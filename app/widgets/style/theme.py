@@ -131,6 +131,8 @@ def apply_theme(app: QApplication, name: ThemeName) -> None:
 
 
 def _show(app: QApplication, theme: Theme) -> None:
+    if app.property(_SHOWN) == theme.name:  # a style sheet polishes every widget there is again
+        return
     app.setProperty(_SHOWN, theme.name)
     if not app.property(_STYLED):  # the style of a style sheet hides what it is built on
         app.setStyle("Fusion")
