@@ -1,8 +1,12 @@
 """Errors that a person reads: what is wrong, where, and what to do about it."""
 
+from __future__ import annotations
+
 import difflib
 import re
 from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
 
 _MOST_ALIKE = 6
 
@@ -79,3 +83,32 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     holding = [one for one in names if name and (name in one or one in name)]
     alike = list(dict.fromkeys([*alike, *holding]))[:_MOST_ALIKE]
     return f"Did you mean {' or '.join(alike)}? " if alike else ""
+
+
+Severity: TypeAlias = Literal["error", "warning", "note"]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something about a recording that is wrong (error), doubtful (warning) or good to know.
+
+    Attributes
+    ----------
+    severity : {"error", "warning", "note"}
+    where : str
+        File and key, view or camera.
+    what : str
+        What is found, as a clause without a full stop.
+    remedy : str
+        What to do about it, as a sentence.
+    """
+
+    severity: Severity
+    where: str
+    what: str
+    remedy: str
+
+    @staticmethod
+    def of(error: InputError) -> Finding:
+        """The finding that an error of reading is."""
+        return Finding("error", error.where, error.what, error.remedy)

@@ -13,12 +13,12 @@ from stereotrack_core.annotation.camera_doubts import (
     what_disagrees,
     what_to_do,
 )
+from stereotrack_core.errors import Finding
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.camera_agreement import Disagreement
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.finding import Finding
 
 from ..services.tasks.newest import NewestWins
 from .document import DocumentPresenter

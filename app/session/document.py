@@ -15,8 +15,7 @@ from stereotrack_core.project.setups import Corrections
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.findings import Finding, examine
 from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.recording.frames import FrameSet
-from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.reader import FrameReader, FrameSet
 
 from ..services.failures import message_of
 from ..services.tasks.newest import NewestWins

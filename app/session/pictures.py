@@ -16,7 +16,7 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud, DepthGeometry, ViewDepth
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording, View
-from stereotrack_core.recording.frames import FrameSet, ViewImages
+from stereotrack_core.recording.reader import FrameSet, ViewImages
 from stereotrack_core.tracking.estimate import Correspondences
 
 from ..widgets.camera.inside_overlay import InsideScene, inside_overlay

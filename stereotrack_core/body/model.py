@@ -1,19 +1,203 @@
-"""The body: a skeleton with cones around it."""
+"""The body: a skeleton with truncated cones around it (section 3.2.2)."""
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.angles import ALL_JOINTS, THESIS_JOINTS
-from stereotrack_core.body.cones import Cones, body_cones
+from stereotrack_core.body.outline_parameters import OutlineParameters
 from stereotrack_core.body.parameters import BodyParameters
-from stereotrack_core.body.pose import PartFrames, Pose, part_frames
+from stereotrack_core.body.pose import REST, PartFrames, Pose, part_frames
 from stereotrack_core.body.proportions import AVERAGE, Proportions
-from stereotrack_core.body.skeleton import FOREARMS, HEAD, TORSO, UPPER_ARMS, Skeleton, skeleton
+from stereotrack_core.body.skeleton import (
+    CLAVICLES,
+    FOREARMS,
+    HEAD,
+    LEFT_SHANK,
+    LEFT_THIGH,
+    RIGHT_SHANK,
+    RIGHT_THIGH,
+    TORSO,
+    UPPER_ARMS,
+    Skeleton,
+    skeleton,
+)
+
+OUTLINE_NAMES: tuple[tuple[str, str], ...] = (
+    ("outline_torso_side", "outline_torso_front"),
+    *[("outline_shoulder_top", "outline_shoulder_front")] * 2,
+    ("outline_jaw_side", "outline_jaw_front"),
+    ("outline_head_side", "outline_head_front"),
+    *[("outline_upper_arm", "outline_upper_arm")] * 2,
+    *[("outline_forearm", "outline_forearm"), ("outline_hand", "outline_hand")] * 2,
+)
+"""Parameters of the outline along x and y of the thesis's 11 cones; legs are not measured."""
+
+
+@dataclass(frozen=True, eq=False)
+class Cones:
+    """C truncated cones; each stands on its own origin with its axis along its own z.
+
+    Attributes
+    ----------
+    part : (C,) int64
+        Part that the cone belongs to.
+    rotations : (C, 3, 3) float64
+        part_from_cone.
+    origins : (C, 3) float64, metres
+        Centre of the base circle in the part's frame.
+    r1, r2, height : (C,) float64, metres
+        Radius at the base and at the far end, and the distance between them.
+    flatness : (C,) float64
+        Factor on y: 1 is round, the torso is flattened front to back.
+    round_base, round_end : (C,) bool
+        Ends with a half sphere that takes data; other ends lie inside the body.
+    outline : (C, 2) float64, metres
+        How far the person's outline lies outside of the surface, along the cone's x and y:
+        the surface is that of the clouds, which block matching widens.
+    """
+
+    part: IntArray
+    rotations: FloatArray
+    origins: FloatArray
+    r1: FloatArray
+    r2: FloatArray
+    height: FloatArray
+    flatness: FloatArray
+    round_base: BoolArray
+    round_end: BoolArray
+    outline: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.part)
+
+    @cached_property
+    def sizes(self) -> FloatArray:
+        """Radii at base and end, height, flatness, and whether base and end are round (C, 6)."""
+        columns = [self.r1, self.r2, self.height, self.flatness, self.round_base, self.round_end]
+        return np.column_stack(columns).astype(np.float64)
+
+    def __getitem__(self, index: BoolArray | slice) -> Cones:
+        """Some of the cones."""
+        values = (getattr(self, field.name)[index] for field in dataclasses.fields(self))
+        return Cones(*values)
+
+
+@dataclass(frozen=True)
+class _Cone:
+    part: int
+    r1: float
+    r2: float
+    height: float
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    flatness: float = 1.0
+    round_base: bool = False
+    round_end: bool = False
+
+
+def body_cones(proportions: Proportions, parameters: BodyParameters) -> Cones:
+    """The 11 cones of the thesis, and four for the legs if the parameters ask for them."""
+    rows = [*_trunk(proportions, parameters), *_arms(proportions, parameters)]
+    if parameters.legs:
+        rows += _legs(proportions, parameters)
+    return Cones(
+        part=np.array([row.part for row in rows], dtype=np.int64),
+        rotations=np.stack([_turned_to(np.array(row.axis)) for row in rows]),
+        origins=np.array([row.origin for row in rows]),
+        r1=np.array([row.r1 for row in rows]),
+        r2=np.array([row.r2 for row in rows]),
+        height=np.array([row.height for row in rows]),
+        flatness=np.array([row.flatness for row in rows]),
+        round_base=np.array([row.round_base for row in rows]),
+        round_end=np.array([row.round_end for row in rows]),
+        outline=_outline(parameters.outline, len(rows)),
+    )
+
+
+def _outline(margins: OutlineParameters, count: int) -> FloatArray:
+    outline = np.zeros((count, 2))
+    known = [[getattr(margins, name) for name in pair] for pair in OUTLINE_NAMES]
+    outline[: len(known)] = known
+    return outline
+
+
+def _turned_to(axis: FloatArray) -> FloatArray:
+    """Rotation (3, 3) that turns z to the axis and keeps y, the flattened direction, upright."""
+    z = axis / np.linalg.norm(axis)
+    x = np.cross([0.0, 1.0, 0.0], z)
+    x /= np.linalg.norm(x)
+    return np.stack([x, np.cross(z, x), z], axis=1)
+
+
+def _trunk(p: Proportions, b: BodyParameters) -> list[_Cone]:
+    k, top, below = p.scale, p.torso_length, 0.05
+    length = top + below
+    lean = b.torso_forward_high - b.torso_forward_low
+    main = _Cone(
+        TORSO,
+        b.torso_radius_low * k,
+        b.torso_radius_high * k,
+        float(np.hypot(length, lean)),
+        origin=(0.0, b.torso_forward_low, -below),
+        axis=(0.0, lean, length),
+        flatness=b.torso_flatness,
+    )
+    return [main, *_shoulders(p, b), *_head(p, b)]
+
+
+def _shoulders(p: Proportions, b: BodyParameters) -> list[_Cone]:
+    k = p.scale * b.shoulder_radius_factor
+    reach, rise = 0.5 * p.shoulder_width - 0.03, p.torso_length + b.shoulder_rise
+    rows, joints = [], skeleton(p).joints
+    for clavicle, side in zip(CLAVICLES, (-1.0, 1.0), strict=True):
+        base, axis = np.array([0.03 * side, 0.0, rise]), np.array([side, 0.0, 0.0])
+        part = TORSO
+        if b.girdle:
+            part = clavicle
+            base, axis = (base - joints[part]) @ REST[part], axis @ REST[part]
+        rows.append(_Cone(part, 0.075 * k, 0.07 * k, reach, origin=tuple(base), axis=tuple(axis)))
+    return rows
+
+
+def _head(p: Proportions, b: BodyParameters) -> list[_Cone]:
+    height, k = 0.135 * p.scale, p.scale * b.head_radius_factor
+    middle = p.shoulder_to_head + b.head_rise
+    neck, widest = (0.0, b.head_forward, middle - height), (0.0, b.head_forward, middle)
+    return [
+        _Cone(HEAD, 0.06 * k, 0.09 * k, height, origin=neck),
+        _Cone(HEAD, 0.09 * k, 0.055 * k, height, origin=widest, round_end=True),
+    ]
+
+
+def _arms(p: Proportions, b: BodyParameters) -> list[_Cone]:
+    k = p.scale * b.arm_radius_factor
+    rows = [_Cone(part, 0.058 * k, 0.045 * k, p.upper_arm_length) for part in UPPER_ARMS]
+    for part in FOREARMS:
+        wrist = (0.0, 0.0, p.forearm_length)
+        rows.append(_Cone(part, 0.045 * k, 0.032 * k, p.forearm_length))
+        rows.append(_Cone(part, 0.040 * k, 0.032 * k, p.hand_length, origin=wrist, round_end=True))
+    return rows
+
+
+def _legs(p: Proportions, b: BodyParameters) -> list[_Cone]:
+    k = p.scale * b.leg_radius_factor
+    # A leg hangs with its y axis to the back.
+    front = (0.0, -b.leg_forward, 0.0)
+    rows = [
+        _Cone(part, 0.09 * k, 0.062 * k, p.thigh_length, origin=front)
+        for part in (LEFT_THIGH, RIGHT_THIGH)
+    ]
+    rows += [
+        _Cone(part, 0.06 * k, 0.05 * k, p.shank_length, origin=front)
+        for part in (LEFT_SHANK, RIGHT_SHANK)
+    ]
+    return rows
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,8 +14,7 @@ import numba
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
-from stereotrack_core.body.cones import Cones
-from stereotrack_core.body.model import BodyModel, PlacedCones
+from stereotrack_core.body.model import BodyModel, Cones, PlacedCones
 from stereotrack_core.body.pose import PartFrames
 from stereotrack_core.body.skeleton import LIMB_OF_PART
 

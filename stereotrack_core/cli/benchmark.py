@@ -198,8 +198,8 @@ def _scores(
     recording: Recording, contestants: Mapping[str, Settings], seeds: list[int], args: Namespace
 ) -> Sequence[Score]:
     from stereotrack_core.experiments.benchmark.accuracy import accuracy
-    from stereotrack_core.recording.depth_views import usable_views
     from stereotrack_core.recording.reader import FrameReader
+    from stereotrack_core.recording.selection import usable_views
     from stereotrack_core.tracking.run_spec import RunSpec
 
     views = usable_views(recording, views_of(recording, args.views))

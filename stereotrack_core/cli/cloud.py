@@ -38,9 +38,9 @@ def run(args: Namespace) -> int:
     """Make the cloud and write it."""
     from stereotrack_core.depth.chain import DepthChain
     from stereotrack_core.interop.ply import write_cloud
-    from stereotrack_core.recording.depth_views import usable_views
     from stereotrack_core.recording.folder import open_recording
     from stereotrack_core.recording.reader import FrameReader
+    from stereotrack_core.recording.selection import usable_views
     from stereotrack_core.tracking.presets import preset
 
     if args.output.suffix.lower() != ".ply":

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from stereotrack_core.evaluation.summary import Summary
     from stereotrack_core.recording.description import Recording
     from stereotrack_core.recording.landmarks import LandmarkTrajectory
-    from stereotrack_core.simulation.demo import DemoPlaces
+    from stereotrack_core.simulation.make import DemoPlaces
     from stereotrack_core.tracking.parameters import Settings
 
 _SHOWN_FRAME = 60
@@ -58,7 +58,7 @@ def made_demo(folder: Path | None = None) -> DemoPlaces:
     Cancelled
         When stopped with Ctrl-C; nothing is left behind.
     """
-    from stereotrack_core.simulation.demo import DEMO_FRAMES, demo_places, make_demo
+    from stereotrack_core.simulation.make import DEMO_FRAMES, demo_places, make_demo
 
     places = demo_places(folder)
     if not places.made:

@@ -180,8 +180,8 @@ def _proportions(subject: str | None, recording: Recording, clicks: Sequence[Cli
     from stereotrack_core.annotation.click_points import click_pixels
     from stereotrack_core.annotation.measured_lengths import measured_lengths, subject_of
     from stereotrack_core.body.proportions import proportions_of
+    from stereotrack_core.recording.description import read_subject
     from stereotrack_core.recording.landmarks import LANDMARKS
-    from stereotrack_core.recording.subject_file import read_subject
 
     if subject is None:
         return proportions_of(recording.subject)

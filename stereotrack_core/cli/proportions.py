@@ -59,8 +59,8 @@ def run(args: Namespace) -> int:
             remedy="Use a name that ends in .toml.",
         )
     check_seed(args.seed)
+    from stereotrack_core.recording.description import write_subject
     from stereotrack_core.recording.folder import open_recording
-    from stereotrack_core.recording.subject_file import write_subject
 
     recording = open_recording(args.recording)
     if args.output is not None:

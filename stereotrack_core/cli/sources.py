@@ -12,10 +12,10 @@ from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
     from stereotrack_core.annotation.reference import Reference
+    from stereotrack_core.errors import Finding
     from stereotrack_core.evaluation.joint_angles.series import JointAngles
     from stereotrack_core.project.project import Project
     from stereotrack_core.recording.description import Recording, Segment
-    from stereotrack_core.recording.finding import Finding
     from stereotrack_core.recording.landmarks import LandmarkTrajectory
     from stereotrack_core.tracking.frame import Run
 
@@ -86,7 +86,7 @@ def truth_of(given: Path | None, meta: Mapping[str, Any]) -> Truth:
 
 
 def _segments_beside(reference: Path) -> Sequence[Segment]:
-    from stereotrack_core.recording.segments_file import read_segments
+    from stereotrack_core.recording.description import read_segments
 
     beside = reference.with_name("segments.csv")
     return read_segments(beside) if beside.is_file() else ()
@@ -155,7 +155,7 @@ def segments_beside_runs(truth: Truth | None, meta: Mapping[str, Any]) -> Sequen
 
 def warn_about_size(truth: Truth) -> None:
     """Say where the reference is not as large as a person."""
-    from stereotrack_core.recording.content_checks import check_size
+    from stereotrack_core.recording.findings import check_size
 
     for finding in check_size(truth.reference):
         say(f"{truth.source}: {finding.what}. {finding.remedy}")

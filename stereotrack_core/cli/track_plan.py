@@ -70,7 +70,7 @@ def plan_of(args: Namespace, recording: Recording, output: UnfinishedOutput) -> 
 
 def _plan(args: Namespace, recording: Recording) -> TrackPlan:
     from stereotrack_core.interop.first_pose import first_pose
-    from stereotrack_core.recording.depth_views import usable_views
+    from stereotrack_core.recording.selection import usable_views
     from stereotrack_core.tracking.presets import preset
     from stereotrack_core.tracking.run_spec import RunSpec
 
@@ -95,7 +95,7 @@ def _plan_like(args: Namespace, recording: Recording) -> TrackPlan:
     """As the run says, with whatever the command line says otherwise."""
     from stereotrack_core.interop.first_pose import first_pose
     from stereotrack_core.interop.run_file import read_run
-    from stereotrack_core.recording.depth_views import usable_views
+    from stereotrack_core.recording.selection import usable_views
     from stereotrack_core.tracking.repeating import stored_spec, what_differs
 
     run = read_run(args.like)
@@ -133,7 +133,7 @@ def _plan_like(args: Namespace, recording: Recording) -> TrackPlan:
 def _plan_resumed(args: Namespace, recording: Recording, output: UnfinishedOutput) -> TrackPlan:
     """As the unfinished run was begun; nothing may be otherwise."""
     from stereotrack_core.interop.run_npz import check_run
-    from stereotrack_core.recording.depth_views import usable_views
+    from stereotrack_core.recording.selection import usable_views
     from stereotrack_core.tracking.repeating import other_files, other_versions, stored_spec
 
     begun, wish = output.begun()

@@ -14,15 +14,14 @@ from stereotrack_core.arrays import ImageArray
 from stereotrack_core.depth.background import BackgroundModel
 from stereotrack_core.depth.cloud import Cloud, DepthGeometry
 from stereotrack_core.depth.colours import ColourCalibration
-from stereotrack_core.depth.outliers import inliers
 from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.depth.points import inliers
 from stereotrack_core.depth.rectify import Rectification, depth_rectification, stereo_rectification
 from stereotrack_core.depth.sources import DepthSource, StereoSource
-from stereotrack_core.depth.stopwatch import Stopwatch, summed
-from stereotrack_core.depth.view_chain import ViewChain, ViewResult
-from stereotrack_core.recording.depth_views import usable_views
+from stereotrack_core.depth.view_chain import Stopwatch, ViewChain, ViewResult, summed
 from stereotrack_core.recording.description import Recording, View
-from stereotrack_core.recording.frames import FrameSet, ViewImages
+from stereotrack_core.recording.reader import FrameSet, ViewImages
+from stereotrack_core.recording.selection import usable_views
 
 _CALIBRATION_FRAMES = 6
 """Frames, evenly spread, from which the views' colours are calibrated."""

@@ -10,13 +10,12 @@ import numpy as np
 
 from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray, IntArray
 from stereotrack_core.depth.cloud import DepthGeometry
-from stereotrack_core.depth.match import STEPS, DisparityRange, Matcher
+from stereotrack_core.depth.match import STEPS, DisparityRange, Matcher, Region
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume, range_of_disparity
 from stereotrack_core.depth.rectify import Rectification
-from stereotrack_core.depth.region import Region
 from stereotrack_core.depth.subpixel import refined_disparity
-from stereotrack_core.recording.frames import ViewImages
+from stereotrack_core.recording.reader import ViewImages
 
 _DARK_BELOW = 16  # of 255
 _NEAREST_RANGE = 0.3  # metres; nothing nearer is looked for even where the volume allows it

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import time
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import cv2
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, IntArray
+from stereotrack_core.depth.background import ViewBackground
 from stereotrack_core.depth.cloud import PointCounts, ViewDepth
-from stereotrack_core.depth.match import STEPS
+from stereotrack_core.depth.match import STEPS, Region, region_of_points
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume, thinned_pixels, world_points
-from stereotrack_core.depth.region import Region, region_of_points
 from stereotrack_core.depth.sources import (
     DepthSource,
     NoDepth,
@@ -21,9 +22,31 @@ from stereotrack_core.depth.sources import (
     StereoFrame,
     StereoSource,
 )
-from stereotrack_core.depth.stopwatch import Stopwatch
-from stereotrack_core.depth.view_background import ViewBackground
-from stereotrack_core.recording.frames import ViewImages
+from stereotrack_core.recording.reader import ViewImages
+
+
+class Stopwatch:
+    """Books the time between laps on named stages."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self._since = time.perf_counter()
+
+    def lap(self, stage: str) -> None:
+        """Book the time since the last lap, or since the start, on a stage."""
+        now = time.perf_counter()
+        self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self._since
+        self._since = now
+
+
+def summed(watches: Iterable[Mapping[str, float]]) -> dict[str, float]:
+    """Seconds per stage over several stopwatches."""
+    total: dict[str, float] = {}
+    for seconds in watches:
+        for stage, value in seconds.items():
+            total[stage] = total.get(stage, 0.0) + value
+    return total
+
 
 _FEW_INSIDE = 0.1
 """Share of the points inside the working volume below which it is of interest where they are."""

@@ -11,9 +11,8 @@ from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMB_ENDS, LIMBS
 from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import Pose
-from stereotrack_core.body.sampling import regular_points
+from stereotrack_core.body.sampling import inside_other_cone, regular_points, visible
 from stereotrack_core.body.skeleton import LIMB_OF_PART
-from stereotrack_core.body.visibility import inside_other_cone, visible
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.landmarks import LANDMARKS

@@ -21,8 +21,8 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.interop.label_names import Labels, camera_of, known_camera, map_names
 from stereotrack_core.reading import check_file, decoding
 from stereotrack_core.recording.description import Recording, Stream
+from stereotrack_core.recording.images import is_pattern, numbered_files
 from stereotrack_core.recording.landmarks import SKELETON
-from stereotrack_core.recording.numbered import is_pattern, numbered_files
 
 
 def write_sleap(

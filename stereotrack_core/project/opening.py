@@ -9,7 +9,7 @@ from contextlib import ExitStack, closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from stereotrack_core.errors import InputError
+from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.project.connection import connect, connect_for_reading
 from stereotrack_core.project.database import beside, check_header, copy_files, is_in_place
 from stereotrack_core.project.failures import ProjectInUse, code_of, making_sense
@@ -26,7 +26,6 @@ from stereotrack_core.project.owner import (
     write_owner,
 )
 from stereotrack_core.project.validity import check_rows, check_whole
-from stereotrack_core.recording.finding import Finding
 
 
 @dataclass(frozen=True, eq=False)

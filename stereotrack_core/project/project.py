@@ -8,7 +8,7 @@ from pathlib import Path
 
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.annotation.progress import Progress, progress
-from stereotrack_core.errors import InputError
+from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.project.clicks import Clicks
 from stereotrack_core.project.connection import Access
 from stereotrack_core.project.database import copy_whole, make_database, resolved
@@ -44,7 +44,6 @@ from stereotrack_core.project.whereabouts import (
     place_of,
 )
 from stereotrack_core.recording.description import Subject
-from stereotrack_core.recording.finding import Finding
 
 Listener = Callable[[Changed], None]
 

@@ -15,8 +15,7 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.project.entries import Entries, SaveEntry, facts_as_json
 from stereotrack_core.project.schema import DESCRIPTION, LANDMARK_SET, PARAMETER_SET, SUBJECT
 from stereotrack_core.recording.calibration import read_calibration, write_calibration
-from stereotrack_core.recording.description import Recording, Stream, Subject, View
-from stereotrack_core.recording.subject_file import LENGTHS
+from stereotrack_core.recording.description import LENGTHS, Recording, Stream, Subject, View
 
 
 @dataclass(frozen=True)

@@ -12,12 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
-from stereotrack_core.errors import InputError
+from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.camera_agreement import disagreeing_camera
 from stereotrack_core.recording.csv_table import read_rows, whole_number
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.finding import Finding
 
 FILES: tuple[tuple[str, str], ...] = (
     ("clicks.csv", "landmark"),

@@ -1,14 +1,20 @@
-"""What a recording folder says about itself, as frozen facts."""
+"""What a recording folder says about itself, as frozen facts, with subject and segments."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Literal, TypeAlias
 
+import tomli_w
+
+from stereotrack_core.atomic import write_file
+from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording.csv_table import csv_text, read_rows, whole_number
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.recording.toml_table import Table, load_toml
 
 ViewKind: TypeAlias = Literal["stereo", "depth", "mono"]
 
@@ -127,3 +133,80 @@ class Recording:
     def reference_camera(self, view: View) -> Camera:
         """Camera of the view's reference image."""
         return self.cameras[view.image.camera]
+
+
+LENGTHS = tuple(field.name for field in fields(Subject) if field.name != "name")
+
+
+def read_subject(path: Path) -> Subject:
+    """The subject; lengths in metres, None where not measured.
+
+    Raises
+    ------
+    InputError
+        At the first thing that is wrong.
+    """
+    complaints: list[InputError] = []
+    subject = parse_subject(path, complaints)
+    if complaints:
+        raise complaints[0]
+    assert subject is not None  # noqa: S101 - without a complaint it was read
+    return subject
+
+
+def parse_subject(path: Path, complaints: list[InputError]) -> Subject | None:
+    """The subject as far as it is usable; everything wrong is appended to `complaints`."""
+    try:
+        table = Table(load_toml(path), str(path), complaints)
+    except InputError as error:
+        complaints.append(error)
+        return None
+    lengths = {key: table.number(key) for key in LENGTHS}
+    for key, length in lengths.items():
+        if length is not None and length <= 0:
+            table.complain(
+                key, f"a length of {length:g} m is not possible", "Give the length in metres."
+            )
+            lengths[key] = None
+    return Subject(name=table.text("name") or "", **lengths)
+
+
+def write_subject(path: Path, subject: Subject) -> None:
+    """Write a subject so that :func:`read_subject` gives it again."""
+    known = {key: value for key, value in asdict(subject).items() if value is not None}
+    write_file(path, tomli_w.dumps(known))
+
+
+COLUMNS = ("segment", "first", "end")
+
+
+def read_segments(path: Path) -> tuple[Segment, ...]:
+    """Segments in the file's order.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be read or a segment has no name or ends before it begins.
+    """
+    segments = []
+    for line, cells in read_rows(path, COLUMNS):
+        first = whole_number(cells["first"], path, line, "first")
+        end = whole_number(cells["end"], path, line, "end")
+        if not cells["segment"]:
+            raise InputError(
+                f"the segment in line {line} has no name", where=str(path), remedy="Give it a name."
+            )
+        if not 0 <= first < end:
+            raise InputError(
+                f"segment {cells['segment']!r} in line {line} goes from {first} to {end}",
+                where=str(path),
+                remedy="Write 0 <= first < end. The frame `end` is not part of the segment.",
+            )
+        segments.append(Segment(cells["segment"], first, end))
+    return tuple(segments)
+
+
+def write_segments(path: Path, segments: Iterable[Segment]) -> None:
+    """Write segments so that :func:`read_segments` gives them again."""
+    rows = [(segment.name, segment.first, segment.end) for segment in segments]
+    write_file(path, csv_text(COLUMNS, rows))

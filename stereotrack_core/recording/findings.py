@@ -2,28 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
 
-from stereotrack_core.errors import InputError
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.errors import Finding, InputError, Severity
 from stereotrack_core.recording.camera_checks import check_cameras
 from stereotrack_core.recording.consistency import check_consistency
-from stereotrack_core.recording.content_checks import (
-    check_lengths,
-    check_reference,
-    check_segments,
-    check_subject,
-    check_times,
-)
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.detections import own_detections
-from stereotrack_core.recording.finding import Finding, Severity
 from stereotrack_core.recording.folder import describe
 from stereotrack_core.recording.image_checks import check_images
+from stereotrack_core.recording.images import StreamSource
+from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory, unknown_landmarks
 from stereotrack_core.recording.stream_files import open_stream
-from stereotrack_core.recording.stream_source import StreamSource
 from stereotrack_core.recording.video import VideoStream
 
 __all__ = ["Finding", "Severity", "examine"]
@@ -152,3 +146,244 @@ def _check_background(view: View) -> Iterator[Finding]:
         "The background is learned from the sequence. Set `background` to an image of the empty "
         "scene for better results.",
     )
+
+
+PLAUSIBLE_LENGTHS_M: dict[str, tuple[float, float]] = {
+    "shoulder_width": (0.2, 0.55),
+    "hip_width": (0.12, 0.5),
+    "torso_length": (0.3, 0.75),
+    "upper_arm_length": (0.17, 0.45),
+    "forearm_length": (0.15, 0.4),
+    "hand_length": (0.08, 0.28),
+    "shoulder_to_head": (0.04, 0.45),
+}
+"""From small children's to very tall adults' values; other lengths are a slip."""
+
+
+def check_lengths(
+    recording: Recording, counts: Mapping[str, tuple[int, Stream]]
+) -> Iterator[Finding]:
+    """Streams of different length; `counts` has the number of frames by place of the stream."""
+    if not counts:
+        return
+    lasting = {
+        place: count - stream.first_frame - round(stream.time_offset * recording.fps)
+        for place, (count, stream) in counts.items()
+    }
+    shortest, longest = min(lasting.values()), max(lasting.values())
+    if shortest < 1:
+        yield Finding(
+            "error",
+            "recording.toml",
+            "the streams have no frame in common",
+            "Check first_frame and time_offset, and that the files belong together.",
+        )
+    elif shortest != longest:
+        names = ", ".join(f"{place} {count}" for place, count in lasting.items())
+        yield Finding(
+            "warning",
+            "recording.toml",
+            f"the streams have different lengths ({names} frames); the first {shortest} frames "
+            "are used",
+            "Check that all streams start at the same instant. Set first_frame for those that do "
+            "not.",
+        )
+
+
+def check_times(where: str, times: FloatArray, fps: float | None) -> Iterator[Finding]:
+    """Time stamps in seconds of a video against the recording's rate, where that is known."""
+    steps = np.diff(times)
+    if len(steps) < 2:
+        return
+    usual = float(np.median(steps))
+    if fps is not None and usual > 0 and abs(1 / usual - fps) > 0.05 * fps:
+        yield Finding(
+            "note",
+            where,
+            f"the video states {1 / usual:.2f} frames per second, the recording {fps:g}",
+            "The value of the recording is used. Correct fps if the video is right.",
+        )
+    uneven = np.flatnonzero(np.abs(steps - usual) > 0.5 * usual)
+    if uneven.size:
+        k = int(uneven[0])
+        yield Finding(
+            "warning",
+            where,
+            f"the time stamps are irregular at {uneven.size} of {len(steps)} steps: frame"
+            f" {k + 1} comes {1000 * steps[k]:.0f} ms after frame {k} instead of"
+            f" {1000 * usual:.0f} ms",
+            "Frames may be missing. Compare with the other views at that frame.",
+        )
+
+
+def check_subject(recording: Recording) -> Iterator[Finding]:
+    """Lengths that no person has."""
+    if recording.subject is None:
+        return
+    for key, (low, high) in PLAUSIBLE_LENGTHS_M.items():
+        length = getattr(recording.subject, key)
+        if length is None or low <= length <= high:
+            continue
+        millimetres = low <= length / 1000 <= high
+        yield Finding(
+            "error" if millimetres else "warning",
+            f"subject.toml, {key}",
+            f"{length:g} m is not a body length",
+            f"Lengths are in metres: write {length / 1000:g}."
+            if millimetres
+            else f"Measure it again. Usual values are {low} to {high} m.",
+        )
+
+
+def check_segments(recording: Recording, frame_count: int) -> Iterator[Finding]:
+    """Segments behind the end of the recording."""
+    for segment in recording.segments:
+        if segment.end > frame_count:
+            span = f"ends at frame {segment.end}"
+            if segment.first >= frame_count:
+                span = f"starts at frame {segment.first}"
+            yield Finding(
+                "warning",
+                f"segments.csv, {segment.name}",
+                f"it {span}, but the recording has {frame_count} frames",
+                "Correct the segment, or check whether a stream is too short.",
+            )
+
+
+def check_reference(recording: Recording, frame_count: int) -> Iterator[Finding]:
+    """Names, range, size, sides and place of the reference."""
+    reference = recording.reference
+    if reference is None:
+        return
+    where = "reference.csv"
+    yield from _check_names(recording)
+    if not np.isfinite(reference.points).all(axis=2).any():
+        yield Finding(
+            "warning", where, "it contains no landmarks", "Add rows frame,landmark,x,y,z in metres."
+        )
+        return
+    outside = int(((reference.frame < 0) | (reference.frame >= frame_count)).sum())
+    if outside:
+        yield Finding(
+            "warning",
+            where,
+            f"{outside} of its {len(reference.frame)} frames are not in the recording, which has"
+            f" {frame_count}",
+            "Check whether a stream is too short, or whether the reference counts frames "
+            "differently.",
+        )
+    points = _by_name(reference)
+    size_is_wrong = yield from check_size(reference)
+    if not size_is_wrong:
+        yield from _check_sides(points)
+        yield from _check_visible(recording)
+
+
+def _check_names(recording: Recording) -> Iterator[Finding]:
+    for path in sorted(recording.folder.glob("reference.csv")):
+        try:
+            others = unknown_landmarks(path)
+        except InputError:
+            return  # told when the recording was read
+        if others:
+            yield Finding(
+                "note",
+                path.name,
+                f"unknown landmarks are ignored: {', '.join(others)}",
+                f"The nine landmarks are {', '.join(LANDMARKS)}.",
+            )
+
+
+def _median(values: FloatArray) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if known.size else float("nan")
+
+
+def _by_name(reference: LandmarkTrajectory) -> Mapping[str, FloatArray]:
+    return {name: reference.points[:, i] for i, name in enumerate(LANDMARKS)}
+
+
+def check_size(reference: LandmarkTrajectory) -> Generator[Finding, None, bool]:
+    """Findings about the size of the person; the generator's value says whether it is wrong."""
+    points = _by_name(reference)
+    hips = (points["left_hip"] + points["right_hip"]) / 2
+    shoulders = (points["left_shoulder"] + points["right_shoulder"]) / 2
+    lengths = {
+        "torso_length": _median(np.linalg.norm(shoulders - hips, axis=1)),
+        "shoulder_width": _median(
+            np.linalg.norm(points["left_shoulder"] - points["right_shoulder"], axis=1)
+        ),
+    }
+    for key, length in lengths.items():
+        low, high = PLAUSIBLE_LENGTHS_M[key]
+        if not np.isfinite(length) or 0.7 * low <= length <= 1.4 * high:
+            continue
+        tall = 1.7 * length / ((low + high) / 2)
+        size = f"{tall / 1000:.2g} km" if tall > 500 else f"{tall:.2g} m"
+        yield Finding(
+            "error",
+            "reference.csv",
+            f"its {key.replace('_', ' ')} is {length:.4g} m, which corresponds to a person "
+            f"{size if tall > 0.02 else f'{1000 * tall:.2g} mm'} tall",
+            "The reference must be in metres.",
+        )
+        return True
+    return False
+
+
+def _check_sides(points: Mapping[str, FloatArray]) -> Iterator[Finding]:
+    across = points["right_shoulder"] - points["left_shoulder"]
+    at_hips = points["right_hip"] - points["left_hip"]
+    if _median(np.einsum("ij,ij->i", across, at_hips)) < 0:
+        yield Finding(
+            "error",
+            "reference.csv",
+            "left and right are swapped at the hips or at the shoulders",
+            "Left and right are those of the person. Swap the names of one pair.",
+        )
+        return
+    far = []
+    for side, other in (("left", "right"), ("right", "left")):
+        elbow = points[f"{side}_elbow"]
+        own = np.linalg.norm(elbow - points[f"{side}_shoulder"], axis=1)
+        opposite = np.linalg.norm(elbow - points[f"{other}_shoulder"], axis=1)
+        far.append(_median(own - opposite))
+    if min(far) > 0:
+        yield Finding(
+            "error",
+            "reference.csv",
+            "each elbow is closer to the shoulder of the other side",
+            "Left and right are those of the person. Swap the names of the elbows or of the "
+            "shoulders.",
+        )
+    first = across[np.isfinite(across).all(axis=1)][:1]
+    if first.size and first[0, 0] < -0.5 * np.linalg.norm(first[0]):
+        yield Finding(
+            "warning",
+            "reference.csv",
+            "at the start the person's right shoulder points west: the person faces south, or "
+            "left and right are swapped",
+            "In the initial pose the person faces north, and the right hand points east.",
+        )
+
+
+def _check_visible(recording: Recording) -> Iterator[Finding]:
+    assert recording.reference is not None  # noqa: S101 - the caller asked
+    points = recording.reference.points.reshape(-1, 3)
+    points = points[np.isfinite(points).all(axis=1)]
+    if not len(points):
+        return
+    for view in recording.views:
+        camera = recording.cameras.get(view.image.camera)
+        if camera is None:
+            continue
+        x, y = camera.project(points).T
+        inside = (x >= 0) & (x < camera.width) & (y >= 0) & (y < camera.height)
+        if inside.mean() < 0.05:
+            yield Finding(
+                "warning",
+                f"reference.csv, view {view.name}",
+                f"only {100 * inside.mean():.0f} % of the reference is within this view's image",
+                "Check the calibration of this camera, the units, and the world frame of the "
+                "reference.",
+            )

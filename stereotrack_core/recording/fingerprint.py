@@ -14,7 +14,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.reading import SETTINGS_BYTES, open_file, read_bytes
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import DESCRIPTION
-from stereotrack_core.recording.numbered import is_pattern, numbered_files
+from stereotrack_core.recording.images import is_pattern, numbered_files
 from stereotrack_core.recording.toml_table import load_toml
 
 FIRST_BYTES = 65536

@@ -10,11 +10,16 @@ from typing import Any, TypeVar, cast
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.calibration import parse_calibration, stated_names
-from stereotrack_core.recording.description import Recording, Stream, View, ViewKind
+from stereotrack_core.recording.description import (
+    Recording,
+    Stream,
+    View,
+    ViewKind,
+    read_segments,
+    read_subject,
+)
 from stereotrack_core.recording.landmarks import read_landmarks
-from stereotrack_core.recording.segments_file import read_segments
 from stereotrack_core.recording.stream_files import inside, picture_size
-from stereotrack_core.recording.subject_file import read_subject
 from stereotrack_core.recording.toml_table import Table, load_toml
 
 STREAM_KEYS: dict[str, tuple[str, ...]] = {

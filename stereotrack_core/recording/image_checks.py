@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stereotrack_core.errors import Finding
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.finding import Finding
-from stereotrack_core.recording.frames import ViewImages
-from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.reader import FrameReader, ViewImages
 
 DARK_SHARE = 0.35
 """Of what is usual in the view."""

@@ -12,15 +12,54 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stereotrack_core.arrays import Float32Array, ImageArray
+from stereotrack_core.arrays import BoolArray, Float32Array, ImageArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.memory import Memory
-from stereotrack_core.recording.background import background_picture
 from stereotrack_core.recording.description import Recording, Stream, View
-from stereotrack_core.recording.frames import FrameSet, ViewImages
-from stereotrack_core.recording.pictures import PictureKind
-from stereotrack_core.recording.stream_files import open_stream
-from stereotrack_core.recording.stream_source import DamagedFrame, StreamSource
+from stereotrack_core.recording.images import DamagedFrame, PictureKind, StreamSource
+from stereotrack_core.recording.stream_files import background_picture, open_stream
+
+
+@dataclass(frozen=True, eq=False)
+class ViewImages:
+    """What one view shows at one instant, raw (distorted, not rotated).
+
+    Attributes
+    ----------
+    image : (H, W) or (H, W, 3) uint8
+        Reference image, grey or BGR.
+    left : (H, W) or (H, W, 3) uint8, or None
+        Left image of a stereo view.
+    depth : (H, W) float32, metres along the camera's z, or None
+        NaN where not measured.
+    mask : (H, W) bool, or None
+        True on the person.
+    """
+
+    image: ImageArray
+    left: ImageArray | None = None
+    depth: Float32Array | None = None
+    mask: BoolArray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class FrameSet:
+    """All images of one instant.
+
+    Attributes
+    ----------
+    index : int
+        Frame number in the recording, from 0.
+    views : mapping from view name to ViewImages
+        Views whose images could not be read are absent.
+    problems : mapping from view name to str
+        Why a view is absent, as a sentence.
+    """
+
+    index: int
+    views: Mapping[str, ViewImages]
+    problems: Mapping[str, str] = field(default_factory=dict)
+
 
 MASK_THRESHOLD = 127
 READ_AHEAD_THREADS = 4
@@ -305,3 +344,39 @@ def metres_of(counts: NDArray[Any], unit: float) -> Float32Array:
     metres: Float32Array = counts.astype(np.float32) * np.float32(unit)
     metres[counts == 0] = np.nan
     return metres
+
+
+_EVERY = 4
+"""Only every so many columns and rows are looked at."""
+
+_DIFFERENCE = 8
+"""Levels between the channels of a pixel from which it has a colour."""
+
+_SHARE = 0.01
+"""Share of such pixels from which a picture has colours."""
+
+
+def has_colours(recording: Recording, views: Sequence[str]) -> bool:
+    """Whether the reference pictures of any of these views have colours, by the first frame.
+
+    Raises
+    ------
+    InputError
+        When a stream cannot be opened.
+    """
+    with FrameReader(recording, views=views, read_ahead=0) as reader:
+        known, _ = reader.frame_count_so_far()
+        return known > 0 and shows_colours(reader.frame_set(0))
+
+
+def shows_colours(frame_set: FrameSet) -> bool:
+    """Whether any of the frame set's reference pictures has colours."""
+    for images in frame_set.views.values():
+        picture = images.image
+        if picture.ndim < 3:
+            continue
+        thin = picture[::_EVERY, ::_EVERY].astype(np.int16)
+        spread = thin.max(axis=2) - thin.min(axis=2)
+        if np.mean(spread >= _DIFFERENCE) > _SHARE:
+            return True
+    return False

@@ -1,26 +1,33 @@
-"""Write a recording folder: the description and, beside it, what it names.
-
-Pictures are written with :class:`video_file.VideoWriter` and :func:`video_file.write_png` to the
-names that the views' streams state.
-"""
+"""Write a recording folder: the description, what it names beside it, videos and pictures."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from fractions import Fraction
+from pathlib import Path
+from types import TracebackType
 from typing import Any
 
+import av
+import cv2
 import numpy as np
 import tomli_w
 from numpy.typing import NDArray
 
-from stereotrack_core.arrays import Float32Array
-from stereotrack_core.atomic import filling, write_file
+from stereotrack_core.arrays import Float32Array, ImageArray
+from stereotrack_core.atomic import filling, replacing, write_file
+from stereotrack_core.errors import InputError
 from stereotrack_core.recording.calibration import write_calibration
-from stereotrack_core.recording.description import Recording, Stream, View
+from stereotrack_core.recording.description import (
+    Recording,
+    Stream,
+    View,
+    write_segments,
+    write_subject,
+)
 from stereotrack_core.recording.folder import DESCRIPTION, FORMAT
 from stereotrack_core.recording.landmarks import write_landmarks
-from stereotrack_core.recording.segments_file import write_segments
-from stereotrack_core.recording.subject_file import write_subject
-from stereotrack_core.recording.video_file import VideoWriter, write_png
 
 __all__ = ["VideoWriter", "counts_of", "write_png", "write_recording_description"]
 
@@ -86,3 +93,146 @@ def counts_of(metres: Float32Array, unit: float) -> NDArray[np.uint16]:
     counts = np.round(np.nan_to_num(metres, nan=0.0, posinf=0.0, neginf=0.0) / unit)
     counts[(counts < 0) | (counts > np.iinfo(np.uint16).max)] = 0
     return counts.astype(np.uint16)
+
+
+KEY_FRAME_EVERY = 10
+"""Frames; keeps steps backwards and jumps fast."""
+
+FULL_RANGE_FORMAT = "yuvj420p"
+
+RATE_DENOMINATOR = 1001
+"""Enough to write 29.97 frames per second as 30000/1001."""
+
+
+class VideoWriter:
+    """Write grey or colour pictures as H.264 (MP4) at exact times k / fps.
+
+    Stored as yuv420p, which every player shows, so width and height must be even; grey in full
+    range, which is read back without stretching. Use as a context manager: at its end the file is
+    there with all pictures, or, after an error, is what it was before.
+
+    Parameters
+    ----------
+    path : Path
+        Ends in .mp4 (or .mkv).
+    fps : float
+    width, height : int
+    colour : bool
+    crf : int
+        Quality of x264; 0 is lossless (for grey exactly, for colour but for the colour
+        conversion), 18 is hardly to be told from the original.
+
+    Raises
+    ------
+    InputError
+        When the size, rate or file is not possible, or the drive is full.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        *,
+        fps: float,
+        width: int,
+        height: int,
+        colour: bool = False,
+        crf: int = 12,
+    ) -> None:
+        if width % 2 or height % 2 or width < 2 or height < 2:
+            raise InputError(
+                f"a video of {width} x {height} pixels is not possible",
+                where=str(path),
+                remedy="Width and height must be even. Otherwise write numbered PNG images.",
+            )
+        if not 0 < fps < 10000:
+            raise InputError(
+                f"{fps:g} frames per second is not possible",
+                where=str(path),
+                remedy="Use more than 0 and less than 10000.",
+            )
+        self._shape = (height, width, 3) if colour else (height, width)
+        self._count = 0
+        self._time_base = 1 / Fraction(fps).limit_denominator(RATE_DENOMINATOR)
+        with ExitStack() as opening:
+            temporary = opening.enter_context(replacing(path, self._holds_all))
+            try:
+                self._container: Any = av.open(str(temporary), "w")
+            except (av.FFmpegError, ValueError) as error:
+                raise InputError(
+                    f"the video cannot be written ({error})",
+                    where=str(path),
+                    remedy="Use a name that ends in .mp4.",
+                ) from None
+            self._stream = self._new_stream(width, height, colour, crf)
+            self._open = opening.pop_all()
+
+    def _new_stream(self, width: int, height: int, colour: bool, crf: int) -> Any:
+        stream: Any = self._container.add_stream("libx264", rate=1 / self._time_base)
+        stream.width, stream.height = width, height
+        stream.pix_fmt = "yuv420p" if colour else FULL_RANGE_FORMAT
+        stream.options = {"crf": str(crf), "preset": "fast", "bf": "0", "g": str(KEY_FRAME_EVERY)}
+        stream.codec_context.thread_count = 1
+        stream.codec_context.time_base = self._time_base
+        return stream
+
+    def __enter__(self) -> VideoWriter:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if error is not None:
+            with suppress(av.FFmpegError, OSError):  # of what is thrown away
+                self._container.close()
+            self._open.__exit__(kind, error, trace)
+            return
+        with self._open, _os_errors():
+            try:
+                self._container.mux(self._stream.encode(None))
+            finally:
+                self._container.close()
+
+    def write(self, picture: ImageArray) -> None:
+        """Add a picture, (H, W) or (H, W, 3) BGR uint8 as declared."""
+        if picture.shape != self._shape or picture.dtype != np.uint8:
+            raise ValueError(f"expected uint8 {self._shape}, got {picture.dtype} {picture.shape}")
+        layout = "bgr24" if picture.ndim == 3 else "gray"
+        frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format=layout)
+        frame = frame.reformat(format=self._stream.pix_fmt)
+        frame.pts, frame.time_base = self._count, self._time_base
+        with _os_errors():
+            self._container.mux(self._stream.encode(frame))
+        self._count += 1
+
+    def _holds_all(self, path: Path) -> bool:
+        """Whether every picture is in the file."""
+        with _os_errors(), av.open(str(path)) as written:
+            pictures = sum(1 for packet in written.demux(video=0) if packet.size)
+            return pictures == self._count
+
+
+@contextmanager
+def _os_errors() -> Iterator[None]:
+    """Raise OSError for whatever the library complains of."""
+    try:
+        yield
+    except av.FFmpegError as error:
+        raise OSError(error.errno, error.strerror) from error
+
+
+def write_png(path: Path, picture: Any) -> None:
+    """Write a picture (uint8), a mask (bool) or depth counts (uint16) as PNG.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be written.
+    """
+    pixels = picture.astype(np.uint8) * 255 if picture.dtype == np.bool_ else picture
+    done, content = cv2.imencode(".png", pixels)
+    if not done:
+        raise ValueError(f"a PNG of {picture.dtype} {picture.shape} is not possible")
+    write_file(path, content.tobytes())

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from stereotrack_core.annotation.reference import Reference
-from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.errors import Cancelled, Finding, InputError
 from stereotrack_core.evaluation.doubts import Doubts, doubts_against
 from stereotrack_core.evaluation.episodes.episode import Episode
 from stereotrack_core.evaluation.episodes.export import strip_of
@@ -23,7 +23,6 @@ from stereotrack_core.evaluation.joint_angles.series import angles_of_run
 from stereotrack_core.evaluation.reference_quality import reference_quality
 from stereotrack_core.evaluation.summary import Summary, summarise, summarise_segments
 from stereotrack_core.recording.description import Recording, Segment
-from stereotrack_core.recording.finding import Finding
 from stereotrack_core.recording.findings import examine
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.reader import FrameReader

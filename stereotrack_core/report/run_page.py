@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.errors import Finding
 from stereotrack_core.evaluation.episodes.episode import FOUND_WORDS, limbs_words
 from stereotrack_core.evaluation.reference_quality import stated
 from stereotrack_core.evaluation.summary import LOST_ANGLE
 from stereotrack_core.recording.consistency import FILES
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.finding import Finding
 from stereotrack_core.report import run_tables
 from stereotrack_core.report.curves import limb_curves
 from stereotrack_core.report.drawing import Kind, mime

@@ -1,20 +1,82 @@
-"""Named motions, and chains of them as states of the joints."""
+"""Named motions: smooth ways through key postures."""
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Segment
-from stereotrack_core.simulation.keyed_way import KeyedWay, minimum_jerk
 from stereotrack_core.simulation.people import Person
-from stereotrack_core.simulation.postures import STRETCHED, Arm, Posture, state_of
-from stereotrack_core.simulation.skeleton import JointState, between
-from stereotrack_core.simulation.walking import circle_path, walk
+from stereotrack_core.simulation.postures import (
+    STRETCHED,
+    Arm,
+    Posture,
+    circle_path,
+    state_of,
+    walk,
+)
+from stereotrack_core.simulation.skeleton import JointState, between, difference, moved
+
+
+def minimum_jerk(t: float) -> float:
+    """Share of the way at the share `t` of the time.
+
+    Flash and Hogan 1985, doi:10.1523/JNEUROSCI.05-07-01688.1985.
+    """
+    return t * t * t * (t * (6 * t - 15) + 10)
+
+
+class KeyedWay:
+    """Interpolates joint states in time.
+
+    Between two keys a cubic Bezier curve on the rotations (Shoemake 1985,
+    doi:10.1145/325165.325242); the velocity at a key is the harmonic mean of those before
+    and after, none where they differ in sign (Fritsch and Butland 1984,
+    doi:10.1137/0905021), so that nothing swings beyond its keys.
+
+    Parameters
+    ----------
+    times : (K,) float64, seconds
+        Ascending; before the first one the first state is held.
+    states : sequence of K JointState
+    """
+
+    def __init__(self, times: FloatArray, states: Sequence[JointState]) -> None:
+        self._times = np.asarray(times, dtype=np.float64)
+        self._states = tuple(states)
+        steps = [difference(a, b) for a, b in itertools.pairwise(states)]
+        speeds = np.array(steps) / np.diff(self._times)[:, None]
+        self._velocities = np.zeros((len(states), speeds.shape[1]))
+        before, after = speeds[:-1], speeds[1:]
+        same = before * after > 0
+        total = np.where(same, before + after, 1.0)
+        self._velocities[1:-1] = np.where(same, 2 * before * after / total, 0.0)
+
+    def at(self, time: float) -> JointState:
+        """The state at a time in seconds."""
+        times = self._times
+        if time <= times[0]:
+            return self._states[0]
+        k = min(int(np.searchsorted(times, time, side="left")), len(times) - 1)
+        length = times[k] - times[k - 1]
+        share = float(min((time - times[k - 1]) / length, 1.0))
+        start, end = self._states[k - 1], self._states[k]
+        points = [
+            start,
+            moved(start, self._velocities[k - 1] * length / 3),
+            moved(end, -self._velocities[k] * length / 3),
+            end,
+        ]
+        while len(points) > 1:
+            points = [between(a, b, share) for a, b in itertools.pairwise(points)]
+        return points[0]
+
 
 T_POSE = Posture(STRETCHED, STRETCHED)
 _STANDING = Posture()

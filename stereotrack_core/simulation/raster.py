@@ -1,4 +1,4 @@
-"""A small rasteriser: triangles into a depth buffer, with the coordinates of what is seen.
+"""Triangles into a depth buffer, and Lambertian light on what is seen of them.
 
 Vertices come projected by the true camera (distortion included), so that triangles of a few
 pixels give the picture of the distorted lens; every pixel is sampled 2 x 2.
@@ -6,9 +6,20 @@ pixels give the picture of the distorted lens; every pixel is sampled 2 x 2.
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from collections.abc import Callable
+from typing import Any, TypeVar, cast
 
-from stereotrack_core.simulation.compiled import compiled
+import numba
+import numpy as np
+
+FunctionT = TypeVar("FunctionT", bound=Callable[..., Any])
+
+
+def compiled(function: FunctionT) -> FunctionT:
+    """Compile a kernel of the renderer; without fast-math, so that results are repeatable."""
+    return cast(FunctionT, numba.njit(cache=True, nogil=True)(function))
+
 
 SAMPLES = 2
 """Samples per pixel along each axis."""
@@ -80,3 +91,182 @@ def rasterise(
 def _sample(pixel: float, origin: int) -> float:
     """Coordinate in samples of a pixel coordinate; sample centres are whole numbers."""
     return (pixel - origin + 0.5) * SAMPLES - 0.5
+
+
+LIGHT = np.array(
+    [
+        [0.38, 0.52, 0.764, 0.09],
+        [-0.60, -0.48, 0.640, 0.08],
+        [0.0, 0.0, 0.0, 0.65],
+    ]
+)
+"""Direction towards a lamp and its strength: a lamp, a soft one (half Lambert), and light from
+everywhere."""
+
+EXPOSURE = 370.0
+
+SKIN, HAIR, SHIRT, SLEEVE, TROUSERS, SHOE = range(6)
+"""Rows of a person's material table."""
+
+
+@compiled
+def shade(
+    ids: Any,
+    weights: Any,
+    first_id: int,
+    triangles: Any,
+    points: Any,
+    normals: Any,
+    stuff: Any,
+    table: Any,
+    marks: Any,
+    lattice: Any,
+    light: Any,
+    response: Any,
+    picture: Any,
+) -> None:
+    """Write the light (h, w, c) of all samples that show these triangles.
+
+    Parameters
+    ----------
+    ids, weights, first_id, triangles
+        As :func:`rasterise` has them.
+    points : (V, 3) float64
+        Coordinates of the vertices in which the textures live.
+    normals : (V, 3) float64, world
+    stuff : (T,) int64
+        Material of a triangle; -1 asks the person's `marks`.
+    table : (M, 9) float64
+    marks : (8,) float64
+        Borders of a person's clothes, see :func:`_region`; unused for things.
+    lattice : (64, 64, 64) float32
+    light : (3, 4) float64
+    response : (c, 3) float64
+        The camera's channels from red, green, blue.
+    picture : (h, w, c) float32
+    """
+    colour = np.empty(3)
+    for y in range(ids.shape[0]):
+        for x in range(ids.shape[1]):
+            t = ids[y, x] - first_id
+            if t < 0 or t >= triangles.shape[0]:
+                continue
+            wb, wc = weights[y, x, 0], weights[y, x, 1]
+            wa = 1.0 - wb - wc
+            i, j, k = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+            px = wa * points[i, 0] + wb * points[j, 0] + wc * points[k, 0]
+            py = wa * points[i, 1] + wb * points[j, 1] + wc * points[k, 1]
+            pz = wa * points[i, 2] + wb * points[j, 2] + wc * points[k, 2]
+            m = stuff[t]
+            stripe = pz
+            if m < 0:
+                m = _region(px, py, pz, marks)
+                if m == SLEEVE:
+                    stripe = abs(px)
+            reflectance(table, m, lattice, px, py, pz, stripe, colour)
+            nx = wa * normals[i, 0] + wb * normals[j, 0] + wc * normals[k, 0]
+            ny = wa * normals[i, 1] + wb * normals[j, 1] + wc * normals[k, 1]
+            nz = wa * normals[i, 2] + wb * normals[j, 2] + wc * normals[k, 2]
+            bright = _brightness(nx, ny, nz, light)
+            for c in range(picture.shape[2]):
+                value = 0.0
+                for b in range(3):
+                    value += response[c, b] * colour[b]
+                picture[y, x, c] = value * bright
+
+
+@compiled
+def mark(
+    ids: Any, weights: Any, first_id: int, triangles: Any, points: Any, marks: Any, stuff: Any
+) -> None:
+    """Write what a person wears at each sample that shows these triangles, (h, w) int8."""
+    for y in range(ids.shape[0]):
+        for x in range(ids.shape[1]):
+            t = ids[y, x] - first_id
+            if t < 0 or t >= triangles.shape[0]:
+                continue
+            wb, wc = weights[y, x, 0], weights[y, x, 1]
+            i, j, k = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+            p = (1.0 - wb - wc) * points[i] + wb * points[j] + wc * points[k]
+            stuff[y, x] = _region(p[0], p[1], p[2], marks)
+
+
+@compiled
+def _brightness(nx: float, ny: float, nz: float, light: Any) -> float:
+    length = max(np.sqrt(nx * nx + ny * ny + nz * nz), 1e-9)
+    strong = (nx * light[0, 0] + ny * light[0, 1] + nz * light[0, 2]) / length
+    soft = (nx * light[1, 0] + ny * light[1, 1] + nz * light[1, 2]) / length
+    total = light[2, 3] + light[0, 3] * max(0.0, strong) + light[1, 3] * (0.5 + 0.5 * soft)
+    return float(EXPOSURE * total)
+
+
+@compiled
+def _region(x: float, y: float, z: float, marks: Any) -> int:
+    """Which stuff a point of a person at rest wears.
+
+    `marks`: height of the collar, height of the hair line, reach of the cuffs, reach of the
+    shoulder seams, height of the belt, height of the shoes, height below which nothing is
+    arm, half width of the collar.
+    """
+    out = abs(x)
+    if z > marks[6]:
+        if out > marks[2]:
+            return SKIN
+        if out > marks[3]:
+            return SLEEVE
+        if z > marks[0] - 0.25 * max(0.0, y) and (out < marks[7] or z > marks[0] + 0.05):
+            return HAIR if z > marks[1] + 0.9 * y + 0.02 else SKIN
+    if z > marks[4]:
+        return SHIRT
+    if z > marks[5]:
+        return TROUSERS
+    return SHOE
+
+
+@compiled
+def lattice_noise(lattice: Any, x: float, y: float, z: float) -> float:
+    """Trilinear value of the lattice at a point in lattice units."""
+    fx, fy, fz = math.floor(x), math.floor(y), math.floor(z)
+    u, v, w = x - fx, y - fy, z - fz
+    i, j, k = int(fx) & 63, int(fy) & 63, int(fz) & 63
+    i1, j1, k1 = (i + 1) & 63, (j + 1) & 63, (k + 1) & 63
+    a = lattice[i, j, k] * (1 - w) + lattice[i, j, k1] * w
+    b = lattice[i, j1, k] * (1 - w) + lattice[i, j1, k1] * w
+    c = lattice[i1, j, k] * (1 - w) + lattice[i1, j, k1] * w
+    d = lattice[i1, j1, k] * (1 - w) + lattice[i1, j1, k1] * w
+    return float((a * (1 - v) + b * v) * (1 - u) + (c * (1 - v) + d * v) * u)
+
+
+@compiled
+def reflectance(
+    table: Any, m: int, lattice: Any, x: float, y: float, z: float, stripe: float, out: Any
+) -> None:
+    """Write the colour (3,) of material `m` at a point; `stripe` runs across the stripes."""
+    kind = int(table[m, 0])
+    scale = table[m, 7]
+    share = 0.0
+    if kind == 1:
+        coarse = lattice_noise(lattice, x / scale, y / scale, z / scale)
+        s2 = 0.42 * scale
+        middle = lattice_noise(lattice, x / s2 + 17.3, y / s2 + 5.1, z / s2 + 29.7)
+        s3 = 0.19 * scale
+        fine = lattice_noise(lattice, x / s3 + 41.9, y / s3 + 11.7, z / s3 + 3.3)
+        share = 0.5 + 1.1 * (0.6 * coarse + 0.7 * middle + 0.6 * fine)
+        share = min(1.0, max(0.0, share))
+    elif kind == 2:
+        wave = math.sin(2 * math.pi * stripe / scale)
+        share = min(1.0, max(0.0, 0.5 + 4.0 * wave))
+    elif kind == 3:
+        rings = x / scale + 1.8 * lattice_noise(lattice, 6 * x, 1.5 * y, 1.5 * z)
+        share = 0.5 + 0.5 * math.sin(6.2832 * rings)
+    elif kind == 4:
+        u, v = x / scale - math.floor(x / scale), y / scale - math.floor(y / scale)
+        w = z / scale - math.floor(z / scale)
+        joint = min(min(u, 1 - u), min(v, 1 - v))
+        joint = min(joint, max(min(w, 1 - w), 0.0)) if abs(z) > 1e-3 else joint
+        share = 1.0 if joint * scale < 0.006 else 0.0
+    grain = lattice_noise(lattice, x * 70 + 7.7, y * 70 + 3.1, z * 70 + 1.9)
+    grain += 0.6 * lattice_noise(lattice, x * 21 + 1.3, y * 21 + 8.5, z * 21 + 4.7)
+    factor = max(0.0, 1 + table[m, 8] * grain)
+    for c in range(3):
+        out[c] = (table[m, 1 + c] * (1 - share) + table[m, 4 + c] * share) * factor

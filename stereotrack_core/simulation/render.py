@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 from stereotrack_core.arrays import Float32Array, FloatArray, ImageArray, IntArray
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.simulation.actor import Actor
-from stereotrack_core.simulation.raster import SAMPLES, rasterise
+from stereotrack_core.simulation.materials import material_table
+from stereotrack_core.simulation.raster import LIGHT, SAMPLES, mark, rasterise, shade
+from stereotrack_core.simulation.rig import Sensor
 from stereotrack_core.simulation.room import ROOM_MATERIALS, Things
-from stereotrack_core.simulation.sensor import Sensor
-from stereotrack_core.simulation.shading import LIGHT, mark, shade
-from stereotrack_core.simulation.textures import material_table
 
 _NEAR = 0.15
 _WIDEST = 2.2

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
-from stereotrack_core.simulation.textures import PLAIN, STRONG, TILES, WOOD, Material
+from stereotrack_core.simulation.materials import PLAIN, STRONG, TILES, WOOD, Material
 
 HALF = 4.5
 """Half the width of the room in metres; the room is square, and 3 m high."""

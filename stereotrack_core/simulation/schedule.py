@@ -8,8 +8,7 @@ from itertools import cycle
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Segment
-from stereotrack_core.simulation.keyed_way import minimum_jerk
-from stereotrack_core.simulation.motions import MOTIONS, Chain
+from stereotrack_core.simulation.motions import MOTIONS, Chain, minimum_jerk
 from stereotrack_core.simulation.people import Person
 from stereotrack_core.simulation.skeleton import JointState, between
 

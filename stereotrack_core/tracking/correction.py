@@ -10,8 +10,7 @@ import numpy as np
 import scipy.linalg
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.body.jacobian import Columns
-from stereotrack_core.body.manifold import difference, displaced
+from stereotrack_core.body.manifold import Columns, difference, displaced
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.depth.cloud import Cloud

@@ -15,15 +15,13 @@ from stereotrack_core.blas_threads import one_blas_thread
 from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import proportions_of
-from stereotrack_core.depth.agreement import FRAMES_APART, contradicted_share
 from stereotrack_core.depth.chain import DepthChain
-from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.recording.chroma import has_colours
-from stereotrack_core.recording.depth_views import usable_views
+from stereotrack_core.depth.cloud import FRAMES_APART, Cloud, contradicted_share
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.fingerprint import fingerprint
-from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.reader import FrameReader, has_colours
+from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.tracking.estimate import Estimate, Tracker
 from stereotrack_core.tracking.frame import Origin, Run, TrackedFrame, run_of
 from stereotrack_core.tracking.initialise.first_pose import first_pose_from_images, first_pose_in

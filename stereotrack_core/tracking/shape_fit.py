@@ -14,9 +14,8 @@ import numpy as np
 import scipy.linalg
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.body.cones import OUTLINE_NAMES
 from stereotrack_core.body.manifold import displaced
-from stereotrack_core.body.model import BodyModel, body_model, placed_cones
+from stereotrack_core.body.model import OUTLINE_NAMES, BodyModel, body_model, placed_cones
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.body.pose import REST, PartFrames, Pose
 from stereotrack_core.body.proportions import Proportions

@@ -9,8 +9,7 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.angles import THESIS_JOINTS
-from stereotrack_core.body.jacobian import Columns, columns_of
-from stereotrack_core.body.manifold import displaced
+from stereotrack_core.body.manifold import Columns, columns_of, displaced
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import CLAVICLES

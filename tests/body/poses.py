@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stereotrack_core.body.cones import Cones
-from stereotrack_core.body.model import PlacedCones
+from stereotrack_core.body.model import Cones, PlacedCones
 from stereotrack_core.body.pose import Pose, hanging_pose, rotation_towards, t_pose
 from stereotrack_core.body.skeleton import PARTS, TORSO
 from stereotrack_core.geometry.rotation import rotation_from_vector

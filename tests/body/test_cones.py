@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.body.angles import pose_of_state
-from stereotrack_core.body.cones import body_cones
-from stereotrack_core.body.model import body_model, landmarks, placed_cones
+from stereotrack_core.body.model import body_cones, body_model, landmarks, placed_cones
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.body.pose import t_pose
 from stereotrack_core.body.proportions import AVERAGE, Proportions

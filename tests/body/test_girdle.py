@@ -6,8 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stereotrack_core.body.angles import ALL_JOINTS, pose_of_state, state_of_pose
-from stereotrack_core.body.jacobian import columns_of, point_jacobian, points_along
-from stereotrack_core.body.manifold import displaced
+from stereotrack_core.body.manifold import columns_of, displaced, point_jacobian, points_along
 from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.body.pose import hanging_pose, t_pose

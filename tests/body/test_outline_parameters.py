@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stereotrack_core.body.cones import OUTLINE_NAMES, body_cones
+from stereotrack_core.body.model import OUTLINE_NAMES, body_cones
 from stereotrack_core.body.outline_parameters import OutlineParameters
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.body.proportions import AVERAGE

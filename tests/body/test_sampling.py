@@ -5,13 +5,13 @@ import pytest
 
 from stereotrack_core.body.model import placed_cones
 from stereotrack_core.body.sampling import (
+    inside_other_cone,
     points_on_cones,
     random_points,
     regular_points,
     visible_points,
 )
 from stereotrack_core.body.surface import nearest_on_surface
-from stereotrack_core.body.visibility import inside_other_cone
 from tests.body.poses import SPECIAL_POSES, random_pose
 from tests.oracle.occlusion import deepest, solids_of
 

@@ -4,8 +4,12 @@ import numpy as np
 import pytest
 
 from stereotrack_core.body.model import placed_cones
-from stereotrack_core.body.sampling import random_points
-from stereotrack_core.body.visibility import inside_other_cone, segment_blocked, visible
+from stereotrack_core.body.sampling import (
+    inside_other_cone,
+    random_points,
+    segment_blocked,
+    visible,
+)
 from tests.body.poses import SPECIAL_POSES, random_pose
 from tests.oracle.cone import depth_inside
 from tests.oracle.occlusion import deepest, solids_of

@@ -11,7 +11,7 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.program import main
-from stereotrack_core.recording.subject_file import read_subject
+from stereotrack_core.recording.description import read_subject
 from tests.tracking.recordings import write_depth_recording
 from tests.tracking.scenes import pose_with_arms
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording, Stream, View
-from stereotrack_core.recording.frames import FrameSet, ViewImages
+from stereotrack_core.recording.reader import FrameSet, ViewImages
 from tests.depth.scenes import camera, texture
 
 WALL_Y = 2.5

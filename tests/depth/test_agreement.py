@@ -7,8 +7,8 @@ import pytest
 
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
-from stereotrack_core.depth.agreement import contradicted_share
 from stereotrack_core.depth.chain import DepthChain
+from stereotrack_core.depth.cloud import contradicted_share
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.reader import FrameReader

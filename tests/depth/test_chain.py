@@ -8,7 +8,7 @@ from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording, Stream, View
-from stereotrack_core.recording.frames import FrameSet, ViewImages
+from stereotrack_core.recording.reader import FrameSet, ViewImages
 from tests.depth.recordings import (
     BOX,
     MemoryReader,

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial import KDTree
 
-from stereotrack_core.depth.outliers import inliers
+from stereotrack_core.depth.points import inliers
 
 
 def brute_force(points, neighbours, distance, repeat):

@@ -4,9 +4,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stereotrack_core.depth.cloud import DepthGeometry
-from stereotrack_core.depth.match import STEPS, DisparityRange, Matcher
+from stereotrack_core.depth.match import (
+    STEPS,
+    DisparityRange,
+    Matcher,
+    Region,
+    changed_region,
+    region_of_points,
+)
 from stereotrack_core.depth.parameters import DepthParameters
-from stereotrack_core.depth.region import Region, changed_region, region_of_points
 from stereotrack_core.geometry.transform import RigidTransform
 from tests.depth.scenes import pair_with_disparity, texture
 

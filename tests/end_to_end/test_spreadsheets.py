@@ -24,10 +24,16 @@ from stereotrack_core.interop.clicks_csv import read_clicks, write_clicks
 from stereotrack_core.interop.deeplabcut import read_deeplabcut, write_deeplabcut
 from stereotrack_core.interop.trc import read_trc, write_trc
 from stereotrack_core.recording.csv_table import csv_text, read_csv_table
-from stereotrack_core.recording.description import Recording, Segment, Stream, View
+from stereotrack_core.recording.description import (
+    Recording,
+    Segment,
+    Stream,
+    View,
+    read_segments,
+    write_segments,
+)
 from stereotrack_core.recording.detections import Detection, read_detections, write_detections
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.recording.segments_file import read_segments, write_segments
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_spec import RunSpec
 

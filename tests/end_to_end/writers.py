@@ -38,13 +38,10 @@ from stereotrack_core.interop.sleap import write_sleap
 from stereotrack_core.interop.trace_file import write_trace
 from stereotrack_core.interop.trc import write_trc
 from stereotrack_core.recording.calibration import write_calibration
-from stereotrack_core.recording.description import Recording, Segment
+from stereotrack_core.recording.description import Recording, Segment, write_segments, write_subject
 from stereotrack_core.recording.detections import Detection, write_detections
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory, write_landmarks
-from stereotrack_core.recording.segments_file import write_segments
-from stereotrack_core.recording.subject_file import write_subject
-from stereotrack_core.recording.video_file import VideoWriter, write_png
-from stereotrack_core.recording.writing import write_recording_description
+from stereotrack_core.recording.writing import VideoWriter, write_png, write_recording_description
 from stereotrack_core.simulation.make import simulate
 from stereotrack_core.simulation.options import SceneOptions
 from stereotrack_core.tracking.frame import Run

@@ -10,7 +10,7 @@ from PySide6.QtTest import QTest
 from app.session.runs import RunEntry
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import proportions_of
-from stereotrack_core.recording.depth_views import usable_views
+from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.inspection import Known, Way, beginning_at
 from stereotrack_core.tracking.presets import preset

@@ -24,7 +24,7 @@ from stereotrack_core.interop.label_names import camera_of, frame_of, map_names
 from stereotrack_core.interop.labels import is_trajectory, read_labels
 from stereotrack_core.interop.sleap import read_sleap, write_sleap
 from stereotrack_core.recording.description import Recording, Stream, View
-from stereotrack_core.recording.video_file import write_png
+from stereotrack_core.recording.writing import write_png
 
 CAMERAS = ("N_left", "N_right", "S")
 

@@ -154,7 +154,7 @@ WRITES_BY_ITSELF = {
     "stereotrack_core/interop/trace_file.py": {"savez_compressed"},
     "stereotrack_core/report/drawing.py": {"savefig"},
     "stereotrack_core/experiments/sweep/picture.py": {"savefig"},
-    "stereotrack_core/recording/video_file.py": {"open"},  # to a temporary file, and read back
+    "stereotrack_core/recording/writing.py": {"open"},  # to a temporary file, and read back
     "stereotrack_core/cli/arguments.py": {"TemporaryFile"},  # whether one can be made there
     "app/pdf.py": {"QPdfWriter"},
     "app/shell/picture_file.py": {"save"},

@@ -12,8 +12,8 @@ import yaml
 from stereotrack_core import __version__
 from stereotrack_core.program import COMMANDS
 from stereotrack_core.recording.calibration import read_calibration
+from stereotrack_core.recording.description import read_subject
 from stereotrack_core.recording.folder import parse_view
-from stereotrack_core.recording.subject_file import read_subject
 from stereotrack_core.recording.toml_table import Table
 
 ROOT = Path(__file__).resolve().parents[2]

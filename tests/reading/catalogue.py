@@ -40,19 +40,16 @@ from stereotrack_core.interop.run_npz import write_npz
 from stereotrack_core.interop.sleap import write_sleap
 from stereotrack_core.interop.trc import write_trc
 from stereotrack_core.project.run_facts import facts_to_keep, run_facts
-from stereotrack_core.recording.background import background_picture
 from stereotrack_core.recording.calibration import read_calibration
 from stereotrack_core.recording.consistency import check_consistency
 from stereotrack_core.recording.csv_table import read_csv_table
+from stereotrack_core.recording.description import read_segments, read_subject
 from stereotrack_core.recording.detections import read_detections
 from stereotrack_core.recording.findings import examine
 from stereotrack_core.recording.folder import describe, open_recording
+from stereotrack_core.recording.images import DamagedFrame, read_image
 from stereotrack_core.recording.landmarks import read_landmarks, unknown_landmarks
-from stereotrack_core.recording.numbered import read_image
-from stereotrack_core.recording.segments_file import read_segments
-from stereotrack_core.recording.stream_files import open_stream, picture_size
-from stereotrack_core.recording.stream_source import DamagedFrame
-from stereotrack_core.recording.subject_file import read_subject
+from stereotrack_core.recording.stream_files import background_picture, open_stream, picture_size
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import UserPreset
 from stereotrack_core.tracking.repeating import stored_spec, what_differs

@@ -26,8 +26,7 @@ from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.interop.run_journal import RunJournal, Wish
 from stereotrack_core.recording.description import Recording, Segment, Stream, Subject, View
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.recording.video_file import write_png
-from stereotrack_core.recording.writing import write_recording_description
+from stereotrack_core.recording.writing import write_png, write_recording_description
 from stereotrack_core.tracking.estimate import Estimate, Prior
 from stereotrack_core.tracking.frame import Run, TrackedFrame, cloudless
 from stereotrack_core.tracking.parameters import Settings

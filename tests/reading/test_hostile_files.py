@@ -16,11 +16,10 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.plain_data import check_kind, checked_tree
 from stereotrack_core.reading import MB, check_file, decoding, open_file, parsed_json, read_bytes
 from stereotrack_core.recording.folder import describe
-from stereotrack_core.recording.numbered import numbered_files, read_image
+from stereotrack_core.recording.images import DamagedFrame, numbered_files, read_image
 from stereotrack_core.recording.stream_files import open_stream
-from stereotrack_core.recording.stream_source import DamagedFrame
 from stereotrack_core.recording.toml_table import load_toml
-from stereotrack_core.recording.video_file import write_png
+from stereotrack_core.recording.writing import write_png
 
 
 def _pipe(path: Path) -> None:

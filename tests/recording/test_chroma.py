@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from stereotrack_core.recording.chroma import shows_colours
-from stereotrack_core.recording.frames import FrameSet, ViewImages
+from stereotrack_core.recording.reader import FrameSet, ViewImages, shows_colours
 
 
 def _set(*pictures):

@@ -6,8 +6,8 @@ import av
 import pytest
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.recording.images import DamagedFrame
 from stereotrack_core.recording.stream_files import open_stream, picture_size
-from stereotrack_core.recording.stream_source import DamagedFrame
 from stereotrack_core.recording.video import VideoStream
 
 FRAMES = 60

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.calibration import read_calibration
+from stereotrack_core.recording.description import read_segments
 from stereotrack_core.recording.findings import examine
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import read_landmarks
-from stereotrack_core.recording.segments_file import read_segments
 
 N_LEFT = 'frames = "N_left/%03d.png"'
 

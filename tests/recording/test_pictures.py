@@ -6,8 +6,7 @@ import av
 import numpy as np
 import pytest
 
-from stereotrack_core.recording.pictures import picture_of
-from stereotrack_core.recording.stream_source import DamagedFrame
+from stereotrack_core.recording.images import DamagedFrame, picture_of
 
 FULL, LIMITED = 2, 1
 

@@ -16,8 +16,7 @@ from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.recording.video_file import VideoWriter, write_png
-from stereotrack_core.recording.writing import write_recording_description
+from stereotrack_core.recording.writing import VideoWriter, write_png, write_recording_description
 
 LENGTHS = {"A": 40, "B": 33, "C": 36}
 FPS = 10.0

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stereotrack_core.recording.content_checks import check_times
-from stereotrack_core.recording.timestamps import FrameTimes
-from stereotrack_core.recording.video import VideoStream
+from stereotrack_core.recording.findings import check_times
+from stereotrack_core.recording.video import FrameTimes, VideoStream
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import random
 import numpy as np
 import pytest
 
-from stereotrack_core.recording.stream_source import DamagedFrame
+from stereotrack_core.recording.images import DamagedFrame
 from stereotrack_core.recording.video import VideoStream
 
 FRAMES = 60

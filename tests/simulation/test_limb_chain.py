@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from stereotrack_core.simulation.limb_chain import bend_rotation, two_links
+from stereotrack_core.simulation.skeleton import bend_rotation, two_links
 
 coordinate = st.floats(-1, 1, allow_nan=False)
 vector = st.tuples(coordinate, coordinate, coordinate).map(np.array)

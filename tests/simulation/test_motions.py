@@ -3,8 +3,14 @@ import pytest
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.landmarks import LANDMARKS
-from stereotrack_core.simulation.keyed_way import KeyedWay, minimum_jerk
-from stereotrack_core.simulation.motions import MOTIONS, T_POSE, chain, motion_names
+from stereotrack_core.simulation.motions import (
+    MOTIONS,
+    T_POSE,
+    KeyedWay,
+    chain,
+    minimum_jerk,
+    motion_names,
+)
 from stereotrack_core.simulation.people import PEOPLE
 from stereotrack_core.simulation.postures import Posture, state_of
 from stereotrack_core.simulation.skeleton import difference, landmarks, posed_bones

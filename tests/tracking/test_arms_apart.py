@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.body.angles import ALL_JOINTS
-from stereotrack_core.body.jacobian import columns_of
-from stereotrack_core.body.manifold import difference, displaced
+from stereotrack_core.body.manifold import columns_of, difference, displaced
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.pose import PartFrames
 from stereotrack_core.body.proportions import AVERAGE

@@ -9,9 +9,9 @@ from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_file import read_run, write_run
-from stereotrack_core.recording.depth_views import usable_views
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.tracking.frame import run_of
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import Pipeline, track

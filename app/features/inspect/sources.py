@@ -14,8 +14,8 @@ from stereotrack_core.body.model import BodyModel, body_model
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.recording.depth_views import usable_views
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.inspection import (
     Beginning,

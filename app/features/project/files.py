@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QFileDialog
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_file import read_run, write_run
-from stereotrack_core.simulation.demo import DemoPlaces, demo_places, make_demo
+from stereotrack_core.simulation.make import DemoPlaces, demo_places, make_demo
 from stereotrack_core.tracking.unfinished import INCOMPLETE
 
 from ...context import Context

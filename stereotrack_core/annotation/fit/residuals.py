@@ -10,8 +10,8 @@ import numpy as np
 from stereotrack_core.annotation.fit.measurement import ClickMeasurement
 from stereotrack_core.annotation.fit.state import Freedom
 from stereotrack_core.arrays import FloatArray, IntArray
-from stereotrack_core.body.jacobian import Columns
 from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.body.manifold import Columns
 from stereotrack_core.body.pose import PartFrames
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.tracking.residuals.surface import SurfaceResidual

@@ -19,9 +19,14 @@ import numpy as np
 from stereotrack_core.annotation.landmark_set import Landmark, LandmarkSet
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.angles import THESIS_JOINTS
-from stereotrack_core.body.jacobian import Columns, columns_of, point_jacobian
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.body.manifold import difference, displaced
+from stereotrack_core.body.manifold import (
+    Columns,
+    columns_of,
+    difference,
+    displaced,
+    point_jacobian,
+)
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose, orthonormal
 from stereotrack_core.body.skeleton import HEAD, PARENTS, PARTS, TORSO

@@ -10,8 +10,8 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.sampling import segment_blocked
 from stereotrack_core.body.skeleton import LIMB_OF_PART
-from stereotrack_core.body.visibility import segment_blocked
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.frame import Run

@@ -15,7 +15,7 @@ from stereotrack_core.evaluation.episodes.strip import WHITE, Paper, evenly, pic
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.recording.video_file import write_png
+from stereotrack_core.recording.writing import write_png
 
 STRIP_FRAMES = 5
 _AROUND = 0.3

@@ -22,7 +22,7 @@ from stereotrack_core.evaluation.episodes.strip import (
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.recording.video_file import VideoWriter
+from stereotrack_core.recording.writing import VideoWriter
 from stereotrack_core.tracking.frame import Run
 
 _HEIGHT, _LINE = 400, 34

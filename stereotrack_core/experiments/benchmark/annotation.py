@@ -25,7 +25,7 @@ from stereotrack_core.arrays import BoolArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import body_model, placed_cones
 from stereotrack_core.body.proportions import proportions_of
-from stereotrack_core.body.visibility import segment_blocked
+from stereotrack_core.body.sampling import segment_blocked
 from stereotrack_core.evaluation.circumstances import in_image
 from stereotrack_core.evaluation.errors import errors_against, truth_of
 from stereotrack_core.evaluation.summary import Summary, summarise

@@ -13,8 +13,8 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.experiments.benchmark.clock import median
-from stereotrack_core.recording.depth_views import usable_views
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.tracking.initialise.seeds import t_pose_in_cloud
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.run import Pipeline

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from stereotrack_core.experiments.benchmark.chain_speed import chain_speed, timed_pass
 from stereotrack_core.experiments.benchmark.clock import median
-from stereotrack_core.recording.depth_views import usable_views
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.tracking.parameters import Settings
 
 

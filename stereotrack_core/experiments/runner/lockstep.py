@@ -13,10 +13,9 @@ import numpy as np
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.errors import Cancelled
-from stereotrack_core.recording.chroma import has_colours
-from stereotrack_core.recording.depth_views import usable_views
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.reader import FrameReader, has_colours
+from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.tracking.frame import Run, TrackedFrame, assembled
 from stereotrack_core.tracking.run import Pipeline
 from stereotrack_core.tracking.run_spec import RunSpec

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.arrays import Float32Array, FloatArray
-from stereotrack_core.body.cones import Cones
+from stereotrack_core.body.model import Cones
 from stereotrack_core.body.pose import PartFrames
 from stereotrack_core.body.surface import cone_tables
 from stereotrack_core.depth.cloud import Cloud, ViewDepth

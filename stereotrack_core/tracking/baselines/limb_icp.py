@@ -8,8 +8,7 @@ import numpy as np
 import scipy.linalg
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.body.jacobian import Columns, point_jacobian
-from stereotrack_core.body.manifold import difference, displaced
+from stereotrack_core.body.manifold import Columns, difference, displaced, point_jacobian
 from stereotrack_core.body.model import placed_cones
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import PARENTS, PARTS, TORSO

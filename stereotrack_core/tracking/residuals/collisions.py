@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
-from stereotrack_core.body.jacobian import Columns, point_jacobian
+from stereotrack_core.body.manifold import Columns, point_jacobian
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS

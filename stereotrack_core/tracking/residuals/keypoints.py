@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.body.jacobian import Columns, point_jacobian
+from stereotrack_core.body.manifold import Columns, point_jacobian
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import HEAD, LEFT_FOREARM, RIGHT_FOREARM

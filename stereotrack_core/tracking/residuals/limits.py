@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
-from stereotrack_core.body.jacobian import Columns, point_jacobian
+from stereotrack_core.body.manifold import Columns, point_jacobian
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import REST, PartFrames, Pose
 from stereotrack_core.body.skeleton import (

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
-from stereotrack_core.body.jacobian import Columns, point_jacobian, points_along
+from stereotrack_core.body.manifold import Columns, point_jacobian, points_along
 from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.surface import ClosestPoints, nearest_on_surface, parts_of_cones

@@ -13,7 +13,7 @@ from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.errors import Cancelled
-from stereotrack_core.recording.chroma import has_colours
+from stereotrack_core.recording.reader import has_colours
 from stereotrack_core.tracking.estimate import Estimate, Tracker
 from stereotrack_core.tracking.frame import Origin, TrackedFrame
 from stereotrack_core.tracking.lengths_fit import EstimatedLengths

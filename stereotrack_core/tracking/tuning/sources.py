@@ -8,13 +8,12 @@ from typing import Protocol
 from weakref import WeakKeyDictionary
 
 from stereotrack_core.arrays import Float32Array, ImageArray
+from stereotrack_core.depth.match import Region
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.rectify import Rectification
-from stereotrack_core.depth.region import Region
 from stereotrack_core.depth.sources import DepthFrame, DepthSource, StereoFrame, StereoSource
 from stereotrack_core.memory import Memory
-from stereotrack_core.recording.frames import FrameSet, ViewImages
-from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.reader import FrameReader, FrameSet, ViewImages
 
 EMPTY_SCENE = -1
 """Stands for the frame number of images without anybody."""

@@ -6,8 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stereotrack_core.body.angles import ALL_JOINTS
-from stereotrack_core.body.jacobian import columns_of
-from stereotrack_core.body.manifold import displaced
+from stereotrack_core.body.manifold import columns_of, displaced
 from stereotrack_core.body.pose import PartFrames
 from stereotrack_core.body.skeleton import HEAD, LEFT_FOREARM, RIGHT_FOREARM
 from stereotrack_core.recording.detections import Detections

@@ -5,8 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stereotrack_core.body.cones import OUTLINE_NAMES
-from stereotrack_core.body.model import body_model
+from stereotrack_core.body.model import OUTLINE_NAMES, body_model
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import AVERAGE

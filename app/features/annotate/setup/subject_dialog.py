@@ -24,8 +24,7 @@ from PySide6.QtWidgets import (
 )
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.recording.description import Subject
-from stereotrack_core.recording.subject_file import write_subject
+from stereotrack_core.recording.description import Subject, write_subject
 
 from ....services.tasks.task import Task, TaskList
 from .subjects import LENGTH_WORDS, Measured, Subjects, average_of, doubts_about, read_subject_file

@@ -19,8 +19,7 @@ from stereotrack_core.project.entries import Choose, DeleteEntry
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import SUBJECT
 from stereotrack_core.project.setups import load_subject, save_subject
-from stereotrack_core.recording.description import Subject
-from stereotrack_core.recording.subject_file import LENGTHS, read_subject
+from stereotrack_core.recording.description import LENGTHS, Subject, read_subject
 
 LENGTH_WORDS: Mapping[str, tuple[str, str]] = {
     "shoulder_width": ("Shoulder width", "between the joint centres of both shoulders"),
