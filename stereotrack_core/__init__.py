@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 from stereotrack_core.version import __version__
 
 if TYPE_CHECKING:
-    from stereotrack_core.annotation.fit.recorded import fit_reference
+    from stereotrack_core.annotation.fit.fit import fit_reference
     from stereotrack_core.depth.chain import DepthChain
     from stereotrack_core.evaluation.episodes.find import failures
     from stereotrack_core.evaluation.summary import evaluate

@@ -17,7 +17,7 @@ from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.annotation.epipolar import in_image
 from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA, sigma_of
 from stereotrack_core.annotation.fit.results import GAP, TrajectoryFit
-from stereotrack_core.annotation.follow_click import FollowedClick
+from stereotrack_core.annotation.follow import FollowedClick
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.annotation.prediction import Prediction
 from stereotrack_core.arrays import FloatArray

@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stereotrack_core.annotation.camera_doubts import (
+from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.doubts import (
     doubtful_camera,
     frames_asked,
     own_mistakes,
     what_disagrees,
     what_to_do,
 )
-from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.predict import ACCEPTED
 from stereotrack_core.geometry.camera import Camera

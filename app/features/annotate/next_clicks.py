@@ -11,9 +11,13 @@ from PySide6.QtCore import QObject, Signal, Slot
 
 from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
 from stereotrack_core.annotation.fit.results import TrajectoryFit
-from stereotrack_core.annotation.next_clicks import NextClicks, Wish
-from stereotrack_core.annotation.stop_sign import good_enough
-from stereotrack_core.annotation.suggestion import StopSign, Suggestion
+from stereotrack_core.annotation.next_clicks import (
+    NextClicks,
+    StopSign,
+    Suggestion,
+    Wish,
+    good_enough,
+)
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.project.click_sigma import measured_sigmas
 from stereotrack_core.project.history import Changed

@@ -11,11 +11,10 @@ import numpy as np
 
 from stereotrack_core.annotation.fit.depth import MeasuredDepth, measured_depth
 from stereotrack_core.annotation.fit.measurement import ClickMeasurement
-from stereotrack_core.annotation.fit.movement import Movement, pose_sigmas
 from stereotrack_core.annotation.fit.residuals import Clicks, undistorted_clicks
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.fit.start import standing, watched_place
-from stereotrack_core.annotation.fit.state import Freedom
+from stereotrack_core.annotation.fit.state import Freedom, Movement, pose_sigmas
 from stereotrack_core.annotation.fit.stretch import FrameData, Stretch
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.arrays import IntArray

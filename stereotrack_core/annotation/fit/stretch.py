@@ -9,16 +9,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.annotation.fit.depth import MeasuredDepth
-from stereotrack_core.annotation.fit.mistakes import Judgement, judged, mixture_weight
-from stereotrack_core.annotation.fit.movement import Movement, shift_sigmas
 from stereotrack_core.annotation.fit.residuals import (
     ClickResidual,
     Clicks,
+    Judgement,
     SlippingSurface,
+    judged,
+    mixture_weight,
 )
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.fit.start import without_twists
-from stereotrack_core.annotation.fit.state import FitState, Freedom, slipped
+from stereotrack_core.annotation.fit.state import FitState, Freedom, Movement, shift_sigmas, slipped
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import BodyModel

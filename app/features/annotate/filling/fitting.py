@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from stereotrack_core import __version__
-from stereotrack_core.annotation.camera_doubts import what_disagrees, what_to_do
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.click_points import click_pixels, click_residuals, limb_residuals
+from stereotrack_core.annotation.doubts import what_disagrees, what_to_do
 from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA, measurements
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, TrajectoryFit
 from stereotrack_core.annotation.fit.settings import FitSettings

@@ -10,8 +10,7 @@ import numpy as np
 
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
-from stereotrack_core.annotation.follow import follow_patch
-from stereotrack_core.annotation.follow_click import FollowedClick, pictures_of
+from stereotrack_core.annotation.follow import FollowedClick, follow_patch, pictures_of
 from stereotrack_core.annotation.prefill import FOLLOWING, from_following
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.project.click_sigma import measured_sigmas

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from PySide6.QtCore import QObject, Signal, Slot
 
-from stereotrack_core.annotation.camera_doubts import doubtful_camera, own_mistakes
 from stereotrack_core.annotation.click import ClickKey
+from stereotrack_core.annotation.doubts import doubtful_camera, own_mistakes
 from stereotrack_core.annotation.fit.results import TrajectoryFit
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.arrays import FloatArray
