@@ -166,7 +166,6 @@ def click_sigmas(
     ----------
     found : iterable of Difference
         First against second readings.
-    landmarks : iterable of str
     usual : float
         What is assumed without measurements.
     enough : int
@@ -283,12 +282,6 @@ def agreement_in_space(
 
     Only the images in which both readings give a position are taken, so that both see with the
     same eyes.
-
-    Parameters
-    ----------
-    found : iterable of Difference
-    cameras : mapping from camera name to Camera
-    landmarks : LandmarkSet
     """
     pairs = [one for one in found if one.apart is not None]
     first = _points([one.first for one in pairs], cameras, landmarks)

@@ -54,7 +54,6 @@ def distances(clicked: BoolArray, reach: int) -> tuple[IntArray, IntArray]:
     ----------
     clicked : (F, n) bool
         Whether a landmark has a click at a frame.
-    reach : int
 
     Returns
     -------
@@ -77,7 +76,6 @@ def over_frames(gain: FloatArray, clicked: BoolArray, reach: int) -> FloatArray:
     gain : (F, C, n) float64
         What a click would gain at its own frame.
     clicked : (F, n) bool
-    reach : int
 
     Returns
     -------
@@ -99,10 +97,8 @@ def shares_around(row: int, clicked: BoolArray, reach: int) -> tuple[IntArray, F
 
     Parameters
     ----------
-    row : int
     clicked : (F,) bool
         Of the landmark; what it says of `row` does not count.
-    reach : int
     """
     others = np.flatnonzero(clicked)
     before, after = others[others < row], others[others > row]
@@ -191,8 +187,6 @@ class ClickGains:
 
     Parameters
     ----------
-    cameras : mapping from name to Camera
-    landmark_set : LandmarkSet
     fit : TrajectoryFit
         Of this set of landmarks.
     clicks : iterable of Click
@@ -295,7 +289,6 @@ class ClickGains:
 
         Parameters
         ----------
-        frame : int
         clicks : iterable of Click
             All of the frame, deleted ones too.
         fit : FrameFit, optional

@@ -78,7 +78,6 @@ def click_residuals(clicks: ClickPixels, frame: IntArray, points: FloatArray) ->
 
     Parameters
     ----------
-    clicks : ClickPixels
     frame : (T,) int64
         Frames of the trajectory, ascending.
     points : (T, L, 3) float64, world, metres

@@ -52,8 +52,6 @@ def doubtful_camera(
     ----------
     clicks : iterable of Click
         Of all frames.
-    cameras : mapping from name to Camera
-    landmark_set : LandmarkSet
     """
     own = [click for click in clicks if click.origin != ACCEPTED]
     asked = frames_asked(np.unique([click.frame for click in own]).astype(np.int64))
@@ -79,7 +77,6 @@ def what_disagrees(found: Disagreement, names: Mapping[str, str] | None = None) 
 
     Parameters
     ----------
-    found : Disagreement
     names : mapping from camera to str, optional
         How people call the cameras; by their own names where it says nothing.
     """
@@ -128,9 +125,6 @@ def own_mistakes(
     ----------
     flagged : iterable of ClickKey
         Clicks that lie far from a fit to all cameras.
-    found : Disagreement or None
-    clicks : iterable of Click
-    cameras : mapping from name to Camera
     """
     keys = tuple(flagged)
     if found is None or not keys:

@@ -114,7 +114,6 @@ def follow_patch(
         read, which ends it. Read one by one, as far as needed.
     start : (2,) float64
         Raw pixel in the first picture.
-    settings : FollowSettings
     cancelled : callable, optional
         Asked before every picture whether to stop; what was followed is kept.
 

@@ -98,7 +98,6 @@ def limb_sigma_deg(
     nine : (..., 9, 3) float64, world, metres
     covariance : (..., n, 3, 3) float64, square metres
         Of the landmarks of the set, taken for independent.
-    landmark_set : LandmarkSet
     """
     v = mean_squares(axis_quadratics(nine, landmark_set), covariance)
     result: FloatArray = np.degrees(np.sqrt(np.maximum(v[..., OWN_AXES], 0.0)))

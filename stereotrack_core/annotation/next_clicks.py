@@ -129,7 +129,6 @@ def good_enough(
     limb_sigma_deg : (F, 6) float64
         Root mean square angle by which each limb may be off, in the order of ``LIMBS``; NaN where
         nothing is known, which misses every accuracy. Leave out flagged gaps.
-    wanted_deg : float
     limbs : sequence of str
         Those that count.
     allowed : float
@@ -201,9 +200,6 @@ class NextClicks:
 
     Parameters
     ----------
-    cameras : mapping from name to Camera
-    landmark_set : LandmarkSet
-    fit : TrajectoryFit
     clicks : iterable of Click
         All of them, deleted ones too: where a person took a click away, none is asked for.
     sigma : float or mapping from landmark to float

@@ -57,10 +57,8 @@ def from_run(
 
     Parameters
     ----------
-    run : Run
     name : str
         Of the run in the project; the source is ``run NAME``.
-    cameras : mapping from name to Camera
     landmark_set : LandmarkSet
         Landmarks that the run does not have are left out.
     """
@@ -142,7 +140,6 @@ def unclicked(
 
     Parameters
     ----------
-    predictions : iterable of Prediction
     said : collection of ClickKey
         Of all clicks: also of deleted ones, and of those that say "outside".
     """

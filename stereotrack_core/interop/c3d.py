@@ -168,7 +168,6 @@ def write_c3d(
 
     Parameters
     ----------
-    path : Path
     trajectory : LandmarkTrajectory
         Frames between its frames are written as missing.
     fps : float

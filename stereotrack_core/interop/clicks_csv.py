@@ -58,10 +58,8 @@ def read_clicks(
 
     Parameters
     ----------
-    path : Path
     recording : Recording
         ``view`` names one of its views (that view's reference image) or one of its cameras.
-    landmarks : sequence of str
     frames : int, optional
         Number of frames of the recording, where it is known.
 

@@ -92,12 +92,8 @@ def read_coco(
 
     Parameters
     ----------
-    path : Path
-    recording : Recording
-    landmarks : sequence of str
     camera : str, optional
         Camera or view that all pictures are of; otherwise told picture by picture.
-    names : mapping from their landmark to ours, optional
 
     Raises
     ------

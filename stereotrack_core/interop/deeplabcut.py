@@ -57,12 +57,8 @@ def read_deeplabcut(
 
     Parameters
     ----------
-    path : Path
-    recording : Recording
-    landmarks : sequence of str
     camera : str, optional
         Camera or view; otherwise told from the names of pictures, or of the file.
-    names : mapping from their landmark to ours, optional
     least_likelihood : float
         Predictions below it are left out.
 

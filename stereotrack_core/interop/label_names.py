@@ -60,7 +60,6 @@ def map_names(
 
     Parameters
     ----------
-    theirs, ours : names
     stated : mapping from their name to ours
         What the person says; it goes before everything else.
     where : str

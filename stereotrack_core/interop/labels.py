@@ -57,14 +57,10 @@ def read_labels(
 
     Parameters
     ----------
-    path : Path
-    recording : Recording
-    landmarks : sequence of str
     frames : int, optional
         Number of frames of the recording, where it is known.
     camera : str, optional
         Camera or view that the file is of, where it does not say so itself.
-    names : mapping from their landmark to ours, optional
 
     Raises
     ------

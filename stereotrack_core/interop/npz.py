@@ -67,13 +67,10 @@ def read_arrays(
 
     Parameters
     ----------
-    file : binary file
     where : str
         Its path, for messages.
-    layout : mapping of ArrayLayout by name
     what : str
         What the file should be, such as ``run file of this program``.
-    remedy : str
 
     Raises
     ------

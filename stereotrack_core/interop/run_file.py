@@ -69,8 +69,6 @@ def write_trajectory(
 
     Parameters
     ----------
-    path : Path
-    trajectory : LandmarkTrajectory
     fps : float or None
         Frames per second; only ``.csv`` needs none.
     residual : (F,) float64, metres, optional

@@ -88,12 +88,8 @@ def read_sleap(
 
     Parameters
     ----------
-    path : Path
-    recording : Recording
-    landmarks : sequence of str
     camera : str, optional
         Camera or view that all videos are of; otherwise told from their names.
-    names : mapping from their landmark to ours, optional
 
     Raises
     ------

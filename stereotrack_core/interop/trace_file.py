@@ -26,7 +26,6 @@ def write_trace(path: Path, trace: StepTrace, correction: int) -> None:
     ----------
     path : Path
         ``.npz`` for all numbers, ``.csv`` for the cross-covariance.
-    trace : StepTrace
     correction : int
         Which of the trace's corrections a ``.csv`` holds.
 

@@ -22,7 +22,6 @@ def measured_sigmas(project: Project, usual: float) -> dict[str, float]:
 
     Parameters
     ----------
-    project : Project
     usual : float
         What is assumed while little was annotated again.
     """

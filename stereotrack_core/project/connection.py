@@ -180,8 +180,6 @@ class Access:
 
     Parameters
     ----------
-    database : sqlite3.Connection
-    path : Path
     identity : (int, int), optional
         Device and number of the file, by which it is known before every write.
     """

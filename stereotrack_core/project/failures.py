@@ -66,7 +66,6 @@ class ProjectDamaged(InputError):
 
     Parameters
     ----------
-    path : Path
     detail : str
         What is wrong, in a few words.
     first : str, optional

@@ -139,8 +139,6 @@ class History(HistoryReader):
 
         Parameters
         ----------
-        edit : Edit
-        stamp : Stamp
         continues : bool
             Where the last edit is of the same kind and changed the same rows, become one with it
             (nudging a click ten times is undone at once).

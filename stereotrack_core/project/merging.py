@@ -141,7 +141,6 @@ def incoming(
         All clicks of the project, deleted ones too.
     theirs : iterable of Click
         Where a deleted click meets nothing, nothing comes of it.
-    source : str
     complete : bool
         Whether the source can say flag and sigma; a clicks file cannot, and leaves them alone.
     """

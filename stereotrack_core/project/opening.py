@@ -61,7 +61,6 @@ def open_for_writing(
 
     Parameters
     ----------
-    path : Path
     take_over : bool
         Take a project on a network drive that another machine has not given back.
     mounts : sequence of (str, str), optional
@@ -198,7 +197,6 @@ def _notes_of_end(path: Path, left: Owner | None, locked: bool) -> tuple[Finding
 
     Parameters
     ----------
-    path : Path
     left : Owner or None
         Who had it open.
     locked : bool

@@ -166,7 +166,6 @@ class Project:
 
         Parameters
         ----------
-        edit : Edit
         continues : bool
             Become one with the last edit where that is of the same kind and rows, as when a click
             is nudged again.

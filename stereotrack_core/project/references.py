@@ -62,7 +62,6 @@ def reference_of_fit(fit: TrajectoryFit, meta: Mapping[str, Any]) -> Reference:
 
     Parameters
     ----------
-    fit : TrajectoryFit
     meta : mapping
         How it was made; JSON-serialisable.
     """
@@ -148,8 +147,6 @@ def without_gaps(
 
     Parameters
     ----------
-    fit : TrajectoryFit
-    gaps : mapping from landmark to frames
     clicked : collection of (frame, landmark)
         These are known all the same.
     """

@@ -57,7 +57,6 @@ def keep_run(name: str, run: Run, note: str = "", *, replacing: bool = False) ->
     ----------
     name : str
         A run of that name is replaced only where that is said; see :func:`free_name`.
-    run : Run
     note : str
         What a person has to say about it.
     """

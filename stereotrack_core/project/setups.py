@@ -38,7 +38,6 @@ def save_subject(subject: Subject, *, origin: str = "entered") -> SaveEntry:
 
     Parameters
     ----------
-    subject : Subject
     origin : str
         How they are known: ``entered``, ``measured from clicks``, ``found by the tracker``.
     """

@@ -151,7 +151,6 @@ def check_rows(
 
     Parameters
     ----------
-    database, path
     tables : iterable of str, optional
         Names of the tables; all without it.
 

@@ -50,12 +50,10 @@ def clicked_shape(
     ----------
     stretch : Stretch
         One that knows depth.
-    data : sequence of FrameData
     poses : sequence of Pose
         As fitted to clicks.
     known : (k,) int64
         Frames whose clicks tell the pose and that have depth.
-    proportions : Proportions
     shape : BodyParameters
         The average one.
     """

@@ -49,7 +49,6 @@ def measured_depth(cloud: Cloud, wanted: int, *, outlines: bool) -> MeasuredDept
 
     Parameters
     ----------
-    cloud : Cloud
     wanted : int
         Points, drawn evenly; the same for the same frame.
     outlines : bool
@@ -80,8 +79,6 @@ def recorded_depth(
 
     Parameters
     ----------
-    recording : Recording
-    settings : FitSettings
     views : sequence of str, optional
         Only these views.
 

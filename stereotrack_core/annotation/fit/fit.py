@@ -35,10 +35,6 @@ class ClickFit:
 
     Parameters
     ----------
-    cameras : mapping from camera name to Camera
-    landmark_set : LandmarkSet
-    proportions : Proportions
-    settings : FitSettings, optional
     fps : float
         Frame sets per second.
     shape : BodyParameters, optional
@@ -111,7 +107,6 @@ class ClickFit:
 
         Parameters
         ----------
-        measurements_by_frame : mapping from frame to measurements
         frames : range
             To be filled.
         clouds : callable, optional
@@ -154,13 +149,10 @@ def fit_reference(
 
     Parameters
     ----------
-    recording : Recording
-    clicks : sequence of Click
     frames : range, optional
         Frames to fit; all when not given.
     views : sequence of str, optional
         Clicks and depth of these views alone count; all when not given.
-    settings : FitSettings, optional
     proportions : Proportions, optional
         The person's; those of the recording's subject when not given.
     sigma : float, pixels
@@ -171,7 +163,6 @@ def fit_reference(
         Frames that are left unknown.
     on_frame : callable, optional
         Told every frame whose depth is read.
-    cancelled : callable, optional
 
     Returns
     -------

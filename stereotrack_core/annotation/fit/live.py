@@ -106,9 +106,6 @@ class Descent:
     ----------
     freedom : Freedom
         Of clicks alone, without the surface's slips.
-    settings : FitSettings
-    clicks : Clicks
-    expected : Expected
     """
 
     def __init__(
@@ -125,7 +122,6 @@ class Descent:
 
         Parameters
         ----------
-        state : FitState
         sigma : (M,) float64
             Pixels per axis by which right clicks are taken to scatter.
         steps : int

@@ -55,7 +55,6 @@ def measurements(
 
     Parameters
     ----------
-    clicks : iterable of Click
     landmark_set : LandmarkSet
         Clicks of landmarks that are not in it give none either.
     default_sigma : float or mapping from landmark to float

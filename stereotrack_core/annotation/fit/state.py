@@ -229,12 +229,6 @@ class Movement:
 
     The numbers are those of the error state, then the speeds of the pose's numbers per frame:
     x_k+1 = x_k + v_k, v_k+1 = rho v_k, and shifts and slips fade towards nothing.
-
-    Parameters
-    ----------
-    freedom : Freedom
-    settings : FitSettings
-    fps : float
     """
 
     def __init__(self, freedom: Freedom, settings: FitSettings, fps: float) -> None:

@@ -85,14 +85,7 @@ class Fitted:
 
 
 class Stretch:
-    """Fits successive frames together.
-
-    Parameters
-    ----------
-    freedom : Freedom
-    settings : FitSettings
-    movement : Movement
-    """
+    """Fits successive frames together."""
 
     def __init__(self, freedom: Freedom, settings: FitSettings, movement: Movement) -> None:
         self.freedom = freedom
@@ -115,13 +108,10 @@ class Stretch:
 
         Parameters
         ----------
-        data : sequence of FrameData
-        start : sequence of Pose
         usual : Pose
             What is expected of the first frame.
         pose_sigma : (of_pose,) float64
             How firmly.
-        rounds : int
         cancelled : callable, optional
             Asked in every round.
 
@@ -165,8 +155,6 @@ class Stretch:
 
         Parameters
         ----------
-        frame : FrameData
-        begin : FitState
         usual : Pose
             What is expected.
         pose_sigma : (of_pose,) float64

@@ -91,15 +91,12 @@ def _asked_between(
 
     Parameters
     ----------
-    stretch : Stretch
-    data : sequence of FrameData
     poses : sequence of Pose
         As filled between clicked frames.
     known : (K,) bool
         Frames whose clicks tell the pose.
     fps : float
         Frame sets per second.
-    cancelled : callable, optional
 
     Raises
     ------
