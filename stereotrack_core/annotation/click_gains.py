@@ -19,9 +19,8 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.click import GUESSED_FACTOR, USUAL_SIGMA, Click, sigma_of
 from stereotrack_core.annotation.epipolar import in_image
-from stereotrack_core.annotation.fit.measurement import GUESSED_FACTOR, USUAL_SIGMA, sigma_of
 from stereotrack_core.annotation.fit.results import FrameFit, TrajectoryFit
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.limb_axes import (

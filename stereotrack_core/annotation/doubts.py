@@ -13,12 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stereotrack_core.annotation.click import Click, ClickKey
+from stereotrack_core.annotation.click import ACCEPTED, USUAL_SIGMA, Click, ClickKey
 from stereotrack_core.annotation.click_points import click_pixels
-from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
 from stereotrack_core.annotation.fit.results import MISTAKEN, TrajectoryFit
 from stereotrack_core.annotation.landmark_set import LandmarkSet
-from stereotrack_core.annotation.predict import ACCEPTED, PredictedPoint, predicted_point
+from stereotrack_core.annotation.predict import PredictedPoint, predicted_point
 from stereotrack_core.annotation.swaps import Swap, find_swaps
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stereotrack_core.annotation.click import Click, ClickKey
+from stereotrack_core.annotation.click import USUAL_SIGMA, Click, ClickKey
 from stereotrack_core.annotation.click_gains import (
     REACH,
     ClickGains,
@@ -23,7 +23,6 @@ from stereotrack_core.annotation.doubts import (
     own_mistakes,
     swaps_of,
 )
-from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
 from stereotrack_core.annotation.fit.results import FrameFit, TrajectoryFit
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.limb_axes import AXES, SCORED

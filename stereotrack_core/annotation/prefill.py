@@ -13,13 +13,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from stereotrack_core.annotation.click import Click, ClickKey
+from stereotrack_core.annotation.click import USUAL_SIGMA, Click, ClickKey, Prediction, sigma_of
 from stereotrack_core.annotation.epipolar import in_image
-from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA, sigma_of
 from stereotrack_core.annotation.fit.results import GAP, TrajectoryFit
 from stereotrack_core.annotation.follow import FollowedClick
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
-from stereotrack_core.annotation.prediction import Prediction
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.geometry.camera import Camera, pixel_jacobian

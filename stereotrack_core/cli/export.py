@@ -134,7 +134,7 @@ def _project_reference(args: Namespace, project: Project) -> dict[str, Any]:
 
 def _reference(project: Project, name: str | None) -> Reference:
     """The reference of that name, or the chosen or only one."""
-    from stereotrack_core.project.references import load_reference
+    from stereotrack_core.project.setups import load_reference
 
     names = project.references.names()
     if not names:

@@ -158,7 +158,7 @@ def _settings(args: Namespace) -> FitSettings:
 
 
 def _sigma(given: float | None) -> float:
-    from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
+    from stereotrack_core.annotation.click import USUAL_SIGMA
 
     if given is None:
         return USUAL_SIGMA
@@ -197,8 +197,8 @@ def _proportions(subject: str | None, recording: Recording, clicks: Sequence[Cli
 
 
 def _write(path: Path, fit: TrajectoryFit, recording: Recording, meta: Mapping[str, Any]) -> None:
+    from stereotrack_core.annotation.reference import reference_of_fit
     from stereotrack_core.interop.reference_npz import write_reference
-    from stereotrack_core.project.references import reference_of_fit
     from stereotrack_core.recording.landmarks import write_landmarks
     from stereotrack_core.version import __version__
 

@@ -140,7 +140,7 @@ def _labels(args: Namespace, project: Project, names: dict[str, str]) -> Labels:
 def _reference(args: Namespace, project: Project) -> dict[str, Any]:
     """Keep a trajectory as a reference of the project."""
     from stereotrack_core.interop.run_file import reference_in
-    from stereotrack_core.project.references import save_reference
+    from stereotrack_core.project.setups import save_reference
 
     _refuse_options(args, "a trajectory belongs to no camera and has its own landmark names")
     reference = reference_in(args.file)

@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import astuple
 from pathlib import Path
 
+from stereotrack_core.annotation.agreement import click_sigmas
+from stereotrack_core.annotation.click import USUAL_SIGMA
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.annotation.progress import Progress, progress
 from stereotrack_core.errors import Finding, InputError
@@ -224,6 +226,13 @@ class Project:
             return load_landmark_set(self.landmark_sets, self.chosen(self.landmark_sets))
         except ProjectDamaged:
             return NINE
+
+    def click_sigmas(self, usual: float = USUAL_SIGMA) -> dict[str, float]:
+        """Standard deviation of a click in pixels per axis, for each landmark of the chosen set.
+
+        Measured by frames that were annotated again; `usual` is assumed while these are few.
+        """
+        return click_sigmas(self.clicks.repeat_differences(), self.landmark_set().names, usual)
 
     def corrections(self) -> Corrections | None:
         """The version of the recording's description that was chosen."""

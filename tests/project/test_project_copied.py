@@ -18,7 +18,7 @@ import pytest
 
 from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.click_edits import MoveClicks, place
+from stereotrack_core.project.clicks import MoveClicks, place
 from stereotrack_core.project.database import make_database
 from stereotrack_core.project.failures import ProjectDamaged
 from stereotrack_core.project.project import Project

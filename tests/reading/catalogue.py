@@ -39,7 +39,7 @@ from stereotrack_core.interop.run_journal import has_frames, read_unfinished
 from stereotrack_core.interop.run_npz import write_npz
 from stereotrack_core.interop.sleap import write_sleap
 from stereotrack_core.interop.trc import write_trc
-from stereotrack_core.project.run_facts import facts_to_keep, run_facts
+from stereotrack_core.project.runs import facts_to_keep, run_facts
 from stereotrack_core.recording.calibration import read_calibration
 from stereotrack_core.recording.consistency import check_consistency
 from stereotrack_core.recording.csv_table import read_csv_table

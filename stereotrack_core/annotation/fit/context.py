@@ -9,8 +9,8 @@ from functools import cached_property
 
 import numpy as np
 
+from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.fit.depth import MeasuredDepth, measured_depth
-from stereotrack_core.annotation.fit.measurement import ClickMeasurement
 from stereotrack_core.annotation.fit.residuals import Clicks, undistorted_clicks
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.fit.start import standing, watched_place
@@ -129,13 +129,11 @@ class FitContext:
         """Where somebody stands of whom nothing is known."""
         return standing(self.body, watched_place(self.cameras))
 
-    def clicks(self, measurements: Sequence[ClickMeasurement]) -> Clicks:
+    def clicks(self, measurements: Sequence[Click]) -> Clicks:
         """Clicks of one frame, freed from the distortion of their lenses."""
         return undistorted_clicks(measurements, self.cameras, self.whole.names)
 
-    def data(
-        self, measurements: Sequence[ClickMeasurement], cloud: Cloud | MeasuredDepth | None
-    ) -> FrameData:
+    def data(self, measurements: Sequence[Click], cloud: Cloud | MeasuredDepth | None) -> FrameData:
         """What is known of a frame; depth only where it is to be used."""
         clicks, s = self.clicks(measurements), self.settings
         if cloud is None or not s.use_depth:

@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 
-from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.click import (
+    USUAL_SIGMA,
+    Click,
+    measurements,
+)
 from stereotrack_core.annotation.fit.context import CLICKED_SHAPE, FitContext
 from stereotrack_core.annotation.fit.depth import MeasuredDepth, recorded_depth
 from stereotrack_core.annotation.fit.live import fitted_frame
-from stereotrack_core.annotation.fit.measurement import (
-    USUAL_SIGMA,
-    ClickMeasurement,
-    measurements,
-)
 from stereotrack_core.annotation.fit.results import FrameFit, TrajectoryFit
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.fit.trajectory import Clouds, fitted_trajectory
@@ -68,7 +67,7 @@ class ClickFit:
 
     def frame(
         self,
-        measurements: Sequence[ClickMeasurement],
+        measurements: Sequence[Click],
         *,
         cloud: Cloud | MeasuredDepth | None = None,
         start: Pose | None = None,
@@ -77,7 +76,7 @@ class ClickFit:
 
         Parameters
         ----------
-        measurements : sequence of ClickMeasurement
+        measurements : sequence of Click
             May be few, or none.
         cloud : Cloud or MeasuredDepth, optional
             Measured points of the frame; used where the settings say so. Fitting one frame again
@@ -95,7 +94,7 @@ class ClickFit:
 
     def trajectory(
         self,
-        measurements_by_frame: Mapping[int, Sequence[ClickMeasurement]],
+        measurements_by_frame: Mapping[int, Sequence[Click]],
         frames: range,
         *,
         clouds: Clouds | None = None,
@@ -209,7 +208,7 @@ def clicks_in(
 
 def _measured(
     clicks: Sequence[Click], frames: range, sigma: float, source: str
-) -> Mapping[int, Sequence[ClickMeasurement]]:
+) -> Mapping[int, Sequence[Click]]:
     by_frame: dict[int, list[Click]] = defaultdict(list)
     for click in clicks:
         if click.frame in frames and click.position is not None:
@@ -220,4 +219,4 @@ def _measured(
             where=source,
             remedy="Click a few frames first, or choose other frames or views.",
         )
-    return {frame: measurements(own, NINE, sigma) for frame, own in by_frame.items()}
+    return {frame: measurements(own, NINE.names, sigma) for frame, own in by_frame.items()}

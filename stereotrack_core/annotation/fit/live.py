@@ -18,9 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 
+from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.fit.context import FitContext
 from stereotrack_core.annotation.fit.depth import MeasuredDepth
-from stereotrack_core.annotation.fit.measurement import ClickMeasurement
 from stereotrack_core.annotation.fit.residuals import (
     ClickResidual,
     Clicks,
@@ -248,7 +248,7 @@ class _Way:
 
 def fitted_frame(
     context: FitContext,
-    measurements: Sequence[ClickMeasurement],
+    measurements: Sequence[Click],
     cloud: Cloud | MeasuredDepth | None,
     start: Pose | None,
 ) -> FrameFit:
@@ -353,7 +353,7 @@ def _place(context: FitContext, data: FrameData) -> FloatArray:
 def _as_frame(
     context: FitContext,
     freedom: Freedom,
-    measurements: Sequence[ClickMeasurement],
+    measurements: Sequence[Click],
     found: Fitted,
     factor: float,
 ) -> FrameFit:

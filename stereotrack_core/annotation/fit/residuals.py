@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stereotrack_core.annotation.fit.measurement import ClickMeasurement
+from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.fit.state import Freedom
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
@@ -65,7 +65,7 @@ class Clicks:
 
 
 def undistorted_clicks(
-    measurements: Sequence[ClickMeasurement],
+    measurements: Sequence[Click],
     cameras: Mapping[str, Camera],
     names: Sequence[str],
 ) -> Clicks:
@@ -79,7 +79,7 @@ def undistorted_clicks(
     known = tuple(cameras)
     index_of = {name: i for i, name in enumerate(known)}
     camera = np.array([index_of[one.camera] for one in measurements], dtype=np.int64)
-    pixel = np.array([one.pixel for one in measurements], dtype=np.float64).reshape(-1, 2)
+    pixel = np.array([one.position for one in measurements], dtype=np.float64).reshape(-1, 2)
     normalised, slope = np.empty((len(camera), 2)), np.empty((len(camera), 2, 2))
     around = _STEP * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
     for index in np.unique(camera):

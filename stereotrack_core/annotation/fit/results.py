@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stereotrack_core.annotation.click import ClickKey
-from stereotrack_core.annotation.fit.measurement import ClickMeasurement
+from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.annotation.fit.residuals import Judgement
 from stereotrack_core.annotation.fit.state import FitState, Freedom
 from stereotrack_core.arrays import FloatArray, IntArray
@@ -175,21 +174,21 @@ def limb_sigmas(
 
 
 def exact_residuals(
-    measurements: Sequence[ClickMeasurement],
+    measurements: Sequence[Click],
     names: Sequence[str],
     places: FloatArray,
     cameras: Mapping[str, Camera],
 ) -> FloatArray:
     """Click minus place (M, 2) in raw pixels, through the real lens; NaN behind a camera."""
     found = [
-        one.pixel - cameras[one.camera].project(places[names.index(one.landmark)])
+        np.array(one.position) - cameras[one.camera].project(places[names.index(one.landmark)])
         for one in measurements
     ]
     return np.array(found, dtype=np.float64).reshape(-1, 2)
 
 
 def used_cameras(
-    measurements: Sequence[ClickMeasurement], names: Sequence[str], mistake: FloatArray
+    measurements: Sequence[Click], names: Sequence[str], mistake: FloatArray
 ) -> IntArray:
     """Cameras (L,) with a click of each landmark that is probably right."""
     count = np.zeros(len(names), dtype=np.int64)
@@ -201,7 +200,7 @@ def used_cameras(
 def words(
     names: Sequence[str],
     report: Reported,
-    measurements: Sequence[ClickMeasurement],
+    measurements: Sequence[Click],
     judgement: Judgement,
     residual: FloatArray,
     cameras: Mapping[str, Camera],

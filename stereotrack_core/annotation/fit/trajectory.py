@@ -14,10 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stereotrack_core.annotation.click import ClickKey
+from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.annotation.fit.context import FitContext
 from stereotrack_core.annotation.fit.depth import MeasuredDepth
-from stereotrack_core.annotation.fit.measurement import ClickMeasurement
 from stereotrack_core.annotation.fit.residuals import MEDIAN_SURPRISE
 from stereotrack_core.annotation.fit.results import (
     CLICKED,
@@ -225,7 +224,7 @@ class _Filled:
 
 def fitted_trajectory(
     context: FitContext,
-    measurements: Mapping[int, Sequence[ClickMeasurement]],
+    measurements: Mapping[int, Sequence[Click]],
     frames: range,
     clouds: Clouds | None,
     gaps: Sequence[range],
@@ -252,7 +251,7 @@ def fitted_trajectory(
 
 def _stretches(
     context: FitContext,
-    clicked: Mapping[int, Sequence[ClickMeasurement]],
+    clicked: Mapping[int, Sequence[Click]],
     frames: range,
     gaps: Sequence[range],
     has_depth: bool,
@@ -318,7 +317,7 @@ def _together(
 
 def _put_together(
     context: FitContext,
-    clicked: Mapping[int, Sequence[ClickMeasurement]],
+    clicked: Mapping[int, Sequence[Click]],
     frames: range,
     filled: Sequence[_Filled],
 ) -> TrajectoryFit:
@@ -342,7 +341,7 @@ def _put_together(
             judgement = found.judgements[i]
             surprise.append(judgement.surprise)
             for one, miss, p in zip(own, off, judgement.mistake, strict=True):
-                residual[one.key(frame)], mistake[one.key(frame)] = miss, float(p)
+                residual[one.key], mistake[one.key] = miss, float(p)
     return TrajectoryFit(
         names=names,
         frame=np.array(frames, dtype=np.int64),
