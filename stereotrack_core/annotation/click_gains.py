@@ -41,7 +41,7 @@ REACH = 6
 or 12 frames gave about the same errors, and without this a fifth to a third larger ones."""
 
 
-UNTIL_FIT = 15
+_UNTIL_FIT = 15
 """Frames around a new click that count as surer until the next fit, so that the next suggestions go
 elsewhere; fewer led to clicks too close to each other."""
 
@@ -375,7 +375,7 @@ class ClickGains:
         changed = {row}
         for landmark in np.flatnonzero(new.any(axis=0)):
             clicked = self.clicked()[:, landmark]
-            rows, share = shares_around(row, clicked, UNTIL_FIT)
+            rows, share = shares_around(row, clicked, _UNTIL_FIT)
             changed.update(rows.tolist())
             before = self._sure(rows)
             for camera in np.flatnonzero(new[:, landmark]):

@@ -28,7 +28,7 @@ _BYTES = {-1: 1, 1: 1, 2: 2, 4: 4}
 
 
 @dataclass(frozen=True, eq=False)
-class C3DContent:
+class _C3DContent:
     """What a file holds of points.
 
     Attributes
@@ -67,14 +67,8 @@ class _Parameter:
         return tuple(part.decode("utf-8", "replace").strip() for part in parts)
 
 
-def parse_c3d(data: bytes) -> C3DContent:
-    """Parse the bytes of a file of the Intel kind, which all common programs write.
-
-    Raises
-    ------
-    ValueError
-        Where they are not such a file, or end too early; the text says what is wrong.
-    """
+def _parse_c3d(data: bytes) -> _C3DContent:
+    """Parse the bytes of a file of the Intel kind, which all common programs write."""
     if len(data) < _BLOCK or data[1] != _MAGIC:
         raise ValueError("this is not a C3D file")
     try:
@@ -84,7 +78,7 @@ def parse_c3d(data: bytes) -> C3DContent:
         raise ValueError("the file is damaged") from error
 
 
-def _content(data: bytes, parameters: dict[str, _Parameter]) -> C3DContent:
+def _content(data: bytes, parameters: dict[str, _Parameter]) -> _C3DContent:
     count, analog, first, last = struct.unpack_from("<4H", data, 2)
     scale, start = struct.unpack_from("<fH", data, 12)
     (rate,) = struct.unpack_from("<f", data, 20)
@@ -106,7 +100,7 @@ def _content(data: bytes, parameters: dict[str, _Parameter]) -> C3DContent:
     labels = texts.get("LABELS", ())
     if len(labels) < count:
         raise ValueError("the file contains points without a label")
-    return C3DContent(
+    return _C3DContent(
         first_frame=first - 1,
         rate=rate,
         units="".join(texts.get("UNITS", ())[:1]),
@@ -234,7 +228,7 @@ def read_c3d(path: Path) -> tuple[LandmarkTrajectory, float]:
         landmarks.
     """
     try:
-        content = parse_c3d(read_bytes(path, TABLE_BYTES))
+        content = _parse_c3d(read_bytes(path, TABLE_BYTES))
     except ValueError as error:
         raise InputError(
             str(error), where=str(path), remedy="Use another copy of the file, or export it again."
@@ -255,7 +249,7 @@ def read_c3d(path: Path) -> tuple[LandmarkTrajectory, float]:
     return LandmarkTrajectory(frame, points), content.rate
 
 
-def _metres(path: Path, content: C3DContent) -> float:
+def _metres(path: Path, content: _C3DContent) -> float:
     """Metres per unit; refuses units and axes that would be taken wrongly."""
     metres = _METRES.get(content.units)
     if metres is None:

@@ -26,7 +26,7 @@ _OTHERS = {
     ".mat": "Export the labels as .csv or COCO keypoints (.json), and use that file.",
 }
 
-TRAJECTORY_COLUMNS = {"frame", "landmark", "x", "y", "z"}
+_TRAJECTORY_COLUMNS = {"frame", "landmark", "x", "y", "z"}
 
 
 def is_trajectory(path: Path) -> bool:
@@ -41,7 +41,7 @@ def is_trajectory(path: Path) -> bool:
     if suffix != ".csv":
         return suffix in (".trc", ".c3d", ".npz", PART_SUFFIX)
     lines = read_cells(path)
-    return bool(lines) and set(lines[0]) >= TRAJECTORY_COLUMNS
+    return bool(lines) and set(lines[0]) >= _TRAJECTORY_COLUMNS
 
 
 def read_labels(

@@ -38,7 +38,7 @@ def write_trace(path: Path, trace: StepTrace, correction: int) -> None:
     suffix = path.suffix.lower()
     if suffix == ".npz":
         file = BytesIO()
-        np.savez_compressed(file, allow_pickle=False, **trace_arrays(trace))
+        np.savez_compressed(file, allow_pickle=False, **_trace_arrays(trace))
         write_file(path, file.getvalue())
     elif suffix == ".csv":
         if not 0 <= correction < len(trace.corrections):
@@ -48,7 +48,7 @@ def write_trace(path: Path, trace: StepTrace, correction: int) -> None:
                 remedy="Export as .npz, which holds all available numbers.",
             )
         names = trace.state_names
-        write_file(path, cross_covariance_csv(names, trace.corrections[correction]))
+        write_file(path, _cross_covariance_csv(names, trace.corrections[correction]))
     else:
         raise InputError(
             "the step trace cannot be written to this type of file",
@@ -57,7 +57,7 @@ def write_trace(path: Path, trace: StepTrace, correction: int) -> None:
         )
 
 
-def cross_covariance_csv(names: tuple[str, ...], correction: Correction) -> str:
+def _cross_covariance_csv(names: tuple[str, ...], correction: Correction) -> str:
     """Cross-covariance as a table: a row for each point, a column for each state.
 
     Columns before them name the point: its part, its place and partner, its residual, the standard
@@ -84,7 +84,7 @@ def cross_covariance_csv(names: tuple[str, ...], correction: Correction) -> str:
     return csv_text([*fixed, *(f"P_xz_{name}" for name in names)], rows)
 
 
-def trace_arrays(trace: StepTrace) -> dict[str, NDArray[np.generic]]:
+def _trace_arrays(trace: StepTrace) -> dict[str, NDArray[np.generic]]:
     """All numbers of a trace by name; those of correction 2 begin with ``correction_2_``."""
     arrays: dict[str, NDArray[np.generic]] = {
         "frame": np.array(trace.frame),

@@ -294,13 +294,7 @@ class MarkClicks(Edit):
         return f"mark {_place_text(self.keys)}, as {', '.join(filter(None, said))}"
 
     def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
-        """The rows of clicks that are there.
-
-        Raises
-        ------
-        InputError
-            Where a landmark outside the image shall be seen: nobody knows where.
-        """
+        """The rows of clicks that are there."""
         for click in _present(state, self.keys):
             visibility = click.visibility if self.visibility is None else self.visibility
             outside = visibility == Visibility.OUTSIDE
@@ -372,13 +366,7 @@ class PlaceRepeats(Edit):
         return f"place {_place_text([click.key for click in self.clicks])}, blind repeat"
 
     def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
-        """Every click's row.
-
-        Raises
-        ------
-        InputError
-            Where the round is not counted from 1.
-        """
+        """Every click's row."""
         if self.round < 1:
             raise InputError(
                 f"there is no blind repeat {self.round}", remedy="Blind repeats are counted from 1."

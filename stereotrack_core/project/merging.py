@@ -18,7 +18,7 @@ from stereotrack_core.project.project import Project
 
 Decision: TypeAlias = Literal["mine", "theirs", "mean"]
 
-MERGED = "merged"
+_MERGED = "merged"
 """Origin of a click that is the mean of two."""
 
 
@@ -55,7 +55,7 @@ def mean_click(conflict: Difference) -> Click:
         visibility=min(mine.visibility, theirs.visibility),
         flag=mine.flag or theirs.flag,
         sigma=sigma,
-        origin=MERGED,
+        origin=_MERGED,
     )
 
 

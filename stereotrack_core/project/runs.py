@@ -290,13 +290,7 @@ class RenameRun(Edit):
         return f"rename run {self.name} to {self.new}"
 
     def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:  # noqa: ARG002 - as all
-        """The row under its old and under its new name; who kept it and when stay.
-
-        Raises
-        ------
-        InputError
-            Where there is no run of that name, the new one is empty, or another run has it.
-        """
+        """The row under its old and under its new name; who kept it and when stay."""
         row = row_of(state, RUN, self.name)
         if not self.new.strip():
             raise InputError("the run has no name", remedy="Give it one.")
@@ -322,13 +316,7 @@ class NoteRun(Edit):
         return f"note on run {self.name}"
 
     def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:  # noqa: ARG002 - as all
-        """Its row, with other facts.
-
-        Raises
-        ------
-        InputError
-            Where there is no run of that name.
-        """
+        """Its row, with other facts."""
         row = row_of(state, RUN, self.name)
         facts = json.loads(str(row[0]))
         facts.pop("note", None)

@@ -15,8 +15,8 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_npz import run_bytes, run_of_bytes
 from stereotrack_core.project import entries
 from stereotrack_core.project.clicks import MoveClicks, place
+from stereotrack_core.project.database import ProjectDamaged
 from stereotrack_core.project.entries import SaveEntry, facts_as_json
-from stereotrack_core.project.failures import ProjectDamaged
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.runs import (
     NoteRun,

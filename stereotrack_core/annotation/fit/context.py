@@ -36,7 +36,7 @@ _NEAR = (0.05, 10.0, 15.0)
 """How far a pose fitted to clicks may be off: metres; degrees of the torso, of a joint."""
 
 
-def clicked_shape(
+def _clicked_shape(
     stretch: Stretch,
     data: Sequence[FrameData],
     poses: Sequence[Pose],
@@ -44,19 +44,7 @@ def clicked_shape(
     proportions: Proportions,
     shape: BodyParameters,
 ) -> BodyParameters:
-    """Surface and outline of the person; the given one where too few frames show them.
-
-    Parameters
-    ----------
-    stretch : Stretch
-        One that knows depth.
-    poses : sequence of Pose
-        As fitted to clicks.
-    known : (k,) int64
-        Frames whose clicks tell the pose and that have depth.
-    shape : BodyParameters
-        The average one.
-    """
+    """Surface and outline of the person; the given one where too few frames show them."""
     if len(known) < _FEWEST:
         return shape
     chosen = known[np.linspace(0, len(known) - 1, min(_FRAMES, len(known))).round().astype(int)]
@@ -150,5 +138,5 @@ class FitContext:
             return self
         deep = np.array([k for k in known if data[k].depth is not None], dtype=np.int64)
         lengths = self.body.skeleton.proportions
-        shape = clicked_shape(self.by_depth, data, poses, deep, lengths, CLICKED_SHAPE)
+        shape = _clicked_shape(self.by_depth, data, poses, deep, lengths, CLICKED_SHAPE)
         return dataclasses.replace(self, body=body_model(lengths, shape), shape=shape)

@@ -150,11 +150,11 @@ def reported(freedom: Freedom, state: FitState, P: FloatArray, count: int) -> Re
     covariance = J @ P @ np.swapaxes(J, 1, 2)
     names = freedom.landmark_set.names
     nine = places[[names.index(name) for name in LANDMARKS]]
-    limbs = limb_sigmas(names, places, J, P)
+    limbs = _limb_sigmas(names, places, J, P)
     return Reported(places[:count], covariance[:count], limbs, nine)
 
 
-def limb_sigmas(
+def _limb_sigmas(
     names: Sequence[str], places: FloatArray, J: FloatArray, P: FloatArray
 ) -> FloatArray:
     """Root mean square angles (6,) in degrees of the lines between landmarks."""
