@@ -4,47 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from stereotrack_core.annotation.click import Click, ClickKey, Visibility
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
+from stereotrack_core.interop.label_source import Labels
 from stereotrack_core.recording.csv_table import csv_text, read_rows, whole_number
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS
 
 COLUMNS = ("frame", "view", "landmark", "x", "y", "visibility")
-
-
-@dataclass(frozen=True)
-class ClicksFile:
-    """What a clicks file holds.
-
-    Attributes
-    ----------
-    clicks : tuple of Click
-        In the order of the file; lines with problems are left out.
-    problems : tuple of InputError
-        Everything wrong with it, each with its line and what would be right.
-    """
-
-    clicks: tuple[Click, ...]
-    problems: tuple[InputError, ...]
-
-    def checked(self) -> tuple[Click, ...]:
-        """The clicks, where there are no problems.
-
-        Raises
-        ------
-        InputError
-            The first problem, with the number of the others.
-        """
-        if not self.problems:
-            return self.clicks
-        first, others = self.problems[0], len(self.problems) - 1
-        more = f" ({others} more problem{'s' if others > 1 else ''} in this file)" if others else ""
-        raise InputError(f"{first.what}{more}", where=first.where, remedy=first.remedy)
 
 
 def read_clicks(
@@ -53,7 +23,7 @@ def read_clicks(
     *,
     landmarks: Sequence[str] = LANDMARKS,
     frames: int | None = None,
-) -> ClicksFile:
+) -> Labels:
     """Read clicks of a recording, and everything that is wrong in the file.
 
     Parameters
@@ -92,7 +62,7 @@ def read_clicks(
         lines[click.key] = line
         clicks.append(click)
     problems.sort(key=_line_of)
-    return ClicksFile(tuple(clicks), tuple(problems))
+    return Labels(tuple(clicks), tuple(problems))
 
 
 def write_clicks(path: Path, clicks: Iterable[Click], recording: Recording) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +10,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.interop.clicks_csv import read_clicks
 from stereotrack_core.interop.coco import read_coco
 from stereotrack_core.interop.deeplabcut import is_deeplabcut, read_deeplabcut
-from stereotrack_core.interop.label_names import Labels
+from stereotrack_core.interop.label_source import Labels, LabelSource
 from stereotrack_core.interop.run_journal import PART_SUFFIX
 from stereotrack_core.interop.sleap import read_sleap
 from stereotrack_core.recording.csv_table import read_cells
@@ -44,67 +43,51 @@ def is_trajectory(path: Path) -> bool:
     return bool(lines) and set(lines[0]) >= _TRAJECTORY_COLUMNS
 
 
-def read_labels(
-    path: Path,
-    recording: Recording,
-    *,
-    landmarks: Sequence[str],
-    frames: int | None = None,
-    camera: str | None = None,
-    names: Mapping[str, str] | None = None,
-) -> Labels:
+def read_labels(source: LabelSource, frames: int | None = None) -> Labels:
     """Read clicks, and everything that is wrong in the file.
 
-    Parameters
-    ----------
-    frames : int, optional
-        Number of frames of the recording, where it is known.
-    camera : str, optional
-        Camera or view that the file is of, where it does not say so itself.
+    `frames` is the number of frames of the recording, where it is known.
 
     Raises
     ------
     InputError
         Where the file cannot be read at all, or is of a kind that is not understood.
     """
-    suffix = path.suffix.lower()
-    if suffix == ".json":
-        found = read_coco(path, recording, landmarks=landmarks, camera=camera, names=names)
-        return _checked(found, path, recording, frames)
-    if suffix == ".slp":
-        found = read_sleap(path, recording, landmarks=landmarks, camera=camera, names=names)
-        return _checked(found, path, recording, frames)
+    suffix = source.path.suffix.lower()
+    read = {".json": read_coco, ".slp": read_sleap}.get(suffix)
+    if suffix == ".csv" and is_deeplabcut(read_cells(source.path)):
+        read = read_deeplabcut
+    if read is not None:
+        return _checked(read(source), source, frames)
     if suffix != ".csv":
         raise InputError(
             f"labels cannot be read from {suffix or 'files without a suffix'}",
-            where=str(path),
+            where=str(source.path),
             remedy=_OTHERS.get(suffix, _UNDERSTOOD),
         )
-    if is_deeplabcut(read_cells(path)):
-        found = read_deeplabcut(path, recording, landmarks=landmarks, camera=camera, names=names)
-        return _checked(found, path, recording, frames)
-    for option, given in (("--camera", camera), ("--name", names)):
+    for option, given in (("--camera", source.camera), ("--name", source.names)):
         if given:
             raise InputError(
                 "a clicks file states views and landmarks itself",
                 where=option,
                 remedy="Omit this option.",
             )
-    clicks = read_clicks(path, recording, landmarks=landmarks, frames=frames)
-    return Labels(clicks.clicks, clicks.problems)
+    return read_clicks(source.path, source.recording, landmarks=source.landmarks, frames=frames)
 
 
-def _checked(found: Labels, path: Path, recording: Recording, frames: int | None) -> Labels:
+def _checked(found: Labels, source: LabelSource, frames: int | None) -> Labels:
     """The labels whose frames and places there are, each once."""
     kept: dict[ClickKey, Click] = {}
     problems = list(found.problems)
     for click in found.clicks:
-        trouble = _trouble(click, recording, frames)
+        trouble = _trouble(click, source.recording, frames)
         if click.key in kept:
             trouble = "it is given twice"
         if trouble:
             what = f"{click.landmark} in {click.camera}, frame {click.frame}: {trouble}"
-            problems.append(InputError(what, where=str(path), remedy="Correct or delete it."))
+            problems.append(
+                InputError(what, where=str(source.path), remedy="Correct or delete it.")
+            )
         else:
             kept[click.key] = click
     return replace(found, clicks=tuple(kept.values()), problems=tuple(problems))

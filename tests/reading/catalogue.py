@@ -31,6 +31,7 @@ from stereotrack_core.interop.clicks_csv import write_clicks
 from stereotrack_core.interop.coco import write_coco
 from stereotrack_core.interop.deeplabcut import write_deeplabcut
 from stereotrack_core.interop.first_pose import first_pose
+from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.labels import is_trajectory, read_labels
 from stereotrack_core.interop.preset_file import read_preset, write_preset
 from stereotrack_core.interop.reference_npz import fps_of_reference, read_reference, write_reference
@@ -261,7 +262,7 @@ def _of_other_tools(samples: Samples, folder: Path) -> dict[str, Reader]:
 
     def labels(path: Path) -> object:
         each(lambda: is_trajectory(path))
-        found = read_labels(path, recording, landmarks=NINE.names, frames=6)
+        found = read_labels(LabelSource(path, recording, NINE.names), 6)
         for problem in found.problems:
             str(problem)
         return found
