@@ -93,7 +93,7 @@ def _add_choice(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     """Read the clicks, fit, write."""
     from stereotrack_core.annotation.fit.fit import clicks_in, fit_reference
-    from stereotrack_core.interop.clicks_csv import read_clicks
+    from stereotrack_core.interop.labels import read_clicks
     from stereotrack_core.recording.folder import open_recording
     from stereotrack_core.recording.reader import FrameReader
 

@@ -17,11 +17,10 @@ from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.interop.clicks_csv import write_clicks
 from stereotrack_core.interop.coco import read_coco, write_coco
 from stereotrack_core.interop.deeplabcut import file_of_camera, read_deeplabcut, write_deeplabcut
 from stereotrack_core.interop.label_source import LabelSource, camera_of, frame_of, map_names
-from stereotrack_core.interop.labels import is_trajectory, read_labels
+from stereotrack_core.interop.labels import is_trajectory, read_labels, write_clicks
 from stereotrack_core.interop.sleap import read_sleap, write_sleap
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.writing import write_png

@@ -27,13 +27,11 @@ from stereotrack_core.experiments.sweep.store import (
 )
 from stereotrack_core.experiments.sweep.table import curves_of, table_of_cells
 from stereotrack_core.interop.c3d import write_c3d
-from stereotrack_core.interop.clicks_csv import write_clicks
 from stereotrack_core.interop.coco import write_coco
 from stereotrack_core.interop.deeplabcut import write_deeplabcut
 from stereotrack_core.interop.first_pose import first_pose
 from stereotrack_core.interop.label_source import LabelSource
-from stereotrack_core.interop.labels import is_trajectory, read_labels
-from stereotrack_core.interop.preset_file import read_preset, write_preset
+from stereotrack_core.interop.labels import is_trajectory, read_labels, write_clicks
 from stereotrack_core.interop.reference_npz import fps_of_reference, read_reference, write_reference
 from stereotrack_core.interop.run_file import read_run, read_timed_trajectory, write_trajectory
 from stereotrack_core.interop.run_journal import has_frames, read_unfinished
@@ -52,7 +50,7 @@ from stereotrack_core.recording.images import DamagedFrame, read_image
 from stereotrack_core.recording.landmarks import read_landmarks, unknown_landmarks
 from stereotrack_core.recording.stream_files import background_picture, open_stream, picture_size
 from stereotrack_core.tracking.frame import Run
-from stereotrack_core.tracking.presets import UserPreset
+from stereotrack_core.tracking.presets import UserPreset, read_preset, write_preset
 from stereotrack_core.tracking.repeating import stored_spec, what_differs
 from stereotrack_core.tracking.stored import body_of_run, fps_of_run, pose_of_run
 from tests.reading.mutations import (
