@@ -12,7 +12,6 @@ from stereotrack_core.annotation.agreement import Difference, differences
 from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.project.clicks import PlaceClicks
-from stereotrack_core.errors import InputError
 from stereotrack_core.project.database import resolved
 from stereotrack_core.project.project import Project
 
