@@ -123,7 +123,7 @@ def _project(recording: Path, folder: Path, clicks: int) -> Path:
     """Make a project of so many clicks, all landmarks in all reference images of every frame."""
     from stereotrack_core.annotation.click import Click
     from stereotrack_core.annotation.landmark_set import NINE
-    from stereotrack_core.project.click_edits import PlaceClicks
+    from stereotrack_core.project.clicks import PlaceClicks
     from stereotrack_core.project.project import Project
     from stereotrack_core.recording.folder import open_recording
 

@@ -23,11 +23,11 @@ from typing import TYPE_CHECKING, Any
 from stereotrack_core.version import __version__
 
 if TYPE_CHECKING:
-    from stereotrack_core.annotation.fit.recorded import fit_reference
+    from stereotrack_core.annotation.fit.fit import fit_reference
     from stereotrack_core.depth.chain import DepthChain
     from stereotrack_core.evaluation.episodes.find import failures
     from stereotrack_core.evaluation.summary import evaluate
-    from stereotrack_core.interop.clicks_csv import read_clicks
+    from stereotrack_core.interop.labels import read_clicks
     from stereotrack_core.interop.run_file import read_run, write_run
     from stereotrack_core.project.project import Project
     from stereotrack_core.recording.folder import open_recording

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
-from stereotrack_core.annotation.camera_doubts import (
+from stereotrack_core.annotation.doubts import (
     doubtful_camera,
     frames_asked,
     what_disagrees,

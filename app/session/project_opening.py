@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stereotrack_core.errors import Finding, InputError
-from stereotrack_core.project.failures import ProjectDamaged, ProjectInUse
+from stereotrack_core.project.database import ProjectDamaged, ProjectInUse
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.whereabouts import documents_folder, project_path_for, projects_of
 

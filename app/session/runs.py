@@ -13,7 +13,7 @@ from PySide6.QtCore import QObject, Signal
 from stereotrack_core.arrays import IntArray
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import hanging_pose
-from stereotrack_core.project.run_facts import RunFacts
+from stereotrack_core.project.runs import RunFacts
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.frame import Origin, Run, TrackedFrame, cloudless, run_of

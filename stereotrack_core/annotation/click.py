@@ -1,14 +1,27 @@
-"""A click: a landmark that a person has placed in a camera's image."""
+"""Clicks and predictions: landmarks placed in a camera's image by a person, and by the program."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from math import isfinite
 from typing import NamedTuple
 
 UNCERTAIN = "uncertain"
 """Flag of a click that its author doubts."""
+
+ACCEPTED = "accepted"
+"""Origin of a click that was a prediction before."""
+
+GUESSED_FACTOR = 3.0
+"""Factor on the standard deviation of clicks that were guessed behind something."""
+
+_DOUBTED_FACTOR = 2.0
+"""Factor on the standard deviation of clicks that their author doubts."""
+
+USUAL_SIGMA = 3.0
+"""Pixels per axis of a seen landmark where nobody has measured better."""
 
 
 class Visibility(IntEnum):
@@ -98,3 +111,61 @@ class Click:
                 == (other.position, other.visibility, other.flag, other.sigma)
             )
         )
+
+
+def sigma_of(click: Click, default: Mapping[str, float] | float = USUAL_SIGMA) -> float:
+    """Standard deviation of a click in pixels per axis: its own, or from its landmark's usual one.
+
+    Guessed and doubted clicks without a sigma of their own count less.
+    """
+    if click.sigma is not None:
+        return click.sigma
+    usual = default if isinstance(default, float | int) else default.get(click.landmark)
+    sigma = USUAL_SIGMA if usual is None else float(usual)
+    if click.visibility == Visibility.GUESSED:
+        sigma *= GUESSED_FACTOR
+    return _DOUBTED_FACTOR * sigma if click.flag == UNCERTAIN else sigma
+
+
+def measurements(
+    clicks: Iterable[Click],
+    names: Collection[str],
+    default_sigma: Mapping[str, float] | float = USUAL_SIGMA,
+) -> tuple[Click, ...]:
+    """Clicks of these landmarks that have a position and are not deleted, each with its sigma.
+
+    `default_sigma`, in pixels per axis, is that of seen landmarks whose click does not state its
+    own.
+    """
+    return tuple(
+        replace(click, sigma=sigma_of(click, default_sigma))
+        for click in clicks
+        if not click.deleted and click.position is not None and click.landmark in names
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Prediction:
+    """A landmark placed by the program.
+
+    Attributes
+    ----------
+    source : str
+        What it comes from: ``run accurate``, ``following``, ``triangulated`` ...
+    position : (float, float)
+        Raw-image pixels.
+    sigma : float or None
+        Standard deviation in pixels per axis, where the source knows it.
+    """
+
+    frame: int
+    camera: str
+    landmark: str
+    source: str
+    position: tuple[float, float]
+    sigma: float | None = None
+
+    @property
+    def key(self) -> ClickKey:
+        """Frame, camera and landmark."""
+        return ClickKey(self.frame, self.camera, self.landmark)

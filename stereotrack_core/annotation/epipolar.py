@@ -82,7 +82,6 @@ def epipolar_samples(
         Where the click is.
     pixel : (2,) float64
         Raw pixels of the click.
-    to_camera : Camera
     volume : Volume
         Where the landmark can be.
     """
@@ -108,7 +107,6 @@ def volume_in_sight(volume: Volume, cameras: Sequence[Camera]) -> Volume:
     ----------
     volume : Volume
         Of the parameters; its default is meant for a person near the world's origin.
-    cameras : sequence of Camera
 
     Returns
     -------
@@ -137,7 +135,6 @@ def ray_in_volume(origin: FloatArray, direction: FloatArray, volume: Volume) -> 
     Parameters
     ----------
     origin, direction : (3,) float64, world, metres
-    volume : Volume
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         crossings = (np.stack([volume.low, volume.high]) - origin) / direction

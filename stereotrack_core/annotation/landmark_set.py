@@ -225,15 +225,15 @@ def _hip(side: str, other: str, across: float) -> Landmark:
     )
 
 
-UPPER_ARM_COLOURS = ("#0072B2", "#D55E00")
-FOREARM_COLOURS = ("#56B4E9", "#E69F00")
+_UPPER_ARM_COLOURS = ("#0072B2", "#D55E00")
+_FOREARM_COLOURS = ("#56B4E9", "#E69F00")
 
 NINE = LandmarkSet(
     "nine landmarks",
     (
-        *_both_sides("shoulder", "{side}_upper_arm", UPPER_ARM_COLOURS, "{side}_upper_arm", 0.0),
-        *_both_sides("elbow", "{side}_forearm", UPPER_ARM_COLOURS, "{side}_upper_arm", 0.0),
-        *_both_sides("hand", "{side}_forearm", FOREARM_COLOURS, "{side}_forearm", 1.0),
+        *_both_sides("shoulder", "{side}_upper_arm", _UPPER_ARM_COLOURS, "{side}_upper_arm", 0.0),
+        *_both_sides("elbow", "{side}_forearm", _UPPER_ARM_COLOURS, "{side}_upper_arm", 0.0),
+        *_both_sides("hand", "{side}_forearm", _FOREARM_COLOURS, "{side}_forearm", 1.0),
         Landmark("head", "#009E73", "head", "head", along=1.0),
         _hip("left", "right", -0.5),
         _hip("right", "left", 0.5),

@@ -37,7 +37,7 @@ _WEIGHTS: dict[str, dict[str, float]] = {
 AXES: tuple[str, ...] = tuple(_WEIGHTS)
 """A limb's own axis has its name; the torso has its cross axis besides the long one."""
 
-LIMB_OF_AXIS: tuple[str, ...] = tuple(
+_LIMB_OF_AXIS: tuple[str, ...] = tuple(
     "torso" if axis == "torso_cross_axis" else axis for axis in AXES
 )
 
@@ -67,7 +67,7 @@ def axis_quadratics(nine: FloatArray, landmark_set: LandmarkSet) -> FloatArray:
         In the order of :data:`AXES`; NaN where an axis is not known.
     """
     result: FloatArray = np.zeros((*nine.shape[:-2], len(landmark_set.names), len(AXES), 3, 3))
-    for i, (weights, limb) in enumerate(zip(_WEIGHTS.values(), LIMB_OF_AXIS, strict=True)):
+    for i, (weights, limb) in enumerate(zip(_WEIGHTS.values(), _LIMB_OF_AXIS, strict=True)):
         axis = sum(weight * nine[..., LANDMARKS.index(name), :] for name, weight in weights.items())
         length = np.linalg.norm(axis, axis=-1)[..., None]
         along = axis / np.where(length > 0, length, 1.0)
@@ -98,7 +98,6 @@ def limb_sigma_deg(
     nine : (..., 9, 3) float64, world, metres
     covariance : (..., n, 3, 3) float64, square metres
         Of the landmarks of the set, taken for independent.
-    landmark_set : LandmarkSet
     """
     v = mean_squares(axis_quadratics(nine, landmark_set), covariance)
     result: FloatArray = np.degrees(np.sqrt(np.maximum(v[..., OWN_AXES], 0.0)))
@@ -115,7 +114,7 @@ def axis_sigma_deg(
     v = mean_squares(axis_quadratics(nine, landmark_set), covariance)
     with np.errstate(divide="ignore", invalid="ignore"):
         relative = np.sqrt(v / v[..., :1])
-    result: FloatArray = limb_sigma_deg[..., [LIMBS.index(limb) for limb in LIMB_OF_AXIS]].copy()
+    result: FloatArray = limb_sigma_deg[..., [LIMBS.index(limb) for limb in _LIMB_OF_AXIS]].copy()
     cross = AXES.index("torso_cross_axis")
     result[..., cross] *= np.nan_to_num(relative[..., cross], nan=1.0, posinf=1.0)
     return result
@@ -123,4 +122,4 @@ def axis_sigma_deg(
 
 def scored(limbs: Sequence[str] = SCORED) -> FloatArray:
     """Ones (7,) for the axes of limbs that count, zeros for the others."""
-    return np.array([float(limb in limbs) for limb in LIMB_OF_AXIS])
+    return np.array([float(limb in limbs) for limb in _LIMB_OF_AXIS])

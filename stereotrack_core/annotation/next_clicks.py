@@ -1,4 +1,4 @@
-"""What to click next: places ranked by the degrees that a click there is expected to gain."""
+"""What to click next, ranked by the degrees that a click is expected to gain, and when to stop."""
 
 from __future__ import annotations
 
@@ -7,27 +7,157 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stereotrack_core.annotation.camera_doubts import doubtful_camera, own_mistakes
-from stereotrack_core.annotation.click import Click, ClickKey
-from stereotrack_core.annotation.click_doubts import (
+from stereotrack_core.annotation.click import USUAL_SIGMA, Click, ClickKey
+from stereotrack_core.annotation.click_gains import (
+    REACH,
+    ClickGains,
+    Place,
+    over_frames,
+    shares_around,
+)
+from stereotrack_core.annotation.doubts import (
     Doubt,
     disagreement_deg,
+    doubtful_camera,
     doubts_of,
+    own_mistakes,
     swaps_of,
 )
-from stereotrack_core.annotation.click_gains import ClickGains, Place
-from stereotrack_core.annotation.click_reach import REACH, over_frames, shares_around
-from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
 from stereotrack_core.annotation.fit.results import FrameFit, TrajectoryFit
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.limb_axes import AXES, SCORED
-from stereotrack_core.annotation.suggestion import Suggestion
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
-LARGE_GAP = 10
+
+@dataclass(frozen=True, slots=True)
+class Suggestion:
+    """A place where a click would help.
+
+    Attributes
+    ----------
+    frame : int
+    camera, landmark : str
+    gain_deg : float
+        By how much the click is expected to bring down the angle by which the limbs of this frame
+        may be off (root mean square), summed up over the limbs and the torso's cross axis; degrees.
+    reason : str
+        Why, in words for a person; most important first.
+    click_there : bool
+        Whether there is a click already that should be looked at again.
+    over_frames_deg : float
+        The same summed up over the frames around that profit; suggestions are ranked by it.
+    """
+
+    frame: int
+    camera: str
+    landmark: str
+    gain_deg: float
+    reason: str
+    click_there: bool = False
+    over_frames_deg: float = 0.0
+
+    @property
+    def key(self) -> ClickKey:
+        """Frame, camera and landmark."""
+        return ClickKey(self.frame, self.camera, self.landmark)
+
+
+@dataclass(frozen=True)
+class StopSign:
+    """Whether the wanted accuracy is reached.
+
+    Attributes
+    ----------
+    wanted_deg : float
+        Angle by which a limb may be off (root mean square), degrees.
+    frames : int
+        Frames that count.
+    frames_missing : int
+        Those of them in which a limb misses the wanted accuracy.
+    missing_by_limb : mapping from limb to int
+        Frames in which that limb misses it; limbs that nobody misses are there with 0.
+    unknown : int
+        Frames that nothing is known of (gaps); they are among the missing ones.
+    rms_deg : mapping from limb to float
+        How good each limb is over the frames that are known; NaN where none is.
+    allowed : float
+        Share of the frames that may miss it.
+    """
+
+    wanted_deg: float
+    frames: int
+    frames_missing: int
+    missing_by_limb: Mapping[str, int]
+    unknown: int
+    rms_deg: Mapping[str, float]
+    allowed: float = 0.0
+
+    @property
+    def reached(self) -> bool:
+        """Whether to stop clicking."""
+        return self.frames > 0 and self.frames_missing <= self.allowed * self.frames
+
+    def words(self) -> str:
+        """``12 of 490 frames miss 3 deg, most often the left forearm (9)``."""
+        if not self.frames:
+            return "not fitted yet"
+        if not self.frames_missing:
+            return f"all {self.frames} frames are within {self.wanted_deg:g} deg: target reached"
+        worst = max(self.missing_by_limb, key=lambda limb: self.missing_by_limb[limb])
+        number = self.missing_by_limb[worst]
+        text = f"{self.frames_missing} of {self.frames} frames exceed {self.wanted_deg:g} deg"
+        if number:
+            text += f", most often the {worst.replace('_', ' ')} ({number})"
+        return f"{text}: target reached" if self.reached else text
+
+
+def good_enough(
+    limb_sigma_deg: FloatArray,
+    wanted_deg: float,
+    *,
+    limbs: Sequence[str] = SCORED,
+    allowed: float = 0.05,
+) -> StopSign:
+    """Count what misses the wanted accuracy.
+
+    Parameters
+    ----------
+    limb_sigma_deg : (F, 6) float64
+        Root mean square angle by which each limb may be off, in the order of ``LIMBS``; NaN where
+        nothing is known, which misses every accuracy. Leave out flagged gaps.
+    limbs : sequence of str
+        Those that count.
+    allowed : float
+        Share of the frames that may miss it.
+
+    Raises
+    ------
+    ValueError
+        Where the wanted accuracy is not positive or the share is none.
+    """
+    if not wanted_deg > 0 or not 0 <= allowed < 1:
+        raise ValueError(f"{wanted_deg} deg in all but a share of {allowed} is not a valid target")
+    sigma = limb_sigma_deg[:, [LIMBS.index(limb) for limb in limbs]]
+    missing = ~(sigma <= wanted_deg)
+    known = np.isfinite(sigma)
+    counts = np.maximum(known.sum(axis=0), 1)
+    rms = np.sqrt(np.square(np.where(known, sigma, 0.0)).sum(axis=0) / counts)
+    rms = np.where(known.any(axis=0), rms, np.nan)
+    return StopSign(
+        wanted_deg=wanted_deg,
+        frames=len(sigma),
+        frames_missing=int(missing.any(axis=1).sum()),
+        missing_by_limb={limb: int(missing[:, i].sum()) for i, limb in enumerate(limbs)},
+        unknown=int((~known.any(axis=1)).sum()),
+        rms_deg={limb: float(rms[i]) for i, limb in enumerate(limbs)},
+        allowed=allowed,
+    )
+
+
+_LARGE_GAP = 10
 """Frames without a click of a landmark that are worth a word."""
 
 _APART = 5
@@ -39,7 +169,7 @@ _DISAGREE = 15.0
 _FIT_WRONG = 0.1
 """How probably the fit is the one that is wrong, where both disagree."""
 
-UNKNOWN_DEG = 90.0
+_UNKNOWN_DEG = 90.0
 """What a limb may be off of which nothing is known."""
 
 
@@ -69,9 +199,6 @@ class NextClicks:
 
     Parameters
     ----------
-    cameras : mapping from name to Camera
-    landmark_set : LandmarkSet
-    fit : TrajectoryFit
     clicks : iterable of Click
         All of them, deleted ones too: where a person took a click away, none is asked for.
     sigma : float or mapping from landmark to float
@@ -216,7 +343,7 @@ class NextClicks:
             key = ClickKey(frame, camera, landmark)
             if _asked_for(key, wish):
                 reason = f"no information on {end - first} frame{'s' if end - first > 1 else ''}"
-                gain = UNKNOWN_DEG * len(self._limbs)
+                gain = _UNKNOWN_DEG * len(self._limbs)
                 yield Suggestion(*key, gain, reason, over_frames_deg=gain * (end - first))
 
     def _reason(self, row: int, camera: int, landmark: int) -> str:
@@ -231,10 +358,10 @@ class NextClicks:
             said.append(
                 f"tracker and reference differ by {self._apart_deg[row, worst]:.0f} deg ({name})"
             )
-        much = f"{sigma:.1f} deg" if sigma < UNKNOWN_DEG else "direction unknown"
+        much = f"{sigma:.1f} deg" if sigma < _UNKNOWN_DEG else "direction unknown"
         said.append(f"{AXES[axis].replace('_', ' ')} uncertain ({much})")
         gap = self._gap(row, landmark)
-        if gap >= LARGE_GAP:
+        if gap >= _LARGE_GAP:
             said.append(f"no click for {gap} frames")
         seen_by = int((self.gains.state[row, :, landmark] == Place.CLICKED).sum())
         if seen_by == 1:

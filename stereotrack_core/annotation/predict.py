@@ -17,15 +17,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.click import ACCEPTED, USUAL_SIGMA, Click, sigma_of
 from stereotrack_core.annotation.epipolar import in_image
-from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA, sigma_of
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.geometry.camera import Camera, nearest_on_ray, pixel_jacobian
 from stereotrack_core.geometry.triangulation import Sightings, point_of_sightings
-
-ACCEPTED = "accepted"
-"""Origin of a click that was a prediction before."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,13 +13,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from stereotrack_core.annotation.click import Click, ClickKey
+from stereotrack_core.annotation.click import USUAL_SIGMA, Click, ClickKey, Prediction, sigma_of
 from stereotrack_core.annotation.epipolar import in_image
-from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA, sigma_of
 from stereotrack_core.annotation.fit.results import GAP, TrajectoryFit
-from stereotrack_core.annotation.follow_click import FollowedClick
+from stereotrack_core.annotation.follow import FollowedClick
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
-from stereotrack_core.annotation.prediction import Prediction
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.geometry.camera import Camera, pixel_jacobian
@@ -57,10 +55,8 @@ def from_run(
 
     Parameters
     ----------
-    run : Run
     name : str
         Of the run in the project; the source is ``run NAME``.
-    cameras : mapping from name to Camera
     landmark_set : LandmarkSet
         Landmarks that the run does not have are left out.
     """
@@ -142,7 +138,6 @@ def unclicked(
 
     Parameters
     ----------
-    predictions : iterable of Prediction
     said : collection of ClickKey
         Of all clicks: also of deleted ones, and of those that say "outside".
     """

@@ -101,7 +101,6 @@ def progress(keyframes: Mapping[int, bool], flagged: Collection[int], clicks: in
         Whether each frame that shall be annotated is done.
     flagged : collection of int
         Frames that are flagged, or have a click that its author doubts.
-    clicks : int
     """
     return Progress(
         keyframes=len(keyframes),

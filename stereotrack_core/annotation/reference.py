@@ -1,15 +1,27 @@
-"""A trajectory taken as truth that states how good it is."""
+"""A trajectory taken as truth that states how good it is, and how fits become one."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
+from stereotrack_core.annotation.click import Click, ClickKey
+from stereotrack_core.annotation.click_points import click_pixels
+from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, TrajectoryFit
+from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+
+_MISTAKES = "mistakes"
+_WORTH_KEEPING = 0.05
+"""Clicks that are less probably mistakes are not listed."""
+
+_STATED = ("covariance", "limb_sigma_deg", "filled")
+"""What a reference that was fitted states."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +67,17 @@ class Reference:
         if (self.frame[1:] <= self.frame[:-1]).any():
             raise ValueError("the frames are not in ascending order")
 
+    @property
+    def is_fitted(self) -> bool:
+        """Whether it states everything that a fit does."""
+        return all(getattr(self, name) is not None for name in _STATED)
+
+    def chosen(self, rows: BoolArray) -> Reference:
+        """The frames of these rows (F,) alone."""
+        parts = {name: getattr(self, name) for name in ("frame", "points", *_STATED)}
+        there = {name: part[rows] for name, part in parts.items() if part is not None}
+        return replace(self, **there)
+
     def trajectory(self) -> LandmarkTrajectory:
         """The nine landmarks alone, NaN where the reference does not have one of them."""
         points = np.full((len(self.frame), len(LANDMARKS), 3), np.nan)
@@ -62,3 +85,121 @@ class Reference:
             if name in self.landmark_names:
                 points[:, i] = self.points[:, self.landmark_names.index(name)]
         return LandmarkTrajectory(self.frame, points)
+
+
+def reference_of_fit(fit: TrajectoryFit, meta: Mapping[str, Any]) -> Reference:
+    """The fitted trajectory as a reference; landmarks of the nine that the set lacks come last.
+
+    `meta`, JSON-serialisable, says how it was made.
+    """
+    others = [name for name in LANDMARKS if name not in fit.names]
+    extra = fit.nine[:, [LANDMARKS.index(name) for name in others]]
+    unknown = np.full((*extra.shape[:2], 3, 3), np.nan)
+    mistakes = [[*key, p] for key, p in sorted(fit.mistake.items()) if p > _WORTH_KEEPING]
+    return Reference(
+        frame=fit.frame,
+        points=np.concatenate([fit.landmarks, extra], axis=1),
+        covariance=np.concatenate([fit.covariance, unknown], axis=1),
+        limb_sigma_deg=fit.limb_sigma_deg,
+        filled=np.asarray(fit.kind == INTERPOLATED),
+        landmark_names=(*fit.names, *others),
+        meta={**meta, _MISTAKES: mistakes, "sigma_factor": float(fit.sigma_factor)},
+    )
+
+
+def fit_of_reference(
+    reference: Reference,
+    landmarks: LandmarkSet,
+    clicks: Iterable[Click],
+    cameras: Mapping[str, Camera],
+) -> TrajectoryFit | None:
+    """The fit that a reference was made of; residuals are those of the present clicks.
+
+    None where the reference was not fitted, or to other landmarks.
+    """
+    covariance, limb_sigma_deg = reference.covariance, reference.limb_sigma_deg
+    if covariance is None or limb_sigma_deg is None or reference.filled is None:
+        return None
+    if not set(landmarks.names) <= set(reference.landmark_names):
+        return None
+    columns = [reference.landmark_names.index(name) for name in landmarks.names]
+    points = reference.points[:, columns]
+    empty = ~np.isfinite(points).any(axis=(1, 2))
+    return TrajectoryFit(
+        names=landmarks.names,
+        frame=reference.frame,
+        landmarks=points,
+        covariance=covariance[:, columns],
+        limb_sigma_deg=limb_sigma_deg,
+        kind=np.where(empty, GAP, np.where(reference.filled, INTERPOLATED, CLICKED)),
+        nine=reference.trajectory().points,
+        residual_px=_residuals(reference, points, landmarks, clicks, cameras),
+        mistake={
+            ClickKey(int(frame), str(camera), str(landmark)): float(p)
+            for frame, camera, landmark, p in reference.meta.get(_MISTAKES, ())
+        },
+        sigma_factor=float(reference.meta.get("sigma_factor", 1.0)),
+    )
+
+
+def _residuals(
+    reference: Reference,
+    points: FloatArray,
+    landmarks: LandmarkSet,
+    clicks: Iterable[Click],
+    cameras: Mapping[str, Camera],
+) -> dict[ClickKey, FloatArray]:
+    found = click_pixels(clicks, cameras, landmarks.names)
+    _, own, theirs = np.intersect1d(found.frame, reference.frame, return_indices=True)
+    residuals = {}
+    for v, camera in enumerate(found.cameras):
+        away = found.pixel[own, :, v] - camera.project(points[theirs])
+        for row, column in np.argwhere(np.isfinite(away).all(axis=-1)):
+            key = ClickKey(int(found.frame[own[row]]), camera.name, landmarks.names[column])
+            residuals[key] = away[row, column]
+    return residuals
+
+
+def without_gaps(
+    fit: TrajectoryFit,
+    gaps: Mapping[str, Collection[int]],
+    clicked: Collection[tuple[int, str]] = (),
+) -> TrajectoryFit:
+    """The fit without what it has filled in of single landmarks over their gaps.
+
+    Parameters
+    ----------
+    clicked : collection of (frame, landmark)
+        These are known all the same.
+    """
+    if not gaps:
+        return fit
+    landmarks, covariance, nine = fit.landmarks.copy(), fit.covariance.copy(), fit.nine.copy()
+    for name, frames in gaps.items():
+        unknown = [frame for frame in frames if (frame, name) not in clicked]
+        rows = np.isin(fit.frame, unknown)
+        if name in fit.names:
+            landmarks[rows, fit.names.index(name)] = np.nan
+            covariance[rows, fit.names.index(name)] = np.nan
+        if name in LANDMARKS:
+            nine[rows, LANDMARKS.index(name)] = np.nan
+    return replace(fit, landmarks=landmarks, covariance=covariance, nine=nine)
+
+
+def merged_reference(old: Reference | None, new: Reference, frames: range) -> Reference:
+    """The old reference with these frames taken from the new one.
+
+    Without an old one of the same landmarks, the new one's frames alone.
+    """
+    taken = new.chosen((new.frame >= frames.start) & (new.frame < frames.stop))
+    if old is None or not old.is_fitted or old.landmark_names != new.landmark_names:
+        return taken
+    kept = old.chosen((old.frame < frames.start) | (old.frame >= frames.stop))
+    order = np.argsort(np.concatenate([kept.frame, taken.frame]), kind="stable")
+    arrays: dict[str, Any] = {
+        name: np.concatenate([getattr(kept, name), getattr(taken, name)])[order]
+        for name in ("frame", "points", *_STATED)
+    }
+    before = [one for one in old.meta.get(_MISTAKES, ()) if one[0] not in frames]
+    mistakes = before + [one for one in new.meta.get(_MISTAKES, ()) if one[0] in frames]
+    return replace(new, **arrays, meta={**old.meta, **new.meta, _MISTAKES: mistakes})

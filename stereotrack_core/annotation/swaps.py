@@ -69,7 +69,6 @@ def epipolar_distance(
 
     Parameters
     ----------
-    camera, other : Camera
     pixels, other_pixels : (..., 2) float64
         Raw pixels.
 
@@ -105,8 +104,6 @@ def find_swaps(
 
     Parameters
     ----------
-    clicks : iterable of Click
-    cameras : mapping from name to Camera
     pairs : sequence of (str, str)
         Landmarks that may be mixed up, as :meth:`LandmarkSet.pairs` gives them.
     sigma : float

@@ -91,9 +91,9 @@ def _project(args: Namespace) -> dict[str, Any]:
 
 
 def _project_clicks(args: Namespace, project: Project) -> dict[str, Any]:
-    from stereotrack_core.interop.clicks_csv import write_clicks
     from stereotrack_core.interop.coco import write_coco
     from stereotrack_core.interop.deeplabcut import write_deeplabcut
+    from stereotrack_core.interop.labels import write_clicks
     from stereotrack_core.interop.sleap import write_sleap
 
     recording = recording_of(project)
@@ -134,7 +134,7 @@ def _project_reference(args: Namespace, project: Project) -> dict[str, Any]:
 
 def _reference(project: Project, name: str | None) -> Reference:
     """The reference of that name, or the chosen or only one."""
-    from stereotrack_core.project.references import load_reference
+    from stereotrack_core.project.setups import load_reference
 
     names = project.references.names()
     if not names:

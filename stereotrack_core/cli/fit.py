@@ -92,8 +92,8 @@ def _add_choice(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Read the clicks, fit, write."""
-    from stereotrack_core.annotation.fit.recorded import clicks_in, fit_reference
-    from stereotrack_core.interop.clicks_csv import read_clicks
+    from stereotrack_core.annotation.fit.fit import clicks_in, fit_reference
+    from stereotrack_core.interop.labels import read_clicks
     from stereotrack_core.recording.folder import open_recording
     from stereotrack_core.recording.reader import FrameReader
 
@@ -136,7 +136,7 @@ def run(args: Namespace) -> int:
 def _tell(
     args: Namespace, fit: TrajectoryFit, recording: Recording, clicks: Sequence[Click]
 ) -> None:
-    from stereotrack_core.annotation.camera_doubts import doubtful_camera, own_mistakes
+    from stereotrack_core.annotation.doubts import doubtful_camera, own_mistakes
     from stereotrack_core.annotation.landmark_set import NINE
 
     doubtful = doubtful_camera(clicks, recording.cameras, NINE)
@@ -158,7 +158,7 @@ def _settings(args: Namespace) -> FitSettings:
 
 
 def _sigma(given: float | None) -> float:
-    from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
+    from stereotrack_core.annotation.click import USUAL_SIGMA
 
     if given is None:
         return USUAL_SIGMA
@@ -177,8 +177,7 @@ def _gap(text: str, count: int) -> range:
 
 
 def _proportions(subject: str | None, recording: Recording, clicks: Sequence[Click]) -> Proportions:
-    from stereotrack_core.annotation.click_points import click_pixels
-    from stereotrack_core.annotation.measured_lengths import measured_lengths, subject_of
+    from stereotrack_core.annotation.click_points import click_pixels, measured_lengths, subject_of
     from stereotrack_core.body.proportions import proportions_of
     from stereotrack_core.recording.description import read_subject
     from stereotrack_core.recording.landmarks import LANDMARKS
@@ -198,8 +197,8 @@ def _proportions(subject: str | None, recording: Recording, clicks: Sequence[Cli
 
 
 def _write(path: Path, fit: TrajectoryFit, recording: Recording, meta: Mapping[str, Any]) -> None:
+    from stereotrack_core.annotation.reference import reference_of_fit
     from stereotrack_core.interop.reference_npz import write_reference
-    from stereotrack_core.project.references import reference_of_fit
     from stereotrack_core.recording.landmarks import write_landmarks
     from stereotrack_core.version import __version__
 
@@ -264,7 +263,7 @@ def _table(facts: Mapping[str, Any], title: str) -> Table:
 def _say_mistakes(
     fit: TrajectoryFit, mistakes: Sequence[ClickKey], doubtful: Disagreement | None
 ) -> None:
-    from stereotrack_core.annotation.camera_doubts import what_disagrees, what_to_do
+    from stereotrack_core.annotation.doubts import what_disagrees, what_to_do
 
     if doubtful is not None:
         count = counted(len(fit.flagged()) - len(mistakes), "click")

@@ -14,7 +14,7 @@ from stereotrack_core.cli.sources import open_project, recording_of, say_notes
 from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:
-    from stereotrack_core.interop.label_names import Labels
+    from stereotrack_core.interop.label_source import Labels
     from stereotrack_core.project.merging import Decision
     from stereotrack_core.project.project import Project
 
@@ -119,20 +119,16 @@ def _clicks(args: Namespace, project: Project, names: dict[str, str]) -> dict[st
 
 def _labels(args: Namespace, project: Project, names: dict[str, str]) -> Labels:
     """What a file of another tool holds; InputError where it has problems that are not allowed."""
+    from stereotrack_core.interop.label_source import LabelSource
     from stereotrack_core.interop.labels import read_labels
     from stereotrack_core.recording.reader import FrameReader
 
     recording = recording_of(project)
     with FrameReader(recording, read_ahead=0) as reader:
         frames = reader.frame_count
-    labels = read_labels(
-        args.file,
-        recording,
-        landmarks=project.landmark_set().names,
-        frames=frames,
-        camera=args.camera,
-        names=names,
-    )
+    landmarks = project.landmark_set().names
+    source = LabelSource(args.file, recording, landmarks, args.camera, names)
+    labels = read_labels(source, frames)
     _say_problems(labels, skip=args.skip_problems)
     return labels
 
@@ -140,7 +136,7 @@ def _labels(args: Namespace, project: Project, names: dict[str, str]) -> Labels:
 def _reference(args: Namespace, project: Project) -> dict[str, Any]:
     """Keep a trajectory as a reference of the project."""
     from stereotrack_core.interop.run_file import reference_in
-    from stereotrack_core.project.references import save_reference
+    from stereotrack_core.project.setups import save_reference
 
     _refuse_options(args, "a trajectory belongs to no camera and has its own landmark names")
     reference = reference_in(args.file)

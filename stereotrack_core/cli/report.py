@@ -116,8 +116,8 @@ def _of_project(args: Namespace) -> Source:
     from dataclasses import replace
 
     from stereotrack_core.cli.sources import open_project, recording_of, recording_of_run
-    from stereotrack_core.project.references import load_reference
     from stereotrack_core.project.runs import kept_runs, load_run
+    from stereotrack_core.project.setups import load_reference
 
     with open_project(args.source) as project:
         kept = {one.name: one for one in kept_runs(project.runs)}

@@ -21,7 +21,7 @@ from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.atomic import write_files
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.rotation import angle_between, rotation_from_vector
-from stereotrack_core.interop.gaps import checked_fps, contiguous
+from stereotrack_core.interop.landmark_file import checked_fps, contiguous
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
 _OUTWARDS = {"left": np.array([1.0, 0.0, 0.0]), "right": np.array([-1.0, 0.0, 0.0])}

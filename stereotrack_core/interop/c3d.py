@@ -7,6 +7,7 @@ single precision and counts frames with 16 bits; frame numbers are the recording
 
 from __future__ import annotations
 
+import math
 import struct
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +18,12 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.atomic import replacing
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.gaps import checked_fps, contiguous
+from stereotrack_core.interop.landmark_file import (
+    checked_fps,
+    contiguous,
+    landmark_columns,
+    metres_per,
+)
 from stereotrack_core.reading import TABLE_BYTES, read_bytes
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
@@ -28,21 +34,11 @@ _BYTES = {-1: 1, 1: 1, 2: 2, 4: 4}
 
 
 @dataclass(frozen=True, eq=False)
-class C3DContent:
-    """What a file holds of points.
+class _C3DContent:
+    """What a file holds of points (F, N, 3), in `units` and NaN where marked as missing.
 
-    Attributes
-    ----------
-    first_frame : int
-        Counted from 0, as ezc3d does; the file counts from 1.
-    rate : float
-        Frames per second.
-    units : str
-    vertical : str
-        ``POINT:Y_SCREEN``, empty where not stated.
-    labels : tuple of str
-    points : (F, N, 3) float64
-        In `units`; NaN where marked as missing.
+    The first frame is counted from 0, as ezc3d does, though the file counts from 1; `vertical` is
+    ``POINT:Y_SCREEN``, empty where not stated.
     """
 
     first_frame: int
@@ -67,14 +63,8 @@ class _Parameter:
         return tuple(part.decode("utf-8", "replace").strip() for part in parts)
 
 
-def parse_c3d(data: bytes) -> C3DContent:
-    """Parse the bytes of a file of the Intel kind, which all common programs write.
-
-    Raises
-    ------
-    ValueError
-        Where they are not such a file, or end too early; the text says what is wrong.
-    """
+def _parse_c3d(data: bytes) -> _C3DContent:
+    """Parse the bytes of a file of the Intel kind, which all common programs write."""
     if len(data) < _BLOCK or data[1] != _MAGIC:
         raise ValueError("this is not a C3D file")
     try:
@@ -84,7 +74,7 @@ def parse_c3d(data: bytes) -> C3DContent:
         raise ValueError("the file is damaged") from error
 
 
-def _content(data: bytes, parameters: dict[str, _Parameter]) -> C3DContent:
+def _content(data: bytes, parameters: dict[str, _Parameter]) -> _C3DContent:
     count, analog, first, last = struct.unpack_from("<4H", data, 2)
     scale, start = struct.unpack_from("<fH", data, 12)
     (rate,) = struct.unpack_from("<f", data, 20)
@@ -101,19 +91,14 @@ def _content(data: bytes, parameters: dict[str, _Parameter]) -> C3DContent:
         rows = values[:, : 4 * count].reshape(frames, count, 4).astype(np.float64)
     points = rows[..., :3] if scale < 0 else rows[..., :3] * scale
     points[rows[..., 3] < 0] = np.nan
-    texts = {name: parameters[name].texts() for name in ("UNITS", "LABELS", "Y_SCREEN")
-             if name in parameters}  # fmt: skip
-    labels = texts.get("LABELS", ())
+    units, labels, vertical = (
+        parameters[name].texts() if name in parameters else ()
+        for name in ("UNITS", "LABELS", "Y_SCREEN")
+    )
     if len(labels) < count:
         raise ValueError("the file contains points without a label")
-    return C3DContent(
-        first_frame=first - 1,
-        rate=rate,
-        units="".join(texts.get("UNITS", ())[:1]),
-        vertical="".join(texts.get("Y_SCREEN", ())[:1]),
-        labels=labels[:count],
-        points=points,
-    )
+    unit, up = "".join(units[:1]), "".join(vertical[:1])
+    return _C3DContent(first - 1, rate, unit, up, labels[:count], points)
 
 
 def _parameters(data: bytes, start: int) -> dict[str, _Parameter]:
@@ -149,16 +134,13 @@ def _parameter(data: bytes, at: int) -> _Parameter:
     kind, dimensions = struct.unpack_from("<bB", data, at)
     sizes = tuple(data[at + 2 : at + 2 + dimensions])
     begin = at + 2 + dimensions
-    length = _BYTES[kind]
-    for size in sizes:
-        length *= size
+    length = _BYTES[kind] * math.prod(sizes)
     if begin + length > len(data):
         raise ValueError("the file is damaged")
     return _Parameter(kind, sizes, data[begin : begin + length])
 
 
 _LAST_FRAME = 0xFFFF - 1
-_METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 
 
 def write_c3d(
@@ -168,7 +150,6 @@ def write_c3d(
 
     Parameters
     ----------
-    path : Path
     trajectory : LandmarkTrajectory
         Frames between its frames are written as missing.
     fps : float
@@ -235,40 +216,22 @@ def read_c3d(path: Path) -> tuple[LandmarkTrajectory, float]:
         landmarks.
     """
     try:
-        content = parse_c3d(read_bytes(path, TABLE_BYTES))
+        content = _parse_c3d(read_bytes(path, TABLE_BYTES))
     except ValueError as error:
         raise InputError(
             str(error), where=str(path), remedy="Use another copy of the file, or export it again."
         ) from error
-    metres = _metres(path, content)
-    known = [name for name in LANDMARKS if name in content.labels]
-    if not known:
-        raise InputError(
-            "the file contains none of the nine landmarks",
-            where=f"{path}, POINT:LABELS",
-            remedy=f"Name the points {', '.join(LANDMARKS)}.",
-        )
-    count = len(content.points)
-    points = np.full((count, len(LANDMARKS), 3), np.nan)
-    for name in known:
-        points[:, LANDMARKS.index(name)] = metres * content.points[:, content.labels.index(name)]
-    frame = np.arange(content.first_frame, content.first_frame + count, dtype=np.int64)
-    return LandmarkTrajectory(frame, points), content.rate
-
-
-def _metres(path: Path, content: C3DContent) -> float:
-    """Metres per unit; refuses units and axes that would be taken wrongly."""
-    metres = _METRES.get(content.units)
-    if metres is None:
-        raise InputError(
-            f"unknown unit {content.units!r}",
-            where=f"{path}, POINT:UNITS",
-            remedy="Use m or mm.",
-        )
+    metres = metres_per(content.units, f"{path}, POINT:UNITS")
     if content.vertical not in ("", "+Z"):
         raise InputError(
             f"the vertical axis is {content.vertical}",
             where=f"{path}, POINT:Y_SCREEN",
             remedy="Rotate the data so that z points up, and set Y_SCREEN to +Z.",
         )
-    return metres
+    columns = landmark_columns(content.labels, f"{path}, POINT:LABELS", "points")
+    count = len(content.points)
+    points = np.full((count, len(LANDMARKS), 3), np.nan)
+    for name, column in columns.items():
+        points[:, LANDMARKS.index(name)] = metres * content.points[:, column]
+    frame = np.arange(content.first_frame, content.first_frame + count, dtype=np.int64)
+    return LandmarkTrajectory(frame, points), content.rate

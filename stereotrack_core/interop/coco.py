@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +19,12 @@ from stereotrack_core.annotation.click import Click, Visibility
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.label_names import (
+from stereotrack_core.interop.label_source import (
     Labels,
-    camera_of,
+    LabelSource,
     checked_frame,
     frame_of,
-    known_camera,
-    map_names,
+    pictures_of,
 )
 from stereotrack_core.plain_data import Kind, check_kind
 from stereotrack_core.reading import TABLE_BYTES, read_json
@@ -50,25 +50,21 @@ def write_coco(
     InputError
         Where the file cannot be written.
     """
-    pictures: dict[tuple[str, int], dict[str, Click]] = {}
-    for click in clicks:
-        if not click.deleted and click.landmark in landmarks.names:
-            pictures.setdefault((click.camera, click.frame), {})[click.landmark] = click
+    names = landmarks.names
     images, annotations = [], []
-    for number, (camera, frame) in enumerate(sorted(pictures), start=1):
-        lens = known_camera(camera, recording, where=str(path))
+    pictures = pictures_of(clicks, names, recording, path)
+    for number, (camera, frame, found) in enumerate(pictures, start=1):
         images.append(
             {
                 "id": number,
-                "file_name": f"{camera}/{frame:06d}.png",
-                "width": lens.width,
-                "height": lens.height,
-                "camera": camera,
+                "file_name": f"{camera.name}/{frame:06d}.png",
+                "width": camera.width,
+                "height": camera.height,
+                "camera": camera.name,
                 "frame": frame,
             }
         )
-        annotations.append(_annotation(number, pictures[camera, frame], landmarks.names))
-    names = landmarks.names
+        annotations.append(_annotation(number, found, names))
     bones = [[names.index(a) + 1, names.index(b) + 1] for a, b in SKELETON if {a, b} <= set(names)]
     category = {"id": 1, "name": "person", "keypoints": list(names), "skeleton": bones}
     content = {
@@ -80,30 +76,15 @@ def write_coco(
     write_file(path, json.dumps(content, indent=1, allow_nan=False))
 
 
-def read_coco(
-    path: Path,
-    recording: Recording,
-    *,
-    landmarks: Sequence[str],
-    camera: str | None = None,
-    names: Mapping[str, str] | None = None,
-) -> Labels:
+def read_coco(source: LabelSource) -> Labels:
     """Read the keypoints of one person.
-
-    Parameters
-    ----------
-    path : Path
-    recording : Recording
-    landmarks : sequence of str
-    camera : str, optional
-        Camera or view that all pictures are of; otherwise told picture by picture.
-    names : mapping from their landmark to ours, optional
 
     Raises
     ------
     InputError
         Where the file is no COCO file, or none of its keypoints is known.
     """
+    path = source.path
     content = _content(path)
     categories = {
         one.get("id"): [str(name) for name in one["keypoints"]]
@@ -115,29 +96,24 @@ def read_coco(
         raise InputError(
             "no category has keypoints", where=str(path), remedy="Export keypoints, not boxes."
         )
-    found = map_names(theirs, landmarks, names, where=str(path))
     images = {one.get("id"): one for one in content["images"]}
-    clicks: list[Click] = []
-    problems: list[InputError] = []
     seen: set[tuple[int, str]] = set()
-    for annotation in content["annotations"]:
-        if annotation.get("keypoints") is None:
-            continue
+
+    def read(annotation: Mapping[str, Any], known: Mapping[str, str]) -> Iterable[Click]:
         where = f"{path}, annotation {annotation.get('id', '?')}"
-        try:
-            place = _place(images.get(annotation.get("image_id")), recording, camera, where)
-            if place in seen:
-                raise InputError(
-                    f"the file has a second person in {place[1]} at frame {place[0]}",
-                    where=where,
-                    remedy="Keep only the annotations of one person.",
-                )
-            seen.add(place)
-            keypoints = categories.get(annotation.get("category_id"), [])
-            clicks += _clicks(annotation, keypoints, found.known, place, where)
-        except InputError as problem:
-            problems.append(problem)
-    return Labels(tuple(clicks), tuple(problems), found.left_out)
+        place = _place(images.get(annotation.get("image_id")), source, where)
+        if place in seen:
+            raise InputError(
+                f"the file has a second person in {place[1]} at frame {place[0]}",
+                where=where,
+                remedy="Keep only the annotations of one person.",
+            )
+        seen.add(place)
+        keypoints = categories.get(annotation.get("category_id"), [])
+        return _clicks(annotation, keypoints, known, place, where)
+
+    there = [one for one in content["annotations"] if one.get("keypoints") is not None]
+    return source.labels(theirs, there, read)
 
 
 def _annotation(number: int, clicks: Mapping[str, Click], names: Sequence[str]) -> dict[str, Any]:
@@ -176,9 +152,7 @@ def _content(path: Path) -> dict[str, list[dict[str, Any]]]:
     return {key: [one for one in content[key] if one is not None] for key in _KINDS}
 
 
-def _place(
-    image: Mapping[str, Any] | None, recording: Recording, camera: str | None, where: str
-) -> tuple[int, str]:
+def _place(image: Mapping[str, Any] | None, source: LabelSource, where: str) -> tuple[int, str]:
     """Frame and camera of a picture."""
     if image is None:
         raise InputError(
@@ -187,8 +161,9 @@ def _place(
             remedy="Add it to images.",
         )
     name = str(image.get("file_name", ""))
-    stated = camera if camera is not None else image.get("camera")
-    own = camera_of(name, recording, None if stated is None else str(stated), where=where)
+    if source.camera is None and (stated := image.get("camera")) is not None:
+        source = replace(source, camera=str(stated))
+    own = source.camera_of(name, where)
     frame = image.get("frame")
     if isinstance(frame, int) and not isinstance(frame, bool):
         return checked_frame(frame, where=where), own

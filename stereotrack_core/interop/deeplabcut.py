@@ -16,18 +16,14 @@ from pathlib import Path
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.atomic import write_files
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.label_names import (
-    Labels,
-    camera_of,
-    checked_frame,
-    frame_of,
-    map_names,
-)
+from stereotrack_core.interop.label_source import Labels, LabelSource, checked_frame, frame_of
 from stereotrack_core.recording.csv_table import csv_text, read_cells
-from stereotrack_core.recording.description import Recording
 
 _NOT_IN_FILES = frozenset('/\\:*?"<>|').union(map(chr, range(32)))
 """Signs that some system does not allow in names, or takes for the way to another folder."""
+
+_LEAST_LIKELIHOOD = 0.6
+"""Predictions below it are left out."""
 
 _HEADERS = ("scorer", "individuals", "bodyparts", "coords")
 
@@ -44,33 +40,17 @@ def is_deeplabcut(lines: Sequence[Sequence[str]]) -> bool:
     return bool(lines) and bool(lines[0]) and lines[0][0] == "scorer"
 
 
-def read_deeplabcut(
-    path: Path,
-    recording: Recording,
-    *,
-    landmarks: Sequence[str],
-    camera: str | None = None,
-    names: Mapping[str, str] | None = None,
-    least_likelihood: float = 0.6,
-) -> Labels:
+def read_deeplabcut(source: LabelSource) -> Labels:
     """Read the labels or predictions of one camera, or of several where rows are named by pictures.
 
-    Parameters
-    ----------
-    path : Path
-    recording : Recording
-    landmarks : sequence of str
-    camera : str, optional
-        Camera or view; otherwise told from the names of pictures, or of the file.
-    names : mapping from their landmark to ours, optional
-    least_likelihood : float
-        Predictions below it are left out.
+    Predictions whose likelihood is less than 0.6 are left out.
 
     Raises
     ------
     InputError
         Where the file cannot be read at all, or none of its landmarks is known.
     """
+    path = source.path
     lines = read_cells(path)
     header = {line[0]: line for line in lines[:4] if line and line[0] in _HEADERS}
     if len(set(header.get("individuals", [])[1:]) - {""}) > 1:
@@ -92,19 +72,16 @@ def read_deeplabcut(
         )
         if coordinate in ("x", "y", "likelihood")
     ]
-    found = map_names((one.part for one in columns), landmarks, names, where=str(path))
     first = min((one.place for one in columns), default=1)
-    clicks, problems = [], []
-    for number, line in enumerate(lines[len(header) :], start=len(header) + 1):
-        if not any(line):
-            continue
+
+    def read(row: tuple[int, Sequence[str]], known: Mapping[str, str]) -> list[Click]:
+        number, line = row
         where = f"{path}, line {number}"
-        try:
-            place = _picture(line[:first], path, recording, camera, where)
-            clicks += _clicks(line, columns, found.known, place, where, least_likelihood)
-        except InputError as problem:
-            problems.append(problem)
-    return Labels(tuple(clicks), tuple(problems), found.left_out)
+        place = _picture(line[:first], source, where)
+        return _clicks(line, columns, known, place, where)
+
+    rows = enumerate(lines[len(header) :], start=len(header) + 1)
+    return source.labels((one.part for one in columns), (row for row in rows if any(row[1])), read)
 
 
 def write_deeplabcut(
@@ -172,16 +149,14 @@ def file_of_camera(path: Path, camera: str) -> Path:
     return path.with_name(f"{path.stem}_{camera}{path.suffix}")
 
 
-def _picture(
-    cells: Sequence[str], path: Path, recording: Recording, camera: str | None, where: str
-) -> tuple[int, str]:
+def _picture(cells: Sequence[str], source: LabelSource, where: str) -> tuple[int, str]:
     """Frame and camera of a row, from its number or its picture's path."""
     text = "/".join(cell for cell in cells if cell)
     try:
         frame = float(text)
     except ValueError:
-        return frame_of(text, where=where), camera_of(text, recording, camera, where=where)
-    own = camera_of(path.name, recording, camera, where=str(path))
+        return frame_of(text, where=where), source.camera_of(text, where)
+    own = source.camera_of(source.path.name, str(source.path))
     return checked_frame(frame, where=where), own
 
 
@@ -191,7 +166,6 @@ def _clicks(
     known: Mapping[str, str],
     place: tuple[int, str],
     where: str,
-    least_likelihood: float,
 ) -> list[Click]:
     values: dict[str, dict[str, float]] = {}
     for one in columns:
@@ -209,7 +183,7 @@ def _clicks(
     clicks = []
     for part, own in values.items():
         x, y = own.get("x", math.nan), own.get("y", math.nan)
-        likely = own.get("likelihood", 1.0) >= least_likelihood
+        likely = own.get("likelihood", 1.0) >= _LEAST_LIKELIHOOD
         if likely and math.isfinite(x) and math.isfinite(y):
             clicks.append(Click(*place, known[part], (x, y), origin="imported"))
     return clicks

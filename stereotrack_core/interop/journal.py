@@ -41,10 +41,6 @@ def read_journal(path: Path) -> list[dict[str, Any]]:
 class Journal:
     """A journal that is written to; every entry is on the disk when :meth:`append` returns.
 
-    Parameters
-    ----------
-    path : Path
-
     Raises
     ------
     InputError

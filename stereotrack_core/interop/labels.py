@@ -1,21 +1,26 @@
-"""Clicks from any tool whose files are understood, by what the file holds."""
+"""Clicks from any file that is understood, by what it holds, and this program's own clicks file.
+
+The clicks file is ``frame,view,landmark,x,y,visibility``, in raw-image pixels.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from stereotrack_core.annotation.click import Click, ClickKey
+from stereotrack_core.annotation.click import Click, ClickKey, Visibility
+from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.clicks_csv import read_clicks
 from stereotrack_core.interop.coco import read_coco
 from stereotrack_core.interop.deeplabcut import is_deeplabcut, read_deeplabcut
-from stereotrack_core.interop.label_names import Labels
+from stereotrack_core.interop.label_source import Labels, LabelSource
 from stereotrack_core.interop.run_journal import PART_SUFFIX
 from stereotrack_core.interop.sleap import read_sleap
-from stereotrack_core.recording.csv_table import read_cells
+from stereotrack_core.recording.csv_table import csv_text, read_cells, read_rows, whole_number
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.landmarks import LANDMARKS
 
 _UNDERSTOOD = (
     "Supported files: clicks from .csv, DeepLabCut .csv, COCO keypoints .json and SLEAP .slp; "
@@ -26,7 +31,7 @@ _OTHERS = {
     ".mat": "Export the labels as .csv or COCO keypoints (.json), and use that file.",
 }
 
-TRAJECTORY_COLUMNS = {"frame", "landmark", "x", "y", "z"}
+_TRAJECTORY_COLUMNS = {"frame", "landmark", "x", "y", "z"}
 
 
 def is_trajectory(path: Path) -> bool:
@@ -41,74 +46,54 @@ def is_trajectory(path: Path) -> bool:
     if suffix != ".csv":
         return suffix in (".trc", ".c3d", ".npz", PART_SUFFIX)
     lines = read_cells(path)
-    return bool(lines) and set(lines[0]) >= TRAJECTORY_COLUMNS
+    return bool(lines) and set(lines[0]) >= _TRAJECTORY_COLUMNS
 
 
-def read_labels(
-    path: Path,
-    recording: Recording,
-    *,
-    landmarks: Sequence[str],
-    frames: int | None = None,
-    camera: str | None = None,
-    names: Mapping[str, str] | None = None,
-) -> Labels:
+def read_labels(source: LabelSource, frames: int | None = None) -> Labels:
     """Read clicks, and everything that is wrong in the file.
 
-    Parameters
-    ----------
-    path : Path
-    recording : Recording
-    landmarks : sequence of str
-    frames : int, optional
-        Number of frames of the recording, where it is known.
-    camera : str, optional
-        Camera or view that the file is of, where it does not say so itself.
-    names : mapping from their landmark to ours, optional
+    `frames` is the number of frames of the recording, where it is known.
 
     Raises
     ------
     InputError
         Where the file cannot be read at all, or is of a kind that is not understood.
     """
-    suffix = path.suffix.lower()
-    if suffix == ".json":
-        found = read_coco(path, recording, landmarks=landmarks, camera=camera, names=names)
-        return _checked(found, path, recording, frames)
-    if suffix == ".slp":
-        found = read_sleap(path, recording, landmarks=landmarks, camera=camera, names=names)
-        return _checked(found, path, recording, frames)
+    suffix = source.path.suffix.lower()
+    read = {".json": read_coco, ".slp": read_sleap}.get(suffix)
+    if suffix == ".csv" and is_deeplabcut(read_cells(source.path)):
+        read = read_deeplabcut
+    if read is not None:
+        return _checked(read(source), source, frames)
     if suffix != ".csv":
         raise InputError(
             f"labels cannot be read from {suffix or 'files without a suffix'}",
-            where=str(path),
+            where=str(source.path),
             remedy=_OTHERS.get(suffix, _UNDERSTOOD),
         )
-    if is_deeplabcut(read_cells(path)):
-        found = read_deeplabcut(path, recording, landmarks=landmarks, camera=camera, names=names)
-        return _checked(found, path, recording, frames)
-    for option, given in (("--camera", camera), ("--name", names)):
+    for option, given in (("--camera", source.camera), ("--name", source.names)):
         if given:
             raise InputError(
                 "a clicks file states views and landmarks itself",
                 where=option,
                 remedy="Omit this option.",
             )
-    clicks = read_clicks(path, recording, landmarks=landmarks, frames=frames)
-    return Labels(clicks.clicks, clicks.problems)
+    return read_clicks(source.path, source.recording, landmarks=source.landmarks, frames=frames)
 
 
-def _checked(found: Labels, path: Path, recording: Recording, frames: int | None) -> Labels:
+def _checked(found: Labels, source: LabelSource, frames: int | None) -> Labels:
     """The labels whose frames and places there are, each once."""
     kept: dict[ClickKey, Click] = {}
     problems = list(found.problems)
     for click in found.clicks:
-        trouble = _trouble(click, recording, frames)
+        trouble = _trouble(click, source.recording, frames)
         if click.key in kept:
             trouble = "it is given twice"
         if trouble:
             what = f"{click.landmark} in {click.camera}, frame {click.frame}: {trouble}"
-            problems.append(InputError(what, where=str(path), remedy="Correct or delete it."))
+            problems.append(
+                InputError(what, where=str(source.path), remedy="Correct or delete it.")
+            )
         else:
             kept[click.key] = click
     return replace(found, clicks=tuple(kept.values()), problems=tuple(problems))
@@ -125,3 +110,179 @@ def _trouble(click: Click, recording: Recording, frames: int | None) -> str:
         if not (-0.5 <= x <= size[0] - 0.5 and -0.5 <= y <= size[1] - 0.5):
             return f"({x:g}, {y:g}) is outside the image of {size[0]} x {size[1]} pixels"
     return ""
+
+
+COLUMNS = ("frame", "view", "landmark", "x", "y", "visibility")
+
+
+def read_clicks(
+    path: Path,
+    recording: Recording,
+    *,
+    landmarks: Sequence[str] = LANDMARKS,
+    frames: int | None = None,
+) -> Labels:
+    """Read clicks of a recording, and everything that is wrong in the file.
+
+    Parameters
+    ----------
+    recording : Recording
+        ``view`` names one of its views (that view's reference image) or one of its cameras.
+    frames : int, optional
+        Number of frames of the recording, where it is known.
+
+    Raises
+    ------
+    InputError
+        Where the file cannot be read at all.
+
+    Examples
+    --------
+    >>> recording = open_recording(Path("recording"))
+    >>> clicks = read_clicks(Path("clicks.csv"), recording).checked()
+    """
+    problems: list[InputError] = []
+    lines: dict[ClickKey, int] = {}
+    clicks = []
+    for line, cells in read_rows(path, COLUMNS, problems):
+        try:
+            click = _click(path, line, cells, recording, landmarks, frames)
+            if click.key in lines:
+                raise InputError(
+                    f"line {line} repeats {click.landmark} of frame {click.frame} in "
+                    f"{click.camera}, given in line {lines[click.key]}",
+                    where=str(path),
+                    remedy="Delete one of the two lines.",
+                )
+        except InputError as problem:
+            problems.append(problem)
+            continue
+        lines[click.key] = line
+        clicks.append(click)
+    problems.sort(key=_line_of)
+    return Labels(tuple(clicks), tuple(problems))
+
+
+def write_clicks(path: Path, clicks: Iterable[Click], recording: Recording) -> None:
+    """Write clicks so that :func:`read_clicks` gives them again; deleted ones are left out.
+
+    The reference image of a view is named by the view, every other camera by its name. Author,
+    time, flag and sigma have no column in this format.
+
+    Raises
+    ------
+    InputError
+        Where the file cannot be written, or a view has the name of another view's camera.
+    """
+    there = (click for click in clicks if not click.deleted)
+    rows = sorted(_row(click, recording) for click in there)
+    write_file(path, csv_text(COLUMNS, rows))
+
+
+def _row(click: Click, recording: Recording) -> tuple[int, str, str, str, str, int]:
+    views = {view.image.camera: view.name for view in recording.views}
+    name = views.get(click.camera, click.camera)
+    if click.camera not in views and name in views.values():
+        raise InputError(
+            f"the camera {name!r} has the name of a view that shows another camera",
+            where=recording.name,
+            remedy="Rename the camera or the view; a clicks file cannot distinguish them.",
+        )
+    x, y = ("", "") if click.position is None else map(_number_text, click.position)
+    return click.frame, name, click.landmark, x, y, int(click.visibility)
+
+
+def _number_text(value: float) -> str:
+    return repr(float(value))
+
+
+def _click(
+    path: Path,
+    line: int,
+    cells: dict[str, str],
+    recording: Recording,
+    landmarks: Sequence[str],
+    frames: int | None,
+) -> Click:
+    frame = whole_number(cells["frame"], path, line, "frame")
+    if frame < 0 or (frames is not None and frame >= frames):
+        last = "" if frames is None else f", the last one is {frames - 1}"
+        raise _wrong(
+            path, line, f"frame {frame} does not exist", f"Frames are counted from 0{last}."
+        )
+    camera = _camera(path, line, cells["view"], recording)
+    landmark = cells["landmark"]
+    if landmark not in landmarks:
+        raise _wrong(
+            path,
+            line,
+            f"unknown landmark {landmark!r}",
+            f"The landmarks are {', '.join(landmarks)}.",
+        )
+    visibility = cells["visibility"]
+    if visibility not in ("0", "1", "2"):
+        raise _wrong(
+            path,
+            line,
+            f"invalid visibility {visibility!r}",
+            "Write 2 for seen, 1 for guessed behind something, 0 for outside the image.",
+        )
+    seen = Visibility(int(visibility))
+    position = None
+    if seen != Visibility.OUTSIDE:
+        position = _position(path, line, cells, recording, camera)
+    return Click(frame, camera, landmark, position, seen, origin="imported")
+
+
+def _camera(path: Path, line: int, name: str, recording: Recording) -> str:
+    for view in recording.views:
+        if view.name == name:
+            return view.image.camera
+    if name in recording.cameras:
+        return name
+    known = [view.name for view in recording.views]
+    known += [camera for camera in recording.cameras if camera not in known]
+    raise _wrong(
+        path,
+        line,
+        f"unknown view or camera {name!r}",
+        f"Use one of {', '.join(known)}; {known[0]} is that view's reference image.",
+    )
+
+
+def _position(
+    path: Path, line: int, cells: dict[str, str], recording: Recording, camera: str
+) -> tuple[float, float]:
+    values = []
+    shape = recording.cameras[camera]
+    for column, length in (("x", shape.width), ("y", shape.height)):
+        text = cells[column]
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            raise _wrong(
+                path,
+                line,
+                f"{column} is {text!r}",
+                "Write pixels as a number; a landmark without a position has the visibility 0.",
+            )
+        if not -0.5 <= value <= length - 0.5:
+            raise _wrong(
+                path,
+                line,
+                f"{column} = {text} is outside the image of {camera} ({length} pixels)",
+                "Write raw-image pixels (the centre of the first pixel is 0), or the visibility 0.",
+            )
+        values.append(value)
+    return values[0], values[1]
+
+
+def _wrong(path: Path, line: int, what: str, remedy: str) -> InputError:
+    return InputError(f"line {line}: {what}", where=str(path), remedy=remedy)
+
+
+def _line_of(problem: InputError) -> int:
+    digits = problem.what.removeprefix("line ").split(" ", 1)[0].rstrip(":")
+    return int(digits) if digits.isdigit() else 0

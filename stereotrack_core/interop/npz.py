@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import io
 import math
 import os
 import zipfile
 from collections.abc import Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -60,35 +63,76 @@ class _Header:
         return math.prod(self.shape) * self.dtype.itemsize
 
 
-def read_arrays(
-    file: BinaryIO, where: str, layout: Mapping[str, ArrayLayout], what: str, remedy: str
-) -> dict[str, NDArray[Any]]:
-    """Arrays of a layout by name; others are ignored.
+@dataclass(frozen=True)
+class ArchiveFormat:
+    """Archives of one kind.
 
-    Parameters
+    Attributes
     ----------
-    file : binary file
-    where : str
-        Its path, for messages.
-    layout : mapping of ArrayLayout by name
     what : str
-        What the file should be, such as ``run file of this program``.
+        What such a file is called, such as ``run file of this program``.
     remedy : str
-
-    Raises
-    ------
-    InputError
-        For a damaged archive, a missing array, one of another kind or shape, and for more than
-        such a file can hold.
+        What to do about a file that is none.
+    layout : mapping of ArrayLayout by name
     """
-    with decoding(where, f"the file is damaged or is not a {what}", remedy):
-        size = file.seek(0, os.SEEK_END)
-        with zipfile.ZipFile(file) as archive:
-            headers = _headers(archive, where, layout, what, remedy)
-            total = sum(header.bytes for header in headers.values())
-            if total > max(_LARGEST_TOTAL, _LARGEST_RATIO * size):
-                raise _foreign(where, what, f"it claims to contain {total // MB} MB", remedy)
-            return {name: _values(archive, name, header) for name, header in headers.items()}
+
+    what: str
+    remedy: str
+    layout: Mapping[str, ArrayLayout]
+
+    def read(self, file: BinaryIO, where: str) -> dict[str, NDArray[Any]]:
+        """Arrays of the layout by name; others are ignored.
+
+        Raises
+        ------
+        InputError
+            For a damaged archive, a missing array, one of another kind or shape, and for more than
+            such a file can hold.
+        """
+        with self.decoding(where):
+            size = file.seek(0, os.SEEK_END)
+            with zipfile.ZipFile(file) as archive:
+                headers = self._headers(archive, where)
+                total = sum(header.bytes for header in headers.values())
+                if total > max(_LARGEST_TOTAL, _LARGEST_RATIO * size):
+                    raise self.refusal(where, f"it claims to contain {total // MB} MB")
+                return {name: _values(archive, name, header) for name, header in headers.items()}
+
+    def decoding(self, where: Path | str) -> AbstractContextManager[None]:
+        """Say of what a decoder raises that the file is none of these."""
+        return decoding(where, f"the file is damaged or is not a {self.what}", self.remedy)
+
+    def refusal(self, where: str, reason: str) -> InputError:
+        """The complaint about a file that is none of these."""
+        return InputError(f"this is not a {self.what}: {reason}", where=where, remedy=self.remedy)
+
+    def _headers(self, archive: zipfile.ZipFile, where: str) -> dict[str, _Header]:
+        """Headers of the arrays that are there, which fit the layout and each other."""
+        members = archive.infolist()
+        stored = {info.filename.removesuffix(".npy"): info for info in members}
+        needed = [name for name, own in self.layout.items() if not own.optional]
+        if missing := [name for name in needed if name not in stored]:
+            raise self.refusal(where, f"it lacks {', '.join(missing)}")
+        if len(members) > _MOST_MEMBERS or len(stored) < len(members):
+            raise self.refusal(where, f"it has {len(members)} members")
+        lengths: dict[str, int] = {}
+        headers = {}
+        for name, own in self.layout.items():
+            if name in stored:
+                headers[name] = _header(archive, stored[name])
+                if wrong := _mismatch(name, headers[name], own, lengths):
+                    raise self.refusal(where, wrong)
+        return headers
+
+
+def archive_bytes(arrays: Mapping[str, Any], *, compressed: bool = True) -> bytes:
+    """Content of an archive with these arrays."""
+    file = io.BytesIO()
+    if compressed:
+        np.savez_compressed(file, allow_pickle=False, **arrays)
+    else:
+        np.savez(file, allow_pickle=False, **arrays)
+    return file.getvalue()
 
 
 def array_names(file: BinaryIO) -> frozenset[str]:
@@ -102,29 +146,6 @@ def array_names(file: BinaryIO) -> frozenset[str]:
     wrong = decoding("", "this is not an archive of arrays", "Use another copy of the file.")
     with wrong, zipfile.ZipFile(file) as archive:
         return frozenset(name.removesuffix(".npy") for name in archive.namelist())
-
-
-def _headers(
-    archive: zipfile.ZipFile, where: str, layout: Mapping[str, ArrayLayout], what: str, remedy: str
-) -> dict[str, _Header]:
-    """Headers of the arrays that are there, which fit the layout and each other."""
-    members = archive.infolist()
-    stored = {info.filename.removesuffix(".npy"): info for info in members}
-    missing = [name for name, own in layout.items() if not own.optional and name not in stored]
-    if missing:
-        raise _foreign(where, what, f"it lacks {', '.join(missing)}", remedy)
-    if len(members) > _MOST_MEMBERS or len(stored) < len(members):
-        raise _foreign(where, what, f"it has {len(members)} members", remedy)
-    lengths: dict[str, int] = {}
-    headers = {}
-    for name, own in layout.items():
-        if name not in stored:
-            continue
-        header = _header(archive, stored[name])
-        if wrong := _mismatch(name, header, own, lengths):
-            raise _foreign(where, what, wrong, remedy)
-        headers[name] = header
-    return headers
 
 
 def _header(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> _Header:
@@ -175,7 +196,3 @@ def _are_letters(texts: NDArray[np.str_]) -> bool:
     """Whether texts can be taken for Python's, which NumPy does not ask."""
     codes = texts.view(np.dtype(np.uint32).newbyteorder(texts.dtype.byteorder))
     return bool((codes < 0x110000).all())
-
-
-def _foreign(where: str, what: str, reason: str, remedy: str) -> InputError:
-    return InputError(f"this is not a {what}: {reason}", where=where, remedy=remedy)

@@ -39,7 +39,6 @@ def write_cloud(
 
     Parameters
     ----------
-    path : Path
     points : (N, 3) float64, world, metres
     view : (N,) int64
         Index into `view_names`.

@@ -53,7 +53,6 @@ class RecordFile:
 
     Parameters
     ----------
-    path : Path
     magic : bytes
         The eight bytes that such files begin with.
 

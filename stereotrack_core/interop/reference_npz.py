@@ -13,9 +13,9 @@ from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.atomic import write_file
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.npz import ArrayLayout, array_names, read_arrays
+from stereotrack_core.interop.npz import ArchiveFormat, ArrayLayout, archive_bytes, array_names
 from stereotrack_core.plain_data import Kind, check_kind
-from stereotrack_core.reading import MB, decoding, open_file, parsed_json
+from stereotrack_core.reading import MB, open_file, parsed_json
 from stereotrack_core.recording.csv_table import LARGEST as LAST_FRAME
 
 _LAYOUT: dict[str, ArrayLayout] = {
@@ -35,8 +35,11 @@ _META: Kind = {
     "mistakes": [[int, str, str, float]],
 }
 
-_WHAT = "reference of this program"
-_REMEDY = "Use an .npz file written by `stereotrack fit` or the workbench."
+_FILE = ArchiveFormat(
+    "reference of this program",
+    "Use an .npz file written by `stereotrack fit` or the workbench.",
+    _LAYOUT,
+)
 _MOST_BYTES = 4096 * MB
 _FARTHEST = 1e6
 """Metres."""
@@ -86,9 +89,7 @@ def reference_bytes(reference: Reference) -> bytes:
     for key, own in _LAYOUT.items():
         if own.optional and (array := getattr(reference, key)) is not None:
             arrays[key] = array
-    file = io.BytesIO()
-    np.savez_compressed(file, allow_pickle=False, **arrays)
-    return file.getvalue()
+    return archive_bytes(arrays)
 
 
 def reference_of_bytes(data: bytes, where: str) -> Reference:
@@ -103,13 +104,11 @@ def reference_of_bytes(data: bytes, where: str) -> Reference:
 
 
 def _reference_in(file: BinaryIO, where: str) -> Reference:
-    arrays = read_arrays(file, where, _LAYOUT, _WHAT, _REMEDY)
+    arrays = _FILE.read(file, where)
     frame, points = arrays["frame"], arrays["points"]
     if len(frame) and (frame[0] < 0 or frame[-1] > LAST_FRAME or (abs(points) > _FARTHEST).any()):
-        raise InputError(
-            f"this is not a {_WHAT}: numbers are too large", where=where, remedy=_REMEDY
-        )
-    with decoding(where, f"the file is damaged or is not a {_WHAT}", _REMEDY):
+        raise _FILE.refusal(where, "numbers are too large")
+    with _FILE.decoding(where):
         return Reference(
             frame=frame.astype(np.int64),
             points=points,
@@ -123,7 +122,7 @@ def _reference_in(file: BinaryIO, where: str) -> Reference:
 
 def _meta(text: str, where: str) -> dict[str, Any]:
     meta: dict[str, Any] = parsed_json(text, where)
-    check_kind(meta, _META, where, _REMEDY)
+    check_kind(meta, _META, where, _FILE.remedy)
     return meta
 
 

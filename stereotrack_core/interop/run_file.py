@@ -22,7 +22,7 @@ from stereotrack_core.tracking.stored import fps_of_run
 RUN_SUFFIXES: tuple[str, ...] = (".npz", ".csv", ".trc", ".c3d", ".bvh")
 """What a run can be written as; only ``.npz`` keeps all of it."""
 
-TRAJECTORY_SUFFIXES: tuple[str, ...] = (".npz", ".csv", ".trc", ".c3d", PART_SUFFIX)
+_TRAJECTORY_SUFFIXES: tuple[str, ...] = (".npz", ".csv", ".trc", ".c3d", PART_SUFFIX)
 """What landmarks can be read from."""
 
 
@@ -69,8 +69,6 @@ def write_trajectory(
 
     Parameters
     ----------
-    path : Path
-    trajectory : LandmarkTrajectory
     fps : float or None
         Frames per second; only ``.csv`` needs none.
     residual : (F,) float64, metres, optional
@@ -157,7 +155,7 @@ def read_trajectory(path: Path) -> LandmarkTrajectory:
 def read_timed_trajectory(path: Path) -> tuple[LandmarkTrajectory, float | None]:
     """The same, with frames per second where the file states them."""
     path = Path(path)
-    match _suffix(path, TRAJECTORY_SUFFIXES):
+    match _suffix(path, _TRAJECTORY_SUFFIXES):
         case ".npz":
             if is_reference(path):
                 reference = read_reference(path)

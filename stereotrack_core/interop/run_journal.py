@@ -74,7 +74,6 @@ class RunJournal:
         A new file, or an unfinished run to go on with.
     seconds : callable
         How long has been worked on the run, for its meta.
-    wish : Wish
 
     Raises
     ------

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from stereotrack_core.atomic import write_file
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.npz import ArrayLayout, read_arrays
-from stereotrack_core.reading import MB, decoding, open_file, parsed_json
+from stereotrack_core.interop.npz import ArchiveFormat, ArrayLayout, archive_bytes
+from stereotrack_core.reading import MB, open_file, parsed_json
 from stereotrack_core.recording.csv_table import LARGEST as LAST_FRAME
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.frame import Run
@@ -41,14 +41,19 @@ _LAYOUT: dict[str, ArrayLayout] = {
     "meta": ArrayLayout("U", ()),
 }
 
+_NAMES = ("landmark_names", "state_names", "stage_names")
+
 _FIELDS = MappingProxyType({"coverage": "unexplained_fraction"})
 """Fields of a run that are named otherwise than their arrays in the file."""
 
 FORMAT = 1
 """Version of the layout; kept in the meta as ``format``."""
 
-_WHAT = "run file of this program"
-_REMEDY = "Use a run written by `stereotrack track`, or track the recording again."
+_FILE = ArchiveFormat(
+    "run file of this program",
+    "Use a run written by `stereotrack track`, or track the recording again.",
+    _LAYOUT,
+)
 
 _MOST_BYTES = 4096 * MB
 
@@ -65,10 +70,7 @@ def write_npz(path: Path, run: Run) -> None:
     The recording's folder is stored both absolute and relative to the run file, so that both
     can be moved together.
     """
-    file = io.BytesIO()
-    arrays = _arrays_of(run, _meta_to_store(path, run.meta))
-    np.savez_compressed(file, allow_pickle=False, **arrays)
-    write_file(path, file.getvalue())
+    write_file(path, archive_bytes(_arrays_of(run, _meta_to_store(path, run.meta))))
 
 
 def run_bytes(run: Run) -> bytes:
@@ -76,9 +78,7 @@ def run_bytes(run: Run) -> bytes:
 
     Most of it is covariances, which compressing makes a tenth smaller in twenty times the time.
     """
-    file = io.BytesIO()
-    np.savez(file, allow_pickle=False, **_arrays_of(run, {**run.meta, "format": FORMAT}))
-    return file.getvalue()
+    return archive_bytes(_arrays_of(run, {**run.meta, "format": FORMAT}), compressed=False)
 
 
 def run_of_bytes(data: bytes, where: str) -> Run:
@@ -105,10 +105,10 @@ def read_npz(path: Path) -> Run:
 
 
 def _run_of(path: Path, file: BinaryIO, beside: Path | None) -> Run:
-    arrays = read_arrays(file, str(path), _LAYOUT, _WHAT, _REMEDY)
+    arrays = _FILE.read(file, str(path))
     unknown = np.full((len(arrays["frame"]), len(LIMBS)), np.nan)
     arrays.setdefault("limb_lost", unknown)
-    with decoding(path, f"the file is damaged or is not a {_WHAT}", _REMEDY):
+    with _FILE.decoding(path):
         text = str(arrays["meta"])  # letters that are none show only now
         run = _run(arrays, _meta_from_store(path, text, beside))
     check_run(path, run)
@@ -116,31 +116,19 @@ def _run_of(path: Path, file: BinaryIO, beside: Path | None) -> Run:
 
 
 def _run(arrays: Mapping[str, NDArray[Any]], meta: Mapping[str, Any]) -> Run:
-    return Run(
-        frame=arrays["frame"].astype(np.int64),
-        landmarks=arrays["landmarks"].astype(np.float64),
-        x=arrays["x"].astype(np.float64),
-        P=arrays["P"].astype(np.float64),
-        state_names=tuple(str(name) for name in arrays["state_names"]),
-        tracked=arrays["tracked"],
-        landmark_names=tuple(str(name) for name in arrays["landmark_names"]),
-        unexplained_fraction=arrays["coverage"].astype(np.float64),
-        residual=arrays["residual"].astype(np.float64),
-        innovation=arrays["innovation"].astype(np.float64),
-        limb_sigma_deg=arrays["limb_sigma_deg"].astype(np.float64),
-        limb_lost=arrays["limb_lost"].astype(np.float64),
-        seconds=arrays["seconds"].astype(np.float64),
-        stage_names=tuple(str(name) for name in arrays["stage_names"]),
-        meta=meta,
-    )
+    values: dict[str, Any] = {"frame": arrays["frame"].astype(np.int64), "meta": meta}
+    for name, own in _LAYOUT.items():
+        if own.kind == "f":
+            values[_FIELDS.get(name, name)] = arrays[name].astype(np.float64)
+        elif name.endswith("_names"):
+            values[name] = tuple(str(one) for one in arrays[name])
+    return Run(**values, tracked=arrays["tracked"])
 
 
 def _arrays_of(run: Run, meta: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
     arrays: dict[str, NDArray[Any]] = {
         "frame": np.asarray(run.frame, dtype=np.int64),
-        "landmark_names": _texts(run.landmark_names),
-        "state_names": _texts(run.state_names),
-        "stage_names": _texts(run.stage_names),
+        **{name: np.array(getattr(run, name), dtype=np.str_) for name in _NAMES},
         "tracked": np.asarray(run.tracked, dtype=np.bool_),
         "meta": np.array(json.dumps(meta, ensure_ascii=False)),
     }
@@ -149,10 +137,6 @@ def _arrays_of(run: Run, meta: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
             values = getattr(run, _FIELDS.get(name, name))
             arrays[name] = np.asarray(values, dtype=np.float64)
     return arrays
-
-
-def _texts(names: tuple[str, ...]) -> NDArray[Any]:
-    return np.array(names, dtype=np.str_)
 
 
 def check_run(path: Path, run: Run) -> None:
@@ -179,7 +163,7 @@ def check_run(path: Path, run: Run) -> None:
     }
     for reason, true in wrong.items():
         if true:
-            raise InputError(f"this is not a {_WHAT}: {reason}", where=str(path), remedy=_REMEDY)
+            raise _FILE.refusal(str(path), reason)
 
 
 def _meta_to_store(path: Path, meta: Mapping[str, Any]) -> dict[str, Any]:
@@ -199,7 +183,7 @@ def _meta_from_store(path: Path, text: str, folder: Path | None) -> dict[str, An
     """The meta; where it lies in a folder, the recording may have moved together with it."""
     where = f"{path}, meta"
     meta: dict[str, Any] = parsed_json(text, where)
-    check_meta(meta, where, _REMEDY)
+    check_meta(meta, where, _FILE.remedy)
     if (version := meta.pop("format", FORMAT)) != FORMAT:
         raise InputError(
             f"it is a run file of format {version}, and this program reads format {FORMAT}",

@@ -7,7 +7,7 @@ is outside the image from what nobody has labelled, and keeps neither flag nor s
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from io import BytesIO
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -18,7 +18,7 @@ from stereotrack_core.annotation.click import Click, Visibility
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.atomic import replacing
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.label_names import Labels, camera_of, known_camera, map_names
+from stereotrack_core.interop.label_source import Labels, LabelSource, pictures_of
 from stereotrack_core.reading import check_file, decoding
 from stereotrack_core.recording.description import Recording, Stream
 from stereotrack_core.recording.images import is_pattern, numbered_files
@@ -39,18 +39,14 @@ def write_sleap(
     names = landmarks.names
     bones = [(a, b) for a, b in SKELETON if {a, b} <= set(names)]
     skeleton = sio.Skeleton(nodes=list(names), edges=bones, name=landmarks.name)
-    pictures: dict[tuple[str, int], dict[str, Click]] = {}
-    for click in clicks:
-        if not click.deleted and click.position is not None and click.landmark in names:
-            pictures.setdefault((click.camera, click.frame), {})[click.landmark] = click
     streams = _streams(recording)
     videos: dict[str, Any] = {}
     frames = []
-    for (camera, frame), found in sorted(pictures.items()):
-        known_camera(camera, recording, where=str(path))
-        stream = streams[camera]
-        if camera not in videos:
-            videos[camera] = _video(sio, recording, stream)
+    placed = (click for click in clicks if click.position is not None)
+    for camera, frame, found in pictures_of(placed, names, recording, path):
+        stream = streams[camera.name]
+        if camera.name not in videos:
+            videos[camera.name] = _video(sio, recording, stream)
         points = np.full((len(names), 2), np.nan)
         seen = np.zeros(len(names), dtype=np.bool_)
         for name, click in found.items():
@@ -59,7 +55,9 @@ def write_sleap(
         instance = sio.Instance.from_numpy(points, skeleton=skeleton)
         instance.points["visible"] = seen
         own = frame + _shift(stream, recording)
-        frames.append(sio.LabeledFrame(video=videos[camera], frame_idx=own, instances=[instance]))
+        frames.append(
+            sio.LabeledFrame(video=videos[camera.name], frame_idx=own, instances=[instance])
+        )
     labels = sio.Labels(labeled_frames=frames, videos=list(videos.values()), skeletons=[skeleton])
 
     def is_whole(written: Path) -> bool:
@@ -76,61 +74,35 @@ def write_sleap(
             raise OSError(str(error)) from error
 
 
-def read_sleap(
-    path: Path,
-    recording: Recording,
-    *,
-    landmarks: Sequence[str],
-    camera: str | None = None,
-    names: Mapping[str, str] | None = None,
-) -> Labels:
+def read_sleap(source: LabelSource) -> Labels:
     """Read what people have labelled; predictions are left out.
-
-    Parameters
-    ----------
-    path : Path
-    recording : Recording
-    landmarks : sequence of str
-    camera : str, optional
-        Camera or view that all videos are of; otherwise told from their names.
-    names : mapping from their landmark to ours, optional
 
     Raises
     ------
     InputError
         Where the file cannot be read, sleap-io is not installed, or no landmark is known.
     """
+    path = source.path
     sio = _library(path)
     check_file(path)
     with decoding(path, "this is not a SLEAP labels file", "Use an .slp file saved by SLEAP."):
         stored = sio.load_slp(str(path), open_videos=False)
         theirs = [str(node.name) for skeleton in stored.skeletons for node in skeleton.nodes]
-    found = map_names(theirs, landmarks, names, where=str(path))
-    clicks: list[Click] = []
-    problems: list[InputError] = []
-    for labelled in stored.labeled_frames:
+
+    def read(labelled: Any, known: Mapping[str, str]) -> list[Click]:
         where = f"{path}, frame {labelled.frame_idx}"
-        try:
-            with decoding(where, "it cannot be read", "Label it again in SLEAP."):
-                clicks += _labelled(labelled, recording, camera, found.known, where)
-        except InputError as problem:
-            problems.append(problem)
-    return Labels(tuple(clicks), tuple(problems), found.left_out)
+        with decoding(where, "it cannot be read", "Label it again in SLEAP."):
+            people = labelled.user_instances
+            if len(people) > 1:
+                raise InputError(
+                    f"{len(people)} people are labelled",
+                    where=where,
+                    remedy="Keep only the instances of one person.",
+                )
+            place = _place(labelled, source, where) if people else (0, "")
+            return [click for person in people for click in _clicks(person, place, known)]
 
-
-def _labelled(
-    labelled: Any, recording: Recording, camera: str | None, known: Mapping[str, str], where: str
-) -> list[Click]:
-    """Clicks of a labelled frame."""
-    people = labelled.user_instances
-    if len(people) > 1:
-        raise InputError(
-            f"{len(people)} people are labelled",
-            where=where,
-            remedy="Keep only the instances of one person.",
-        )
-    place = _place(labelled, recording, camera, where) if people else (0, "")
-    return [click for person in people for click in _clicks(person, place, known)]
+    return source.labels(theirs, stored.labeled_frames, read)
 
 
 def _library(path: Path) -> Any:
@@ -168,21 +140,21 @@ def _shift(stream: Stream, recording: Recording) -> int:
     return stream.first_frame + round(stream.time_offset * recording.fps)
 
 
-def _place(labelled: Any, recording: Recording, camera: str | None, where: str) -> tuple[int, str]:
+def _place(labelled: Any, source: LabelSource, where: str) -> tuple[int, str]:
     """Frame and camera of a labelled frame."""
-    streams = _streams(recording)
+    streams = _streams(source.recording)
     file = labelled.video.filename
     file = str(file[0] if isinstance(file, list) else file).replace("\\", "/")
     own = {PurePosixPath(stream.frames).name: name for name, stream in streams.items()}
     base = PurePosixPath(file).name
     whole = [name for name, one in streams.items() if file.endswith(one.frames)]
-    if camera is None and len(whole) == 1:
+    if source.camera is None and len(whole) == 1:
         name = whole[0]
-    elif camera is None and len(own) == len(streams) and base in own:
+    elif source.camera is None and len(own) == len(streams) and base in own:
         name = own[base]
     else:
-        name = camera_of(file, recording, camera, where=where)
-    frame = int(labelled.frame_idx) - _shift(streams[name], recording)
+        name = source.camera_of(file, where)
+    frame = int(labelled.frame_idx) - _shift(streams[name], source.recording)
     if frame < 0:
         raise InputError(
             f"it is {-frame} frames before the start of the recording",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -13,22 +12,18 @@ from stereotrack_core.atomic import write_file
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import PARTS
 from stereotrack_core.errors import InputError
+from stereotrack_core.interop.npz import archive_bytes
 from stereotrack_core.recording.csv_table import csv_text
+from stereotrack_core.tracking.state import Belief
 from stereotrack_core.tracking.trace import REASONS, Correction, StepTrace
 
 TRACE_SUFFIXES = (".csv", ".npz")
 
+_OF_POINTS = ("part", "place", "foot", "direction", "residual", "sigma", "weight")
+
 
 def write_trace(path: Path, trace: StepTrace, correction: int) -> None:
-    """Write a trace, or the cross-covariance of one of its corrections, by the file's suffix.
-
-    Parameters
-    ----------
-    path : Path
-        ``.npz`` for all numbers, ``.csv`` for the cross-covariance.
-    trace : StepTrace
-    correction : int
-        Which of the trace's corrections a ``.csv`` holds.
+    """Write all numbers of a trace (``.npz``) or a correction's cross-covariance (``.csv``).
 
     Raises
     ------
@@ -38,9 +33,7 @@ def write_trace(path: Path, trace: StepTrace, correction: int) -> None:
     """
     suffix = path.suffix.lower()
     if suffix == ".npz":
-        file = BytesIO()
-        np.savez_compressed(file, allow_pickle=False, **trace_arrays(trace))
-        write_file(path, file.getvalue())
+        write_file(path, archive_bytes(_trace_arrays(trace)))
     elif suffix == ".csv":
         if not 0 <= correction < len(trace.corrections):
             raise InputError(
@@ -49,7 +42,7 @@ def write_trace(path: Path, trace: StepTrace, correction: int) -> None:
                 remedy="Export as .npz, which holds all available numbers.",
             )
         names = trace.state_names
-        write_file(path, cross_covariance_csv(names, trace.corrections[correction]))
+        write_file(path, _cross_covariance_csv(names, trace.corrections[correction]))
     else:
         raise InputError(
             "the step trace cannot be written to this type of file",
@@ -58,7 +51,7 @@ def write_trace(path: Path, trace: StepTrace, correction: int) -> None:
         )
 
 
-def cross_covariance_csv(names: tuple[str, ...], correction: Correction) -> str:
+def _cross_covariance_csv(names: tuple[str, ...], correction: Correction) -> str:
     """Cross-covariance as a table: a row for each point, a column for each state.
 
     Columns before them name the point: its part, its place and partner, its residual, the standard
@@ -85,7 +78,7 @@ def cross_covariance_csv(names: tuple[str, ...], correction: Correction) -> str:
     return csv_text([*fixed, *(f"P_xz_{name}" for name in names)], rows)
 
 
-def trace_arrays(trace: StepTrace) -> dict[str, NDArray[np.generic]]:
+def _trace_arrays(trace: StepTrace) -> dict[str, NDArray[np.generic]]:
     """All numbers of a trace by name; those of correction 2 begin with ``correction_2_``."""
     arrays: dict[str, NDArray[np.generic]] = {
         "frame": np.array(trace.frame),
@@ -99,10 +92,8 @@ def trace_arrays(trace: StepTrace) -> dict[str, NDArray[np.generic]]:
         "step_seconds": np.array(list(trace.seconds.values()), dtype=np.float64),
         "corrections": np.array(len(trace.corrections)),
     }
-    for name, belief in (
-        ("before", trace.before), ("predicted", trace.predicted), ("after", trace.after)
-    ):  # fmt: skip
-        arrays |= _pose(name, belief.pose) | {f"{name}_P": belief.P}
+    for name in ("before", "predicted", "after"):
+        arrays |= _belief(name, getattr(trace, name))
     for i, correction in enumerate(trace.corrections, start=1):
         own = _correction_arrays(correction)
         arrays |= {f"correction_{i}_{name}": values for name, values in own.items()}
@@ -119,30 +110,22 @@ def _correction_arrays(correction: Correction) -> Mapping[str, NDArray[np.generi
     return {
         "stage": np.array(correction.stage),
         "iteration": np.array(correction.iteration),
-        **_pose("prior", correction.prior.pose),
-        "prior_P": correction.prior.P,
-        **_pose("before", correction.before.pose),
-        "before_P": correction.before.P,
-        **_pose("after", correction.after.pose),
-        "after_P": correction.after.P,
+        **_belief("prior", correction.prior),
+        **_belief("before", correction.before),
+        **_belief("after", correction.after),
         "sigma_deviations": correction.sigma_points.deviations,
         **_pose("sigma", correction.sigma_points.poses),
-        "part": points.part,
-        "place": points.place,
-        "foot": points.foot,
-        "direction": points.direction,
-        "residual": points.residual,
-        "sigma": points.sigma,
-        "weight": points.weight,
+        **{name: getattr(points, name) for name in _OF_POINTS},
         "unused_place": unused.place,
         "unused_why": unused.why,
-        "P_xz": correction.P_xz,
-        "P_zz": correction.P_zz,
-        "gain": correction.gain,
-        "dx": correction.dx,
+        **{name: getattr(correction, name) for name in ("P_xz", "P_zz", "gain", "dx")},
         "dx_from_prior": correction.from_prior,
     } | {f"dx_{rows.kind}_{rows.unit}": rows.dx for rows in correction.rows}
 
 
 def _pose(name: str, pose: Pose) -> dict[str, NDArray[np.generic]]:
     return {f"{name}_position": pose.position, f"{name}_rotations": pose.rotations}
+
+
+def _belief(name: str, belief: Belief) -> dict[str, NDArray[np.generic]]:
+    return _pose(name, belief.pose) | {f"{name}_P": belief.P}

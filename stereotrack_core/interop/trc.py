@@ -15,13 +15,12 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.gaps import checked_fps
+from stereotrack_core.interop.landmark_file import checked_fps, landmark_columns, metres_per
 from stereotrack_core.recording.csv_table import guarded, read_cells, whole_number
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
 _TRC_FROM_WORLD = [1, 2, 0]
 _WORLD_FROM_TRC = [2, 0, 1]
-_METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 
 
 def write_trc(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
@@ -69,20 +68,8 @@ def read_trc(path: Path) -> tuple[LandmarkTrajectory, float]:
             remedy="Use a file whose first line begins with PathFileType.",
         )
     facts = dict(zip(lines[1], lines[2], strict=False))
-    metres = _METRES.get(facts.get("Units", ""))
-    if metres is None:
-        raise InputError(
-            f"unknown unit {facts.get('Units', '')!r}",
-            where=f"{path}, Units",
-            remedy="Use m or mm.",
-        )
-    columns = {name: k for k, name in enumerate(lines[3]) if name in LANDMARKS}
-    if not columns:
-        raise InputError(
-            "the file contains none of the nine landmarks",
-            where=f"{path}, line 4",
-            remedy=f"Name the markers {', '.join(LANDMARKS)}.",
-        )
+    metres = metres_per(facts.get("Units", ""), f"{path}, Units")
+    columns = landmark_columns(lines[3], f"{path}, line 4", "markers")
     rate = facts.get("DataRate", "")
     try:
         fps = checked_fps(float(rate))

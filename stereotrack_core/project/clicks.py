@@ -1,84 +1,41 @@
-"""Clicks: as rows of their tables, and read by frame and camera, by landmark, or all of them."""
+"""Clicks in a project: as rows of their tables, read, and edited.
+
+Edits place, move, take away, mark and swap clicks, and accept predictions.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
-from typing import Any
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 
 import numpy as np
 
-from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Visibility
+from stereotrack_core.annotation.agreement import Difference, differences
+from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Prediction, Visibility
 from stereotrack_core.annotation.progress import Seen
 from stereotrack_core.arrays import IntArray
+from stereotrack_core.errors import InputError
 from stereotrack_core.project.connection import Access
-from stereotrack_core.project.edit import Stamp
-from stereotrack_core.project.schema import CLICK, Row, Value
-
-COLUMNS = CLICK.columns
+from stereotrack_core.project.edit import Change, Edit, Stamp, State
+from stereotrack_core.project.schema import CLICK, REPEAT_CLICK, Row, Value
 
 
-def click_of(row: Sequence[Any]) -> Click:
-    """The click of a row in the order of :data:`COLUMNS`."""
-    frame, camera, landmark, x, y, visibility, flag, sigma, origin, who, at, deleted = row
-    return Click(
-        frame=frame,
-        camera=camera,
-        landmark=landmark,
-        position=None if x is None else (x, y),
-        visibility=Visibility(visibility),
-        flag=flag,
-        sigma=sigma,
-        origin=origin,
-        who=who,
-        at=at,
-        deleted=bool(deleted),
-    )
+def _click(row: Sequence[Any]) -> Click:
+    """The click of a row: key (with or without round) and values."""
+    *_, frame, camera, landmark, x, y, visibility, flag, sigma, origin, who, at, deleted = row
+    position = None if x is None else (x, y)
+    own = (position, Visibility(visibility), flag, sigma, origin, who, at, bool(deleted))
+    return Click(frame, camera, landmark, *own)
 
 
-def values_of(click: Click, stamp: Stamp) -> Row:
+def _values(click: Click, stamp: Stamp) -> Row:
     """Values of a click's row; who and when are filled in where it does not say them itself."""
-    x, y = click.position or (None, None)
-    return (
-        None if x is None else float(x),
-        None if y is None else float(y),
-        int(click.visibility),
-        click.flag,
-        None if click.sigma is None else float(click.sigma),
-        click.origin,
-        click.who or stamp.who,
-        click.at or stamp.at,
-        int(click.deleted),
-    )
-
-
-def click_in(key: Row, values: Row) -> Click:
-    """The click of a row's key (with or without round) and values."""
-    return click_of((*key[-3:], *values))
-
-
-def taken_away(click: Click) -> Click:
-    """The click as deleted, to be stamped anew."""
-    return replace(click, deleted=True, who="", at="")
-
-
-def place_in_words(keys: Sequence[ClickKey]) -> str:
-    """Where clicks are: ``left elbow in N_right, frame 213``."""
-    landmarks = {key.landmark for key in keys}
-    cameras = {key.camera for key in keys}
-    frames = sorted({key.frame for key in keys})
-    what = _named(next(iter(landmarks))) if len(landmarks) == 1 else f"{len(landmarks)} landmarks"
-    where = next(iter(cameras)) if len(cameras) == 1 else f"{len(cameras)} cameras"
-    when = f"frame {frames[0]}" if len(frames) == 1 else f"frames {frames[0]} to {frames[-1]}"
-    return f"{what} in {where}, {when}"
-
-
-def _named(landmark: str) -> str:
-    return landmark.replace("_", " ")
-
-
-_FROM = f"SELECT {COLUMNS} FROM click"  # noqa: S608 - constants
-_AGAIN = f"SELECT {COLUMNS} FROM repeat_click"  # noqa: S608 - constants
+    x, y = (None, None) if click.position is None else map(float, click.position)
+    sigma = None if click.sigma is None else float(click.sigma)
+    origin = (click.origin, click.who or stamp.who, click.at or stamp.at, int(click.deleted))
+    return (x, y, int(click.visibility), click.flag, sigma, *origin)
 
 
 class Clicks:
@@ -91,40 +48,27 @@ class Clicks:
         """One click, also a deleted one; None where there never was one."""
         values = self._access.read(CLICK, key)
         with self._access.making_sense():
-            return None if values is None else click_in(key, values)
+            return None if values is None else _click((*key, *values))
 
     def at(self, frame: int, camera: str | None = None) -> tuple[Click, ...]:
         """Clicks of a frame, of all cameras or of one."""
         if camera is None:
-            return self._clicks(f"{_FROM} WHERE frame = ? AND deleted = 0", frame)
-        return self._clicks(
-            f"{_FROM} WHERE frame = ? AND camera = ? AND deleted = 0", frame, camera
-        )
+            return self._clicks("WHERE frame = ? AND deleted = 0", frame)
+        return self._clicks("WHERE frame = ? AND camera = ? AND deleted = 0", frame, camera)
 
     def deleted_at(self, frame: int) -> tuple[Click, ...]:
         """Clicks of a frame that were taken away."""
-        return self._clicks(f"{_FROM} WHERE frame = ? AND deleted = 1", frame)
+        return self._clicks("WHERE frame = ? AND deleted = 1", frame)
 
     def between(self, first: int, end: int) -> tuple[Click, ...]:
         """Clicks of the frames from `first` to before `end`."""
-        return self._clicks(
-            f"{_FROM} WHERE frame >= ? AND frame < ? AND deleted = 0 ORDER BY frame", first, end
-        )
-
-    def nearest(self, key: ClickKey, *, backwards: bool = False) -> Click | None:
-        """The landmark's next (previous) click in the same camera; None where there is none."""
-        sign, order = ("<", "DESC") if backwards else (">", "ASC")
-        found = self._clicks(
-            f"{_FROM} WHERE landmark = ? AND camera = ? AND frame {sign} ? AND deleted = 0"
-            f" ORDER BY frame {order} LIMIT 1",
-            *(key.landmark, key.camera, key.frame),
-        )
-        return found[0] if found else None
+        condition = "WHERE frame >= ? AND frame < ? AND deleted = 0 ORDER BY frame"
+        return self._clicks(condition, first, end)
 
     def all(self, *, with_deleted: bool = False) -> tuple[Click, ...]:
         """All clicks by frame."""
         condition = "" if with_deleted else "WHERE deleted = 0"
-        return self._clicks(f"{_FROM} {condition} ORDER BY frame, camera, landmark")
+        return self._clicks(f"{condition} ORDER BY frame, camera, landmark")
 
     def keys(self) -> frozenset[ClickKey]:
         """Everything that a person has said something about: deleted clicks too."""
@@ -143,18 +87,15 @@ class Clicks:
         count: int = self._access.row("SELECT count(*) FROM click WHERE deleted = 0")[0]
         return count
 
-    def seen(self, first: int = 0, end: int | None = None) -> tuple[Seen, ...]:
-        """Every landmark at every frame that has one, summed up over the cameras.
+    def seen(self, first: int = 0, end: int = 2**62) -> tuple[Seen, ...]:
+        """Every landmark at every frame from `first` to before `end` that has one.
 
-        Parameters
-        ----------
-        first, end : int
-            Frames from `first` to before `end`; all without them.
+        Clicks are summed up over the cameras.
         """
         rows = self._access.rows(
             "SELECT frame, landmark, sum(x IS NOT NULL), max(flag = ?) FROM click"
             " WHERE frame >= ? AND frame < ? AND deleted = 0 GROUP BY frame, landmark",
-            (UNCERTAIN, first, 2**62 if end is None else end),
+            (UNCERTAIN, first, end),
         )
         return tuple(Seen(row[0], row[1], row[2], bool(row[3])) for row in rows)
 
@@ -169,23 +110,295 @@ class Clicks:
     def again(self, round_number: int | None = None) -> tuple[Click, ...]:
         """Clicks of second, blind readings: of one round, or of all of them."""
         if round_number is None:
-            return self._clicks(f"{_AGAIN} WHERE deleted = 0 ORDER BY round, frame")
-        return self._clicks(f"{_AGAIN} WHERE round = ? AND deleted = 0", round_number)
+            return self._clicks("WHERE deleted = 0 ORDER BY round, frame", table="repeat_click")
+        condition = "WHERE round = ? AND deleted = 0"
+        return self._clicks(condition, round_number, table="repeat_click")
 
     def again_at(self, round_number: int, frame: int) -> tuple[Click, ...]:
         """Clicks of one frame in a blind reading."""
-        return self._clicks(
-            f"{_AGAIN} WHERE round = ? AND frame = ? AND deleted = 0", round_number, frame
-        )
+        condition = "WHERE round = ? AND frame = ? AND deleted = 0"
+        return self._clicks(condition, round_number, frame, table="repeat_click")
 
-    def rounds(self) -> tuple[int, ...]:
-        """The blind readings that there are."""
-        found = self._access.rows(
+    def repeat_differences(self) -> tuple[Difference, ...]:
+        """First against second readings of frames that were annotated again, round by round."""
+        rounds = self._access.rows(
             "SELECT DISTINCT round FROM repeat_click WHERE deleted = 0 ORDER BY round"
         )
-        return tuple(row[0] for row in found)
+        found: list[Difference] = []
+        for (number,) in rounds:
+            second = self.again(number)
+            frames = sorted({click.frame for click in second})
+            found += differences([one for frame in frames for one in self.at(frame)], second)
+        return tuple(found)
 
-    def _clicks(self, statement: str, *values: Value) -> tuple[Click, ...]:
-        rows = self._access.rows(statement, values)
+    def _clicks(self, condition: str, *values: Value, table: str = "click") -> tuple[Click, ...]:
+        rows = self._access.rows(
+            f"SELECT {CLICK.columns} FROM {table} {condition}",  # noqa: S608 - constants
+            values,
+        )
         with self._access.making_sense():
-            return tuple(click_of(row) for row in rows)
+            return tuple(_click(row) for row in rows)
+
+
+def _place_text(keys: Sequence[ClickKey]) -> str:
+    """Where clicks are: ``left elbow in N_right, frame 213``."""
+    landmarks = {key.landmark.replace("_", " ") for key in keys}
+    cameras = {key.camera for key in keys}
+    frames = sorted({key.frame for key in keys})
+    what = next(iter(landmarks)) if len(landmarks) == 1 else f"{len(landmarks)} landmarks"
+    where = next(iter(cameras)) if len(cameras) == 1 else f"{len(cameras)} cameras"
+    when = f"frame {frames[0]}" if len(frames) == 1 else f"frames {frames[0]} to {frames[-1]}"
+    return f"{what} in {where}, {when}"
+
+
+def _present(state: State, keys: Iterable[ClickKey]) -> Iterable[Click]:
+    """The clicks of these keys that are there and not deleted."""
+    for key in keys:
+        values = state.row(CLICK, key)
+        if values is not None and not (click := _click((*key, *values))).deleted:
+            yield click
+
+
+def _set(state: State, click: Click, stamp: Stamp) -> Change:
+    """The change that lets `click` stand, unless it says what stands there."""
+    before = state.row(CLICK, click.key)
+    if before is not None and _click((*click.key, *before)).says_the_same(click):
+        return Change(CLICK, click.key, before, before)
+    return Change(CLICK, click.key, before, _values(click, stamp))
+
+
+def _restated(state: State, click: Click, stamp: Stamp, **changes: Any) -> Change:
+    """The change to a click by whoever makes the edit."""
+    return _set(state, replace(click, who="", at="", **changes), stamp)
+
+
+@dataclass(frozen=True)
+class PlaceClicks(Edit):
+    """Set clicks, whether the landmarks had one before or not.
+
+    Attributes
+    ----------
+    clicks : tuple of Click
+        Those without author and time get the project's.
+    text : str
+        What it does in words; empty: told from the clicks.
+    """
+
+    kind: ClassVar[str] = "place clicks"
+    clicks: tuple[Click, ...]
+    text: str = ""
+
+    def words(self) -> str:
+        """``place left elbow in N_right, frame 213``."""
+        return self.text or f"place {_place_text([click.key for click in self.clicks])}"
+
+    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
+        """Every click's row."""
+        for click in self.clicks:
+            yield _set(state, click, stamp)
+
+
+def place(click: Click) -> PlaceClicks:
+    """Set one click."""
+    return PlaceClicks((click,))
+
+
+@dataclass(frozen=True)
+class MoveClicks(Edit):
+    """Move existing clicks in their image (drag, nudge); repeated moves can become one edit.
+
+    Whatever they came from, they are a person's own then.
+
+    Attributes
+    ----------
+    keys : tuple of ClickKey
+    by : (float, float)
+        Pixels.
+    """
+
+    kind: ClassVar[str] = "move clicks"
+    keys: tuple[ClickKey, ...]
+    by: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        if not all(map(math.isfinite, self.by)):
+            raise ValueError(f"{self.by} is not a displacement in an image")
+
+    def words(self) -> str:
+        """``move left elbow in N_right, frame 213``."""
+        return f"move {_place_text(self.keys)}"
+
+    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
+        """The rows of clicks that have a position."""
+        for click in _present(state, self.keys):
+            if click.position is not None:
+                x, y = click.position
+                position = (x + self.by[0], y + self.by[1])
+                yield _restated(state, click, stamp, position=position, origin="hand")
+
+
+@dataclass(frozen=True)
+class DeleteClicks(Edit):
+    """Take clicks away; that they were taken away is kept as a fact. Missing ones are passed."""
+
+    kind: ClassVar[str] = "delete clicks"
+    keys: tuple[ClickKey, ...]
+
+    def words(self) -> str:
+        """``delete left elbow in 4 cameras, frame 213``."""
+        return f"delete {_place_text(self.keys)}"
+
+    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
+        """The rows of clicks that are there."""
+        for click in _present(state, self.keys):
+            yield _restated(state, click, stamp, deleted=True)
+
+
+@dataclass(frozen=True)
+class MarkClicks(Edit):
+    """State how existing clicks are seen, how sure they are, or flag them.
+
+    Attributes
+    ----------
+    keys : tuple of ClickKey
+    visibility : Visibility, optional
+        Outside takes the position away.
+    flag : str, optional
+        Empty: no flag.
+    sigma : float, optional
+        Pixels per axis; ``usual_sigma`` takes a stated one away.
+    """
+
+    kind: ClassVar[str] = "mark clicks"
+    keys: tuple[ClickKey, ...]
+    visibility: Visibility | None = None
+    flag: str | None = None
+    sigma: float | None = None
+    usual_sigma: bool = False
+
+    def __post_init__(self) -> None:
+        if self.sigma is not None and not 0 < self.sigma < math.inf:
+            raise InputError(
+                f"{self.sigma:g} px is not a valid click uncertainty",
+                remedy="Enter a number above 0.",
+            )
+
+    def words(self) -> str:
+        """``mark left elbow in N_right, frame 213, as guessed``."""
+        said = [
+            "" if self.visibility is None else self.visibility.name.lower(),
+            "" if self.flag is None else self.flag or "not flagged",
+            "" if self.sigma is None else f"uncertainty {self.sigma:g} px",
+            "usual uncertainty" if self.usual_sigma else "",
+        ]
+        return f"mark {_place_text(self.keys)}, as {', '.join(filter(None, said))}"
+
+    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
+        """The rows of clicks that are there."""
+        for click in _present(state, self.keys):
+            visibility = click.visibility if self.visibility is None else self.visibility
+            outside = visibility == Visibility.OUTSIDE
+            if click.position is None and not outside:
+                raise InputError(
+                    f"{_place_text([click.key])} is outside the image and has no position",
+                    remedy="Click its position instead.",
+                )
+            sigma = click.sigma if self.sigma is None else self.sigma
+            yield _restated(
+                state,
+                click,
+                stamp,
+                position=None if outside else click.position,
+                visibility=visibility,
+                flag=click.flag if self.flag is None else self.flag,
+                sigma=None if self.usual_sigma else sigma,
+            )
+
+
+@dataclass(frozen=True)
+class SwapLandmarks(Edit):
+    """Exchange the clicks of two landmarks in one image (left and right mixed up).
+
+    A landmark that the image has no click of takes over the other's; the other is deleted then.
+    """
+
+    kind: ClassVar[str] = "swap landmarks"
+    frame: int
+    camera: str
+    first: str
+    second: str
+
+    def words(self) -> str:
+        """``swap left elbow and right elbow in N_right, frame 213``."""
+        names = f"{self.first} and {self.second}".replace("_", " ")
+        return f"swap {names} in {self.camera}, frame {self.frame}"
+
+    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
+        """The rows of both."""
+        keys = [ClickKey(self.frame, self.camera, name) for name in (self.first, self.second)]
+        found = [next(iter(_present(state, [key])), None) for key in keys]
+        for here, there in ((0, 1), (1, 0)):
+            click, own = found[there], found[here]
+            if click is not None:
+                yield _restated(state, click, stamp, landmark=keys[here].landmark)
+            elif own is not None:
+                yield _restated(state, own, stamp, deleted=True)
+
+
+@dataclass(frozen=True)
+class PlaceRepeats(Edit):
+    """Set clicks of a second, blind reading; the first reading is not touched.
+
+    Attributes
+    ----------
+    round : int
+        Which repetition, from 1.
+    clicks : tuple of Click
+        Deleted ones take a click of this reading away.
+    """
+
+    kind: ClassVar[str] = "place repeats"
+    round: int
+    clicks: tuple[Click, ...]
+
+    def words(self) -> str:
+        """``place left elbow in N_right, frame 213, again``."""
+        return f"place {_place_text([click.key for click in self.clicks])}, blind repeat"
+
+    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
+        """Every click's row."""
+        if self.round < 1:
+            raise InputError(
+                f"there is no blind repeat {self.round}", remedy="Blind repeats are counted from 1."
+            )
+        for click in self.clicks:
+            yield state.change(REPEAT_CLICK, (self.round, *click.key), _values(click, stamp))
+
+
+@dataclass(frozen=True)
+class AcceptPredictions(Edit):
+    """Let predictions be clicks, noted as accepted; where a person has clicked, that click stays.
+
+    Attributes
+    ----------
+    predictions : tuple of Prediction
+        Of several for one landmark in one image the last one counts.
+    even_deleted : bool
+        Also where somebody has taken a click away; for a single prediction that was looked at.
+    """
+
+    kind: ClassVar[str] = "accept predictions"
+    predictions: tuple[Prediction, ...]
+    even_deleted: bool = False
+
+    def words(self) -> str:
+        """``accept left elbow in N_right, frame 213``."""
+        return f"accept {_place_text([one.key for one in self.predictions])}"
+
+    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
+        """The rows of landmarks that nobody has clicked."""
+        for prediction in self.predictions:
+            before = state.row(CLICK, prediction.key)
+            if before is None or (before[-1] and self.even_deleted):
+                click = Click(*prediction.key, prediction.position, origin="accepted")
+                yield Change(CLICK, prediction.key, before, _values(click, stamp))

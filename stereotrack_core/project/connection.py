@@ -15,10 +15,10 @@ from stereotrack_core.project.database import (
     check_version,
     is_in_place,
     leave_behind,
+    making_sense,
+    speaking,
     transaction,
-    version_of,
 )
-from stereotrack_core.project.failures import making_sense, speaking
 from stereotrack_core.project.schema import Row, Table
 from stereotrack_core.project.validity import check_schema
 
@@ -105,16 +105,8 @@ def connect(path: Path) -> Connection:
     ProjectDamaged
         Where it contradicts itself.
     """
-    database = _connection(path, "rw")
-    try:
-        _check(database, path)
-        database.execute("PRAGMA journal_mode = PERSIST")
-        database.execute("PRAGMA synchronous = FULL")
-        database.execute("PRAGMA foreign_keys = ON")
-    except BaseException:
-        database.close()
-        raise
-    return database
+    pragmas = ("journal_mode = PERSIST", "synchronous = FULL", "foreign_keys = ON")
+    return _checked(path, "rw", pragmas)
 
 
 def connect_for_reading(path: Path) -> Connection:
@@ -130,13 +122,7 @@ def connect_for_reading(path: Path) -> Connection:
     ProjectDamaged
         Where it contradicts itself.
     """
-    database = _connection(path, "ro")
-    try:
-        _check(database, path)
-    except BaseException:
-        database.close()
-        raise
-    return database
+    return _checked(path, "ro")
 
 
 def connect_to_rescue(path: Path) -> Connection:
@@ -150,16 +136,20 @@ def connect_to_rescue(path: Path) -> Connection:
     return database
 
 
-def _connection(path: Path, mode: str) -> Connection:
+def _checked(path: Path, mode: str, pragmas: Iterable[str] = ()) -> Connection:
     check_header(path)
-    return _connected(path, mode)
-
-
-def _check(database: sqlite3.Connection, path: Path) -> None:
-    database.execute("SELECT 1 FROM sqlite_schema LIMIT 1").fetchone()
-    with speaking(path):
-        check_version(path, version_of(database))
-        check_schema(database, path)
+    database = _connected(path, mode)
+    try:
+        database.execute("SELECT 1 FROM sqlite_schema LIMIT 1").fetchone()
+        with speaking(path):
+            check_version(path, database.execute("PRAGMA user_version").fetchone()[0])
+            check_schema(database, path)
+        for pragma in pragmas:
+            database.execute(f"PRAGMA {pragma}")
+    except BaseException:
+        database.close()
+        raise
+    return database
 
 
 def _connected(path: Path, mode: str) -> Connection:
@@ -180,8 +170,6 @@ class Access:
 
     Parameters
     ----------
-    database : sqlite3.Connection
-    path : Path
     identity : (int, int), optional
         Device and number of the file, by which it is known before every write.
     """
@@ -198,7 +186,7 @@ class Access:
     def alone(self) -> Iterator[sqlite3.Connection]:
         """The database, for this thread alone."""
         with self._lock, speaking(self.path):
-            if not self._is_in_place():
+            if not is_in_place(self.path, self._identity):
                 leave_behind(self.path)
             yield self._database
 
@@ -210,23 +198,15 @@ class Access:
     def writing(self) -> Iterator[sqlite3.Connection]:
         """The database within a transaction: all of the block is saved, or nothing."""
         with self.alone() as database:
-            self._check_in_place()
+            if not is_in_place(self.path, self._identity):  # nobody would find it again
+                raise InputError(
+                    "the project file was moved, deleted or replaced while it was open",
+                    where=str(self.path),
+                    remedy="The project file can no longer be saved. Save a copy; it will contain "
+                    "everything up to now.",
+                )
             with transaction(database):
                 yield database
-
-    def _is_in_place(self) -> bool:
-        return is_in_place(self.path, self._identity)
-
-    def _check_in_place(self) -> None:
-        """See that nothing is written to a file that nobody will find again."""
-        if self._is_in_place():
-            return
-        raise InputError(
-            "the project file was moved, deleted or replaced while it was open",
-            where=str(self.path),
-            remedy="The project file can no longer be saved. Save a copy; it will contain "
-            "everything up to now.",
-        )
 
     def rows(self, statement: str, values: Row = ()) -> list[Any]:
         """All rows of a SELECT."""

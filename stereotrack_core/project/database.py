@@ -1,4 +1,7 @@
-"""The database of a project as a file: made, known by its first bytes, copied, changed at once."""
+"""The database of a project as a file: made, known by its first bytes, copied, changed at once.
+
+What SQLite complains about is said in words for the person whose project it is.
+"""
 
 from __future__ import annotations
 
@@ -7,14 +10,131 @@ import shutil
 import sqlite3
 import struct
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 from stereotrack_core.atomic import replacing
-from stereotrack_core.errors import InputError
-from stereotrack_core.project.failures import RESCUE, ProjectDamaged, speaking
+from stereotrack_core.errors import InputError, shortened
 from stereotrack_core.project.schema import APPLICATION, FORMAT, STATEMENTS, Row
 from stereotrack_core.reading import check_file, open_file
+
+_PRIMARY = 0xFF
+"""The part of SQLite's result codes that names the kind of failure."""
+
+_SENTENCES: dict[int, tuple[str, str]] = {
+    sqlite3.SQLITE_BUSY: (
+        "another program is reading or writing it",
+        "Close the project there or wait, then repeat the last edit; it was not made.",
+    ),
+    sqlite3.SQLITE_FULL: (
+        "there is no space left on the drive",
+        "Free space and repeat the last edit. All earlier edits are saved.",
+    ),
+    sqlite3.SQLITE_READONLY: (
+        "it is write-protected",
+        "Change the permissions of the file, or open it read-only.",
+    ),
+    sqlite3.SQLITE_CANTOPEN: (
+        "it cannot be opened",
+        "Check that the drive is connected and that you may read the file.",
+    ),
+    sqlite3.SQLITE_IOERR: (
+        "the drive reports an error",
+        "Check the drive. All edits before the last one are saved.",
+    ),
+    sqlite3.SQLITE_NOMEM: (
+        "there is not enough memory",
+        "Close other programs. All edits before the last one are saved.",
+    ),
+}
+
+_CONTRADICTIONS: dict[int, str] = {
+    sqlite3.SQLITE_CORRUPT: "",
+    sqlite3.SQLITE_NOTADB: "",
+    sqlite3.SQLITE_CONSTRAINT: "",
+    sqlite3.SQLITE_MISMATCH: "",
+    sqlite3.SQLITE_TOOBIG: "",
+    sqlite3.SQLITE_ERROR: "",
+    sqlite3.SQLITE_INTERRUPT: "reading it does not finish",
+}
+"""What only comes of a file that is not as it should be; in which words, if not in SQLite's."""
+
+NONSENSE = (ValueError, TypeError, LookupError, OverflowError, RecursionError)
+"""What comes of making something of values that nothing can be made of."""
+
+RESCUE = (
+    "The workbench can recover what is readable into a new file (File, Project, Recover damaged "
+    "project). This file is not changed."
+)
+
+
+class ProjectDamaged(InputError):
+    """The file is a project, but parts of it cannot be read.
+
+    :func:`stereotrack_core.project.rescue.rescue` saves what can be read to another file. `detail`
+    says what is wrong in a few words, `first` what to do before anything is rescued.
+    """
+
+    def __init__(self, path: Path, detail: str, first: str = "") -> None:
+        self.detail = detail
+        super().__init__(
+            f"the project file is damaged ({detail})",
+            where=str(path),
+            remedy=f"{first or 'Use another copy of it.'} {RESCUE}",
+        )
+
+
+class ProjectInUse(InputError):
+    """Another program has the project open for writing; it can still be read."""
+
+
+def code_of(error: sqlite3.Error) -> int:
+    """SQLite's primary result code; 0 where Python itself complains."""
+    return getattr(error, "sqlite_errorcode", 0) & _PRIMARY
+
+
+@contextmanager
+def speaking(path: Path) -> Iterator[None]:
+    """Turn failures of the database within the block into sentences about `path`.
+
+    Raises
+    ------
+    ProjectDamaged
+        Where the file contradicts itself.
+    InputError
+        For everything else that the drive or another program is the reason of.
+    """
+    try:
+        yield
+    except UnicodeDecodeError as error:  # in a message about a list of tables that is rubbish
+        raise ProjectDamaged(path, "its list of tables cannot be read") from error
+    except sqlite3.Error as error:
+        kind = code_of(error)
+        if kind in _CONTRADICTIONS or (not kind and "decode" in str(error)):
+            raise ProjectDamaged(path, _CONTRADICTIONS.get(kind) or str(error)) from error
+        if kind not in _SENTENCES:
+            raise
+        what, remedy = _SENTENCES[kind]
+        raise InputError(what, where=str(path), remedy=remedy) from error
+
+
+@contextmanager
+def making_sense(path: Path) -> Iterator[None]:
+    """Take values that nothing can be made of for what they are: damage.
+
+    Raises
+    ------
+    ProjectDamaged
+        For whatever the block meets in the file's values.
+    """
+    with speaking(path):
+        try:
+            yield
+        except NONSENSE as error:
+            said = shortened(str(error))
+            what = f"{said} is missing" if isinstance(error, KeyError) else said
+            raise ProjectDamaged(path, what) from error
+
 
 _MAGIC = b"SQLite format 3\0"
 _HEADER = 100
@@ -27,14 +147,9 @@ _WITH_LOG = 2
 
 
 def make_database(path: Path, recording: Row | None = None) -> None:
-    """Make an empty project; either all of it is there afterwards, or nothing.
+    """Make an empty project and its folder; either all of it is there afterwards, or nothing.
 
-    Parameters
-    ----------
-    path : Path
-        Its folder is made where it is not there.
-    recording : tuple of str, optional
-        Name, relative path, absolute path and fingerprint.
+    `recording` has the name, relative path, absolute path and fingerprint.
 
     Raises
     ------
@@ -47,7 +162,7 @@ def make_database(path: Path, recording: Row | None = None) -> None:
             where=str(path),
             remedy="Open it, or choose another name for the new project.",
         )
-    check_nothing_beside(path)
+    _check_nothing_beside(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -56,19 +171,19 @@ def make_database(path: Path, recording: Row | None = None) -> None:
             where=str(path.parent),
             remedy="Choose another place.",
         ) from error
-    with replacing(path) as temporary, speaking(path):
-        database = sqlite3.connect(temporary, isolation_level=None)
-        try:
-            database.execute(f"PRAGMA page_size = {_PAGE_SIZE}")
-            with transaction(database):
-                for statement in STATEMENTS:
-                    database.execute(statement)
-                if recording is not None:
-                    database.execute("INSERT INTO recording VALUES (1, ?, ?, ?, ?)", recording)
-                database.execute(f"PRAGMA user_version = {FORMAT}")
-                database.execute(f"PRAGMA application_id = {APPLICATION}")
-        finally:
-            database.close()
+    with (
+        replacing(path) as temporary,
+        speaking(path),
+        closing(sqlite3.connect(temporary, isolation_level=None)) as database,
+    ):
+        database.execute(f"PRAGMA page_size = {_PAGE_SIZE}")
+        with transaction(database):
+            for statement in STATEMENTS:
+                database.execute(statement)
+            if recording is not None:
+                database.execute("INSERT INTO recording VALUES (1, ?, ?, ?, ?)", recording)
+            database.execute(f"PRAGMA user_version = {FORMAT}")
+            database.execute(f"PRAGMA application_id = {APPLICATION}")
 
 
 def beside(path: Path) -> tuple[Path, ...]:
@@ -76,8 +191,13 @@ def beside(path: Path) -> tuple[Path, ...]:
 
     A journal that begins with a zero is that of an edit that was finished.
     """
-    sidecars = (path.with_name(path.name + suffix) for suffix in ("-journal", _LOG))
-    return tuple(one for one in sidecars if one.exists() and _first_byte(one) not in (b"", b"\0"))
+    sidecars = [path.with_name(path.name + suffix) for suffix in ("-journal", _LOG)]
+    return tuple(one for one in sidecars if one.exists() and _begins_with_text(one))
+
+
+def _begins_with_text(path: Path) -> bool:
+    with path.open("rb") as file:
+        return file.read(1) not in (b"", b"\0")
 
 
 def leave_behind(path: Path) -> None:
@@ -87,14 +207,8 @@ def leave_behind(path: Path) -> None:
         journal.unlink()
 
 
-def check_nothing_beside(path: Path) -> None:
-    """See that a new file of that name is not taken for one that has gone from there.
-
-    Raises
-    ------
-    InputError
-        Where what lies beside it belongs to another file.
-    """
+def _check_nothing_beside(path: Path) -> None:
+    """See that a new file of that name is not taken for one that has gone from there."""
     for left in beside(path):
         raise InputError(
             "it belongs to an earlier project of this name",
@@ -113,17 +227,19 @@ def check_header(path: Path) -> None:
     ProjectDamaged
         Where it was cut off.
     """
-    header = _header(path)
+    check_files(path)
+    with open_file(path) as file:
+        header = file.read(_HEADER)
     if not header:
         raise InputError("the file is empty", where=str(path), remedy="Create a new project.")
     if not header.startswith(_MAGIC[: len(header)]):
-        raise no_project(path)
+        raise _no_project(path)
     if len(header) < _HEADER:
         raise ProjectDamaged(path, f"the file ends after {len(header)} bytes")
     (version,) = struct.unpack_from(">i", header, _VERSION_AT)
     (application,) = struct.unpack_from(">i", header, _APPLICATION_AT)
     if application != APPLICATION:
-        raise no_project(path)
+        raise _no_project(path)
     check_version(path, version)
     log = path.with_name(path.name + _LOG)
     if _WITH_LOG in header[_JOURNAL_AT : _JOURNAL_AT + 2] or log in beside(path):
@@ -147,13 +263,7 @@ def resolved(path: Path) -> Path:
 
 
 def check_files(path: Path) -> None:
-    """See that the project is a file, and that nothing lies beside it that would be waited for.
-
-    Raises
-    ------
-    InputError
-        Where one of them is a pipe, a folder or the like, or there is no project.
-    """
+    """Refuse what is no file, or beside which a pipe, a folder or the like would be waited for."""
     if not os.path.lexists(path):
         raise InputError(
             "there is no such file",
@@ -167,28 +277,11 @@ def check_files(path: Path) -> None:
 
 
 def check_beside(path: Path) -> None:
-    """See that there is a file or nothing.
-
-    Raises
-    ------
-    InputError
-        Where it is something else.
-    """
+    """Refuse what is neither a file nor nothing."""
     if os.path.lexists(path) and not path.is_file():
         raise InputError(
             "this is not a file", where=str(path), remedy="Remove it; it is not part of a project."
         )
-
-
-def _first_byte(path: Path) -> bytes:
-    with path.open("rb") as file:
-        return file.read(1)
-
-
-def _header(path: Path) -> bytes:
-    check_files(path)
-    with open_file(path) as file:
-        return file.read(_HEADER)
 
 
 def check_version(path: Path, version: int) -> None:
@@ -201,19 +294,13 @@ def check_version(path: Path, version: int) -> None:
         )
 
 
-def no_project(path: Path) -> InputError:
+def _no_project(path: Path) -> InputError:
     """The complaint about a file that is something else."""
     return InputError(
         "this is not a stereotrack project",
         where=str(path),
         remedy="Open a file that ends in .stereotrack.",
     )
-
-
-def version_of(database: sqlite3.Connection) -> int:
-    """Format that the database says it has."""
-    version: int = database.execute("PRAGMA user_version").fetchone()[0]
-    return version
 
 
 def copy_files(path: Path, folder: Path) -> Path:
@@ -232,16 +319,13 @@ def copy_whole(database: sqlite3.Connection, path: Path) -> None:
     InputError
         Where the copy cannot be written or is not whole.
     """
-    check_nothing_beside(path)
+    _check_nothing_beside(path)
     with replacing(path) as temporary:
-        target = sqlite3.connect(temporary, isolation_level=None)
-        try:
+        with closing(sqlite3.connect(temporary, isolation_level=None)) as target:
             database.backup(target)
             target.execute("PRAGMA journal_mode = DELETE")
             target.execute("DELETE FROM owner")
             whole = target.execute("PRAGMA quick_check(1)").fetchone()[0] == "ok"
-        finally:
-            target.close()
         if not whole:
             raise InputError(
                 "the copy of the project is incomplete",

@@ -40,7 +40,7 @@ class Change:
 
 def change_of(table: Table, key: str, before: str | None, after: str | None) -> Change:
     """The change that the history keeps as JSON; ValueError where that is none of this table."""
-    rows = [from_json(text) for text in (key, before, after)]
+    rows = [_from_json(text) for text in (key, before, after)]
     lengths = [len(table.key), len(table.values), len(table.values)]
     if rows[0] is None or any(
         row is not None and len(row) != length for row, length in zip(rows, lengths, strict=True)
@@ -54,7 +54,7 @@ def as_json(row: Row | None) -> str | None:
     return None if row is None else json.dumps(row, allow_nan=False, separators=(",", ":"))
 
 
-def from_json(text: str | None) -> Row | None:
+def _from_json(text: str | None) -> Row | None:
     """The row of :func:`as_json`; ValueError for anything else."""
     if text is None:
         return None

@@ -13,8 +13,8 @@ from typing import Any, ClassVar
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.connection import Access
+from stereotrack_core.project.database import ProjectDamaged
 from stereotrack_core.project.edit import Change, Edit, Stamp, State, facts_of
-from stereotrack_core.project.failures import ProjectDamaged
 from stereotrack_core.project.schema import CHOICE, EDITED_TABLES, Row, Table
 
 
@@ -86,7 +86,7 @@ class Entries:
     @property
     def word(self) -> str:
         """What a person calls one of them."""
-        return word_of(self._table)
+        return _word_of(self._table)
 
     def names(self) -> tuple[str, ...]:
         """Names, oldest first."""
@@ -133,7 +133,7 @@ class Entries:
         if entry.content is None:
             raise InputError(
                 "its data are missing",
-                where=f"{word_of(self._table)} {name}",
+                where=f"{_word_of(self._table)} {name}",
                 remedy="Delete it and save it again.",
             )
         with self._access.alone() as database:
@@ -165,23 +165,17 @@ class SaveEntry(Edit):
 
     def words(self) -> str:
         """``save run accurate``."""
-        return f"save {word_of(EDITED_TABLES[self.table])} {self.name}"
+        return f"save {_word_of(EDITED_TABLES[self.table])} {self.name}"
 
     def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
-        """Its row.
-
-        Raises
-        ------
-        InputError
-            Where the name is empty, or taken and nothing shall be replaced.
-        """
+        """Its row."""
         table = EDITED_TABLES[self.table]
         if not self.name.strip():
-            raise InputError(f"the {word_of(table)} has no name", remedy="Give it one.")
+            raise InputError(f"the {_word_of(table)} has no name", remedy="Give it one.")
         before = state.row(table, (self.name,))
         if before is not None and not before[-1] and not self.replacing:
             raise InputError(
-                f"there is a {word_of(table)} {self.name!r} already",
+                f"there is a {_word_of(table)} {self.name!r} already",
                 remedy="Choose another name, or confirm that it is to be replaced.",
             )
         content = None if self.data is None else hash_of(self.data)
@@ -204,16 +198,10 @@ class DeleteEntry(Edit):
 
     def words(self) -> str:
         """``delete run accurate``."""
-        return f"delete {word_of(EDITED_TABLES[self.table])} {self.name}"
+        return f"delete {_word_of(EDITED_TABLES[self.table])} {self.name}"
 
     def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
-        """Its row.
-
-        Raises
-        ------
-        InputError
-            Where there is none of that name.
-        """
+        """Its row."""
         table = EDITED_TABLES[self.table]
         before = row_of(state, table, self.name)
         yield Change(table, (self.name,), before, (*before[:2], stamp.who, stamp.at, 1))
@@ -236,17 +224,11 @@ class Choose(Edit):
 
     def words(self) -> str:
         """``use subject P2``."""
-        word = word_of(EDITED_TABLES[self.table])
+        word = _word_of(EDITED_TABLES[self.table])
         return f"use no {word}" if self.name is None else f"use {word} {self.name}"
 
     def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:  # noqa: ARG002 - as all
-        """The choice.
-
-        Raises
-        ------
-        InputError
-            Where there is none of that name.
-        """
+        """The choice."""
         table = EDITED_TABLES[self.table]
         if self.name is not None:
             row_of(state, table, self.name)
@@ -267,7 +249,7 @@ def row_of(state: State, table: Table, name: str) -> Row:
     return row
 
 
-def word_of(table: Table) -> str:
+def _word_of(table: Table) -> str:
     """What a person calls the things of a table."""
     return _WORDS.get(table.name, table.name)
 
@@ -291,7 +273,7 @@ def _entry(name: Any, values: Row) -> Entry:
 
 def _missing(table: Table, name: str) -> InputError:
     return InputError(
-        f"the project has no {word_of(table)} {name!r}",
+        f"the project has no {_word_of(table)} {name!r}",
         remedy="Choose one of those listed.",
     )
 

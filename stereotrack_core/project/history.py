@@ -13,6 +13,7 @@ from typing import Literal, TypeAlias
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.connection import Access
+from stereotrack_core.project.database import ProjectDamaged
 from stereotrack_core.project.edit import (
     Change,
     Edit,
@@ -23,7 +24,6 @@ from stereotrack_core.project.edit import (
     without_idle,
 )
 from stereotrack_core.project.entries import store
-from stereotrack_core.project.failures import ProjectDamaged
 from stereotrack_core.project.schema import EDITED_TABLES, RUN
 from stereotrack_core.project.validity import makes_sense
 
@@ -94,8 +94,8 @@ _AGAIN = (
 )
 
 
-class HistoryReader:
-    """Edits in words, newest first, and what can be undone and redone."""
+class History:
+    """The edits of a project; each one that is made, undone or redone is one transaction."""
 
     def __init__(self, access: Access) -> None:
         self._access = access
@@ -130,20 +130,11 @@ class HistoryReader:
         row = self._access.row(_NEXT[state])
         return None if row is None else Entry(*row)
 
-
-class History(HistoryReader):
-    """The edits of a project; each call is one transaction."""
-
     def apply(self, edit: Edit, stamp: Stamp, *, continues: bool = False) -> Changed | None:
         """Make an edit and note it, both or neither; None where it changes nothing.
 
-        Parameters
-        ----------
-        edit : Edit
-        stamp : Stamp
-        continues : bool
-            Where the last edit is of the same kind and changed the same rows, become one with it
-            (nudging a click ten times is undone at once).
+        One that continues the last edit, being of the same kind and rows, becomes one with it
+        (nudging a click ten times is undone at once).
         """
         with self._access.writing() as database:
             with self._access.making_sense():

@@ -11,13 +11,13 @@ from typing import Literal, TypeAlias
 from stereotrack_core.annotation.agreement import Difference, differences
 from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.errors import Finding, InputError
-from stereotrack_core.project.click_edits import PlaceClicks
+from stereotrack_core.project.clicks import PlaceClicks
 from stereotrack_core.project.database import resolved
 from stereotrack_core.project.project import Project
 
 Decision: TypeAlias = Literal["mine", "theirs", "mean"]
 
-MERGED = "merged"
+_MERGED = "merged"
 """Origin of a click that is the mean of two."""
 
 
@@ -54,7 +54,7 @@ def mean_click(conflict: Difference) -> Click:
         visibility=min(mine.visibility, theirs.visibility),
         flag=mine.flag or theirs.flag,
         sigma=sigma,
-        origin=MERGED,
+        origin=_MERGED,
     )
 
 
@@ -141,7 +141,6 @@ def incoming(
         All clicks of the project, deleted ones too.
     theirs : iterable of Click
         Where a deleted click meets nothing, nothing comes of it.
-    source : str
     complete : bool
         Whether the source can say flag and sigma; a clicks file cannot, and leaves them alone.
     """

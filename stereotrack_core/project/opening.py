@@ -11,8 +11,14 @@ from pathlib import Path
 
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.project.connection import connect, connect_for_reading
-from stereotrack_core.project.database import beside, check_header, copy_files, is_in_place
-from stereotrack_core.project.failures import ProjectInUse, code_of, making_sense
+from stereotrack_core.project.database import (
+    beside,
+    check_header,
+    code_of,
+    copy_files,
+    is_in_place,
+    making_sense,
+)
 from stereotrack_core.project.owner import (
     Mount,
     Owner,
@@ -27,6 +33,10 @@ from stereotrack_core.project.owner import (
 )
 from stereotrack_core.project.validity import check_rows, check_whole
 
+_UNCERTAIN = (
+    "Close it there. If that program is certainly no longer running, force unlock the project."
+)
+
 
 @dataclass(frozen=True, eq=False)
 class Opened:
@@ -34,9 +44,6 @@ class Opened:
 
     Attributes
     ----------
-    path : Path
-    database : sqlite3.Connection
-    read_only : bool
     notes : tuple of Finding
         What the person should know.
     resources : ExitStack
@@ -59,13 +66,8 @@ def open_for_writing(
 ) -> Opened:
     """Open the file as its only writer.
 
-    Parameters
-    ----------
-    path : Path
-    take_over : bool
-        Take a project on a network drive that another machine has not given back.
-    mounts : sequence of (str, str), optional
-        See :func:`network_type`.
+    With `take_over`, also a project on a network drive that another machine has not given back;
+    for `mounts` see :func:`network_type`.
 
     Raises
     ------
@@ -90,8 +92,9 @@ def open_for_writing(
             check_rows(database, path, ("owner",))
             left = read_owner(database)
             if left is not None:
-                gone = take_over or (lock.holds and (network is None or left.host == myself().host))
-                _check_gone(path, left, gone=gone)
+                ours = lock.holds and (network is None or left.host == myself().host)
+                if not (take_over or ours):  # else it is gone for certain
+                    raise in_use(path, left, _UNCERTAIN)
                 check_whole(database, path)
             check_rows(database, path)
             status = path.stat()
@@ -180,30 +183,8 @@ def _try_what_was_left(path: Path) -> None:
         check_whole(tried, path)
 
 
-def _check_gone(path: Path, left: Owner, *, gone: bool) -> None:
-    """See that the owner is gone for certain."""
-    if gone:
-        return
-    complaint = in_use(path, left)
-    raise ProjectInUse(
-        complaint.what,
-        where=complaint.where,
-        remedy="Close it there. If that program is certainly no longer running, force unlock the "
-        "project.",
-    )
-
-
 def _notes_of_end(path: Path, left: Owner | None, locked: bool) -> tuple[Finding, ...]:
-    """What to tell about a file that was not closed, or copied while it was open.
-
-    Parameters
-    ----------
-    path : Path
-    left : Owner or None
-        Who had it open.
-    locked : bool
-        Whether the lock of that program is still beside it, as a crash leaves it.
-    """
+    """What to tell about a file that was not closed, or copied while it was open."""
     if left is None:
         return ()
     who = f"process {left.process} on {left.host}"

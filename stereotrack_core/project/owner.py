@@ -10,7 +10,7 @@ import sqlite3
 import subprocess
 import sys
 from collections.abc import Sequence
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -19,8 +19,7 @@ from typing import IO
 from stereotrack_core.errors import InputError
 from stereotrack_core.file_lock import take_lock
 from stereotrack_core.project.connection import connect_for_reading
-from stereotrack_core.project.database import check_beside, transaction
-from stereotrack_core.project.failures import ProjectInUse, making_sense
+from stereotrack_core.project.database import ProjectInUse, check_beside, making_sense, transaction
 from stereotrack_core.project.validity import check_rows
 
 
@@ -69,7 +68,7 @@ def write_owner(database: sqlite3.Connection, owner: Owner | None) -> None:
             )
 
 
-def in_use(path: Path, owner: Owner | None = None) -> ProjectInUse:
+def in_use(path: Path, owner: Owner | None = None, remedy: str = "") -> ProjectInUse:
     """The complaint of the second program, which names the first one."""
     if owner is None:
         owner = _owner_of_file(path)
@@ -80,7 +79,8 @@ def in_use(path: Path, owner: Owner | None = None) -> ProjectInUse:
             f"it is already open: process {owner.process} on {owner.host}, user {owner.who}, "
             f"since {owner.at.replace('T', ' ')[:16]} UTC"
         )
-    return ProjectInUse(who, where=str(path), remedy="Close it there, or open it read-only.")
+    remedy = remedy or "Close it there, or open it read-only."
+    return ProjectInUse(who, where=str(path), remedy=remedy)
 
 
 def _owner_of_file(path: Path) -> Owner | None:
@@ -92,11 +92,11 @@ def _owner_of_file(path: Path) -> Owner | None:
         return None
 
 
-MOUNTS = Path("/proc/self/mounts")
-DRIVE_REMOTE = 4
+_MOUNTS = Path("/proc/self/mounts")
+_DRIVE_REMOTE = 4
 """What Windows' GetDriveTypeW says of a drive of the network."""
 
-NETWORK_TYPES = frozenset(
+_NETWORK_TYPES = frozenset(
     {
         *("9p", "afp", "afpfs", "afs", "beegfs", "ceph", "cifs", "coda", "davfs", "davfs2"),
         *("drvfs", "fuse.davfs2", "fuse.gcsfuse", "fuse.glusterfs", "fuse.rclone"),
@@ -113,25 +113,20 @@ Mount = tuple[str, str]
 def network_type(path: Path, mounts: Sequence[Mount] | None = None) -> str | None:
     """Type of the network file system that holds `path`; None for a drive of this machine.
 
-    Parameters
-    ----------
-    path : Path
-        A file or folder; need not exist.
-    mounts : sequence of (str, str), optional
-        Mount points and types; the machine's own without it.
+    The path need not exist. `mounts` has mount points and types; the machine's own without it.
     """
     place = os.path.realpath(path)
     if mounts is None and sys.platform == "win32":
         return _windows_type(place)
     found = ("", "")
-    for mounted, kind in machine_mounts() if mounts is None else mounts:
+    for mounted, kind in _machine_mounts() if mounts is None else mounts:
         inside = place == mounted or place.startswith(mounted.rstrip("/") + "/")
         if inside and len(mounted) >= len(found[0]):
             found = (mounted, kind)
-    return found[1] if found[1] in NETWORK_TYPES else None
+    return found[1] if found[1] in _NETWORK_TYPES else None
 
 
-def machine_mounts() -> tuple[Mount, ...]:
+def _machine_mounts() -> tuple[Mount, ...]:
     """What is mounted where; nothing where the machine does not tell."""
     try:
         if sys.platform == "darwin":
@@ -139,7 +134,7 @@ def machine_mounts() -> tuple[Mount, ...]:
                 ["/sbin/mount"], capture_output=True, text=True, check=False, timeout=5
             )
             return mounts_of_macos(listed.stdout)
-        return mounts_of_linux(MOUNTS.read_text(encoding="utf-8", errors="surrogateescape"))
+        return mounts_of_linux(_MOUNTS.read_text(encoding="utf-8", errors="surrogateescape"))
     except (OSError, subprocess.TimeoutExpired):
         return ()
 
@@ -171,7 +166,7 @@ def _windows_type(place: str) -> str | None:
         return "network share"
     library = getattr(ctypes, "windll", None)
     drive = os.path.splitdrive(place)[0] + "\\"
-    if library is not None and library.kernel32.GetDriveTypeW(drive) == DRIVE_REMOTE:
+    if library is not None and library.kernel32.GetDriveTypeW(drive) == _DRIVE_REMOTE:
         return "network drive"
     return None
 
@@ -233,9 +228,7 @@ class ProjectLock:
             except BlockingIOError:
                 file.close()
                 raise
-            if not self.holds:
-                return file
-            if _is_still(file, self._path):
+            if not self.holds or _is_still(file, self._path):
                 return file
             file.close()  # its owner removed it between opening and locking
 
@@ -245,17 +238,10 @@ class ProjectLock:
             return
         if sys.platform == "win32":
             self._file.close()
-            self._remove()
-        else:
-            self._remove()
-            self._file.close()
-        self._file = None
-
-    def _remove(self) -> None:
-        try:
+        with suppress(PermissionError):  # Windows: the next program already has it open
             self._path.unlink(missing_ok=True)
-        except PermissionError:
-            return  # Windows: the next program already has it open
+        self._file.close()
+        self._file = None
 
 
 def _is_still(file: IO[bytes], path: Path) -> bool:

@@ -6,16 +6,17 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import astuple
 from pathlib import Path
 
+from stereotrack_core.annotation.agreement import click_sigmas
+from stereotrack_core.annotation.click import USUAL_SIGMA
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.annotation.progress import Progress, progress
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.project.clicks import Clicks
 from stereotrack_core.project.connection import Access
-from stereotrack_core.project.database import copy_whole, make_database, resolved
+from stereotrack_core.project.database import ProjectDamaged, copy_whole, make_database, resolved
 from stereotrack_core.project.edit import Edit, Stamp
 from stereotrack_core.project.entries import Entries, ViewSettings
-from stereotrack_core.project.failures import ProjectDamaged
-from stereotrack_core.project.history import Changed, History, HistoryReader
+from stereotrack_core.project.history import Changed, History
 from stereotrack_core.project.marks import Marks
 from stereotrack_core.project.opening import Opened, open_for_reading, open_for_writing
 from stereotrack_core.project.owner import Mount, now, user
@@ -79,7 +80,7 @@ class Project:
         self.who = who or user()
         self._access = Access(opened.database, opened.path, opened.identity)
         self._resources = opened.resources
-        self._history = History(self._access)
+        self.history = History(self._access)
         self._listeners: list[Listener] = []
         self.clicks = Clicks(self._access)
         self.predictions = Predictions(self._access)
@@ -164,12 +165,8 @@ class Project:
     def apply(self, edit: Edit, *, continues: bool = False) -> Changed | None:
         """Make an edit; it is on the drive when this returns. None where it changes nothing.
 
-        Parameters
-        ----------
-        edit : Edit
-        continues : bool
-            Become one with the last edit where that is of the same kind and rows, as when a click
-            is nudged again.
+        One that continues becomes one with the last edit where that is of the same kind and rows,
+        as when a click is nudged again.
 
         Raises
         ------
@@ -177,20 +174,15 @@ class Project:
             Where the edit makes no sense, or cannot be saved; nothing has changed then.
         """
         stamp = Stamp(self.who, now())
-        return self._changing(lambda: self._history.apply(edit, stamp, continues=continues))
+        return self._changing(lambda: self.history.apply(edit, stamp, continues=continues))
 
     def undo(self) -> Changed | None:
         """Take the last edit back, however long ago it was made; None where there is none."""
-        return self._changing(self._history.undo)
+        return self._changing(self.history.undo)
 
     def redo(self) -> Changed | None:
         """Make the edit again that was taken back last; None where there is none."""
-        return self._changing(self._history.redo)
-
-    @property
-    def history(self) -> HistoryReader:
-        """Edits in words, and what can be undone and redone."""
-        return self._history
+        return self._changing(self.history.redo)
 
     def on_change(self, listener: Listener) -> Callable[[], None]:
         """Call `listener` after every change; the function returned ends that.
@@ -225,6 +217,13 @@ class Project:
             return load_landmark_set(self.landmark_sets, self.chosen(self.landmark_sets))
         except ProjectDamaged:
             return NINE
+
+    def click_sigmas(self, usual: float = USUAL_SIGMA) -> dict[str, float]:
+        """Standard deviation of a click in pixels per axis, for each landmark of the chosen set.
+
+        Measured by frames that were annotated again; `usual` is assumed while these are few.
+        """
+        return click_sigmas(self.clicks.repeat_differences(), self.landmark_set().names, usual)
 
     def corrections(self) -> Corrections | None:
         """The version of the recording's description that was chosen."""

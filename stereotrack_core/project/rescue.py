@@ -13,6 +13,7 @@ from typing import Any
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.connection import connect_to_rescue
 from stereotrack_core.project.database import (
+    NONSENSE,
     check_files,
     copy_files,
     make_database,
@@ -20,7 +21,6 @@ from stereotrack_core.project.database import (
 )
 from stereotrack_core.project.edit import change_of, facts_of
 from stereotrack_core.project.entries import hash_of
-from stereotrack_core.project.failures import NONSENSE
 from stereotrack_core.project.schema import EDITED_TABLES, FORMAT, TABLES_OF_ENTRIES
 from stereotrack_core.project.validity import contradiction, last_words, made, makes_sense, sense
 

@@ -1,15 +1,16 @@
-"""Runs in a project: kept complete, listed without reading them, named, noted, deleted."""
+"""Runs in a project: kept complete, listed and compared without reading them, named, noted."""
 
 from __future__ import annotations
 
 import contextlib
 import glob
 import json
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
+from stereotrack_core.arrays import IntArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.file_lock import take_lock
 from stereotrack_core.interop.run_file import read_run
@@ -24,9 +25,177 @@ from stereotrack_core.project.entries import (
     row_of,
 )
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.run_facts import RunFacts, facts_to_keep, run_facts
 from stereotrack_core.project.schema import RUN
 from stereotrack_core.tracking.frame import Run
+from stereotrack_core.tracking.repeating import changed_parameters
+
+_META = (
+    *("program", "version", "preset", "parameters", "seed", "views", "init", "smoothed"),
+    *("recording", "fingerprint", "calibration", "versions", "wall_seconds", "made"),
+)
+
+
+@dataclass(frozen=True)
+class RunFacts:
+    """A run in a list; what is not known is empty or None.
+
+    Attributes
+    ----------
+    frames, tracked : int
+        Frames that it has, and those of them with a pose.
+    first, last : int or None
+        The first and the last frame.
+    asked : tuple of int or None
+        Frames that were asked for, half-open.
+    changed : mapping
+        Parameters that are not the preset's, as they were when the run was kept: name to the
+        preset's value and the run's.
+    init : str
+        Where the first pose came from.
+    fingerprint, calibration : str
+        Of the recording and of its cameras.
+    versions : mapping
+        Of this program and of what it computes with.
+    made : str
+        When it was tracked, ISO 8601, UTC.
+    note : str
+        What a person has written about it.
+    """
+
+    frames: int = 0
+    tracked: int = 0
+    first: int | None = None
+    last: int | None = None
+    asked: tuple[int, int] | None = None
+    preset: str = ""
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    changed: Mapping[str, tuple[Any, Any]] = field(default_factory=dict)
+    seed: int | None = None
+    views: tuple[str, ...] = ()
+    init: str = ""
+    smoothed: bool = False
+    subject: str = ""
+    recording: str = ""
+    fingerprint: str = ""
+    calibration: str = ""
+    versions: Mapping[str, str] = field(default_factory=dict)
+    wall_seconds: float | None = None
+    made: str = ""
+    note: str = ""
+
+    @property
+    def changed_words(self) -> str:
+        """``iterations 2 instead of 6, data_points 400 instead of 800``; empty where none is."""
+        told = (f"{name} {_text(b)} instead of {_text(a)}" for name, (a, b) in self.changed.items())
+        return ", ".join(told)
+
+
+_READERS: Mapping[str, Any] = {
+    **dict.fromkeys(("frames", "tracked", "first", "last", "seed"), int),
+    **dict.fromkeys(("preset", "init", "subject", "recording", "fingerprint"), str),
+    **dict.fromkeys(("calibration", "made", "note"), str),
+    "asked": lambda pair: (int(pair[0]), int(pair[1])),
+    "parameters": dict,
+    "changed": lambda values: {name: (a, b) for name, (a, b) in dict(values).items()},
+    "views": lambda names: tuple(str(name) for name in names),
+    "smoothed": bool,
+    "versions": lambda known: {str(name): str(one) for name, one in dict(known).items()},
+    "wall_seconds": float,
+}
+"""How the facts are made of what was kept, by name."""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A parameter or something else that two runs were made with, in words."""
+
+    what: str
+    first: str
+    second: str
+    parameter: bool = False
+
+    @property
+    def differs(self) -> bool:
+        """Whether it is not the same in both."""
+        return self.first != self.second
+
+
+def facts_to_keep(run: Run, note: str = "") -> dict[str, Any]:
+    """Facts of a run, JSON-serialisable: what :func:`run_facts` reads."""
+    facts = facts_of_meta(run.meta, run.frame, int(run.tracked.sum()))
+    return facts | {"note": note} if note else facts
+
+
+def facts_of_meta(meta: Mapping[str, Any], frame: IntArray, tracked: int) -> dict[str, Any]:
+    """The same from a run's meta, its frame numbers (F,) and how many of them have a pose."""
+    facts: dict[str, Any] = {"frames": len(frame), "tracked": tracked}
+    facts |= {key: meta[key] for key in _META if key in meta}
+    if len(frame):
+        facts |= {"first": int(frame[0]), "last": int(frame[-1])}
+    if meta.get("frames") is not None:
+        facts["asked"] = list(meta["frames"])
+    subject = meta.get("subject")
+    if isinstance(subject, dict) and subject.get("name"):
+        facts["subject"] = subject["name"]
+    if meta.get("parameters"):
+        changed = changed_parameters(meta["parameters"], str(meta.get("preset", "")))
+        facts["changed"] = {name: list(values) for name, values in changed.items()}
+    return facts
+
+
+def run_facts(stored: Mapping[str, Any]) -> RunFacts:
+    """Read facts as they were kept; runs that others wrote have fewer.
+
+    Raises
+    ------
+    ValueError, TypeError, OverflowError, LookupError
+        Where they make no sense.
+    """
+    there = {name: read for name, read in _READERS.items() if stored.get(name) is not None}
+    return RunFacts(**{name: read(stored[name]) for name, read in there.items()})
+
+
+def beside(first: RunFacts, second: RunFacts) -> tuple[Difference, ...]:
+    """All that two runs were made with, side by side: parameters first, then everything else."""
+    one, other = _made_with(first), _made_with(second)
+    parameters = dict.fromkeys((*first.parameters, *second.parameters))
+    rows = [
+        Difference(
+            name,
+            _text(first.parameters.get(name)),
+            _text(second.parameters.get(name)),
+            parameter=True,
+        )
+        for name in parameters
+    ]
+    others = dict.fromkeys((*one, *other))
+    return (*rows, *(Difference(x, _text(one.get(x)), _text(other.get(x))) for x in others))
+
+
+def _made_with(facts: RunFacts) -> dict[str, Any]:
+    """What a run was made with besides its parameters, by what a person calls it."""
+    return {
+        "preset": facts.preset,
+        "seed": facts.seed,
+        "views": "+".join(facts.views),
+        "frames": "" if facts.first is None else f"{facts.first} to {facts.last}",
+        "initial pose": facts.init,
+        "smoothed": facts.smoothed,
+        "subject": facts.subject,
+        "recording": facts.recording,
+        "recording's fingerprint": facts.fingerprint[:8],
+        "fingerprint of the calibration": facts.calibration[:8],
+        **{f"version of {name}": version for name, version in facts.versions.items()},
+    }
+
+
+def _text(value: Any) -> str:
+    if value is None or value == "":
+        return "unknown"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    short = f"{value:g}" if isinstance(value, float) else str(value)
+    return short if not isinstance(value, float) or float(short) == value else repr(value)
 
 
 @dataclass(frozen=True)
@@ -35,12 +204,10 @@ class KeptRun:
 
     Attributes
     ----------
-    name : str
     content : str
         Hash of its numbers; tells runs apart whatever they are called.
     who, at : str
         Who kept it, and when.
-    facts : RunFacts
     """
 
     name: str
@@ -57,7 +224,6 @@ def keep_run(name: str, run: Run, note: str = "", *, replacing: bool = False) ->
     ----------
     name : str
         A run of that name is replaced only where that is said; see :func:`free_name`.
-    run : Run
     note : str
         What a person has to say about it.
     """
@@ -124,13 +290,7 @@ class RenameRun(Edit):
         return f"rename run {self.name} to {self.new}"
 
     def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:  # noqa: ARG002 - as all
-        """The row under its old and under its new name; who kept it and when stay.
-
-        Raises
-        ------
-        InputError
-            Where there is no run of that name, the new one is empty, or another run has it.
-        """
+        """The row under its old and under its new name; who kept it and when stay."""
         row = row_of(state, RUN, self.name)
         if not self.new.strip():
             raise InputError("the run has no name", remedy="Give it one.")
@@ -156,13 +316,7 @@ class NoteRun(Edit):
         return f"note on run {self.name}"
 
     def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:  # noqa: ARG002 - as all
-        """Its row, with other facts.
-
-        Raises
-        ------
-        InputError
-            Where there is no run of that name.
-        """
+        """Its row, with other facts."""
         row = row_of(state, RUN, self.name)
         facts = json.loads(str(row[0]))
         facts.pop("note", None)

@@ -14,6 +14,13 @@ from typing import TypeAlias
 Value: TypeAlias = str | int | float | None
 Row: TypeAlias = tuple[Value, ...]
 
+_TYPES = {
+    **dict.fromkeys(("round", "frame", "visibility", "done", "deleted"), "INTEGER NOT NULL"),
+    **dict.fromkeys(("x", "y", "sigma"), "REAL"),
+    "content": "TEXT REFERENCES content (hash)",
+}
+"""Columns of edited tables that are not ``TEXT NOT NULL``."""
+
 
 @dataclass(frozen=True)
 class Table:
@@ -21,7 +28,6 @@ class Table:
 
     Attributes
     ----------
-    name : str
     key : tuple of str
         Columns that identify a row.
     values : tuple of str
@@ -38,34 +44,38 @@ class Table:
         return ", ".join((*self.key, *self.values))
 
     @cached_property
-    def _with_key(self) -> str:
+    def with_key(self) -> str:
+        """Condition that the row with a key satisfies."""
         return " AND ".join(f"{column} = ?" for column in self.key)
 
-    @cached_property
-    def _select(self) -> str:
-        values = ", ".join(self.values)
-        return f"SELECT {values} FROM {self.name} WHERE {self._with_key}"  # noqa: S608 - no input
-
-    @cached_property
-    def _replace(self) -> str:
-        marks = ", ".join("?" * (len(self.key) + len(self.values)))
-        return f"INSERT OR REPLACE INTO {self.name} ({self.columns}) VALUES ({marks})"  # noqa: S608
-
-    @cached_property
-    def _delete(self) -> str:
-        return f"DELETE FROM {self.name} WHERE {self._with_key}"  # noqa: S608 - no input
+    @property
+    def statement(self) -> str:
+        """What makes the table."""
+        types = {name: _TYPES.get(name, "TEXT NOT NULL") for name in (*self.key, *self.values)}
+        primary, numbered = f", PRIMARY KEY ({', '.join(self.key)})", self.key == ("frame",)
+        if len(self.key) == 1:
+            types[self.key[0]] += " PRIMARY KEY"
+            primary = ""
+        columns = ", ".join(f"{name} {kind}" for name, kind in types.items())
+        end = "" if numbered else " WITHOUT ROWID"
+        return f"CREATE TABLE {self.name} ({columns}{primary}){end}"
 
     def read(self, database: sqlite3.Connection, key: Row) -> Row | None:
         """Values of the row with this key, or None."""
-        row: Row | None = database.execute(self._select, key).fetchone()
+        row: Row | None = database.execute(
+            f"SELECT {', '.join(self.values)} FROM {self.name} WHERE {self.with_key}",  # noqa: S608
+            key,
+        ).fetchone()
         return row
 
     def write(self, database: sqlite3.Connection, key: Row, values: Row | None) -> None:
         """Set the row with this key; None takes it away."""
         if values is None:
-            database.execute(self._delete, key)
+            database.execute(f"DELETE FROM {self.name} WHERE {self.with_key}", key)  # noqa: S608
         else:
-            database.execute(self._replace, (*key, *values))
+            row = (*key, *values)
+            statement = f"INSERT OR REPLACE INTO {self.name} ({self.columns})"
+            database.execute(f"{statement} VALUES ({', '.join('?' * len(row))})", row)
 
 
 FORMAT = 1
@@ -74,22 +84,20 @@ FORMAT = 1
 APPLICATION = 0x53745470
 """Kept in the file's ``application_id``, which tells what a database is for: ``StTp``."""
 
-_CLICK_VALUES = (
-    *("x", "y", "visibility", "flag", "sigma"),
-    *("origin", "who", "at", "deleted"),
-)
-_ENTRY_VALUES = ("facts", "content", "who", "at", "deleted")
+_STAMP = ("who", "at", "deleted")
+_CLICK_VALUES = ("x", "y", "visibility", "flag", "sigma", "origin", *_STAMP)
+_ENTRY = (("name",), ("facts", "content", *_STAMP))
 
 CLICK = Table("click", ("frame", "camera", "landmark"), _CLICK_VALUES)
-REPEAT_CLICK = Table("repeat_click", ("round", "frame", "camera", "landmark"), _CLICK_VALUES)
-FRAME_FLAG = Table("frame_flag", ("frame", "landmark", "kind"), ("note", "who", "at", "deleted"))
-KEYFRAME = Table("keyframe", ("frame",), ("done", "who", "at", "deleted"))
-REFERENCE = Table("reference", ("name",), _ENTRY_VALUES)
-RUN = Table("run", ("name",), _ENTRY_VALUES)
-SUBJECT = Table("subject", ("name",), _ENTRY_VALUES)
-LANDMARK_SET = Table("landmark_set", ("name",), _ENTRY_VALUES)
-PARAMETER_SET = Table("parameter_set", ("name",), _ENTRY_VALUES)
-DESCRIPTION = Table("description", ("name",), _ENTRY_VALUES)
+REPEAT_CLICK = Table("repeat_click", ("round", *CLICK.key), _CLICK_VALUES)
+FRAME_FLAG = Table("frame_flag", ("frame", "landmark", "kind"), ("note", *_STAMP))
+KEYFRAME = Table("keyframe", ("frame",), ("done", *_STAMP))
+REFERENCE = Table("reference", *_ENTRY)
+RUN = Table("run", *_ENTRY)
+SUBJECT = Table("subject", *_ENTRY)
+LANDMARK_SET = Table("landmark_set", *_ENTRY)
+PARAMETER_SET = Table("parameter_set", *_ENTRY)
+DESCRIPTION = Table("description", *_ENTRY)
 CHOICE = Table("choice", ("name",), ("value",))
 
 TABLES_OF_ENTRIES: dict[str, Table] = {
@@ -104,38 +112,11 @@ EDITED_TABLES: dict[str, Table] = {
 }
 """The tables that edits change, and nothing else does."""
 
-_CLICK_COLUMNS = """
-    frame INTEGER NOT NULL,
-    camera TEXT NOT NULL,
-    landmark TEXT NOT NULL,
-    x REAL, y REAL,
-    visibility INTEGER NOT NULL,
-    flag TEXT NOT NULL,
-    sigma REAL,
-    origin TEXT NOT NULL,
-    who TEXT NOT NULL,
-    at TEXT NOT NULL,
-    deleted INTEGER NOT NULL"""
-
-_ENTRY_COLUMNS = """
-    name TEXT NOT NULL PRIMARY KEY,
-    facts TEXT NOT NULL,
-    content TEXT REFERENCES content (hash),
-    who TEXT NOT NULL,
-    at TEXT NOT NULL,
-    deleted INTEGER NOT NULL"""
-
-
-def _entries(name: str) -> str:
-    return f"CREATE TABLE {name} ({_ENTRY_COLUMNS}) WITHOUT ROWID"
-
-
 STATEMENTS: tuple[str, ...] = (
-    f"CREATE TABLE click ({_CLICK_COLUMNS}, PRIMARY KEY (frame, camera, landmark)) WITHOUT ROWID",
+    CLICK.statement,
     "CREATE INDEX click_of_landmark ON click (landmark, camera, frame)",
     "CREATE INDEX flagged_click ON click (flag, frame) WHERE flag <> ''",
-    f"CREATE TABLE repeat_click (round INTEGER NOT NULL, {_CLICK_COLUMNS},"
-    " PRIMARY KEY (round, frame, camera, landmark)) WITHOUT ROWID",
+    REPEAT_CLICK.statement,
     """CREATE TABLE prediction (
     frame INTEGER NOT NULL,
     camera TEXT NOT NULL,
@@ -145,24 +126,11 @@ STATEMENTS: tuple[str, ...] = (
     sigma REAL,
     PRIMARY KEY (frame, camera, landmark, source)) WITHOUT ROWID""",
     "CREATE INDEX prediction_of_source ON prediction (source, frame)",
-    """CREATE TABLE frame_flag (
-    frame INTEGER NOT NULL,
-    landmark TEXT NOT NULL,
-    kind TEXT NOT NULL,
-    note TEXT NOT NULL,
-    who TEXT NOT NULL,
-    at TEXT NOT NULL,
-    deleted INTEGER NOT NULL,
-    PRIMARY KEY (frame, landmark, kind)) WITHOUT ROWID""",
-    """CREATE TABLE keyframe (
-    frame INTEGER NOT NULL PRIMARY KEY,
-    done INTEGER NOT NULL,
-    who TEXT NOT NULL,
-    at TEXT NOT NULL,
-    deleted INTEGER NOT NULL)""",
+    FRAME_FLAG.statement,
+    KEYFRAME.statement,
     "CREATE TABLE content (hash TEXT NOT NULL PRIMARY KEY, bytes BLOB NOT NULL)",
-    *(_entries(name) for name in TABLES_OF_ENTRIES),
-    "CREATE TABLE choice (name TEXT NOT NULL PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID",
+    *(table.statement for table in TABLES_OF_ENTRIES.values()),
+    CHOICE.statement,
     """CREATE TABLE edit (
     number INTEGER PRIMARY KEY AUTOINCREMENT,
     kind TEXT NOT NULL,

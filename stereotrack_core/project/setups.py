@@ -1,19 +1,31 @@
-"""Subjects, sets of landmarks, parameters, and corrections of the recording, in a project."""
+"""References, subjects, sets of landmarks, parameters and corrections of a recording in a project.
+
+They are saved by edits, and read back as they were.
+"""
 
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
 from math import inf, isfinite
 from pathlib import Path
 from typing import Any
 
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet, landmark_set_of
+from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.interop.reference_npz import reference_bytes, reference_of_bytes
 from stereotrack_core.project.entries import Entries, SaveEntry, facts_as_json
-from stereotrack_core.project.schema import DESCRIPTION, LANDMARK_SET, PARAMETER_SET, SUBJECT
+from stereotrack_core.project.schema import (
+    DESCRIPTION,
+    LANDMARK_SET,
+    PARAMETER_SET,
+    REFERENCE,
+    SUBJECT,
+)
 from stereotrack_core.recording.calibration import read_calibration, write_calibration
 from stereotrack_core.recording.description import LENGTHS, Recording, Stream, Subject, View
 
@@ -33,12 +45,36 @@ class ParameterSet:
     values: Mapping[str, Any]
 
 
+_META_SHOWN = ("program", "version", "preset", "seed", "recording", "fingerprint", "views")
+
+
+def save_reference(name: str, reference: Reference, *, replacing: bool = False) -> SaveEntry:
+    """The edit that puts a reference into the project."""
+    shown = {key: reference.meta[key] for key in _META_SHOWN if key in reference.meta}
+    facts = facts_as_json({"frames": len(reference.frame), **shown})
+    return SaveEntry(REFERENCE.name, name, facts, reference_bytes(reference), replacing)
+
+
+def load_reference(references: Entries, name: str) -> Reference:
+    """A reference of the project, bit by bit as it was saved.
+
+    Raises
+    ------
+    InputError
+        Where there is none of that name.
+    ProjectDamaged
+        Where its data are not what was stored.
+    """
+    data = references.data(name)
+    with references.making_sense():
+        return reference_of_bytes(data, name)
+
+
 def save_subject(subject: Subject, *, origin: str = "entered") -> SaveEntry:
     """The edit that keeps a subject's proportions under the subject's name.
 
     Parameters
     ----------
-    subject : Subject
     origin : str
         How they are known: ``entered``, ``measured from clicks``, ``found by the tracker``.
     """
@@ -198,8 +234,7 @@ def _seconds(value: Any) -> float:
 def _calibration_text(cameras: Mapping[str, Camera]) -> str:
     if not cameras:
         return ""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "calibration.toml"
+    with _temporary_file() as path:
         write_calibration(path, cameras)
         return path.read_text(encoding="utf-8")
 
@@ -207,13 +242,18 @@ def _calibration_text(cameras: Mapping[str, Camera]) -> str:
 def _cameras(text: str) -> Mapping[str, Camera]:
     if not text:
         return {}
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "calibration.toml"
+    with _temporary_file() as path:
         path.write_text(text, encoding="utf-8")
         try:
             return read_calibration(path)
         except InputError as error:  # which names the temporary file
             raise ValueError(error.what) from error
+
+
+@contextmanager
+def _temporary_file() -> Iterator[Path]:
+    with tempfile.TemporaryDirectory() as folder:
+        yield Path(folder) / "calibration.toml"
 
 
 def _check_known(what: str, unknown: set[str], recording: Recording) -> None:

@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any
 
 from stereotrack_core.errors import InputError, shortened
+from stereotrack_core.project.database import RESCUE, ProjectDamaged, making_sense
 from stereotrack_core.project.edit import change_of, facts_of
-from stereotrack_core.project.failures import RESCUE, ProjectDamaged, making_sense
 from stereotrack_core.project.schema import (
     CLICK,
     EDITED_TABLES,
@@ -151,7 +151,6 @@ def check_rows(
 
     Parameters
     ----------
-    database, path
     tables : iterable of str, optional
         Names of the tables; all without it.
 
@@ -174,9 +173,8 @@ def check_rows(
 
 def makes_sense(database: sqlite3.Connection, table: Table, key: Row) -> bool:
     """Whether the row with this key, where there is one, is as all rows of its table are."""
-    with_key = " AND ".join(f"{column} = ?" for column in table.key)
-    statement = f"SELECT {sense()[table.name]} FROM {table.name} WHERE {with_key}"  # noqa: S608
-    row = database.execute(statement, key).fetchone()
+    condition = f"{sense()[table.name]} FROM {table.name} WHERE {table.with_key}"
+    row = database.execute(f"SELECT {condition}", key).fetchone()
     return row is None or bool(row[0])
 
 

@@ -13,8 +13,7 @@ import platformdirs
 
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.project.connection import connect_for_reading
-from stereotrack_core.project.database import beside
-from stereotrack_core.project.failures import making_sense
+from stereotrack_core.project.database import beside, making_sense
 from stereotrack_core.project.validity import check_rows
 from stereotrack_core.recording.fingerprint import fingerprint
 from stereotrack_core.recording.folder import DESCRIPTION, open_recording
@@ -44,14 +43,9 @@ class RecordingPlace:
 
 @dataclass(frozen=True)
 class Whereabouts:
-    """What looking for a recording gave.
+    """What looking for a recording gave, and what the person should know about it.
 
-    Attributes
-    ----------
-    folder : Path or None
-        None: it has to be asked for.
-    finding : Finding or None
-        What the person should know: it has moved, has changed, or was not found.
+    Without a folder, the person has to be asked for it.
     """
 
     folder: Path | None
@@ -104,11 +98,22 @@ def find_recording(
     around = dict.fromkeys([base, *(folder.parent for folder in old), *folders])
     for folder in _recordings(place, around):
         if _fingerprint_of(folder) == place.fingerprint:
-            return Whereabouts(folder, _moved(place, folder))
+            what = f"the recording {place.name!r} has moved here from {place.absolute}"
+            remedy = "No action is needed. The project stores the new place."
+            return Whereabouts(folder, Finding("note", str(folder), what, remedy))
     for folder, found in seen:
         if found is not None:
-            return Whereabouts(folder, _changed(folder))
-    return Whereabouts(None, _lost(place))
+            changed = Finding(
+                "warning",
+                str(folder),
+                "the recording's description or images have changed since the project was created",
+                "Check that the clicks still fit the images. If this is a different recording, "
+                "choose another folder.",
+            )
+            return Whereabouts(folder, changed)
+    what = f"the recording {place.name!r} was not found"
+    remedy = "Choose the folder where it is now. The clicks are not affected."
+    return Whereabouts(None, Finding("error", place.absolute, what, remedy))
 
 
 def _recordings(place: RecordingPlace, folders: Iterable[Path]) -> Iterable[Path]:
@@ -136,34 +141,6 @@ def _fingerprint_of(folder: Path) -> str | None:
         return fingerprint(open_recording(folder))
     except (InputError, OSError):  # a path that somebody made up may not even be one
         return None
-
-
-def _moved(place: RecordingPlace, folder: Path) -> Finding:
-    return Finding(
-        "note",
-        str(folder),
-        f"the recording {place.name!r} has moved here from {place.absolute}",
-        "No action is needed. The project stores the new place.",
-    )
-
-
-def _changed(folder: Path) -> Finding:
-    return Finding(
-        "warning",
-        str(folder),
-        "the recording's description or images have changed since the project was created",
-        "Check that the clicks still fit the images. If this is a different recording, choose "
-        "another folder.",
-    )
-
-
-def _lost(place: RecordingPlace) -> Finding:
-    return Finding(
-        "error",
-        place.absolute,
-        f"the recording {place.name!r} was not found",
-        "Choose the folder where it is now. The clicks are not affected.",
-    )
 
 
 def no_recording(project: Path) -> Whereabouts:
@@ -207,14 +184,7 @@ def _belongs(project: Path, folder: Path) -> bool:
 def project_path_for(folder: Path, documents: Path | None = None, home: Path | None = None) -> Path:
     """Where a new project of a recording goes: beside it, or else into the user's documents.
 
-    Parameters
-    ----------
-    folder : Path
-        The recording.
-    documents : Path, optional
-        Taken for the user's documents.
-    home : Path, optional
-        A folder for all new projects.
+    `documents` is taken for the user's documents, `home` for a folder of all new projects.
     """
     folder = folder.resolve()
     if home is None:

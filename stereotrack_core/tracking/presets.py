@@ -9,6 +9,9 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+import tomli_w
+
+from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
 from stereotrack_core.parameters import Value, parsed_settings
 from stereotrack_core.recording.toml_table import load_toml
@@ -156,6 +159,17 @@ def read_preset(path: Path) -> UserPreset:
             remedy=f"Available: {', '.join(PRESETS)}.",
         )
     return UserPreset(name.strip(), base, _checked(facts.get("values", {}), path))
+
+
+def write_preset(path: Path, preset: UserPreset) -> None:
+    """Write a preset so that :func:`read_preset` gives it again.
+
+    Raises
+    ------
+    InputError
+        Where the file cannot be written.
+    """
+    write_file(path, tomli_w.dumps(preset.facts()))
 
 
 def _checked(given: object, path: Path) -> dict[str, Value]:

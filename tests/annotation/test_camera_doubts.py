@@ -7,16 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stereotrack_core.annotation.camera_doubts import (
+from stereotrack_core.annotation.click import ACCEPTED, Click
+from stereotrack_core.annotation.doubts import (
     doubtful_camera,
     frames_asked,
     own_mistakes,
     what_disagrees,
     what_to_do,
 )
-from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.annotation.predict import ACCEPTED
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.camera_agreement import disagreeing_camera
 from stereotrack_core.geometry.rotation import rotation_from_vector

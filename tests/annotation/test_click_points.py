@@ -7,12 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stereotrack_core.annotation.agreement import differences
-from stereotrack_core.annotation.agreement_in_space import agreement_in_space, common_frames
+from stereotrack_core.annotation.agreement import agreement_in_space, common_frames, differences
 from stereotrack_core.annotation.click import Click, Visibility
-from stereotrack_core.annotation.click_points import click_pixels, click_residuals, limb_residuals
+from stereotrack_core.annotation.click_points import (
+    click_pixels,
+    click_residuals,
+    limb_residuals,
+    measured_lengths,
+    subject_of,
+)
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.annotation.measured_lengths import measured_lengths, subject_of
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.pose import hanging_pose

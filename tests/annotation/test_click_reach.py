@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from stereotrack_core.annotation.click_reach import distances, over_frames, shares_around
+from stereotrack_core.annotation.click_gains import distances, over_frames, shares_around
 
 rows = hnp.arrays(np.bool_, 12)
 

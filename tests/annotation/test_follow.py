@@ -9,8 +9,12 @@ import numpy as np
 import pytest
 
 from stereotrack_core.annotation.click import Click, Visibility
-from stereotrack_core.annotation.follow import FollowSettings, follow_patch
-from stereotrack_core.annotation.follow_click import follow_click, pictures_of
+from stereotrack_core.annotation.follow import (
+    FollowSettings,
+    follow_click,
+    follow_patch,
+    pictures_of,
+)
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stereotrack_core.annotation.click_reach import hidden_landmarks
+from stereotrack_core.annotation.click_gains import hidden_landmarks
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.pose import hanging_pose, t_pose

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.annotation.click import Click, ClickKey, Visibility
-from stereotrack_core.annotation.follow import Followed
-from stereotrack_core.annotation.follow_click import FollowedClick
+from stereotrack_core.annotation.follow import Followed, FollowedClick
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.prefill import (
     from_fit,

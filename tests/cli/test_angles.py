@@ -10,7 +10,7 @@ from stereotrack_core.evaluation.joint_angles.definitions import NAMES
 from stereotrack_core.interop.reference_npz import write_reference
 from stereotrack_core.interop.run_file import read_trajectory
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.references import save_reference
+from stereotrack_core.project.setups import save_reference
 
 pytestmark = pytest.mark.xdist_group("cli")
 

@@ -8,7 +8,7 @@ import pytest
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.errors import errors_against
-from stereotrack_core.interop.clicks_csv import write_clicks
+from stereotrack_core.interop.labels import write_clicks
 from stereotrack_core.interop.reference_npz import read_reference
 from stereotrack_core.interop.trc import read_trc
 from stereotrack_core.recording.description import Recording, Stream, View

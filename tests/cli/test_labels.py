@@ -11,9 +11,9 @@ from stereotrack_core.annotation.click import Click, ClickKey, Visibility
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.interop.reference_npz import read_reference
 from stereotrack_core.interop.run_file import read_trajectory
-from stereotrack_core.project.click_edits import DeleteClicks, PlaceClicks
+from stereotrack_core.project.clicks import DeleteClicks, PlaceClicks
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.references import load_reference, save_reference
+from stereotrack_core.project.setups import load_reference, save_reference
 
 pytestmark = pytest.mark.xdist_group("cli")
 

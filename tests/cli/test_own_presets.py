@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from stereotrack_core.interop.preset_file import write_preset
 from stereotrack_core.interop.run_file import read_run
-from stereotrack_core.tracking.presets import UserPreset, preset
+from stereotrack_core.tracking.presets import UserPreset, preset, write_preset
 
 
 def test_a_file_is_a_preset_to_track_with(run, recording, tmp_path):

@@ -20,8 +20,9 @@ from stereotrack_core.experiments.sweep.points import Point
 from stereotrack_core.experiments.sweep.store import table_of
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.interop.clicks_csv import read_clicks, write_clicks
 from stereotrack_core.interop.deeplabcut import read_deeplabcut, write_deeplabcut
+from stereotrack_core.interop.label_source import LabelSource
+from stereotrack_core.interop.labels import read_clicks, write_clicks
 from stereotrack_core.interop.trc import read_trc, write_trc
 from stereotrack_core.recording.csv_table import csv_text, read_csv_table
 from stereotrack_core.recording.description import (
@@ -99,7 +100,7 @@ def test_labels_of_deeplabcut(name, recording, tmp_path):
         return
     write_deeplabcut(path, [click], (name,), scorer=name)
     check_texts(cells_of(path), name)
-    assert read_deeplabcut(path, recording, landmarks=(name,), camera=name).clicks == (click,)
+    assert read_deeplabcut(LabelSource(path, recording, (name,), camera=name)).clicks == (click,)
 
 
 def test_detections(name, recording, tmp_path):

@@ -26,11 +26,10 @@ from stereotrack_core.experiments.sweep.picture import draw_curves, draw_heat
 from stereotrack_core.experiments.sweep.table import axis_of, curves_of, heat_of, table_of_cells
 from stereotrack_core.interop.bvh import write_bvh
 from stereotrack_core.interop.c3d import write_c3d
-from stereotrack_core.interop.clicks_csv import write_clicks
 from stereotrack_core.interop.coco import write_coco
 from stereotrack_core.interop.deeplabcut import write_deeplabcut
+from stereotrack_core.interop.labels import write_clicks
 from stereotrack_core.interop.ply import write_cloud
-from stereotrack_core.interop.preset_file import write_preset
 from stereotrack_core.interop.reference_npz import write_reference
 from stereotrack_core.interop.run_file import write_run
 from stereotrack_core.interop.run_npz import write_npz
@@ -45,7 +44,7 @@ from stereotrack_core.recording.writing import VideoWriter, write_png, write_rec
 from stereotrack_core.simulation.make import simulate
 from stereotrack_core.simulation.options import SceneOptions
 from stereotrack_core.tracking.frame import Run
-from stereotrack_core.tracking.presets import named, preset
+from stereotrack_core.tracking.presets import named, preset, write_preset
 from stereotrack_core.tracking.trace import StepTrace
 
 

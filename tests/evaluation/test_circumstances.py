@@ -18,7 +18,7 @@ from stereotrack_core.evaluation.circumstances import (
 )
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.interop.landmark_pose import pose_of_landmarks
+from stereotrack_core.interop.first_pose import pose_of_landmarks
 from stereotrack_core.recording.landmarks import LANDMARKS
 
 BODY = body_model(proportions_of(None))

@@ -10,7 +10,7 @@ import pytest
 
 import stereotrack_core as stereotrack
 from stereotrack_core.annotation.click import Click
-from stereotrack_core.interop.clicks_csv import write_clicks
+from stereotrack_core.interop.labels import write_clicks
 from stereotrack_core.recording.landmarks import LANDMARKS, read_landmarks
 from stereotrack_core.simulation.options import SceneOptions
 

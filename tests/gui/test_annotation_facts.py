@@ -19,13 +19,12 @@ from app.features.annotate.clicking.landmark_rows import (
 from app.features.annotate.clicking.live_fit import FitQuestion, Fitter
 from app.features.annotate.clicking.marks import FrameMarks, marks_of, predictions_in
 from app.features.annotate.clicking.swap_offers import SwapOffers
-from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Visibility
+from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Prediction, Visibility
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.annotation.prediction import Prediction
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
-from stereotrack_core.project.click_edits import (
+from stereotrack_core.project.clicks import (
     AcceptPredictions,
     DeleteClicks,
     MarkClicks,

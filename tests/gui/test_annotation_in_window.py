@@ -16,7 +16,7 @@ from PySide6.QtWidgets import QInputDialog
 
 from app.widgets.timeline.lanes import Mark
 from stereotrack_core.annotation.click import ClickKey
-from stereotrack_core.project.click_edits import PlaceClicks, SwapLandmarks
+from stereotrack_core.project.clicks import PlaceClicks, SwapLandmarks
 from stereotrack_core.project.project import Project
 from tests.gui.hands import LEFT, annotate_all, click, click_truth, clicks, key, view
 

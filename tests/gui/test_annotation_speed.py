@@ -17,7 +17,7 @@ from PySide6.QtTest import QTest
 
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.project.click_edits import PlaceClicks
+from stereotrack_core.project.clicks import PlaceClicks
 from stereotrack_core.project.project import Project
 from tests.gui.hands import CTRL, LEFT, key
 

@@ -7,7 +7,7 @@ import pytest
 from app.features.annotate.clicking.landmark_rows import fit_words as words_of_frame
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.project.click_edits import DeleteClicks, PlaceClicks
+from stereotrack_core.project.clicks import DeleteClicks, PlaceClicks
 from stereotrack_core.recording.landmarks import LANDMARKS
 
 pytestmark = pytest.mark.window

@@ -9,7 +9,7 @@ from contextlib import closing
 import pytest
 
 from stereotrack_core.annotation.click import Click
-from stereotrack_core.project.click_edits import PlaceClicks
+from stereotrack_core.project.clicks import PlaceClicks
 from stereotrack_core.project.project import Project
 from tests.project.spoiling import SCHEMA, spoil
 from tests.project.test_project_fuzzed import fill

@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox
 from app.__main__ import main
 from app.session import project as project_file
 from stereotrack_core.annotation.click import Click
-from stereotrack_core.project.click_edits import place
+from stereotrack_core.project.clicks import place
 from stereotrack_core.project.project import Project
 from tests.gui.hands import window_with
 

@@ -18,8 +18,8 @@ from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.reference_quality import reference_quality
 from stereotrack_core.project.entries import Choose
-from stereotrack_core.project.references import save_reference
 from stereotrack_core.project.schema import REFERENCE
+from stereotrack_core.project.setups import save_reference
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.presets import preset

@@ -15,7 +15,7 @@ from stereotrack_core.annotation.click import Click, Visibility
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.interop.clicks_csv import read_clicks, write_clicks
+from stereotrack_core.interop.labels import read_clicks, write_clicks
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.landmarks import LANDMARKS
 

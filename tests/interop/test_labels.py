@@ -17,11 +17,10 @@ from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.interop.clicks_csv import write_clicks
 from stereotrack_core.interop.coco import read_coco, write_coco
 from stereotrack_core.interop.deeplabcut import file_of_camera, read_deeplabcut, write_deeplabcut
-from stereotrack_core.interop.label_names import camera_of, frame_of, map_names
-from stereotrack_core.interop.labels import is_trajectory, read_labels
+from stereotrack_core.interop.label_source import LabelSource, camera_of, frame_of, map_names
+from stereotrack_core.interop.labels import is_trajectory, read_labels, write_clicks
 from stereotrack_core.interop.sleap import read_sleap, write_sleap
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.writing import write_png
@@ -64,7 +63,7 @@ several = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_coco_round_trip(recording, tmp_path, written):
     path = tmp_path / "labels.json"
     write_coco(path, written, recording, NINE)
-    found = read_labels(path, recording, landmarks=NINE.names, frames=301)
+    found = read_labels(LabelSource(path, recording, NINE.names), 301)
     assert not found.problems
     assert sorted(found.clicks, key=lambda one: one.key) == written
     assert found.left_out == ()
@@ -76,7 +75,7 @@ def test_deeplabcut_round_trip(recording, tmp_path, written, camera):
     path = tmp_path / "labels.csv"
     own = [one for one in written if one.camera == camera]
     write_deeplabcut(path, own, NINE.names)
-    found = read_labels(path, recording, landmarks=NINE.names)
+    found = read_labels(LabelSource(path, recording, NINE.names))
     places = {one.key: one.position for one in own if one.position is not None}
     assert not found.problems
     assert {one.key: one.position for one in found.clicks} == places
@@ -90,7 +89,7 @@ def test_sleap_round_trip(recording, tmp_path, written):
     own = [one for one in written if one.position is not None]
     write_sleap(path, own, recording, NINE)
     if own:
-        found = read_labels(path, recording, landmarks=NINE.names, frames=301)
+        found = read_labels(LabelSource(path, recording, NINE.names), 301)
         assert not found.problems
         assert sorted(found.clicks, key=lambda one: one.key) == own
 
@@ -99,7 +98,7 @@ def test_sleap_needs_its_library(recording, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "sleap_io", None)
     for call in (
         lambda: write_sleap(tmp_path / "a.slp", [], recording, NINE),
-        lambda: read_labels(tmp_path / "a.slp", recording, landmarks=NINE.names),
+        lambda: read_labels(LabelSource(tmp_path / "a.slp", recording, NINE.names)),
     ):
         with pytest.raises(InputError, match="sleap-io, which is not installed"):
             call()
@@ -113,12 +112,12 @@ def test_streams_that_begin_later_keep_their_frames_in_sleap(recording, tmp_path
     click = Click(3, "S", "head", (5.0, 6.0), origin="imported")
     path = tmp_path / "a.slp"
     write_sleap(path, [click], shifted, NINE)
-    assert read_sleap(path, shifted, landmarks=NINE.names).clicks == (click,)
-    early = read_sleap(path, recording, landmarks=NINE.names, camera="S")
+    assert read_sleap(LabelSource(path, shifted, NINE.names)).clicks == (click,)
+    early = read_sleap(LabelSource(path, recording, NINE.names, camera="S"))
     assert [one.frame for one in early.clicks] == [7]
     (tmp_path / "bad.slp").write_bytes(b"no labels")
     with pytest.raises(InputError, match="not a SLEAP labels file"):
-        read_sleap(tmp_path / "bad.slp", recording, landmarks=NINE.names)
+        read_sleap(LabelSource(tmp_path / "bad.slp", recording, NINE.names))
 
 
 def test_numbered_pictures_are_listed_for_sleap(recording, tmp_path):
@@ -132,7 +131,7 @@ def test_numbered_pictures_are_listed_for_sleap(recording, tmp_path):
     write_sleap(path, [click], there, NINE)
     stored = sio.load_slp(str(path), open_videos=False)
     assert [name[-6:] for name in stored.videos[0].filename] == ["/3.png", "/4.png", "/5.png"]
-    assert read_sleap(path, there, landmarks=NINE.names).clicks == (click,)
+    assert read_sleap(LabelSource(path, there, NINE.names)).clicks == (click,)
 
 
 @several
@@ -140,7 +139,7 @@ def test_numbered_pictures_are_listed_for_sleap(recording, tmp_path):
 def test_clicks_file_round_trip(recording, tmp_path, written):
     path = tmp_path / "clicks.csv"
     write_clicks(path, written, recording)
-    found = read_labels(path, recording, landmarks=NINE.names)
+    found = read_labels(LabelSource(path, recording, NINE.names))
     assert not found.problems
     assert sorted(found.clicks, key=lambda one: one.key) == written
 
@@ -155,17 +154,19 @@ def test_deeplabcut_predictions_are_of_the_camera_that_is_said(recording, tmp_pa
         "1,11.5,20.25,0.2,1,2,0.9\n"
         "2,12.5,20.25,0.8,1,2,0.9\n"
     )
-    found = read_labels(path, recording, landmarks=NINE.names, camera="N")
+    found = read_labels(LabelSource(path, recording, NINE.names, camera="N"))
     assert [(one.frame, one.position) for one in found.clicks] == [
         (0, (10.5, 20.25)),
         (2, (12.5, 20.25)),
     ]
     assert {one.camera for one in found.clicks} == {"N_right"}
     assert found.left_out == ("nose",)
-    named = read_labels(path, recording, landmarks=NINE.names, camera="S", names={"nose": "head"})
+    named = read_labels(
+        LabelSource(path, recording, NINE.names, camera="S", names={"nose": "head"})
+    )
     assert {one.landmark for one in named.clicks} == {"left_elbow", "head"}
     assert named.left_out == ()
-    unsaid = read_labels(path, recording, landmarks=NINE.names)
+    unsaid = read_labels(LabelSource(path, recording, NINE.names))
     assert "the camera of" in str(unsaid.problems[0])
     with pytest.raises(InputError, match="the camera of"):
         unsaid.checked()
@@ -175,7 +176,7 @@ def test_deeplabcut_predictions_are_of_the_camera_that_is_said(recording, tmp_pa
 def test_a_row_of_deeplabcut_that_names_no_frame_is_a_problem(recording, tmp_path, frame):
     path = tmp_path / "S.csv"
     path.write_text(f"scorer,a,a\nbodyparts,head,head\ncoords,x,y\n0,1,2\n{frame},1,2\n")
-    found = read_deeplabcut(path, recording, landmarks=NINE.names)
+    found = read_deeplabcut(LabelSource(path, recording, NINE.names))
     assert [one.frame for one in found.clicks] == [0]
     assert "is not a frame number" in str(found.problems[0])
 
@@ -188,7 +189,7 @@ def test_deeplabcut_with_three_columns_of_paths(recording, tmp_path):
         "labeled-data,S,img0009.png,90.5,4.5\nlabeled-data,X,img0009.png,9.5,4.5\n"
         "labeled-data,S,img0010.png,a,4.5\n"
     )
-    found = read_labels(path, recording, landmarks=NINE.names, frames=9)
+    found = read_labels(LabelSource(path, recording, NINE.names), 9)
     assert [one.key for one in found.clicks] == [ClickKey(7, "S", "head")]
     said = " ".join(map(str, found.problems))
     assert "the camera of" in said
@@ -200,13 +201,13 @@ def test_several_people_are_refused(recording, tmp_path):
     path = tmp_path / "many.csv"
     path.write_text("scorer,a,a\nindividuals,p1,p2\nbodyparts,head,head\ncoords,x,y\n0,1,2\n")
     with pytest.raises(InputError, match="several individuals"):
-        read_deeplabcut(path, recording, landmarks=NINE.names, camera="S")
+        read_deeplabcut(LabelSource(path, recording, NINE.names, camera="S"))
     path = tmp_path / "many.json"
     write_coco(path, [Click(0, "S", "head", (1.0, 2.0))], recording, NINE)
     content = json.loads(path.read_text())
     content["annotations"].append({**content["annotations"][0], "id": 9})
     path.write_text(json.dumps(content))
-    found = read_coco(path, recording, landmarks=NINE.names)
+    found = read_coco(LabelSource(path, recording, NINE.names))
     assert len(found.clicks) == 1
     assert "second person" in str(found.problems[0])
 
@@ -230,7 +231,7 @@ def test_what_is_no_coco_file_is_refused(recording, tmp_path, text):
     path = tmp_path / "x.json"
     path.write_text(text)
     with pytest.raises(InputError, match=r"COCO|keypoints"):
-        read_labels(path, recording, landmarks=NINE.names)
+        read_labels(LabelSource(path, recording, NINE.names))
 
 
 def test_foreign_coco_is_told_by_its_file_names(recording, tmp_path):
@@ -246,7 +247,7 @@ def test_foreign_coco_is_told_by_its_file_names(recording, tmp_path):
     images = [{"id": 5, "file_name": "N_left_0012.jpg"}, {"id": 6, "file_name": "data/N/13.png"}]
     content = {"images": images, "annotations": people, "categories": [keypoints]}
     path.write_text(json.dumps(content))
-    found = read_labels(path, recording, landmarks=NINE.names)
+    found = read_labels(LabelSource(path, recording, NINE.names))
     assert [one.key for one in found.clicks] == [
         ClickKey(12, "N_left", "left_shoulder"),
         ClickKey(13, "N_right", "left_shoulder"),
@@ -258,16 +259,15 @@ def test_foreign_coco_is_told_by_its_file_names(recording, tmp_path):
 
 def test_names_are_matched_where_they_mean_the_same():
     known = map_names(["LShoulder", "Elbow_R", "left-hand", "Head", "RHip", "pelvis"], NINE.names)
-    assert known.known == {
+    assert known == {
         "LShoulder": "left_shoulder",
         "Elbow_R": "right_elbow",
         "left-hand": "left_hand",
         "Head": "head",
         "RHip": "right_hip",
     }
-    assert known.left_out == ("pelvis",)
     stated = map_names(["left_wrist", "head"], NINE.names, {"left_wrist": "left_hand"})
-    assert stated.known["left_wrist"] == "left_hand"
+    assert stated["left_wrist"] == "left_hand"
     for names, said, words in (
         (["nose"], {}, "none of its landmarks"),
         (["L_hip", "left_hip"], {}, "both correspond to left_hip"),
@@ -296,7 +296,7 @@ def test_other_kinds_are_refused_with_a_way_out(recording, tmp_path, suffix):
     path = tmp_path / f"labels{suffix}"
     path.write_bytes(b"x")
     with pytest.raises(InputError, match=r"use|Supported"):
-        read_labels(path, recording, landmarks=NINE.names)
+        read_labels(LabelSource(path, recording, NINE.names))
 
 
 def test_trajectories_are_told_from_clicks(recording, tmp_path):
@@ -311,7 +311,7 @@ def test_trajectories_are_told_from_clicks(recording, tmp_path):
         is_trajectory(tmp_path / "absent.csv")
     path.write_text("frame,view,landmark,x,y,visibility\n0,S,head,1,2,2\n")
     with pytest.raises(InputError, match="itself"):
-        read_labels(path, recording, landmarks=NINE.names, camera="S")
+        read_labels(LabelSource(path, recording, NINE.names, camera="S"))
 
 
 @pytest.mark.parametrize("name", ["a/b", "a\\b", "../a", "..", ".", " ", "a:b", "a\nb", "a\0b"])
@@ -361,7 +361,7 @@ def _coco(tmp_path, **changes):
 )
 def test_numbers_and_kinds_that_no_coco_file_has(recording, tmp_path, changes, words):
     with pytest.raises(InputError, match=words):
-        read_labels(_coco(tmp_path, **changes), recording, landmarks=NINE.names)
+        read_labels(LabelSource(_coco(tmp_path, **changes), recording, NINE.names))
 
 
 @pytest.mark.parametrize(
@@ -378,7 +378,7 @@ def test_numbers_and_kinds_that_no_coco_file_has(recording, tmp_path, changes, w
     ],
 )
 def test_a_wrong_annotation_is_a_problem_of_its_own(recording, tmp_path, changes, words):
-    found = read_labels(_coco(tmp_path, **changes), recording, landmarks=NINE.names)
+    found = read_labels(LabelSource(_coco(tmp_path, **changes), recording, NINE.names))
     assert len(found.problems) == 1
     assert re.search(words, str(found.problems[0]))
     assert found.problems[0].remedy
@@ -390,6 +390,6 @@ def test_frames_that_no_recording_has(recording, tmp_path, frame):
     header = "scorer,a,a\nbodyparts,head,head\ncoords,x,y\n"
     path = tmp_path / "S.csv"
     path.write_text(f"{header}{frame},1,2\n7,1,2\n")
-    found = read_labels(path, recording, landmarks=NINE.names)
+    found = read_labels(LabelSource(path, recording, NINE.names))
     assert [one.frame for one in found.clicks] == [7]
     assert "is not a frame number" in str(found.problems[0])

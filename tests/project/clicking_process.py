@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 from stereotrack_core.annotation.click import Click
-from stereotrack_core.project.click_edits import place
+from stereotrack_core.project.clicks import place
 from stereotrack_core.project.project import Project
 
 UNFINISHED = "unfinished"

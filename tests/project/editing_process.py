@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from stereotrack_core.annotation.click import Click, ClickKey
-from stereotrack_core.project.click_edits import DeleteClicks, MoveClicks, PlaceClicks
+from stereotrack_core.project.clicks import DeleteClicks, MoveClicks, PlaceClicks
 from stereotrack_core.project.edit import Edit
 from stereotrack_core.project.project import Project
 

@@ -149,9 +149,7 @@ WRITES_BY_ITSELF = {
     "stereotrack_core/project/database.py": {"copyfile"},
     "stereotrack_core/project/setups.py": {"write_text"},  # a file that is read at once
     "stereotrack_core/interop/sleap.py": {"save_slp"},  # to a temporary file, and read back
-    "stereotrack_core/interop/run_npz.py": {"savez", "savez_compressed"},  # into memory, as below
-    "stereotrack_core/interop/reference_npz.py": {"savez_compressed"},
-    "stereotrack_core/interop/trace_file.py": {"savez_compressed"},
+    "stereotrack_core/interop/npz.py": {"savez", "savez_compressed"},  # into memory
     "stereotrack_core/report/drawing.py": {"savefig"},
     "stereotrack_core/experiments/sweep/picture.py": {"savefig"},
     "stereotrack_core/recording/writing.py": {"open"},  # to a temporary file, and read back

@@ -18,9 +18,8 @@ import pytest
 
 from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.click_edits import MoveClicks, place
-from stereotrack_core.project.database import make_database
-from stereotrack_core.project.failures import ProjectDamaged
+from stereotrack_core.project.clicks import MoveClicks, place
+from stereotrack_core.project.database import ProjectDamaged, make_database
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.rescue import rescue
 from stereotrack_core.project.whereabouts import project_path_for

@@ -12,11 +12,10 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
-from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Visibility
-from stereotrack_core.annotation.prediction import Prediction
+from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Prediction, Visibility
 from stereotrack_core.annotation.progress import Seen, seen
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.click_edits import (
+from stereotrack_core.project.clicks import (
     AcceptPredictions,
     DeleteClicks,
     MarkClicks,
@@ -216,28 +215,18 @@ def test_threads_do_not_disturb_each_other(project):
     assert project.clicks.all(with_deleted=True) == ()
 
 
-def test_the_nearest_clicks_are_found_in_both_directions(project):
-    project.apply(PlaceClicks(tuple(replace(ELBOW, frame=frame) for frame in (2, 5, 9))))
-    project.apply(place(replace(OTHER, frame=7)))
-    project.apply(DeleteClicks((replace(ELBOW, frame=5).key,)))
-    here = replace(ELBOW, frame=6).key
-    assert project.clicks.nearest(here).frame == 9
-    assert project.clicks.nearest(here, backwards=True).frame == 2
-    assert project.clicks.nearest(replace(ELBOW, frame=9).key) is None
-
-
 def test_predictions_never_touch_clicks(project):
     project.apply(place(ELBOW))
     before = project.clicks.all()
-    predicted = Prediction(1, "N_right", "left_elbow", "run", (50.0, 1.0), 3.0)
+    predicted = Prediction(3, "N_right", "left_elbow", "run", (50.0, 1.0), 3.0)
     project.predictions.replace("run", [predicted, replace(predicted, frame=2)])
-    assert project.predictions.at(1) == (predicted,)
+    assert project.predictions.at(3) == (predicted,)
     project.predictions.replace("run", [replace(predicted, frame=2)])
-    assert project.predictions.at(1) == ()
+    assert project.predictions.at(3) == ()
     with pytest.raises(ValueError, match="not all"):
         project.predictions.replace("other", [predicted])
     assert project.clicks.all() == before
-    assert project.predictions.sources() == ("run",)
+    assert project.predictions.of_source("run") == (replace(predicted, frame=2),)
 
 
 def test_accepted_predictions_never_replace_what_a_person_said(project):
@@ -266,7 +255,6 @@ def test_second_readings_are_kept_apart(project):
     project.apply(PlaceRepeats(1, (again,)))
     assert said(project.clicks.at(1)) == {ELBOW.key: ELBOW}
     assert said(project.clicks.again_at(1, 1)) == {ELBOW.key: again}
-    assert project.clicks.rounds() == (1,)
     assert project.clicks.again_at(2, 1) == ()
 
 

@@ -8,23 +8,21 @@ import numpy as np
 import pytest
 
 from stereotrack_core.annotation.landmark_set import NINE, Landmark, LandmarkSet
+from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.project.entries import Choose, DeleteEntry, SaveEntry
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.references import (
-    Reference,
-    load_reference,
-    save_reference,
-)
 from stereotrack_core.project.setups import (
     Corrections,
     ParameterSet,
     load_parameters,
+    load_reference,
     load_subject,
     save_corrections,
     save_landmark_set,
     save_parameters,
+    save_reference,
     save_subject,
 )
 from stereotrack_core.recording.description import Subject

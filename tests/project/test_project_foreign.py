@@ -14,8 +14,8 @@ import pytest
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
 from stereotrack_core.program import main
-from stereotrack_core.project.click_edits import PlaceClicks, place
-from stereotrack_core.project.failures import ProjectDamaged
+from stereotrack_core.project.clicks import PlaceClicks, place
+from stereotrack_core.project.database import ProjectDamaged
 from stereotrack_core.project.history import History
 from stereotrack_core.project.merging import clicks_of_project
 from stereotrack_core.project.project import Project

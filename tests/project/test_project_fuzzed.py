@@ -9,18 +9,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stereotrack_core.annotation.click import Click, ClickKey
+from stereotrack_core.annotation.click import Click, ClickKey, Prediction
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.annotation.prediction import Prediction
+from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.click_edits import DeleteClicks, PlaceClicks, PlaceRepeats, place
+from stereotrack_core.project.clicks import DeleteClicks, PlaceClicks, PlaceRepeats, place
 from stereotrack_core.project.connection import Connection, most_steps
 from stereotrack_core.project.database import make_database
 from stereotrack_core.project.entries import Choose
 from stereotrack_core.project.marks import FrameFlag, SetFlags, SetKeyframes
 from stereotrack_core.project.merging import clicks_of_project
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.references import Reference, load_reference, save_reference
 from stereotrack_core.project.rescue import rescue
 from stereotrack_core.project.runs import keep_run, kept_runs, load_run
 from stereotrack_core.project.setups import (
@@ -28,10 +27,12 @@ from stereotrack_core.project.setups import (
     ParameterSet,
     load_landmark_set,
     load_parameters,
+    load_reference,
     load_subject,
     save_corrections,
     save_landmark_set,
     save_parameters,
+    save_reference,
     save_subject,
 )
 from stereotrack_core.recording.description import Subject
@@ -90,12 +91,11 @@ def use_everything(project: Project) -> None:
         project.clicks.frames,
         project.clicks.doubted_frames,
         lambda: project.clicks.at(3),
-        lambda: project.clicks.nearest(ClickKey(3, "S_cam", "head")),
         project.clicks.again,
-        project.clicks.rounds,
+        project.clicks.repeat_differences,
         project.progress,
         project.marks.flags,
-        project.predictions.sources,
+        lambda: project.predictions.of_source("x"),
         lambda: project.predictions.of_source("x"),
         lambda: [project.history.changes_of(one.number) for one in project.history.entries()],
         project.subject,

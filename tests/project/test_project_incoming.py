@@ -9,8 +9,8 @@ import pytest
 from stereotrack_core.annotation.agreement import agreement, differences
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.clicks_csv import read_clicks, write_clicks
-from stereotrack_core.project.click_edits import DeleteClicks, MarkClicks, PlaceClicks, PlaceRepeats
+from stereotrack_core.interop.labels import read_clicks, write_clicks
+from stereotrack_core.project.clicks import DeleteClicks, MarkClicks, PlaceClicks, PlaceRepeats
 from stereotrack_core.project.merging import incoming
 from stereotrack_core.project.project import Project
 

@@ -6,7 +6,7 @@ import pytest
 
 from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Visibility
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.click_edits import DeleteClicks, PlaceClicks, place
+from stereotrack_core.project.clicks import DeleteClicks, PlaceClicks, place
 from stereotrack_core.project.merging import has_mean, incoming, mean_click
 
 

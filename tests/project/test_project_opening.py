@@ -17,7 +17,7 @@ import pytest
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
 from stereotrack_core.project import owner
-from stereotrack_core.project.click_edits import place
+from stereotrack_core.project.clicks import place
 from stereotrack_core.project.database import make_database
 from stereotrack_core.project.owner import lock_path
 from stereotrack_core.project.project import Project

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from stereotrack_core.annotation.click import Click, ClickKey
-from stereotrack_core.project.click_edits import MoveClicks, PlaceClicks, place
+from stereotrack_core.annotation.click import Click
+from stereotrack_core.project.clicks import MoveClicks, PlaceClicks, place
 from stereotrack_core.project.project import Project
 
 LANDMARKS = tuple(f"landmark_{i}" for i in range(9))
@@ -55,7 +55,7 @@ def test_the_statements_above_are_those_that_are_used(project, monkeypatch):
         database.set_trace_callback(seen.append)
         project.clicks.at(5)
         project.clicks.at(5, "S_cam")
-        project.clicks.nearest(ClickKey(5, "S_cam", "head"))
+        project.clicks.between(5, 8)
         project.predictions.at(5)
         project.apply(MoveClicks((Click(5, "S_cam", "head", (1.0, 2.0)).key,), (1.0, 0.0)))
         project.undo()

@@ -14,19 +14,20 @@ from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_npz import run_bytes, run_of_bytes
 from stereotrack_core.project import entries
-from stereotrack_core.project.click_edits import MoveClicks, place
+from stereotrack_core.project.clicks import MoveClicks, place
+from stereotrack_core.project.database import ProjectDamaged
 from stereotrack_core.project.entries import SaveEntry, facts_as_json
-from stereotrack_core.project.failures import ProjectDamaged
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.run_facts import differences, run_facts
 from stereotrack_core.project.runs import (
     NoteRun,
     RenameRun,
+    beside,
     delete_run,
     free_name,
     keep_run,
     kept_runs,
     load_run,
+    run_facts,
 )
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import preset
@@ -277,19 +278,20 @@ def test_two_runs_differ_in_what_they_were_made_with():
     a = run_facts(_facts(run()))
     b = run_facts(_facts(run(iterations=2)))
     b = replace(b, seed=4, versions={**VERSIONS, "numpy": "2.2"}, smoothed=True)
-    assert differences(a, a) == ()
-    found = {row.what: (row.first, row.second) for row in differences(a, b)}
+    assert not any(row.differs for row in beside(a, a))
+    apart = [row for row in beside(a, b) if row.differs]
+    found = {row.what: (row.first, row.second) for row in apart}
     assert found == {
         "iterations": ("3", "2"),
         "seed": ("3", "4"),
         "smoothed": ("no", "yes"),
         "version of numpy": ("2.1", "2.2"),
     }
-    assert [row.what for row in differences(a, b) if row.parameter] == ["iterations"]
+    assert [row.what for row in apart if row.parameter] == ["iterations"]
 
 
 def _facts(made):
-    from stereotrack_core.project.run_facts import facts_to_keep
+    from stereotrack_core.project.runs import facts_to_keep
 
     return facts_to_keep(made)
 

@@ -27,19 +27,18 @@ from stereotrack_core.experiments.sweep.store import (
 )
 from stereotrack_core.experiments.sweep.table import curves_of, table_of_cells
 from stereotrack_core.interop.c3d import write_c3d
-from stereotrack_core.interop.clicks_csv import write_clicks
 from stereotrack_core.interop.coco import write_coco
 from stereotrack_core.interop.deeplabcut import write_deeplabcut
 from stereotrack_core.interop.first_pose import first_pose
-from stereotrack_core.interop.labels import is_trajectory, read_labels
-from stereotrack_core.interop.preset_file import read_preset, write_preset
+from stereotrack_core.interop.label_source import LabelSource
+from stereotrack_core.interop.labels import is_trajectory, read_labels, write_clicks
 from stereotrack_core.interop.reference_npz import fps_of_reference, read_reference, write_reference
 from stereotrack_core.interop.run_file import read_run, read_timed_trajectory, write_trajectory
 from stereotrack_core.interop.run_journal import has_frames, read_unfinished
 from stereotrack_core.interop.run_npz import write_npz
 from stereotrack_core.interop.sleap import write_sleap
 from stereotrack_core.interop.trc import write_trc
-from stereotrack_core.project.run_facts import facts_to_keep, run_facts
+from stereotrack_core.project.runs import facts_to_keep, run_facts
 from stereotrack_core.recording.calibration import read_calibration
 from stereotrack_core.recording.consistency import check_consistency
 from stereotrack_core.recording.csv_table import read_csv_table
@@ -51,7 +50,7 @@ from stereotrack_core.recording.images import DamagedFrame, read_image
 from stereotrack_core.recording.landmarks import read_landmarks, unknown_landmarks
 from stereotrack_core.recording.stream_files import background_picture, open_stream, picture_size
 from stereotrack_core.tracking.frame import Run
-from stereotrack_core.tracking.presets import UserPreset
+from stereotrack_core.tracking.presets import UserPreset, read_preset, write_preset
 from stereotrack_core.tracking.repeating import stored_spec, what_differs
 from stereotrack_core.tracking.stored import body_of_run, fps_of_run, pose_of_run
 from tests.reading.mutations import (
@@ -261,7 +260,7 @@ def _of_other_tools(samples: Samples, folder: Path) -> dict[str, Reader]:
 
     def labels(path: Path) -> object:
         each(lambda: is_trajectory(path))
-        found = read_labels(path, recording, landmarks=NINE.names, frames=6)
+        found = read_labels(LabelSource(path, recording, NINE.names), 6)
         for problem in found.problems:
             str(problem)
         return found

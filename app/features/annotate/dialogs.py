@@ -9,18 +9,16 @@ from PySide6.QtCore import QObject, Qt, Slot
 from PySide6.QtWidgets import QDialog, QFileDialog
 
 from stereotrack_core.annotation.agreement import click_sigmas, differences
-from stereotrack_core.annotation.click import Click
-from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
+from stereotrack_core.annotation.click import USUAL_SIGMA, Click
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.labels import is_trajectory
 from stereotrack_core.interop.run_file import reference_in
-from stereotrack_core.project.click_sigma import repeat_differences
 from stereotrack_core.project.entries import Choose
 from stereotrack_core.project.merging import clicks_of_project, incoming
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.references import save_reference
 from stereotrack_core.project.schema import REFERENCE
+from stereotrack_core.project.setups import save_reference
 
 from ...services.failures import message_of
 from .exchange.agreement import AgreementReport, agreement_report
@@ -243,7 +241,7 @@ class AnnotationDialogs(QObject):
             landmarks = project.landmark_set()
             if path is None:
                 words = "Blind repeats: first and second passes"
-                found = repeat_differences(project)
+                found = project.clicks.repeat_differences()
                 sigmas = click_sigmas(found, landmarks.names, USUAL_SIGMA)
                 return words, agreement_report(found, recording.cameras, landmarks, sigmas)
             words = f"This project and {path.name}"

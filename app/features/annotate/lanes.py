@@ -10,11 +10,11 @@ import numpy as np
 from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.progress import LaneState, Seen, lane_states
+from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.references import Reference
 from stereotrack_core.project.schema import CLICK
 
 from ...widgets.style.limb_colours import LIMB_COLOURS, limb_words

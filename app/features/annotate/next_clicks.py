@@ -9,13 +9,15 @@ from dataclasses import dataclass
 import numpy as np
 from PySide6.QtCore import QObject, Signal, Slot
 
-from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
 from stereotrack_core.annotation.fit.results import TrajectoryFit
-from stereotrack_core.annotation.next_clicks import NextClicks, Wish
-from stereotrack_core.annotation.stop_sign import good_enough
-from stereotrack_core.annotation.suggestion import StopSign, Suggestion
+from stereotrack_core.annotation.next_clicks import (
+    NextClicks,
+    StopSign,
+    Suggestion,
+    Wish,
+    good_enough,
+)
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.project.click_sigma import measured_sigmas
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
@@ -104,7 +106,7 @@ class _Ranker:
         return NextClicks(
             self._cameras, project.landmark_set(), order.fit,
             project.clicks.all(with_deleted=True),
-            sigma=measured_sigmas(project, USUAL_SIGMA), run=order.run, gaps=gaps,
+            sigma=project.click_sigmas(), run=order.run, gaps=gaps,
         )  # fmt: skip
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.click_edits import DeleteClicks
+from stereotrack_core.project.clicks import DeleteClicks
 from stereotrack_core.project.edit import Edit
 from stereotrack_core.project.marks import FrameFlag, SetFlags, SetKeyframes
 from stereotrack_core.project.project import Project

@@ -13,7 +13,7 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.evaluation.circumstances import Circumstances, circumstances_of
 from stereotrack_core.evaluation.limb_statistics import trend
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.interop.landmark_pose import pose_of_landmarks
+from stereotrack_core.interop.first_pose import pose_of_landmarks
 from stereotrack_core.recording.description import Recording
 
 from ...session.judgement import MEASURED_LIMBS, Judgement, reference_at

@@ -9,7 +9,7 @@ from PySide6.QtCore import QObject, Slot
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.run_facts import RunFacts, beside
+from stereotrack_core.project.runs import RunFacts, beside
 
 from ...context import Context
 from ...session.comparison import ComparedRuns, compared, shown_beside_each_other

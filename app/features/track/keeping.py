@@ -20,18 +20,20 @@ from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.run_facts import RunFacts, facts_of_meta, run_facts
 from stereotrack_core.project.runs import (
     KeptRun,
     NoteRun,
     RenameRun,
+    RunFacts,
     TakenIn,
     delete_run,
+    facts_of_meta,
     free_name,
     keep_run,
     kept_runs,
     load_run,
     place_for_run,
+    run_facts,
     take_in,
     unfinished_runs,
 )

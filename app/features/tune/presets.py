@@ -17,12 +17,18 @@ from PySide6.QtWidgets import (
 )
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.preset_file import read_preset, write_preset
 from stereotrack_core.project.entries import DeleteEntry
 from stereotrack_core.project.schema import PARAMETER_SET
 from stereotrack_core.project.setups import ParameterSet, load_parameters, save_parameters
 from stereotrack_core.tracking.parameters import Settings
-from stereotrack_core.tracking.presets import PRESETS, UserPreset, named, preset
+from stereotrack_core.tracking.presets import (
+    PRESETS,
+    UserPreset,
+    named,
+    preset,
+    read_preset,
+    write_preset,
+)
 
 from ...context import Context
 from ...session.project import ProjectPresenter

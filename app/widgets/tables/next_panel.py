@@ -30,7 +30,7 @@ from PySide6.QtWidgets import (
 )
 
 from stereotrack_core.annotation.click import ClickKey
-from stereotrack_core.annotation.suggestion import StopSign, Suggestion
+from stereotrack_core.annotation.next_clicks import StopSign, Suggestion
 
 from ..style.theme import current_theme
 from .cells import swatch

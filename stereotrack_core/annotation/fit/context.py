@@ -9,13 +9,12 @@ from functools import cached_property
 
 import numpy as np
 
+from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.fit.depth import MeasuredDepth, measured_depth
-from stereotrack_core.annotation.fit.measurement import ClickMeasurement
-from stereotrack_core.annotation.fit.movement import Movement, pose_sigmas
 from stereotrack_core.annotation.fit.residuals import Clicks, undistorted_clicks
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.fit.start import standing, watched_place
-from stereotrack_core.annotation.fit.state import Freedom
+from stereotrack_core.annotation.fit.state import Freedom, Movement, pose_sigmas
 from stereotrack_core.annotation.fit.stretch import FrameData, Stretch
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.arrays import IntArray
@@ -37,7 +36,7 @@ _NEAR = (0.05, 10.0, 15.0)
 """How far a pose fitted to clicks may be off: metres; degrees of the torso, of a joint."""
 
 
-def clicked_shape(
+def _clicked_shape(
     stretch: Stretch,
     data: Sequence[FrameData],
     poses: Sequence[Pose],
@@ -45,21 +44,7 @@ def clicked_shape(
     proportions: Proportions,
     shape: BodyParameters,
 ) -> BodyParameters:
-    """Surface and outline of the person; the given one where too few frames show them.
-
-    Parameters
-    ----------
-    stretch : Stretch
-        One that knows depth.
-    data : sequence of FrameData
-    poses : sequence of Pose
-        As fitted to clicks.
-    known : (k,) int64
-        Frames whose clicks tell the pose and that have depth.
-    proportions : Proportions
-    shape : BodyParameters
-        The average one.
-    """
+    """Surface and outline of the person; the given one where too few frames show them."""
     if len(known) < _FEWEST:
         return shape
     chosen = known[np.linspace(0, len(known) - 1, min(_FRAMES, len(known))).round().astype(int)]
@@ -132,13 +117,11 @@ class FitContext:
         """Where somebody stands of whom nothing is known."""
         return standing(self.body, watched_place(self.cameras))
 
-    def clicks(self, measurements: Sequence[ClickMeasurement]) -> Clicks:
+    def clicks(self, measurements: Sequence[Click]) -> Clicks:
         """Clicks of one frame, freed from the distortion of their lenses."""
         return undistorted_clicks(measurements, self.cameras, self.whole.names)
 
-    def data(
-        self, measurements: Sequence[ClickMeasurement], cloud: Cloud | MeasuredDepth | None
-    ) -> FrameData:
+    def data(self, measurements: Sequence[Click], cloud: Cloud | MeasuredDepth | None) -> FrameData:
         """What is known of a frame; depth only where it is to be used."""
         clicks, s = self.clicks(measurements), self.settings
         if cloud is None or not s.use_depth:
@@ -155,5 +138,5 @@ class FitContext:
             return self
         deep = np.array([k for k in known if data[k].depth is not None], dtype=np.int64)
         lengths = self.body.skeleton.proportions
-        shape = clicked_shape(self.by_depth, data, poses, deep, lengths, CLICKED_SHAPE)
+        shape = _clicked_shape(self.by_depth, data, poses, deep, lengths, CLICKED_SHAPE)
         return dataclasses.replace(self, body=body_model(lengths, shape), shape=shape)

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.residuals.silhouette import EdgeMap, edge_maps
 
 _FARTHEST = 1.0e4
@@ -42,7 +49,6 @@ def measured_depth(cloud: Cloud, wanted: int, *, outlines: bool) -> MeasuredDept
 
     Parameters
     ----------
-    cloud : Cloud
     wanted : int
         Points, drawn evenly; the same for the same frame.
     outlines : bool
@@ -63,3 +69,41 @@ def measured_depth(cloud: Cloud, wanted: int, *, outlines: bool) -> MeasuredDept
     )
     bare = tuple(replace(edge, distance=nothing, range_z=nothing) for edge in maps)
     return MeasuredDepth(points, bare, halves)
+
+
+@contextmanager
+def recorded_depth(
+    recording: Recording, settings: FitSettings, views: Sequence[str] | None = None
+) -> Iterator[Callable[[int], MeasuredDepth] | None]:
+    """Give a function from frame to depth; None where no view gives any or none is wanted.
+
+    Parameters
+    ----------
+    views : sequence of str, optional
+        Only these views.
+
+    Raises
+    ------
+    InputError
+        Where images cannot be read.
+    """
+    names = [
+        view.name
+        for view in recording.views
+        if view.kind != "mono" and (views is None or view.name in views)
+    ]
+    if not names or not settings.use_depth:
+        yield None
+        return
+    with FrameReader(recording, views=names, colour=False) as reader:
+        chain = DepthChain(recording, DepthParameters(), views=names)
+        try:
+            chain.learn_background(reader, range(reader.frame_count))
+
+            def depth_of(frame: int) -> MeasuredDepth:
+                cloud = chain.process(reader.frame_set(frame))
+                return measured_depth(cloud, settings.depth_points, outlines=settings.use_outlines)
+
+            yield depth_of
+        finally:
+            chain.close()

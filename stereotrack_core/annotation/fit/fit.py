@@ -1,24 +1,32 @@
-"""The body fitted to clicked landmarks: one frame live, or a whole trajectory."""
+"""The body fitted to clicked landmarks: one frame live, a trajectory, or a whole recording."""
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 
+from stereotrack_core.annotation.click import (
+    USUAL_SIGMA,
+    Click,
+    measurements,
+)
 from stereotrack_core.annotation.fit.context import CLICKED_SHAPE, FitContext
-from stereotrack_core.annotation.fit.depth import MeasuredDepth
+from stereotrack_core.annotation.fit.depth import MeasuredDepth, recorded_depth
 from stereotrack_core.annotation.fit.live import fitted_frame
-from stereotrack_core.annotation.fit.measurement import ClickMeasurement
 from stereotrack_core.annotation.fit.results import FrameFit, TrajectoryFit
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.fit.trajectory import Clouds, fitted_trajectory
-from stereotrack_core.annotation.landmark_set import LandmarkSet
+from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.blas_threads import one_blas_thread
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.body.pose import Pose
-from stereotrack_core.body.proportions import Proportions
+from stereotrack_core.body.proportions import Proportions, proportions_of
 from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.reader import FrameReader
 
 
 class ClickFit:
@@ -26,10 +34,6 @@ class ClickFit:
 
     Parameters
     ----------
-    cameras : mapping from camera name to Camera
-    landmark_set : LandmarkSet
-    proportions : Proportions
-    settings : FitSettings, optional
     fps : float
         Frame sets per second.
     shape : BodyParameters, optional
@@ -63,7 +67,7 @@ class ClickFit:
 
     def frame(
         self,
-        measurements: Sequence[ClickMeasurement],
+        measurements: Sequence[Click],
         *,
         cloud: Cloud | MeasuredDepth | None = None,
         start: Pose | None = None,
@@ -72,7 +76,7 @@ class ClickFit:
 
         Parameters
         ----------
-        measurements : sequence of ClickMeasurement
+        measurements : sequence of Click
             May be few, or none.
         cloud : Cloud or MeasuredDepth, optional
             Measured points of the frame; used where the settings say so. Fitting one frame again
@@ -90,7 +94,7 @@ class ClickFit:
 
     def trajectory(
         self,
-        measurements_by_frame: Mapping[int, Sequence[ClickMeasurement]],
+        measurements_by_frame: Mapping[int, Sequence[Click]],
         frames: range,
         *,
         clouds: Clouds | None = None,
@@ -102,7 +106,6 @@ class ClickFit:
 
         Parameters
         ----------
-        measurements_by_frame : mapping from frame to measurements
         frames : range
             To be filled.
         clouds : callable, optional
@@ -123,3 +126,97 @@ class ClickFit:
             return fitted_trajectory(
                 self._context, measurements_by_frame, frames, clouds, gaps, on_frame, cancelled
             )
+
+
+def fit_reference(
+    recording: Recording,
+    clicks: Sequence[Click],
+    *,
+    frames: range | None = None,
+    views: Sequence[str] | None = None,
+    settings: FitSettings | None = None,
+    proportions: Proportions | None = None,
+    sigma: float = USUAL_SIGMA,
+    source: str = "clicks",
+    gaps: Sequence[range] = (),
+    on_frame: Callable[[int], None] | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> TrajectoryFit:
+    """Fit the body to clicked landmarks, forward and backward over the frames.
+
+    The recording's depth is used where it has any; frames between clicked ones are filled.
+
+    Parameters
+    ----------
+    frames : range, optional
+        Frames to fit; all when not given.
+    views : sequence of str, optional
+        Clicks and depth of these views alone count; all when not given.
+    proportions : Proportions, optional
+        The person's; those of the recording's subject when not given.
+    sigma : float, pixels
+        Standard deviation of a click along each axis.
+    source : str
+        Where the clicks come from, for messages.
+    gaps : sequence of range
+        Frames that are left unknown.
+    on_frame : callable, optional
+        Told every frame whose depth is read.
+
+    Returns
+    -------
+    TrajectoryFit
+        Landmarks with covariances, and which clicks are probably outliers.
+
+    Raises
+    ------
+    InputError
+        Where none of these frames is clicked in these views.
+    Cancelled
+
+    Examples
+    --------
+    >>> recording = open_recording(Path("recording"))
+    >>> fit = fit_reference(recording, read_clicks(Path("clicks.csv"), recording).checked())
+    >>> fit.trajectory().points.shape  # frames, nine landmarks, x y z in metres
+    (120, 9, 3)
+    """
+    settings = FitSettings() if settings is None else settings
+    if frames is None:
+        with FrameReader(recording, views=views, read_ahead=0) as reader:
+            frames = range(reader.frame_count)
+    measured = _measured(clicks_in(recording, clicks, views), frames, sigma, source)
+    known = proportions_of(recording.subject) if proportions is None else proportions
+    fitting = ClickFit(recording.cameras, NINE, known, settings, fps=recording.fps)
+    with recorded_depth(recording, settings, views) as depth:
+        return fitting.trajectory(
+            measured, frames, clouds=depth, gaps=gaps, on_frame=on_frame, cancelled=cancelled
+        )
+
+
+def clicks_in(
+    recording: Recording, clicks: Sequence[Click], views: Sequence[str] | None
+) -> list[Click]:
+    """Clicks in the cameras of the chosen views; all where none are chosen."""
+    if views is None:
+        return list(clicks)
+    cameras = {
+        stream.camera for name in views for stream in recording.view(name).streams().values()
+    }
+    return [click for click in clicks if click.camera in cameras]
+
+
+def _measured(
+    clicks: Sequence[Click], frames: range, sigma: float, source: str
+) -> Mapping[int, Sequence[Click]]:
+    by_frame: dict[int, list[Click]] = defaultdict(list)
+    for click in clicks:
+        if click.frame in frames and click.position is not None:
+            by_frame[click.frame].append(click)
+    if not by_frame:
+        raise InputError(
+            f"there is no click in frames {frames.start} to {frames.stop - 1} of these views",
+            where=source,
+            remedy="Click a few frames first, or choose other frames or views.",
+        )
+    return {frame: measurements(own, NINE.names, sigma) for frame, own in by_frame.items()}

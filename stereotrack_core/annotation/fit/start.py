@@ -96,9 +96,6 @@ def pose_at(points: FloatArray, body: BodyModel, landmark_set: LandmarkSet, usua
     ----------
     points : (L, 3) float64, world, metres
         NaN where not known.
-    body : BodyModel
-    landmark_set : LandmarkSet
-    usual : Pose
     """
     known = {
         name: point

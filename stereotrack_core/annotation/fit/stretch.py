@@ -9,16 +9,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.annotation.fit.depth import MeasuredDepth
-from stereotrack_core.annotation.fit.mistakes import Judgement, judged, mixture_weight
-from stereotrack_core.annotation.fit.movement import Movement, shift_sigmas
 from stereotrack_core.annotation.fit.residuals import (
     ClickResidual,
     Clicks,
+    Judgement,
     SlippingSurface,
+    judged,
+    mixture_weight,
 )
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.fit.start import without_twists
-from stereotrack_core.annotation.fit.state import FitState, Freedom, slipped
+from stereotrack_core.annotation.fit.state import FitState, Freedom, Movement, shift_sigmas, slipped
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import BodyModel
@@ -84,14 +85,7 @@ class Fitted:
 
 
 class Stretch:
-    """Fits successive frames together.
-
-    Parameters
-    ----------
-    freedom : Freedom
-    settings : FitSettings
-    movement : Movement
-    """
+    """Fits successive frames together."""
 
     def __init__(self, freedom: Freedom, settings: FitSettings, movement: Movement) -> None:
         self.freedom = freedom
@@ -114,13 +108,10 @@ class Stretch:
 
         Parameters
         ----------
-        data : sequence of FrameData
-        start : sequence of Pose
         usual : Pose
             What is expected of the first frame.
         pose_sigma : (of_pose,) float64
             How firmly.
-        rounds : int
         cancelled : callable, optional
             Asked in every round.
 
@@ -164,8 +155,6 @@ class Stretch:
 
         Parameters
         ----------
-        frame : FrameData
-        begin : FitState
         usual : Pose
             What is expected.
         pose_sigma : (of_pose,) float64

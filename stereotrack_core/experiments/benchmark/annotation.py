@@ -13,9 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stereotrack_core.annotation.click import ClickKey
+from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.annotation.fit.fit import ClickFit
-from stereotrack_core.annotation.fit.measurement import ClickMeasurement
 from stereotrack_core.annotation.fit.results import TrajectoryFit
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.fit.start import pose_at, standing
@@ -83,7 +82,7 @@ CASES: tuple[AnnotationCase, ...] = (
 class SimulatedClicks:
     """Clicks by frame, and which of them are gross mistakes."""
 
-    by_frame: Mapping[int, tuple[ClickMeasurement, ...]]
+    by_frame: Mapping[int, tuple[Click, ...]]
     mistakes: frozenset[ClickKey]
 
 
@@ -150,9 +149,11 @@ def simulated_clicks(recording: Recording, case: AnnotationCase, seed: int) -> S
         for c, camera in enumerate(cameras):
             pixels = camera.project(truth.points[k]) + noise[k, c]
             for i in np.flatnonzero(there[k, c]):
-                clicks.append(ClickMeasurement(camera.name, LANDMARKS[i], pixels[i], case.sigma))
+                x, y = pixels[i].tolist()
+                click = Click(frame, camera.name, LANDMARKS[i], (x, y), sigma=case.sigma)
+                clicks.append(click)
                 if wrong[k, c, i]:
-                    mistakes.add(clicks[-1].key(frame))
+                    mistakes.add(click.key)
         by_frame[frame] = tuple(clicks)
     return SimulatedClicks(by_frame, frozenset(mistakes))
 

@@ -24,7 +24,7 @@ from stereotrack_core.experiments.reproduction.plan import (
     recording_for,
 )
 from stereotrack_core.experiments.runner import lockstep
-from stereotrack_core.interop.landmark_pose import pose_of_landmarks
+from stereotrack_core.interop.first_pose import pose_of_landmarks
 from stereotrack_core.interop.run_npz import write_npz
 from stereotrack_core.recording.description import Recording, Subject
 from stereotrack_core.recording.folder import open_recording

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.fit.context import CLICKED_SHAPE
 from stereotrack_core.annotation.fit.fit import ClickFit
-from stereotrack_core.annotation.fit.measurement import ClickMeasurement
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.body.model import body_model
@@ -39,20 +41,23 @@ def clicked(k, rng, sigma=2.0, seen_by=tuple(CAMERAS), names=NINE.names):
     """Clicks on the landmarks of a frame, with noise."""
     points = places(k)
     return tuple(
-        ClickMeasurement(
+        Click(
+            k,
             camera,
             name,
-            CAMERAS[camera].project(points[NINE.names.index(name)]) + rng.normal(0, sigma, 2),
-            sigma,
+            tuple(
+                CAMERAS[camera].project(points[NINE.names.index(name)]) + rng.normal(0, sigma, 2)
+            ),
+            sigma=sigma,
         )
         for camera in seen_by
         for name in names
     )
 
 
-def moved_click(click: ClickMeasurement, by) -> ClickMeasurement:
+def moved_click(click: Click, by) -> Click:
     """A click that is off by so many pixels."""
-    return ClickMeasurement(click.camera, click.landmark, click.pixel + by, click.sigma)
+    return replace(click, position=tuple(np.add(click.position, by)))
 
 
 def fitting(**changes) -> ClickFit:

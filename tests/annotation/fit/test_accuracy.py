@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import pytest
 
-from stereotrack_core.annotation.fit.recorded_depth import recorded_depth
+from stereotrack_core.annotation.fit.depth import recorded_depth
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.experiments.benchmark.annotation import CASES, annotated
 from stereotrack_core.recording.folder import open_recording

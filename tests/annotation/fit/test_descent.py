@@ -11,12 +11,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stereotrack_core.annotation.fit.context import FitContext
-from stereotrack_core.annotation.fit.descent import Descent, Expected
-from stereotrack_core.annotation.fit.movement import pose_sigmas
+from stereotrack_core.annotation.fit.live import Descent, Expected
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.fit.start import standing
+from stereotrack_core.annotation.fit.state import pose_sigmas
 from stereotrack_core.annotation.landmark_set import NINE
-from tests.annotation.fit.scenes import BODY, CAMERAS, clicked, fitting, places
+from tests.annotation.fit.scenes import BODY, CAMERAS, clicked, fitting, moved_click, places
 
 NO_TRUNK = ("left_elbow", "right_elbow", "left_hand", "right_hand", "head")
 
@@ -66,10 +66,7 @@ def test_clicks_without_a_trunk_are_met_all_the_same(k):
 @pytest.mark.parametrize("k", [0, 5, 11])
 def test_rough_clicks_are_rough_and_no_mistakes(k):
     rng = np.random.default_rng(k)
-    rough = [
-        type(one)(one.camera, one.landmark, one.pixel + rng.normal(0.0, 12.0, 2), one.sigma)
-        for one in clicked(k, rng)
-    ]
+    rough = [moved_click(one, rng.normal(0.0, 12.0, 2)) for one in clicked(k, rng)]
     found = fitting().frame(rough)
     assert (found.mistake < 0.5).mean() > 0.9
     assert 3.0 < found.sigma_factor < 10.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -125,7 +126,7 @@ def _without_mirror(name):
 def test_an_unknown_camera_is_a_mistake_of_the_caller():
     click = clicked(0, np.random.default_rng(0))[0]
     with pytest.raises(KeyError, match="X"):
-        fitting().frame([type(click)("X", "head", click.pixel, 2.0)])
+        fitting().frame([replace(click, camera="X")])
 
 
 @pytest.mark.slow

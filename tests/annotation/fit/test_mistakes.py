@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stereotrack_core.annotation.fit.mistakes import (
+from stereotrack_core.annotation.fit.residuals import (
     Judgement,
     judged,
     mixture_cost,

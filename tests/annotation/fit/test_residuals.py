@@ -37,14 +37,17 @@ def test_near_a_click_differences_are_raw_pixels(rig):
     freedom = Freedom(NINE, BODY, with_depth=False)
     points, rng = places(0), np.random.default_rng(0)
     clicks = [
-        dataclasses.replace(one, pixel=cameras[one.camera].project(points[i % 9]) + off)
+        dataclasses.replace(one, position=tuple(cameras[one.camera].project(points[i % 9]) + off))
         for i, one in enumerate(clicked(0, rng))
         for off in [rng.normal(0, 1.0, 2)]
     ]
     found = undistorted_clicks(clicks, cameras, NINE.names)
     row = ClickResidual(found, freedom, freedom.local, np.ones(72))
     away = row.measured - row.predicted(stacked(BODY.frames(pose(0))))[0]
-    truly = [one.pixel - cameras[one.camera].project(points[i % 9]) for i, one in enumerate(clicks)]
+    truly = [
+        np.array(one.position) - cameras[one.camera].project(points[i % 9])
+        for i, one in enumerate(clicks)
+    ]
     np.testing.assert_allclose(away.reshape(-1, 2), truly, atol=0.02)
 
 

@@ -27,7 +27,7 @@ from stereotrack_core.evaluation.joint_angles.series import (
     angles_of_run,
 )
 from stereotrack_core.evaluation.joint_angles.uncertainty import sigma_of_reference, sigma_of_run
-from stereotrack_core.interop.landmark_pose import pose_of_landmarks
+from stereotrack_core.interop.first_pose import pose_of_landmarks
 from stereotrack_core.tracking.estimate import OVERCONFIDENCE
 from stereotrack_core.tracking.frame import AXES_KEY, CHAIN_AXES, Run
 from tests.evaluation.joint_angles.cases import landmarks as made

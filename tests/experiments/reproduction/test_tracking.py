@@ -9,7 +9,7 @@ from stereotrack_core.errors import Cancelled
 from stereotrack_core.experiments.reproduction.outcomes import outcome_of
 from stereotrack_core.experiments.reproduction.plan import Entry, Group, Way, averaged_subject
 from stereotrack_core.experiments.reproduction.runs import track_group
-from stereotrack_core.interop.landmark_pose import pose_of_landmarks
+from stereotrack_core.interop.first_pose import pose_of_landmarks
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.simulation.make import simulate
 from stereotrack_core.simulation.options import SceneOptions

@@ -11,10 +11,10 @@ from app.features.annotate.lanes import AnnotationLanes
 from app.widgets.timeline.lanes import LaneFilter, Mark
 from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Visibility
 from stereotrack_core.annotation.landmark_set import NINE, Landmark, LandmarkSet
-from stereotrack_core.project.click_edits import DeleteClicks, MarkClicks, MoveClicks, PlaceClicks
+from stereotrack_core.annotation.reference import Reference
+from stereotrack_core.project.clicks import DeleteClicks, MarkClicks, MoveClicks, PlaceClicks
 from stereotrack_core.project.entries import Choose
 from stereotrack_core.project.marks import FrameFlag, SetFlags, SetKeyframes
-from stereotrack_core.project.references import Reference
 from stereotrack_core.project.setups import save_landmark_set
 
 FRAMES = 60

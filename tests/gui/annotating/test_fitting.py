@@ -20,10 +20,11 @@ from app.features.annotate.filling.reference_work import ReferenceWork, read_ref
 from app.services.tasks.task import TaskList
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED
 from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.annotation.reference import fit_of_reference
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.click_edits import DeleteClicks, PlaceClicks
+from stereotrack_core.project.clicks import DeleteClicks, PlaceClicks
 from stereotrack_core.project.marks import FrameFlag, SetFlags
-from stereotrack_core.project.references import fit_of_reference, load_reference
+from stereotrack_core.project.setups import load_reference
 
 FRAMES = 30
 

@@ -12,7 +12,7 @@ from app.features.annotate.selection import Selection
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.prefill import FOLLOWING
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.project.click_edits import PlaceClicks
+from stereotrack_core.project.clicks import PlaceClicks
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.folder import open_recording

@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt
 from app.features.annotate.history import HistoryPresenter
 from app.widgets.tables.history_panel import HistoryModel, HistoryPanel
 from stereotrack_core.annotation.click import Click, ClickKey
-from stereotrack_core.project.click_edits import MoveClicks, place
+from stereotrack_core.project.clicks import MoveClicks, place
 from stereotrack_core.project.entries import SaveEntry
 from stereotrack_core.project.schema import RUN
 

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QApplication, QColorDialog, QComboBox, QLineEdit
 from app.features.annotate.setup.landmark_set_dialog import LandmarkSetDialog
 from app.features.annotate.setup.landmark_sets import LandmarkSets, sketch_of
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.project.click_edits import PlaceClicks
+from stereotrack_core.project.clicks import PlaceClicks
 
 LEFT = Qt.MouseButton.LeftButton
 

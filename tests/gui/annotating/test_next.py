@@ -15,9 +15,8 @@ from app.widgets.tables.next_panel import NextPanel, SuggestionModel
 from stereotrack_core.annotation.fit.results import CLICKED, INTERPOLATED, TrajectoryFit
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.limb_axes import limb_sigma_deg
-from stereotrack_core.annotation.next_clicks import NextClicks
-from stereotrack_core.annotation.suggestion import StopSign, Suggestion
-from stereotrack_core.project.click_edits import PlaceClicks
+from stereotrack_core.annotation.next_clicks import NextClicks, StopSign, Suggestion
+from stereotrack_core.project.clicks import PlaceClicks
 from stereotrack_core.project.marks import FrameFlag, SetFlags
 
 LEFT = Qt.MouseButton.LeftButton

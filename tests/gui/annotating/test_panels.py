@@ -25,9 +25,9 @@ from app.widgets.timeline.painting import RULER_HEIGHT
 from app.widgets.timeline.timeline_view import TimelineView
 from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.interop.clicks_csv import read_clicks, write_clicks
+from stereotrack_core.interop.labels import read_clicks, write_clicks
 from stereotrack_core.interop.reference_npz import read_reference
-from stereotrack_core.project.click_edits import MoveClicks, PlaceClicks, place
+from stereotrack_core.project.clicks import MoveClicks, PlaceClicks, place
 from stereotrack_core.project.marks import SetKeyframes
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.folder import open_recording

@@ -24,7 +24,7 @@ from app.widgets.timeline.annotation_bar import AnnotationBar
 from app.widgets.timeline.lanes import LaneFilter
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.click_edits import PlaceClicks
+from stereotrack_core.project.clicks import PlaceClicks
 
 LEFT = Qt.MouseButton.LeftButton
 

@@ -10,7 +10,7 @@ from PySide6.QtCore import Qt
 from app.features.annotate.setup.subject_dialog import SubjectDialog
 from app.features.annotate.setup.subjects import Subjects
 from stereotrack_core.body.proportions import AVERAGE
-from stereotrack_core.project.click_edits import PlaceClicks
+from stereotrack_core.project.clicks import PlaceClicks
 from stereotrack_core.recording.description import Subject
 
 LEFT = Qt.MouseButton.LeftButton

@@ -11,7 +11,7 @@ from app.features.annotate.exchange.take_in_dialog import TakeInDialog
 from app.features.annotate.exchange.taking_in import TakeIn
 from stereotrack_core.annotation.click import ClickKey, Visibility
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.click_edits import DeleteClicks, PlaceClicks, place
+from stereotrack_core.project.clicks import DeleteClicks, PlaceClicks, place
 from stereotrack_core.project.merging import incoming
 
 LEFT = Qt.MouseButton.LeftButton

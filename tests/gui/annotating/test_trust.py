@@ -15,8 +15,7 @@ from app.features.annotate.exchange.agreement_dialog import AgreementDialog
 from app.widgets.forms.repeat_bar import RepeatBar
 from stereotrack_core.annotation.agreement import differences
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.project.click_edits import PlaceClicks, PlaceRepeats
-from stereotrack_core.project.click_sigma import measured_sigmas, repeat_differences
+from stereotrack_core.project.clicks import PlaceClicks, PlaceRepeats
 from stereotrack_core.project.marks import SetKeyframes
 from stereotrack_core.project.project import Project
 
@@ -78,8 +77,8 @@ def test_what_is_under_way_survives_closing(recording, make):
 def test_the_measured_sigma_comes_from_repeats(annotated, make):
     again = make.clicks_at(range(0, 40, 2), sigma=2.0, seed=9)
     annotated.apply(PlaceRepeats(1, again))
-    assert len(repeat_differences(annotated)) == 20 * 36
-    sigmas = measured_sigmas(annotated, usual=6.0)
+    assert len(annotated.clicks.repeat_differences()) == 20 * 36
+    sigmas = annotated.click_sigmas(usual=6.0)
     assert set(sigmas) == set(NINE.names)
     np.testing.assert_allclose(list(sigmas.values()), 2.0, atol=0.6)
 

@@ -9,12 +9,17 @@ from typing import Literal
 
 from PySide6.QtCore import QObject, Signal, Slot
 
-from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Visibility
+from stereotrack_core.annotation.click import (
+    ACCEPTED,
+    UNCERTAIN,
+    Click,
+    ClickKey,
+    Prediction,
+    Visibility,
+)
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
-from stereotrack_core.annotation.predict import ACCEPTED
-from stereotrack_core.annotation.prediction import Prediction
 from stereotrack_core.annotation.swaps import Swap
-from stereotrack_core.project.click_edits import (
+from stereotrack_core.project.clicks import (
     AcceptPredictions,
     DeleteClicks,
     MarkClicks,

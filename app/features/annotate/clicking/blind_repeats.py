@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 from itertools import chain
 
 from stereotrack_core.annotation.agreement import next_repeat
-from stereotrack_core.annotation.click import Click, ClickKey, Visibility
-from stereotrack_core.annotation.predict import ACCEPTED
-from stereotrack_core.project.click_edits import (
+from stereotrack_core.annotation.click import ACCEPTED, Click, ClickKey, Visibility
+from stereotrack_core.project.clicks import (
     AcceptPredictions,
     DeleteClicks,
     MarkClicks,

@@ -8,8 +8,7 @@ from PySide6.QtCore import QObject, Slot
 from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import QInputDialog
 
-from stereotrack_core.annotation.click import ClickKey, Visibility
-from stereotrack_core.annotation.prediction import Prediction
+from stereotrack_core.annotation.click import ClickKey, Prediction, Visibility
 
 from ....context import Context
 from ....services.stored import stored_text

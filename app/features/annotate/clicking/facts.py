@@ -6,15 +6,13 @@ from collections.abc import Callable, Mapping, Sequence
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
+from stereotrack_core.annotation.click import Prediction
 from stereotrack_core.annotation.epipolar import volume_in_sight
-from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
-from stereotrack_core.annotation.prediction import Prediction
 from stereotrack_core.body.proportions import Proportions, proportions_of
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.geometry.camera_agreement import Disagreement
-from stereotrack_core.project.click_sigma import measured_sigmas
 from stereotrack_core.project.history import Changed
 from stereotrack_core.recording.description import Recording
 
@@ -178,7 +176,7 @@ class AnnotationFacts(QObject):
         """How good clicks are, as far as that was measured by annotating again."""
         if self._measured is None:
             project = self._project.project
-            self._measured = measured_sigmas(project, USUAL_SIGMA) if project is not None else {}
+            self._measured = project.click_sigmas() if project is not None else {}
         return self._measured
 
     @Slot(object)

@@ -7,10 +7,9 @@ from math import isfinite, sqrt
 
 import numpy as np
 
-from stereotrack_core.annotation.camera_doubts import what_disagrees, what_to_do
-from stereotrack_core.annotation.click import UNCERTAIN, Click, Visibility
-from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
-from stereotrack_core.annotation.fit.report import mistake_words
+from stereotrack_core.annotation.click import UNCERTAIN, USUAL_SIGMA, Click, Visibility
+from stereotrack_core.annotation.doubts import what_disagrees, what_to_do
+from stereotrack_core.annotation.fit.results import mistake_words
 from stereotrack_core.body.limbs import LIMBS
 
 from ....widgets.style.limb_colours import limb_words

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from stereotrack_core.annotation.click import Click, ClickKey
+from stereotrack_core.annotation.click import Click, ClickKey, measurements
 from stereotrack_core.annotation.fit.fit import ClickFit
-from stereotrack_core.annotation.fit.measurement import measurements
 from stereotrack_core.annotation.fit.results import FrameFit
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.landmark_set import LandmarkSet
@@ -91,9 +90,9 @@ class Fitter:
     def __call__(self, question: FitQuestion) -> ShownFit:
         """Fit the body to the clicks of one frame."""
         clicks = [one for one in question.clicks if one.camera in question.cameras]
-        taken = measurements(clicks, question.landmark_set, question.sigmas)
+        taken = measurements(clicks, question.landmark_set.names, question.sigmas)
         fit = self._fit_for(question).frame(taken, cloud=question.cloud)
-        keys = [one.key(question.frame) for one in taken]
+        keys = [one.key for one in taken]
         body = body_model(question.proportions)
         return ShownFit(
             replace(question, cloud=None),  # the points are large, and are known where it goes

@@ -9,11 +9,10 @@ from functools import cached_property
 import numpy as np
 from PySide6.QtGui import QPainterPath
 
-from stereotrack_core.annotation.camera_doubts import own_mistakes
-from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Visibility
+from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Prediction, Visibility
+from stereotrack_core.annotation.doubts import own_mistakes
 from stereotrack_core.annotation.fit.results import MISTAKEN
 from stereotrack_core.annotation.landmark_set import LandmarkSet
-from stereotrack_core.annotation.prediction import Prediction
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.camera_agreement import Disagreement
 

@@ -11,8 +11,9 @@ from stereotrack_core.annotation.agreement import (
     Difference,
     agreement,
     agreement_by_landmark,
+    agreement_in_space,
+    common_frames,
 )
-from stereotrack_core.annotation.agreement_in_space import agreement_in_space, common_frames
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.geometry.camera import Camera
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.clicks_csv import read_clicks, write_clicks
+from stereotrack_core.interop.labels import read_clicks, write_clicks
 from stereotrack_core.interop.reference_npz import write_reference
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import write_landmarks

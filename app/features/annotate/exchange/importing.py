@@ -8,6 +8,7 @@ from pathlib import Path
 
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
+from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.labels import read_labels
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording
@@ -68,14 +69,8 @@ def labels_of(
             f"there is no landmark {unknown[0]!r} in the project",
             remedy=f"The landmarks are {', '.join(landmarks)}.",
         )
-    found = read_labels(
-        file.path,
-        recording,
-        landmarks=landmarks,
-        frames=frames,
-        camera=file.camera,
-        names=file.names or None,
-    )
+    source = LabelSource(file.path, recording, landmarks, file.camera, file.names or None)
+    found = read_labels(source, frames)
     left_out = tuple(
         InputError(
             f"all labels of {name!r}: no landmark of this project corresponds to it",

@@ -7,9 +7,9 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.fit.depth import recorded_depth
 from stereotrack_core.annotation.fit.fit import ClickFit
-from stereotrack_core.annotation.fit.measurement import ClickMeasurement
-from stereotrack_core.annotation.fit.recorded_depth import recorded_depth
 from stereotrack_core.annotation.fit.results import TrajectoryFit
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.landmark_set import LandmarkSet
@@ -38,7 +38,7 @@ class FitJob:
     landmarks: LandmarkSet
     proportions: Proportions
     settings: FitSettings
-    measured: Mapping[int, tuple[ClickMeasurement, ...]]
+    measured: Mapping[int, tuple[Click, ...]]
     frames: range
     gaps: tuple[range, ...]
     progress: Path

@@ -13,21 +13,19 @@ from pathlib import Path
 import numpy as np
 
 from stereotrack_core import __version__
-from stereotrack_core.annotation.camera_doubts import what_disagrees, what_to_do
-from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.click import Click, measurements
 from stereotrack_core.annotation.click_points import click_pixels, click_residuals, limb_residuals
-from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA, measurements
+from stereotrack_core.annotation.doubts import what_disagrees, what_to_do
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, TrajectoryFit
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.limb_axes import SCORED
+from stereotrack_core.annotation.reference import Reference, reference_of_fit, without_gaps
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.geometry.camera_agreement import Disagreement
-from stereotrack_core.project.click_sigma import measured_sigmas
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.references import Reference, reference_of_fit, without_gaps
 from stereotrack_core.recording.description import Recording
 
 from ....services.tasks.helper_process import HelperProcess
@@ -119,10 +117,10 @@ def fit_recording(
             where=project.path.name,
             remedy="Click landmarks in a few frames first.",
         )
-    sigma = measured_sigmas(project, USUAL_SIGMA)
+    sigma = project.click_sigmas()
     subject = project.subject() or order.recording.subject
     by_frame = {
-        frame: measurements(own, landmarks, sigma) for frame, own in _by_frame(clicks).items()
+        frame: measurements(own, landmarks.names, sigma) for frame, own in _by_frame(clicks).items()
     }
     with tempfile.TemporaryDirectory() as folder:
         job = FitJob(

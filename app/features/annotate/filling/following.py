@@ -9,12 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.annotation.click import Click
-from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
-from stereotrack_core.annotation.follow import follow_patch
-from stereotrack_core.annotation.follow_click import FollowedClick, pictures_of
+from stereotrack_core.annotation.follow import FollowedClick, follow_patch, pictures_of
 from stereotrack_core.annotation.prefill import FOLLOWING, from_following
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.project.click_sigma import measured_sigmas
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
@@ -102,7 +99,7 @@ def _followed(reader: FrameReader, way: _Way, cancelled: Callable[[], bool]) -> 
 
 def _keep(project: Project, found: list[FollowedClick], selection: Selection) -> int:
     """Keep the places inside the selection."""
-    sigma = measured_sigmas(project, USUAL_SIGMA)
+    sigma = project.click_sigmas()
     return keep_found(project, FOLLOWING, from_following(found, sigma=sigma), selection)
 
 

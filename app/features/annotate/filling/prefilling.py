@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
-from stereotrack_core.annotation.fit.measurement import USUAL_SIGMA
+from stereotrack_core.annotation.click import Prediction
 from stereotrack_core.annotation.fit.results import TrajectoryFit
 from stereotrack_core.annotation.landmark_set import LandmarkSet
-from stereotrack_core.annotation.prediction import Prediction
 from stereotrack_core.annotation.prefill import (
     FIT,
     NEIGHBOURS,
@@ -19,8 +18,6 @@ from stereotrack_core.annotation.prefill import (
 )
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.project import prefilling
-from stereotrack_core.project.click_sigma import measured_sigmas
 from stereotrack_core.project.edit import Edit
 from stereotrack_core.project.project import Project
 from stereotrack_core.tracking.frame import Run
@@ -110,7 +107,7 @@ def run_filling(
 
 def neighbour_filling(project: Project) -> Filling:
     """Straight between a click and the next one of the same landmark in the same image."""
-    gaps, sigma = gaps_of(project), measured_sigmas(project, USUAL_SIGMA)
+    gaps, sigma = gaps_of(project), project.click_sigmas()
 
     def make(frames: range) -> Iterable[Prediction]:
         first = max(frames.start - LONGEST - 1, 0)
@@ -178,7 +175,7 @@ def keep_found(
         for one in project.predictions.of_source(source)
         if one.frame in selection.frames and not selection.has(one.landmark)
     ]
-    prefilling.keep_predictions(project, source, [*here, *others], frames=selection.frames)
+    project.predictions.replace(source, [*here, *others], frames=selection.frames)
     said = project.clicks.keys()
     return sum(one.key not in said for one in here)
 
@@ -193,8 +190,7 @@ def accept_filled(
     InputError
         Where it has found nothing there.
     """
-    wanted = prefilling.Selection(source, chosen.frames, landmarks=chosen.landmarks)
-    edit = prefilling.accept_selected(project, wanted)
+    edit = project.predictions.acceptance(source, chosen.frames, chosen.landmarks)
     if edit is None:
         raise InputError(f"{happened} {chosen.words()}", remedy=remedy)
     return edit

@@ -7,15 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 from PySide6.QtCore import QObject, Signal, Slot
 
-from stereotrack_core.annotation.camera_doubts import doubtful_camera, own_mistakes
 from stereotrack_core.annotation.click import ClickKey
+from stereotrack_core.annotation.doubts import doubtful_camera, own_mistakes
 from stereotrack_core.annotation.fit.results import TrajectoryFit
 from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.annotation.reference import Reference, fit_of_reference, merged_reference
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.reference_quality import reference_quality
-from stereotrack_core.project.click_edits import (
+from stereotrack_core.project.clicks import (
     AcceptPredictions,
     DeleteClicks,
     MarkClicks,
@@ -26,14 +27,8 @@ from stereotrack_core.project.click_edits import (
 from stereotrack_core.project.entries import Choose
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.references import (
-    Reference,
-    fit_of_reference,
-    load_reference,
-    merged_reference,
-    save_reference,
-)
 from stereotrack_core.project.schema import REFERENCE
+from stereotrack_core.project.setups import load_reference, save_reference
 from stereotrack_core.recording.description import Recording
 
 from ....services.tasks.helper_process import HelperProcess

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from stereotrack_core.annotation.click_points import click_pixels
-from stereotrack_core.annotation.measured_lengths import (
+from stereotrack_core.annotation.click_points import (
     MeasuredLength,
+    click_pixels,
     measured_lengths,
     subject_of,
 )

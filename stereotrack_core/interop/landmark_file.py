@@ -1,15 +1,19 @@
-"""Trajectories for formats that know no gaps between frames."""
+"""What landmark files of other programs have in common: units, names, frame rate, no gaps."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
-from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
 _WIDEST_GAP, _MOST_MISSING = 10_000, 100
 """Rows that are filled in at most: so many, and so many for each frame that is known."""
+
+_METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 
 
 def contiguous(trajectory: LandmarkTrajectory, where: str) -> tuple[int, FloatArray]:
@@ -52,3 +56,37 @@ def checked_fps(fps: float) -> float:
             remedy="Give a number of frames per second.",
         )
     return float(fps)
+
+
+def metres_per(unit: str, where: str) -> float:
+    """Metres in a unit of length.
+
+    Raises
+    ------
+    InputError
+        For a unit that is not known.
+    """
+    metres = _METRES.get(unit)
+    if metres is None:
+        raise InputError(f"unknown unit {unit!r}", where=where, remedy="Use m or mm.")
+    return metres
+
+
+def landmark_columns(names: Sequence[str], where: str, points: str) -> dict[str, int]:
+    """Where each of the nine landmarks stands among a file's names, as far as it does.
+
+    `points` is what the format calls them.
+
+    Raises
+    ------
+    InputError
+        Where none of them does.
+    """
+    columns = {name: names.index(name) for name in LANDMARKS if name in names}
+    if not columns:
+        raise InputError(
+            "the file contains none of the nine landmarks",
+            where=where,
+            remedy=f"Name the {points} {', '.join(LANDMARKS)}.",
+        )
+    return columns

@@ -1,17 +1,20 @@
-"""Labels of other tools, and what their names mean: landmarks, and pictures of cameras."""
+"""Files of labels: what is known about one, what its names mean, and the clicks that it gives."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from pathlib import PurePosixPath
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import TypeVar
 
+from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.interop.clicks_csv import ClicksFile
 from stereotrack_core.recording.csv_table import LARGEST
 from stereotrack_core.recording.description import Recording
+
+Item = TypeVar("Item")
 
 _SIDES = {"l": "left", "r": "right", "left": "left", "right": "right"}
 _WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+")
@@ -19,31 +22,119 @@ _LAST_NUMBER = re.compile(r"(\d+)(?!.*\d)")
 
 
 @dataclass(frozen=True)
-class NameMap:
-    """Which landmark every name of another tool means.
+class Labels:
+    """Clicks of a file.
 
     Attributes
     ----------
-    known : mapping from their name to ours
-    left_out : tuple of str
-        Their names that mean none of ours.
-    """
-
-    known: Mapping[str, str]
-    left_out: tuple[str, ...] = field(default=())
-
-
-@dataclass(frozen=True)
-class Labels(ClicksFile):
-    """Clicks from another tool.
-
-    Attributes
-    ----------
+    clicks : tuple of Click
+        In the order of the file; what has problems is left out.
+    problems : tuple of InputError
+        Everything wrong with it, each with its place and what would be right.
     left_out : tuple of str
         Names in the file that mean none of our landmarks.
     """
 
+    clicks: tuple[Click, ...]
+    problems: tuple[InputError, ...]
     left_out: tuple[str, ...] = ()
+
+    def checked(self) -> tuple[Click, ...]:
+        """The clicks, where there are no problems.
+
+        Raises
+        ------
+        InputError
+            The first problem, with the number of the others.
+        """
+        if not self.problems:
+            return self.clicks
+        first, others = self.problems[0], len(self.problems) - 1
+        more = f" ({others} more problem{'s' if others > 1 else ''} in this file)" if others else ""
+        raise InputError(f"{first.what}{more}", where=first.where, remedy=first.remedy)
+
+
+@dataclass(frozen=True)
+class LabelSource:
+    """A file of another tool, and what a person has said about it.
+
+    Attributes
+    ----------
+    landmarks : sequence of str
+        Ours.
+    camera : str or None
+        Camera or view that the file is of, where it does not say so itself.
+    names : mapping from their landmark to ours, or None
+    """
+
+    path: Path
+    recording: Recording
+    landmarks: Sequence[str]
+    camera: str | None = None
+    names: Mapping[str, str] | None = None
+
+    def labels(
+        self,
+        theirs: Iterable[str],
+        items: Iterable[Item],
+        read: Callable[[Item, Mapping[str, str]], Iterable[Click]],
+    ) -> Labels:
+        """Clicks of all items; where one cannot be read that is a problem, and the others are.
+
+        Parameters
+        ----------
+        theirs : iterable of str
+            Names of the file's landmarks.
+        items : iterable
+            Rows, annotations or frames of the file.
+        read : callable
+            Gives the clicks of an item, with the mapping from their landmark to ours.
+
+        Raises
+        ------
+        InputError
+            Where none of the landmarks is known.
+        """
+        theirs = tuple(dict.fromkeys(theirs))
+        known = map_names(theirs, self.landmarks, self.names, where=str(self.path))
+        clicks: list[Click] = []
+        problems: list[InputError] = []
+        for item in items:
+            try:
+                clicks += read(item, known)
+            except InputError as problem:
+                problems.append(problem)
+        left_out = tuple(name for name in theirs if name not in known)
+        return Labels(tuple(clicks), tuple(problems), left_out)
+
+    def camera_of(self, picture: str, where: str) -> str:
+        """The camera that a picture or video of that name is of."""
+        return camera_of(picture, self.recording, self.camera, where=where)
+
+
+def pictures_of(
+    clicks: Iterable[Click], names: Sequence[str], recording: Recording, path: Path
+) -> list[tuple[Camera, int, dict[str, Click]]]:
+    """Clicks of these landmarks by picture: camera, frame, and the clicks by landmark, in order.
+
+    Raises
+    ------
+    InputError
+        Where the recording has no such camera.
+    """
+    pictures: dict[tuple[str, int], dict[str, Click]] = {}
+    for click in clicks:
+        if not click.deleted and click.landmark in names:
+            pictures.setdefault((click.camera, click.frame), {})[click.landmark] = click
+    for name, _ in sorted(pictures):
+        if name not in recording.cameras:
+            raise InputError(
+                f"the recording has no camera {name!r}",
+                where=str(path),
+                remedy=f"Its cameras are {_list(tuple(recording.cameras))}. Rename the camera in "
+                "the file, or remove its labels.",
+            )
+    return [(recording.cameras[key[0]], key[1], own) for key, own in sorted(pictures.items())]
 
 
 def map_names(
@@ -52,15 +143,14 @@ def map_names(
     stated: Mapping[str, str] | None = None,
     *,
     where: str = "",
-) -> NameMap:
-    """Match names of landmarks; only what is said or means the same place is taken.
+) -> dict[str, str]:
+    """Ours of their names of landmarks; only what is said or means the same place is taken.
 
     ``LElbow``, ``left-elbow``, ``Elbow_L`` are ``left_elbow``. A wrist is not matched with a hand:
     the hand's landmark is half way to the tip of the middle finger.
 
     Parameters
     ----------
-    theirs, ours : names
     stated : mapping from their name to ours
         What the person says; it goes before everything else.
     where : str
@@ -71,8 +161,7 @@ def map_names(
     InputError
         Where none matches, two mean the same landmark, or a stated name is not known.
     """
-    theirs = tuple(dict.fromkeys(theirs))
-    stated = stated or {}
+    theirs, stated = tuple(dict.fromkeys(theirs)), stated or {}
     for one, two in stated.items():
         if one not in theirs:
             raise InputError(
@@ -107,7 +196,7 @@ def map_names(
             remedy=f"The landmarks are {_list(ours)}. State the correspondences with --name "
             "THEIRS=OURS.",
         )
-    return NameMap(known, tuple(name for name in theirs if name not in known))
+    return known
 
 
 def camera_of(path: str, recording: Recording, stated: str | None, *, where: str) -> str:
@@ -148,25 +237,6 @@ def camera_of(path: str, recording: Recording, stated: str | None, *, where: str
             f"{_list(tuple(known))}.",
         )
     return known[longest[0]]
-
-
-def known_camera(name: str, recording: Recording, *, where: str) -> Camera:
-    """A camera of the recording.
-
-    Raises
-    ------
-    InputError
-        Where there is none of that name.
-    """
-    camera = recording.cameras.get(name)
-    if camera is None:
-        raise InputError(
-            f"the recording has no camera {name!r}",
-            where=where,
-            remedy=f"Its cameras are {_list(tuple(recording.cameras))}. Rename the camera in the "
-            "file, or remove its labels.",
-        )
-    return camera
 
 
 def frame_of(path: str, *, where: str) -> int:

@@ -5,9 +5,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.preset_file import read_preset, write_preset
 from stereotrack_core.tracking.parameters import Settings
-from stereotrack_core.tracking.presets import PRESETS, UserPreset, named, preset
+from stereotrack_core.tracking.presets import (
+    PRESETS,
+    UserPreset,
+    named,
+    preset,
+    read_preset,
+    write_preset,
+)
 
 
 @st.composite
