@@ -7,9 +7,8 @@ from PySide6.QtCore import QObject, Slot
 from stereotrack_core.errors import InputError
 from stereotrack_core.parameters import ParameterRow
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.run_spec import FirstPose
-from stereotrack_core.tracking.tuning.attempt import Attempt
 from stereotrack_core.tracking.tuning.series import all_values, spread_values
+from stereotrack_core.tracking.tuning.trial import Trial
 
 from ...context import Context
 from ...services.actions import ActionRegistry
@@ -17,12 +16,11 @@ from ...session.runs import RunEntry
 from ...widgets.forms.parameter_panel import ParameterPanel
 from ...widgets.forms.series_panel import SeriesPanel
 from ...widgets.tables.attempts_panel import AttemptsPanel
-from .attempts import AttemptPresenter
+from .attempts import AttemptPresenter, settings_of
 from .numbers import attempt_table
 from .presets import PresetWork
-from .runner import TrialRunner
+from .runner import CloudWarmer, TrialRunner
 from .series import SeriesPresenter
-from .stores import CloudWarmer, StoreKeeper
 
 ATTEMPT_BUTTONS = ("attempt_use", "attempt_run", "attempt_adopt", "attempt_dismiss")
 """Commands that stand below the table of attempts."""
@@ -48,18 +46,11 @@ class TuneController(QObject):
         context.docks.add("parameters", "Parameters", self.parameters)
         context.docks.add("attempts", "Trials", self.panel)
         context.docks.add("series", "Parameter series", self.series_panel)
-        self.stores = StoreKeeper(session.document, session.clouds)
         self.runner = TrialRunner(self)
-        self.attempts = AttemptPresenter(
-            session.document, session.clouds, session.runs, session.track, session.judging,
-            self.runner, self.stores, self.stretch, self._first_pose,
-        )  # fmt: skip
-        self.series = SeriesPresenter(
-            session.document, session.runs, session.judging, context.tasks, self.runner,
-            self.attempts, self.stores, self.stretch, self._first_pose,
-        )  # fmt: skip
+        self.attempts = AttemptPresenter(session, self.runner, self.stretch)
+        self.series = SeriesPresenter(session, context.tasks, self.runner, self.attempts)
         self.attempts.live = bool(context.settings.value("tune/live", True, type=bool))
-        self.warmer = CloudWarmer(self.runner, self.stores, self._to_warm)
+        self.warmer = CloudWarmer(self.runner, lambda: session.clouds.store, self._to_warm)
         self.presets = PresetWork(context, self.parameters, self.selected)
         self._against: RunEntry | None = None
         self._compared = "preset"
@@ -152,13 +143,10 @@ class TuneController(QObject):
         attempts = tuple(entry for entry in self.attempts.entries if entry is not run)
         return (run, *attempts) if run is not None else attempts
 
-    def _to_warm(self) -> Attempt | None:
+    def _to_warm(self) -> Trial | None:
         """What is going to be tried, if nothing else is being done."""
         idle = self.active and self.settled() and not self._session.track.running
         return self.attempts.wanted() if idle and self.attempts.base() is not None else None
-
-    def _first_pose(self) -> FirstPose:
-        return self._session.tracker.first_pose
 
     # ---- showing
 
@@ -207,8 +195,9 @@ class TuneController(QObject):
             base, against = preset("thesis"), "thesis"
         elif self._compared == "run":
             run = self.attempts.base()
-            if run is not None and run.settings is not None:
-                base, against = run.settings, "run"
+            settings = settings_of(run) if run is not None else None
+            if settings is not None:
+                base, against = settings, "run"
         panel.set_settings(track.settings, base, against)
         panel.set_preset(track.preset)
         self.series_panel.set_rows(track.settings.rows())
@@ -328,4 +317,3 @@ class TuneController(QObject):
         self.attempts.stop()
         self.series.clear()
         self.runner.close()
-        self.stores.close()
