@@ -35,10 +35,8 @@ class RunsController(QObject):
         super().__init__(context.session)
         self._context, self._session = context, context.session
         session, docks = context.session, context.docks
-        self.keeper = RunKeeper(
-            session.document, session.project, session.runs, session.track, context.tasks, self
-        )
-        self.repeater = RunRepeater(session.document, session.runs, context.tasks, self)
+        self.keeper = RunKeeper(session, context.tasks, self)
+        self.repeater = RunRepeater(session, context.tasks, self)
         self.panel, self.numbers = RunsPanel(), NumbersPanel()
         self.comparison = ComparisonPanel()
         docks.add("runs", "Runs", self.panel)
