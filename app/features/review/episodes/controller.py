@@ -37,9 +37,8 @@ class EpisodeController(QObject):
         context.docks.add("episodes", "Failures", self.panel)
         self._lanes: tuple[Episode, ...] = ()
         self.presenter = EpisodePresenter(
-            session.document, session.runs, session.track, session.judging, context.tasks,
-            wants_pictures=self._seen, threshold=self._threshold,
-        )  # fmt: skip
+            session, context.tasks, wants_pictures=self.panel.isVisible, threshold=self._threshold
+        )
         self.pictures = EpisodePictures(lambda: session.document.reader)
         causes = {str(cause): words for cause, words in CAUSE_WORDS.items()}
         found = {str(how): words for how, words in FOUND_WORDS.items()}
@@ -55,17 +54,12 @@ class EpisodeController(QObject):
         context.docks.workspace_changed.connect(self.show)
         context.session.closed.connect(self.pictures.close)
         context.session.closing.connect(self.pictures.close)
-        context.tasks.watch(self.settled)
+        context.tasks.watch(lambda: not self.presenter.working and self.pictures.settled())
         self.show()
-
-    def settled(self) -> bool:
-        """Whether everything shown follows the facts."""
-        return self.presenter.settled() and self.pictures.settled()
 
     # ---- facts
 
-    @property
-    def subject(self) -> Subject | None:
+    def _subject(self) -> Subject | None:
         """What the episodes belong to."""
         found = self.presenter.found
         return found.subject if found is not None else None
@@ -111,7 +105,7 @@ class EpisodeController(QObject):
 
     def export(self, *, video: bool) -> None:
         """Ask what to write, and write it in the background."""
-        subject, recording = self.subject, self._session.document.recording
+        subject, recording = self._subject(), self._session.document.recording
         listed = self.presenter.listed
         if subject is None or recording is None or not listed:
             return
@@ -151,13 +145,12 @@ class EpisodeController(QObject):
     @Slot()
     def show(self) -> None:
         """Show what is known in the panel and on the timeline."""
-        presenter, found = self.presenter, self.presenter.found
+        presenter = self.presenter
         listed, fps = presenter.listed, self._fps()
         place = listed.index(presenter.chosen) if presenter.chosen in listed else -1
-        words = self._words(found)
-        self.panel.show_rows([row_of(episode, fps) for episode in listed], place, words)
-        seen = self.panel.isVisible()
-        self.pictures.ask(self.subject, presenter.chosen if seen else None)
+        rows = [row_of(episode, fps) for episode in listed]
+        self.panel.show_rows(rows, place, self._words(presenter.found))
+        self.pictures.ask(self._subject(), presenter.chosen if self.panel.isVisible() else None)
         self._show_lanes()
         if self.looping():
             if presenter.chosen is None:
@@ -216,9 +209,6 @@ class EpisodeController(QObject):
         if judgement is not None and judgement.measure == "error":
             return self._context.view_state.threshold
         return EpisodeRules().episode_error
-
-    def _seen(self) -> bool:
-        return self.panel.isVisible()
 
     @Slot(bool)
     def _on_seen(self, seen: bool) -> None:

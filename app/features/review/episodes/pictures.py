@@ -13,6 +13,7 @@ from stereotrack_core.evaluation.episodes.episode import Episode
 from stereotrack_core.evaluation.episodes.export import evidence_picture
 from stereotrack_core.evaluation.episodes.find import Subject
 from stereotrack_core.evaluation.episodes.strip import Paper
+from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 
 from ....services.tasks.newest import NewestWins
@@ -21,10 +22,9 @@ from ....widgets.style.theme import current_theme
 
 
 @dataclass(frozen=True, eq=False)
-class Wanted:
-    """What shall be drawn."""
-
+class _Wanted:
     subject: Subject
+    recording: Recording
     episode: Episode
     reader: Shared[FrameReader]
     paper: Paper
@@ -51,7 +51,7 @@ class EpisodePictures(QObject):
         super().__init__()
         self._reader = reader
         self._worker: NewestWins | None = None
-        self._asked: tuple[Episode, str] | None = None
+        self._asked: _Wanted | None = None
         self._waits = False
 
     def settled(self) -> bool:
@@ -60,21 +60,21 @@ class EpisodePictures(QObject):
 
     def ask(self, subject: Subject | None, episode: Episode | None) -> None:
         """Draw an episode; None shows nothing."""
-        reader, theme = self._reader(), current_theme()
-        if subject is None or episode is None or reader is None or subject.recording is None:
+        reader, recording = self._reader(), subject.recording if subject is not None else None
+        if subject is None or episode is None or reader is None or recording is None:
             self._asked, self._waits = None, False
             self.drawn.emit(None)
             return
-        asked = episode, theme.base
-        if self._asked is not None and self._asked[0] is episode and self._asked[1] == theme.base:
+        theme, asked = current_theme(), self._asked
+        paper = Paper(_bgr(theme.base), _bgr(theme.text), _bgr(theme.muted))
+        if asked is not None and asked.episode is episode and asked.paper == paper:
             return
         if self._worker is None:
             self._worker = NewestWins(_drawn, "draw failures")
             self._worker.answered.connect(self._on_drawn)
             self._worker.failed.connect(self._on_failed)
-        self._asked, self._waits = asked, True
-        paper = Paper(_bgr(theme.base), _bgr(theme.text), _bgr(theme.muted))
-        self._worker.ask(Wanted(subject, episode, reader, paper))
+        self._asked, self._waits = _Wanted(subject, recording, episode, reader, paper), True
+        self._worker.ask(self._asked)
 
     def close(self) -> None:
         """End the thread."""
@@ -84,25 +84,23 @@ class EpisodePictures(QObject):
             self._worker = None
 
     @Slot(object, object)
-    def _on_drawn(self, wanted: Wanted, pixels: ImageArray) -> None:
-        if self._asked is not None and wanted.episode is self._asked[0]:
+    def _on_drawn(self, wanted: _Wanted, pixels: ImageArray | None) -> None:
+        if self._asked is not None and wanted.episode is self._asked.episode:
             self._waits = False
             self.drawn.emit(pixels)
 
     @Slot(object, object)
-    def _on_failed(self, wanted: Wanted, error: Exception) -> None:
-        if self._asked is not None and wanted.episode is self._asked[0]:
-            self._waits = False
-            self.drawn.emit(None)
+    def _on_failed(self, wanted: _Wanted, error: Exception) -> None:
+        waited = self._waits
+        self._on_drawn(wanted, None)
+        if waited and not self._waits:
             self.failed.emit(error)
 
 
-def _drawn(wanted: Wanted) -> ImageArray:
-    recording = wanted.subject.recording
-    assert recording is not None  # noqa: S101 - it is not asked for else
+def _drawn(wanted: _Wanted) -> ImageArray:
     with wanted.reader.used() as reader:
         return evidence_picture(
-            wanted.subject, recording, wanted.episode, reader=reader, paper=wanted.paper
+            wanted.subject, wanted.recording, wanted.episode, reader=reader, paper=wanted.paper
         )
 
 

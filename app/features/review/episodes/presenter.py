@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, replace
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
@@ -13,10 +13,8 @@ from stereotrack_core.evaluation.episodes.stretches import EpisodeRules
 from stereotrack_core.recording.description import Recording
 
 from ....services.tasks.task import Task, TaskList
-from ....session.document import DocumentPresenter
-from ....session.judgement import JudgementPresenter
-from ....session.runs import RunEntry, RunList, RunNow
-from ....session.tracking import TrackPresenter
+from ....session.runs import RunNow
+from ....session.session import Session
 from ....session.truth import Truth
 from .listing import Filter
 
@@ -29,31 +27,21 @@ class Question:
 
     Attributes
     ----------
-    entry : RunEntry
-        Whose episodes they are.
+    facts : tuple
+        Run, number of its frames, truth, threshold and recording; where these are the same, so is
+        the answer.
     run : RunNow
-        What it has; the work is given this.
+        What the run has.
     truth : Truth or None
     threshold : float, degrees
     recording : Recording
     """
 
-    entry: RunEntry
+    facts: Hashable
     run: RunNow
     truth: Truth | None
     threshold: float
     recording: Recording
-
-    def same_as(self, other: Question | None) -> bool:
-        """Whether the answer to another question holds for this one."""
-        return (
-            other is not None
-            and self.entry is other.entry
-            and len(self.run.frames) == len(other.run.frames)
-            and self.truth is other.truth
-            and self.threshold == other.threshold
-            and self.recording is other.recording
-        )
 
     def subject(self) -> Subject | None:
         """What the core is asked; None where the run does not say where it comes from."""
@@ -89,10 +77,20 @@ class EpisodePresenter(QObject):
 
     Parameters
     ----------
+    session : Session
+    tasks : TaskList
     wants_pictures : callable
         Whether causes shall be judged by pictures as well, which takes seconds.
     threshold : callable
         Error in degrees from which an episode begins.
+
+    Attributes
+    ----------
+    found : Found or None
+        What was found last; None while nothing is known.
+    chosen : Episode or None
+        The episode that is chosen, if it is listed.
+    filter : Filter
 
     Signals
     -------
@@ -104,38 +102,30 @@ class EpisodePresenter(QObject):
 
     def __init__(
         self,
-        document: DocumentPresenter,
-        runs: RunList,
-        track: TrackPresenter,
-        judging: JudgementPresenter,
+        session: Session,
         tasks: TaskList,
         *,
         wants_pictures: Callable[[], bool],
         threshold: Callable[[], float],
     ) -> None:
         super().__init__()
-        self._document, self._runs, self._track = document, runs, track
-        self._judging, self._tasks = judging, tasks
+        self._session, self._tasks = session, tasks
         self._wants_pictures, self._threshold = wants_pictures, threshold
         self._asked: Question | None = None
-        self._found: Found | None = None
+        self.found: Found | None = None
+        self.chosen: Episode | None = None
+        self.filter = Filter()
         self._work: Task | None = None
         self._looking = False
-        self._chosen: Episode | None = None
-        self.filter = Filter()
         self._timer = QTimer(self, singleShot=True, interval=_DELAY_MS)
         self._timer.timeout.connect(self._ask)
-        judging.judged.connect(self.ask_soon)
-        runs.active_changed.connect(self.ask_soon)
-        track.finished.connect(self.ask_soon)
-        document.closed.connect(self._forget)
+        for signal in (
+            session.judging.judged, session.runs.active_changed, session.track.finished,
+        ):  # fmt: skip
+            signal.connect(self.ask_soon)
+        session.document.closed.connect(self._forget)
 
     # ---- facts
-
-    @property
-    def found(self) -> Found | None:
-        """What was found last; None while nothing is known."""
-        return self._found
 
     @property
     def looking(self) -> bool:
@@ -150,17 +140,8 @@ class EpisodePresenter(QObject):
     @property
     def listed(self) -> tuple[Episode, ...]:
         """Episodes that the filter takes, in their order."""
-        every = self._found.episodes if self._found is not None else ()
+        every = self.found.episodes if self.found is not None else ()
         return tuple(episode for episode in every if self.filter.takes(episode))
-
-    @property
-    def chosen(self) -> Episode | None:
-        """The episode that is chosen, if it is listed."""
-        return self._chosen
-
-    def settled(self) -> bool:
-        """Whether everything that was asked for is known."""
-        return not self.working
 
     # ---- what a person does
 
@@ -173,15 +154,15 @@ class EpisodePresenter(QObject):
 
     def choose(self, episode: Episode | None) -> None:
         """Choose an episode."""
-        if episode is not self._chosen:
-            self._chosen = episode
+        if episode is not self.chosen:
+            self.chosen = episode
             self.changed.emit()
 
     def beside(self, frame: int, direction: int) -> Episode | None:
         """The listed episode after (1) or before (-1) the chosen one, or else a frame."""
         listed = list(self.listed)
-        if self._chosen in listed and frame in self._chosen.frames:
-            place = listed.index(self._chosen) + direction
+        if self.chosen in listed and frame in self.chosen.frames:
+            place = listed.index(self.chosen) + direction
             return listed[place] if 0 <= place < len(listed) else None
         if direction > 0:
             return next((e for e in listed if e.last >= frame and e.peak_frame > frame), None)
@@ -198,34 +179,37 @@ class EpisodePresenter(QObject):
     def _ask(self) -> None:
         question = self._question()
         if question is None:
-            if self._runs.active is None:
+            if self._session.runs.active is None:
                 self._forget()
-            return
-        if question.same_as(self._asked):
+        elif self._asked is not None and question.facts == self._asked.facts:
             self._look()
-            return
-        self._stop()
-        self._asked = question
-        self._work = self._tasks.begin(
-            "detecting failures", lambda _task: _found(question), self._on_found
-        )
-        self._work.ended.connect(self._on_ended)
+        else:
+            self._stop()
+            self._asked = question
+            self._begin("detecting failures", lambda _task: _found(question))
 
     def _question(self) -> Question | None:
-        recording, entry = self._document.recording, self._runs.active
+        session = self._session
+        recording, entry = session.document.recording, session.runs.active
         if recording is None or entry is None or not entry.frames:
             return None
-        if entry is self._track.entry and self._track.running:
+        if entry is session.track.entry and session.track.running:
             return None  # it still grows
-        truth = self._judging.truth
-        return Question(entry, entry.now(), truth, self._threshold(), recording)
+        truth, threshold = session.judging.truth, self._threshold()
+        facts = entry, len(entry.frames), truth, threshold, recording
+        return Question(facts, entry.now(), truth, threshold, recording)
+
+    def _begin(self, title: str, work: Callable[[Task], Found]) -> None:
+        self._work = self._tasks.begin(title, work, self._on_found)
+        self._work.stopped.connect(self._on_stopped)
+        self._work.ended.connect(self._on_ended)
 
     @Slot(object)
     def _on_found(self, found: Found) -> None:
         if found.question is not self._asked:
             return
         self._work, self._looking = None, False
-        self._found = found
+        self.found = found
         self._keep_choice()
         self.changed.emit()
         if not found.looked:
@@ -233,28 +217,26 @@ class EpisodePresenter(QObject):
 
     def _look(self) -> None:
         """Judge causes by pictures as well, where somebody sees it."""
-        found = self._found
+        found = self.found
         if found is None or found.looked or found.subject is None or not found.episodes:
             return
         if self._busy() or not self._wants_pictures():
             return
-        subject, episodes = found.subject, found.episodes
+        subject = found.subject
 
         def work(task: Task) -> Found:
-            more = explained(subject, episodes, task.report, task.token.cancelled)
+            more = explained(subject, found.episodes, task.report, task.token.cancelled)
             return replace(found, episodes=more, looked=True)
 
         self._looking = True
-        self._work = self._tasks.begin("classifying causes of failures", work, self._on_found)
-        self._work.stopped.connect(self._on_stopped)
-        self._work.ended.connect(self._on_ended)
+        self._begin("classifying causes of failures", work)
         self.changed.emit()
 
     @Slot()
     def _on_stopped(self) -> None:
         """A person has had enough; what the run alone says stays."""
-        if self._work is self.sender() and self._found is not None:
-            self._found = replace(self._found, looked=True)
+        if self._looking and self._work is self.sender() and self.found is not None:
+            self.found = replace(self.found, looked=True)
 
     @Slot()
     def _on_ended(self) -> None:
@@ -274,17 +256,17 @@ class EpisodePresenter(QObject):
     @Slot()
     def _forget(self) -> None:
         self._stop()
-        known = self._found is not None
-        self._asked = self._found = self._chosen = None
+        known = self.found is not None
+        self._asked = self.found = self.chosen = None
         if known:
             self.changed.emit()
 
     def _keep_choice(self) -> None:
         """Choose what has become of the chosen episode."""
-        old = self._chosen
+        old = self.chosen
         if old is not None:
             same = [e for e in self.listed if e.found == old.found and e.overlaps(old)]
-            self._chosen = same[0] if same else None
+            self.chosen = same[0] if same else None
 
 
 def _found(question: Question) -> Found:
