@@ -36,7 +36,13 @@ class PerRun(QObject, Generic[T]):
         self._asked: WeakKeyDictionary[object, Hashable] = WeakKeyDictionary()
         self._known: WeakKeyDictionary[object, tuple[Hashable, T]] = WeakKeyDictionary()
         self._task: Task | None = None
+        self._about: object = None
         tasks.changed.connect(self._on_tasks)
+
+    @property
+    def busy(self) -> bool:
+        """Whether something is being worked out."""
+        return self._task is not None and self._task in self._tasks.tasks
 
     def asked(self, about: object) -> Hashable:
         """The state in which it was asked about last; None where it was not."""
@@ -49,9 +55,13 @@ class PerRun(QObject, Generic[T]):
 
     def ask(self, about: object, state: Hashable, work: Callable[[Task], T]) -> None:
         """Work it out, unless that was asked before or something else is being worked out."""
-        if self._task is not None or self._asked.get(about) == state:
+        if self._asked.get(about) == state:
             return
-        self._asked[about] = state
+        if self._task is not None:
+            if about is self._about:
+                self._task.cancel()  # what comes of it holds no longer
+            return
+        self._about, self._asked[about] = about, state
 
         def done(found: T) -> None:
             self._known[about] = state, found
@@ -60,6 +70,6 @@ class PerRun(QObject, Generic[T]):
 
     @Slot()
     def _on_tasks(self) -> None:
-        if self._task is not None and self._task not in self._tasks.tasks:
-            self._task = None
+        if self._task is not None and not self.busy:
+            self._task = self._about = None
             self.changed.emit()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QTimer, Signal, Slot
@@ -20,10 +21,11 @@ from PySide6.QtWidgets import (
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.durations import in_words
 from stereotrack_core.experiments.sweep.plan import SweepCount
+from stereotrack_core.experiments.sweep.request import SweepRequest
 
 from ...services.tasks.task import Task, TaskList
 from .form import SweepForm
-from .plan import SweepWish, count_of_wish, count_words, measured_seconds
+from .plan import count_words, counted_jobs, measured_seconds
 from .presenter import SweepNow, SweepPresenter
 
 _COUNT_AFTER_MS = 350
@@ -134,17 +136,27 @@ class SweepDialog(QDialog):
         if self._counting is not None:
             self._count_again = True
             return
-        wish = self.form.wish()
         self._count_again = False
+        request = self._request()
+        if request is None:
+            return
 
         def count(_task: Task) -> SweepCount | InputError:
             try:
-                return count_of_wish(wish)
+                return counted_jobs(request)
             except InputError as error:
                 return error
 
         self._counting = self._tasks.begin("counting runs of the sweep", count, self._on_counted)
         self._counting.ended.connect(self._on_count_ended)
+
+    def _request(self) -> SweepRequest | None:
+        """What the fields ask for; None where something is missing, which is said."""
+        try:
+            return self.form.request()
+        except InputError as error:
+            self._on_counted(error)
+            return None
 
     @Slot(object)
     def _on_counted(self, found: SweepCount | InputError) -> None:
@@ -171,19 +183,19 @@ class SweepDialog(QDialog):
     @Slot()
     def _measure(self) -> None:
         """Track some frames in another process to learn how long the sweep takes."""
-        wish = self.form.wish()
+        request = self._request()
+        if request is None:
+            return
         self.measure_button.setEnabled(False)
-
-        def measure(task: Task) -> tuple[SweepWish, float | None]:
-            return wish, measured_seconds(wish, task.token.cancelled)
-
-        task = self._tasks.begin("estimating the time of the sweep", measure, self._on_measured)
+        task = self._tasks.begin(
+            "estimating the time of the sweep",
+            lambda task: measured_seconds(request, task.token.cancelled),
+            partial(self._on_measured, request),
+        )
         task.ended.connect(lambda: self.measure_button.setEnabled(True))
 
-    @Slot(object)
-    def _on_measured(self, found: tuple[SweepWish, float | None]) -> None:
-        wish, seconds = found
-        if seconds is not None and wish == self.form.wish():
+    def _on_measured(self, request: SweepRequest, seconds: float | None) -> None:
+        if seconds is not None and request == self._request():
             said = self.count_label.text().partition(". Duration")[0]
             self.count_label.setText(f"{said}. Estimated time: {in_words(seconds)}.")
             self.measure_button.hide()
@@ -192,13 +204,9 @@ class SweepDialog(QDialog):
 
     @Slot()
     def _begin(self) -> None:
-        wish = self.form.wish()
-        try:
-            arguments = wish.request().arguments()
-        except InputError as error:
-            self._on_counted(error)
-            return
-        self._presenter.begin(arguments, Path(wish.table.strip()))
+        request = self._request()
+        if request is not None:
+            self._presenter.begin(request.arguments(), request.table)
 
     @Slot(object)
     def _show_now(self, now: SweepNow) -> None:

@@ -23,9 +23,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from stereotrack_core.errors import InputError
+from stereotrack_core.experiments.sweep.request import SweepRequest
 from stereotrack_core.worker_processes import usable_cores
 
-from .plan import SweepWish
 from .points import SweepPoints
 
 
@@ -76,18 +77,30 @@ class SweepForm(QWidget):
         items = (self.list.item(row) for row in range(self.list.count()))
         return tuple(str(item.data(Qt.ItemDataRole.UserRole)) for item in items)
 
-    def wish(self) -> SweepWish:
-        """Everything that the fields say."""
-        return SweepWish(
-            recordings=self.recordings(),
-            points=self.points.wish(),
-            seeds=self.seeds.text(),
-            frames=self.frames.text(),
-            table=self.table.text(),
-            scheduler=self.address.text().strip() if self.cluster.isChecked() else "",
+    def request(self) -> SweepRequest:
+        """The sweep that the fields ask for.
+
+        Raises
+        ------
+        InputError
+            Where something is missing.
+        """
+        recordings, table = self.recordings(), self.table.text().strip()
+        if not recordings:
+            raise InputError("no recording is chosen", remedy="Add a recording.")
+        if not table:
+            raise InputError("the results table has no file name", remedy="Choose a file.")
+        scheduler = self.address.text().strip() if self.cluster.isChecked() else ""
+        return SweepRequest(
+            recordings=tuple(map(Path, recordings)),
+            table=Path(table),
             preset=self._preset,
             changes=self._changes,
-            workers=self.processes.value(),
+            seeds=self.seeds.text().strip() or "0",
+            frames=self.frames.text().strip() or None,
+            workers=None if scheduler else self.processes.value(),
+            scheduler=scheduler or None,
+            **self.points.fields(),
         )
 
     # ---- making

@@ -1,4 +1,4 @@
-"""What a person asks a sweep for, and what that comes to."""
+"""What can be varied in a sweep, and what one comes to."""
 
 from __future__ import annotations
 
@@ -7,16 +7,13 @@ import os
 import subprocess
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.durations import in_words
 from stereotrack_core.experiments.measures import MEASURES
 from stereotrack_core.experiments.sweep.plan import SweepCount, SweepPlan, count_of
 from stereotrack_core.experiments.sweep.points import SPECIAL, parameter_rows
-from stereotrack_core.experiments.sweep.request import TRIALS, SweepRequest, program_command
+from stereotrack_core.experiments.sweep.request import SweepRequest, program_command
 from stereotrack_core.experiments.sweep.store import SweepPlaces, stored_results
 from stereotrack_core.recording.folder import open_recordings
 
@@ -25,103 +22,7 @@ from ...session.counting import counted
 _LOOK_SECONDS = 0.1
 
 
-@dataclass(frozen=True)
-class PointsWish:
-    """Which points are tried.
-
-    Attributes
-    ----------
-    way : str
-        ``grid``, ``list`` or ``search``.
-    varied : tuple of (str, str)
-        Names with their values, joined by commas; of a search, with their ranges.
-    file : str
-        The list.
-    trials : int
-        Points of a search.
-    minimise : str
-        Measure that a search goes by; empty: the usual one.
-    """
-
-    way: str = "grid"
-    varied: tuple[tuple[str, str], ...] = ()
-    file: str = ""
-    trials: int = TRIALS
-    minimise: str = ""
-
-    def fields(self) -> dict[str, Any]:
-        """What a request for a sweep says about points.
-
-        Raises
-        ------
-        InputError
-            Where something is missing.
-        """
-        named = tuple(f"{name}={values}" for name, values in self.varied)
-        if self.way == "grid":
-            return {"grid": named}
-        if self.way == "list":
-            if not self.file:
-                raise InputError("no list of points is chosen", remedy="Choose a file.")
-            return {"points": Path(self.file)}
-        if not named:
-            raise InputError("no parameters to search", remedy="Add a parameter and its range.")
-        return {"search": named, "trials": self.trials, "minimise": self.minimise or None}
-
-
-@dataclass(frozen=True)
-class SweepWish:
-    """What the dialog says.
-
-    Attributes
-    ----------
-    recordings : tuple of str
-        Folders.
-    points : PointsWish
-    seeds, frames, table, scheduler : str
-        As on the command line; no scheduler: this machine.
-    preset : str
-    changes : tuple of str
-        ``NAME=VALUE`` for what differs from the preset.
-    workers : int
-    """
-
-    recordings: tuple[str, ...]
-    points: PointsWish
-    seeds: str
-    frames: str
-    table: str
-    scheduler: str
-    preset: str
-    changes: tuple[str, ...]
-    workers: int
-
-    def request(self) -> SweepRequest:
-        """The sweep that is asked for.
-
-        Raises
-        ------
-        InputError
-            Where something is missing.
-        """
-        if not self.recordings:
-            raise InputError("no recording is chosen", remedy="Add a recording.")
-        if not self.table.strip():
-            raise InputError("the results table has no file name", remedy="Choose a file.")
-        return SweepRequest(
-            recordings=tuple(map(Path, self.recordings)),
-            table=Path(self.table.strip()),
-            preset=self.preset,
-            changes=self.changes,
-            seeds=self.seeds.strip() or "0",
-            frames=self.frames.strip() or None,
-            workers=None if self.scheduler else self.workers,
-            scheduler=self.scheduler or None,
-            **self.points.fields(),
-        )
-
-
-def count_of_wish(wish: SweepWish) -> SweepCount:
+def counted_jobs(request: SweepRequest) -> SweepCount:
     """What a sweep would compute; takes as long as looking at the recordings does.
 
     Raises
@@ -129,14 +30,12 @@ def count_of_wish(wish: SweepWish) -> SweepCount:
     InputError
         Where something cannot be meant.
     """
-    request = wish.request()
     request.check()
     jobs = SweepPlan(request, open_recordings(request.recordings)).jobs_to_count()
-    known = stored_results(SweepPlaces(request.table))
-    return count_of(jobs, known, max(1, wish.workers))[0]
+    return count_of(jobs, stored_results(SweepPlaces(request.table)), request.workers or 1)[0]
 
 
-def measured_seconds(wish: SweepWish, cancelled: Callable[[], bool]) -> float | None:
+def measured_seconds(request: SweepRequest, cancelled: Callable[[], bool]) -> float | None:
     """What a sweep will take, after tracking some frames in another process.
 
     None where it was cancelled.
@@ -146,7 +45,7 @@ def measured_seconds(wish: SweepWish, cancelled: Callable[[], bool]) -> float | 
     InputError
         Where it cannot be told.
     """
-    words = program_command([*wish.request().arguments(), "--dry-run", "--json"])
+    words = program_command([*request.arguments(), "--dry-run", "--json"])
     with subprocess.Popen(  # noqa: S603 - our own code in our own interpreter
         words,
         stdin=subprocess.DEVNULL,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from PySide6.QtCore import Qt, Signal, Slot
 from PySide6.QtWidgets import (
@@ -22,8 +23,11 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from stereotrack_core.errors import InputError
+from stereotrack_core.experiments.sweep.request import TRIALS
+
 from ...widgets.forms.sweep_values import SweepValues
-from .plan import PointsWish, hint_for, measures_to_judge_by, names_to_vary
+from .plan import hint_for, measures_to_judge_by, names_to_vary
 
 _WAYS = (
     ("grid", "All combinations of values", "Every combination of the values of all parameters."),
@@ -83,16 +87,26 @@ class SweepPoints(QGroupBox):
             said += f" with {named}" + (" and more" if len(changes) > 4 else "")
         self.besides.setText(f"{said}.")
 
-    def wish(self) -> PointsWish:
-        """What the fields say."""
-        way = self.way.currentData()
-        return PointsWish(
-            way=way,
-            varied=(self.ranges if way == "search" else self.values).varied(),
-            file=self.file.text().strip(),
-            trials=self.trials.value(),
-            minimise=str(self.judge.currentData()),
-        )
+    def fields(self) -> dict[str, Any]:
+        """What a request for a sweep says about points.
+
+        Raises
+        ------
+        InputError
+            Where something is missing.
+        """
+        match self.way.currentData():
+            case "grid":
+                return {"grid": _named(self.values)}
+            case "list":
+                file = self.file.text().strip()
+                if not file:
+                    raise InputError("no list of points is chosen", remedy="Choose a file.")
+                return {"points": Path(file)}
+        named, measure = _named(self.ranges), str(self.judge.currentData())
+        if not named:
+            raise InputError("no parameters to search", remedy="Add a parameter and its range.")
+        return {"search": named, "trials": self.trials.value(), "minimise": measure or None}
 
     # ---- making
 
@@ -118,7 +132,7 @@ class SweepPoints(QGroupBox):
     def _search_page(self) -> QWidget:
         self.trials = QSpinBox()
         self.trials.setRange(1, 100_000)
-        self.trials.setValue(PointsWish().trials)
+        self.trials.setValue(TRIALS)
         self.trials.setToolTip("Number of points to try, each with all recordings and seeds")
         self.judge = QComboBox()
         for name, words in measures_to_judge_by():
@@ -149,6 +163,11 @@ class SweepPoints(QGroupBox):
         if chosen:
             self.file.setText(chosen)
             self.changed.emit()
+
+
+def _named(values: SweepValues) -> tuple[str, ...]:
+    """``NAME=a,b,c`` for each line."""
+    return tuple(f"{name}={texts}" for name, texts in values.varied())
 
 
 def _muted(words: str = "") -> QLabel:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
@@ -16,41 +17,10 @@ from ....services.tasks.task import Task, TaskList
 from ....session.runs import RunNow
 from ....session.session import Session
 from ....session.truth import Truth
+from ..per_run import PerRun
 from .listing import Filter
 
 _DELAY_MS = 200
-
-
-@dataclass(frozen=True, eq=False)
-class Question:
-    """What episodes are looked for in.
-
-    Attributes
-    ----------
-    facts : tuple
-        Run, number of its frames, truth, threshold and recording; where these are the same, so is
-        the answer.
-    run : RunNow
-        What the run has.
-    truth : Truth or None
-    threshold : float, degrees
-    recording : Recording
-    """
-
-    facts: Hashable
-    run: RunNow
-    truth: Truth | None
-    threshold: float
-    recording: Recording
-
-    def subject(self) -> Subject | None:
-        """What the core is asked; None where the run does not say where it comes from."""
-        run = self.run.run()
-        if run is None:
-            return None
-        rules = EpisodeRules().replaced(episode_error=min(max(self.threshold, 1.0), 180.0))
-        reference = self.truth.trajectory if self.truth is not None else None
-        return Subject(run, self.recording.fps, reference, self.recording, rules)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,17 +29,13 @@ class Found:
 
     Attributes
     ----------
-    question : Question
     subject : Subject or None
+        What the core was asked; None where the run does not say where it comes from.
     episodes : tuple of Episode
-    looked : bool
-        Whether their causes were judged by pictures, too.
     """
 
-    question: Question
     subject: Subject | None
     episodes: tuple[Episode, ...]
-    looked: bool = False
 
 
 class EpisodePresenter(QObject):
@@ -86,8 +52,6 @@ class EpisodePresenter(QObject):
 
     Attributes
     ----------
-    found : Found or None
-        What was found last; None while nothing is known.
     chosen : Episode or None
         The episode that is chosen, if it is listed.
     filter : Filter
@@ -109,33 +73,40 @@ class EpisodePresenter(QObject):
         threshold: Callable[[], float],
     ) -> None:
         super().__init__()
-        self._session, self._tasks = session, tasks
+        self._session = session
         self._wants_pictures, self._threshold = wants_pictures, threshold
-        self._asked: Question | None = None
-        self.found: Found | None = None
+        self._found: PerRun[Found] = PerRun(tasks, "detecting failures")
+        self._explained: PerRun[Found] = PerRun(tasks, "classifying causes of failures")
         self.chosen: Episode | None = None
         self.filter = Filter()
-        self._work: Task | None = None
-        self._looking = False
+        self._told: tuple[Found | None, bool] = None, False
         self._timer = QTimer(self, singleShot=True, interval=_DELAY_MS)
         self._timer.timeout.connect(self._ask)
         for signal in (
             session.judging.judged, session.runs.active_changed, session.track.finished,
         ):  # fmt: skip
             signal.connect(self.ask_soon)
-        session.document.closed.connect(self._forget)
+        for known in (self._found, self._explained):
+            known.changed.connect(self._ask)
 
     # ---- facts
 
     @property
+    def found(self) -> Found | None:
+        """What was found last in the active run; None while nothing is known."""
+        active = self._session.runs.active
+        found = self._found.of(active) if active is not None else None
+        return found if found is None else self._explained.of(found) or found
+
+    @property
     def looking(self) -> bool:
         """Whether pictures are being looked at."""
-        return self._looking and self._busy()
+        return self._explained.busy
 
     @property
     def working(self) -> bool:
         """Whether episodes are being found."""
-        return self._busy() or self._timer.isActive()
+        return self._found.busy or self._explained.busy or self._timer.isActive()
 
     @property
     def listed(self) -> tuple[Episode, ...]:
@@ -177,89 +148,25 @@ class EpisodePresenter(QObject):
 
     @Slot()
     def _ask(self) -> None:
-        question = self._question()
-        if question is None:
-            if self._session.runs.active is None:
-                self._forget()
-        elif self._asked is not None and question.facts == self._asked.facts:
-            self._look()
-        else:
-            self._stop()
-            self._asked = question
-            self._begin("detecting failures", lambda _task: _found(question))
+        session, entry = self._session, self._session.runs.active
+        recording, truth = session.document.recording, session.judging.truth
+        grows = entry is session.track.entry and session.track.running
+        if recording is not None and entry is not None and entry.frames and not grows:
+            threshold = self._threshold()
+            state = len(entry.frames), truth, threshold, recording
+            work = partial(_found, entry.now(), recording, truth, threshold)
+            self._found.ask(entry, state, work)
+            self._explain(self._found.of(entry, state))
+        told = self.found, self.looking
+        if told != self._told:
+            self._told = told
+            self._keep_choice()
+            self.changed.emit()
 
-    def _question(self) -> Question | None:
-        session = self._session
-        recording, entry = session.document.recording, session.runs.active
-        if recording is None or entry is None or not entry.frames:
-            return None
-        if entry is session.track.entry and session.track.running:
-            return None  # it still grows
-        truth, threshold = session.judging.truth, self._threshold()
-        facts = entry, len(entry.frames), truth, threshold, recording
-        return Question(facts, entry.now(), truth, threshold, recording)
-
-    def _begin(self, title: str, work: Callable[[Task], Found]) -> None:
-        self._work = self._tasks.begin(title, work, self._on_found)
-        self._work.stopped.connect(self._on_stopped)
-        self._work.ended.connect(self._on_ended)
-
-    @Slot(object)
-    def _on_found(self, found: Found) -> None:
-        if found.question is not self._asked:
-            return
-        self._work, self._looking = None, False
-        self.found = found
-        self._keep_choice()
-        self.changed.emit()
-        if not found.looked:
-            QTimer.singleShot(0, self._look)
-
-    def _look(self) -> None:
+    def _explain(self, found: Found | None) -> None:
         """Judge causes by pictures as well, where somebody sees it."""
-        found = self.found
-        if found is None or found.looked or found.subject is None or not found.episodes:
-            return
-        if self._busy() or not self._wants_pictures():
-            return
-        subject = found.subject
-
-        def work(task: Task) -> Found:
-            more = explained(subject, found.episodes, task.report, task.token.cancelled)
-            return replace(found, episodes=more, looked=True)
-
-        self._looking = True
-        self._begin("classifying causes of failures", work)
-        self.changed.emit()
-
-    @Slot()
-    def _on_stopped(self) -> None:
-        """A person has had enough; what the run alone says stays."""
-        if self._looking and self._work is self.sender() and self.found is not None:
-            self.found = replace(self.found, looked=True)
-
-    @Slot()
-    def _on_ended(self) -> None:
-        if self._work is self.sender():
-            self._work, self._looking = None, False
-            self.changed.emit()
-
-    def _busy(self) -> bool:
-        # work may have ended before anybody listens for its end
-        return self._work is not None and self._work in self._tasks.tasks
-
-    def _stop(self) -> None:
-        if self._work is not None:
-            self._work.cancel()
-            self._work, self._looking = None, False
-
-    @Slot()
-    def _forget(self) -> None:
-        self._stop()
-        known = self.found is not None
-        self._asked = self.found = self.chosen = None
-        if known:
-            self.changed.emit()
+        if found is not None and found.subject and found.episodes and self._wants_pictures():
+            self._explained.ask(found, True, partial(_looked_at, found.subject, found.episodes))
 
     def _keep_choice(self) -> None:
         """Choose what has become of the chosen episode."""
@@ -269,9 +176,17 @@ class EpisodePresenter(QObject):
             self.chosen = same[0] if same else None
 
 
-def _found(question: Question) -> Found:
-    subject = question.subject()
-    if subject is None:
-        return Found(question, None, ())
-    episodes = stretches_of(subject)
-    return Found(question, subject, explained(replace(subject, pictures=False), episodes))
+def _found(
+    now: RunNow, recording: Recording, truth: Truth | None, threshold: float, _task: Task
+) -> Found:
+    run = now.run()
+    if run is None:
+        return Found(None, ())
+    rules = EpisodeRules().replaced(episode_error=min(max(threshold, 1.0), 180.0))
+    reference = truth.trajectory if truth is not None else None
+    subject = Subject(run, recording.fps, reference, recording, rules)
+    return Found(subject, explained(replace(subject, pictures=False), stretches_of(subject)))
+
+
+def _looked_at(subject: Subject, episodes: tuple[Episode, ...], task: Task) -> Found:
+    return Found(subject, explained(subject, episodes, task.report, task.token.cancelled))
