@@ -73,8 +73,6 @@ def content_of(trace: StepTrace, step: Step, compared: str = "") -> StepContent:
 
     Parameters
     ----------
-    trace : StepTrace
-    step : Step
     compared : str
         How the result differs from what a run has kept; empty where there is none.
     """

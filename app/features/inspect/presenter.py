@@ -30,18 +30,12 @@ _SOON_MS = 60
 
 
 class InsidePresenter(QObject):
-    """Looks inside the frame that is shown, and goes through its steps.
-
-    Signals
-    -------
-    changed : ()
-        Another step is shown, or none.
-    message : Message
-        Why nothing can be shown.
-    """
+    """Looks inside the frame that is shown, and goes through its steps."""
 
     changed = Signal()
+    """Another step is shown, or none."""
     message = Signal(object)
+    """Message: why nothing can be shown."""
 
     def __init__(self, session: Session) -> None:
         super().__init__()

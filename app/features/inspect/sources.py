@@ -43,49 +43,30 @@ _SAME_METRES, _SAME_RADIANS = 1e-4, np.radians(0.01)
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """What the inside of a frame is worked out from.
-
-    Attributes
-    ----------
-    frame : int
-    cloud : Cloud
-    begin : callable
-        Makes the tracker that does the frame; called in the background.
-    found : Estimate or None
-        What the run has kept of the frame, to be compared with.
-    source : object
-        The run or tracker that it is about.
-    settings : Settings
-    """
+    """What the inside of a frame is worked out from."""
 
     frame: int
     cloud: Cloud
     begin: Callable[[Cloud], Beginning]
+    """Makes the tracker that does the frame; called in the background."""
     found: Estimate | None
+    """What the run has kept of the frame, to be compared with."""
     source: object
+    """The run or tracker that it is about."""
     settings: Settings
 
 
 @dataclass(frozen=True, eq=False)
 class Inside:
-    """What was worked out.
-
-    Attributes
-    ----------
-    question : Question
-    trace : StepTrace
-    steps : tuple of Step
-    words : str
-        Where the tracker began.
-    compared : str
-        How the result differs from what the run has kept.
-    """
+    """What was worked out."""
 
     question: Question
     trace: StepTrace
     steps: tuple[Step, ...]
     words: str
+    """Where the tracker began."""
     compared: str
+    """How the result differs from what the run has kept."""
 
 
 def asks_the_same(asked: Question | None, frame: int, source: object, settings: Settings) -> bool:
@@ -114,9 +95,6 @@ def live_question(frame: int, cloud: Cloud, pipeline: Pipeline, *, started: bool
 
     Parameters
     ----------
-    frame : int
-    cloud : Cloud
-    pipeline : Pipeline
     started : bool
         Whether the tracker has a pose already.
     """

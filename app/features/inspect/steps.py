@@ -15,28 +15,18 @@ StepKind: TypeAlias = Literal[
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """One step.
-
-    Attributes
-    ----------
-    kind : str
-    title : str
-    heading : str
-        Of the first step of an iteration; empty elsewhere.
-    words : str
-        What happens, for somebody who learns the method.
-    source : str
-        Where the thesis has it, or what it takes the place of.
-    correction : int
-        Index into the trace's corrections; -1 for steps that belong to none.
-    """
+    """One step."""
 
     kind: StepKind
     title: str
     words: str
+    """What happens, for somebody who learns the method."""
     source: str
+    """Where the thesis has it, or what it takes the place of."""
     heading: str = ""
+    """Of the first step of an iteration; empty elsewhere."""
     correction: int = -1
+    """Index into the trace's corrections; -1 for steps that belong to none."""
 
 
 _THESIS: dict[StepKind, tuple[str, str, str]] = {

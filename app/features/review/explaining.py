@@ -43,21 +43,13 @@ _APART = 0.07
 
 @dataclass(frozen=True, eq=False)
 class Explained:
-    """A run with its circumstances; F frames of the run, limbs in the order of ``LIMBS``.
-
-    Attributes
-    ----------
-    name : str
-    judgement : Judgement
-    circumstances : Circumstances
-    views : (F, 6) float64 or None
-        How many views see each limb; None while that is not worked out.
-    """
+    """A run with its circumstances; F frames of the run, limbs in the order of ``LIMBS``."""
 
     name: str
     judgement: Judgement
     circumstances: Circumstances
     views: FloatArray | None = None
+    """Shape (F, 6). How many views see each limb; None while that is not worked out."""
 
     def against(self, kind: str) -> FloatArray | None:
         """What stands on the x axis (F, 6); None while it is not known."""
@@ -71,7 +63,6 @@ class RunCircumstances:
 
     Parameters
     ----------
-    tasks : TaskList
     growing : callable
         The run that is being tracked.
     """
@@ -174,7 +165,6 @@ def content_of(
         Key of :data:`KINDS`.
     runs : sequence of Explained
         The active one first.
-    selection : range or None
     """
     if not runs:
         return None

@@ -19,19 +19,12 @@ _STEP_DEG = 5.0
 
 @dataclass(frozen=True)
 class Review:
-    """What reviewing consists of.
-
-    Attributes
-    ----------
-    plot : ErrorCurves
-    episodes : EpisodeController
-    panels : ReviewController
-        Statistics, explanations and joint angles.
-    """
+    """What reviewing consists of."""
 
     plot: ErrorCurves
     episodes: EpisodeController
     panels: ReviewController
+    """Statistics, explanations and joint angles."""
 
 
 def register(context: Context) -> Review:

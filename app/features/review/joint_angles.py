@@ -62,20 +62,12 @@ def choices() -> tuple[tuple[str, str, str], ...]:
 
 @dataclass(frozen=True, eq=False)
 class Moved:
-    """Angles with their derivatives.
-
-    Attributes
-    ----------
-    name : str
-        The run, or the reference.
-    style : str
-        The run's line style, or :data:`REFERENCE_STYLE`.
-    angles : JointAngles
-    motion : Motion
-    """
+    """Angles with their derivatives."""
 
     name: str
+    """The run, or the reference."""
     style: str
+    """The run's line style, or :data:`REFERENCE_STYLE`."""
     angles: JointAngles
     motion: Motion
 
@@ -85,8 +77,6 @@ class RunAngles:
 
     Parameters
     ----------
-    runs : RunList
-    tasks : TaskList
     growing : callable
         The run that is being tracked.
     """

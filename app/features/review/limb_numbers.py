@@ -26,22 +26,14 @@ _CSV = (
 
 @dataclass(frozen=True, eq=False)
 class StretchNumbers:
-    """Statistics of one run in one stretch of frames.
-
-    Attributes
-    ----------
-    run : str
-    stretch : Segment
-    measure : str
-        What the numbers are of, in words.
-    limbs : tuple of LimbStatistics
-        Degrees; the last pools all arm segments.
-    """
+    """Statistics of one run in one stretch of frames."""
 
     run: str
     stretch: Segment
     measure: str
+    """What the numbers are of, in words."""
     limbs: tuple[LimbStatistics, ...]
+    """Degrees; the last pools all arm segments."""
 
 
 def numbers_of(

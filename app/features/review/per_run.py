@@ -18,17 +18,12 @@ class PerRun(QObject, Generic[T]):
 
     Parameters
     ----------
-    tasks : TaskList
     title : str
         What is being done, for the status line.
-
-    Signals
-    -------
-    changed : ()
-        Another value is known.
     """
 
     changed = Signal()
+    """Another value is known."""
 
     def __init__(self, tasks: TaskList, title: str) -> None:
         super().__init__()

@@ -35,7 +35,6 @@ class ErrorCurves(QObject):
 
     Attributes
     ----------
-    plot : ErrorPlot
     stack : QStackedWidget
         The plot, or words while there is nothing to draw.
     """

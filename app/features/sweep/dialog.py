@@ -36,17 +36,12 @@ class SweepDialog(QDialog):
 
     Parameters
     ----------
-    presenter : SweepPresenter
     tasks : TaskList
         Where jobs are counted.
-
-    Signals
-    -------
-    results_wanted : Path
-        The person wants to look at a table.
     """
 
     results_wanted = Signal(object)
+    """Path: the person wants to look at a table."""
 
     def __init__(
         self, presenter: SweepPresenter, tasks: TaskList, parent: QWidget | None = None

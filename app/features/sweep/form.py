@@ -31,12 +31,7 @@ from .points import SweepPoints
 
 
 class SweepForm(QWidget):
-    """What a person asks a sweep for.
-
-    Signals
-    -------
-    changed : ()
-    """
+    """What a person asks a sweep for."""
 
     changed = Signal()
 

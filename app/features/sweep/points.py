@@ -49,12 +49,7 @@ _ABOUT_RANGES = (
 
 
 class SweepPoints(QGroupBox):
-    """Asks which points are tried.
-
-    Signals
-    -------
-    changed : ()
-    """
+    """Asks which points are tried."""
 
     changed = Signal()
 

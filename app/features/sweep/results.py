@@ -49,15 +49,10 @@ _TOLD = (
 
 
 class SweepResults(QDialog):
-    """Plots a table; a click on a point shows its values, which can be taken over.
-
-    Signals
-    -------
-    taken_over : dict
-        Values by name, as text, that the person wants in the parameter panel.
-    """
+    """Plots a table; a click on a point shows its values, which can be taken over."""
 
     taken_over = Signal(object)
+    """dict: values by name, as text, that the person wants in the parameter panel."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)

@@ -51,14 +51,10 @@ class RunKeeper(QObject):
     Work in other threads gets what a run holds, and gives what the project says; entries are
     changed in the window's thread alone. Edits that are made meanwhile are followed after it, since
     only then it is known whose row is whose.
-
-    Signals
-    -------
-    message : Message
-        What stood against keeping or reading a run.
     """
 
     message = Signal(object)
+    """Message: what stood against keeping or reading a run."""
 
     def __init__(self, session: Session, tasks: TaskList, parent: QObject) -> None:
         super().__init__(parent)

@@ -21,14 +21,10 @@ from ...widgets.forms.message import Message
 
 
 class RunRepeater(QObject):
-    """Repeats a run and says whether it came out equal.
-
-    Signals
-    -------
-    message : Message
-    """
+    """Repeats a run and says whether it came out equal."""
 
     message = Signal(object)
+    """Message."""
 
     def __init__(self, session: Session, tasks: TaskList, parent: QObject) -> None:
         super().__init__(parent)

@@ -34,7 +34,6 @@ class AttemptPresenter(QObject):
 
     Parameters
     ----------
-    session : Session
     runner : TrialRunner
         Tracks them.
     stretch : callable
@@ -44,23 +43,16 @@ class AttemptPresenter(QObject):
     ----------
     live : bool
         Whether a change is tried at once.
-
-    Signals
-    -------
-    arrived : ()
-        A trial has the frame that is shown.
-    changed : ()
-        What is said of the trials, or how far they are, is different.
-    message : Message
-        Why a trial has ended early.
-    first_shown : float
-        Seconds from a change to its first frame.
     """
 
     arrived = Signal()
+    """A trial has the frame that is shown."""
     changed = Signal()
+    """What is said of the trials, or how far they are, is different."""
     message = Signal(object)
+    """Message: why a trial has ended early."""
     first_shown = Signal(float)
+    """Seconds from a change to its first frame."""
 
     def __init__(self, session: Session, runner: TrialRunner, stretch: Callable[[], range]) -> None:
         super().__init__()
@@ -267,7 +259,6 @@ def trial_beside(run: RunEntry, made: Trial | None, spec: RunSpec) -> Trial:
 
     Parameters
     ----------
-    run : RunEntry
     made : Trial or None
         The trial that the run was, if it was one.
     spec : RunSpec

@@ -20,25 +20,17 @@ _SIGMA = ("arms ± °", "torso ± °", "unexpl. %", "untracked")
 
 @dataclass(frozen=True)
 class Summary:
-    """A stretch in numbers; less is better in all of them.
-
-    Attributes
-    ----------
-    arms, torso : float, degrees
-        Mean angle against the reference, or mean standard deviation.
-    lost : float
-        Share of the arms' segments that are lost, in percent; NaN without a reference.
-    unexplained : float
-        Mean share of the cloud, in percent.
-    missing : int
-        Frames that are not tracked.
-    """
+    """A stretch in numbers; less is better in all of them."""
 
     arms: float
     torso: float
+    """`arms` and `torso`: degrees. Mean angle against the reference, or mean standard deviation."""
     lost: float
+    """Share of the arms' segments that are lost, in percent; NaN without a reference."""
     unexplained: float
+    """Mean share of the cloud, in percent."""
     missing: int
+    """Frames that are not tracked."""
 
     @property
     def order(self) -> tuple[float, float]:
@@ -76,8 +68,6 @@ def attempt_table(
     ----------
     run : RunEntry or None
         Whose settings were changed.
-    attempts : sequence of RunEntry
-    judgements : mapping from RunEntry to Judgement
     against : RunEntry or None
         What differences are from; the run where it is not given or has no frames.
     changes : callable

@@ -38,14 +38,10 @@ class PresetShelf(QObject):
     ----------
     own : tuple of str
         Names of the project's presets, the oldest first.
-
-    Signals
-    -------
-    changed : ()
-        There are others than before.
     """
 
     changed = Signal()
+    """There are others than before."""
 
     def __init__(self, project: ProjectPresenter) -> None:
         super().__init__()
@@ -165,8 +161,6 @@ class PresetWork(QObject):
 
     Parameters
     ----------
-    context : Context
-    parameters : ParameterPanel
     selected : callable
         The trial whose settings may be adopted.
     """

@@ -27,7 +27,6 @@ class Request:
 
     Parameters
     ----------
-    store : Shared of CloudStore
     work : callable
         Computes it, in the runner's thread.
     ended : callable
@@ -183,7 +182,6 @@ class CloudWarmer(QObject):
 
     Parameters
     ----------
-    runner : TrialRunner
     store : callable
         The clouds of the open recording; None where nothing gives depth.
     wanted : callable

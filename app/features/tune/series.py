@@ -26,22 +26,14 @@ _LOOK_SECONDS = 0.1
 
 @dataclass(eq=False)
 class Tried:
-    """One value, and what was tracked with it so far.
-
-    Attributes
-    ----------
-    value : bool, int, float or str
-    words : str
-        With its unit.
-    entry : RunEntry
-    judgement : Judgement or None
-        None while there is no frame.
-    """
+    """One value, and what was tracked with it so far."""
 
     value: Value
     words: str
+    """With its unit."""
     entry: RunEntry
     judgement: Judgement | None = None
+    """None while there is no frame."""
 
     @property
     def summary(self) -> Summary | None:
@@ -59,8 +51,6 @@ class SeriesPresenter(QObject):
 
     Parameters
     ----------
-    session : Session
-    tasks : TaskList
     runner : TrialRunner
         Tracks them; a series ends where something else is tried, and what it has stays.
     attempts : AttemptPresenter
@@ -74,16 +64,12 @@ class SeriesPresenter(QObject):
         Its values in their order.
     shown : int or None
         Place of the value whose model is shown.
-
-    Signals
-    -------
-    changed : ()
-        There are more frames, or another value is shown.
-    message : Message
     """
 
     changed = Signal()
+    """There are more frames, or another value is shown."""
     message = Signal(object)
+    """Message."""
 
     def __init__(
         self, session: Session, tasks: TaskList, runner: TrialRunner, attempts: AttemptPresenter

@@ -34,17 +34,11 @@ _EMPTY_SCENE = -1
 
 @dataclass(frozen=True)
 class CloudKey:
-    """What clouds depend on, beside their frame.
-
-    Attributes
-    ----------
-    depth : DepthParameters
-    learned_from : range
-        Frames from which the background is learned where there are no images of the empty scene.
-    """
+    """What clouds depend on, beside their frame."""
 
     depth: DepthParameters
     learned_from: range
+    """Frames from which the background is learned where there are no images of the empty scene."""
 
     def until(self, stage: Stage) -> Hashable:
         """What the result of a stage depends on."""
@@ -62,7 +56,6 @@ class CloudStore:
 
     Parameters
     ----------
-    recording : Recording
     reader : FrameReader
         Of images in grey; may be shared, it is not closed.
     limit : int, optional
@@ -127,8 +120,6 @@ class CloudStore:
 
         Parameters
         ----------
-        key : CloudKey
-        stretch : range
         shape : bool
             Whether it fits the body's shape.
 

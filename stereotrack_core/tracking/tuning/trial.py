@@ -22,46 +22,31 @@ from stereotrack_core.tracking.tuning.stages import Stage, stage_key
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """What is known before the first frame of a stretch, from a run that has been there.
-
-    Attributes
-    ----------
-    pose : Pose
-        Of the frame before the stretch.
-    P : (n, n) float64 or None
-        Its covariance; used where the tracker has the same state.
-    shape : BodyParameters or None
-        The body's fitted shape, where it stands; None has it fitted again where the settings
-        want that, from the first pose of the specification.
-    lengths : Proportions or None
-        Of the body, where they were estimated from the sequence and stand; None has them
-        estimated again where the settings want that.
-    """
+    """What is known before the first frame of a stretch, from a run that has been there."""
 
     pose: Pose
+    """Of the frame before the stretch."""
     P: FloatArray | None = None
+    """Shape (n, n). Its covariance; used where the tracker has the same state."""
     shape: BodyParameters | None = None
+    """The body's fitted shape, where it stands; None has it fitted again where the settings want
+    that, from the first pose of the specification."""
     lengths: Proportions | None = None
+    """Of the body, where they were estimated from the sequence and stand; None has them
+    estimated again where the settings want that."""
 
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """What shall be tracked.
-
-    Attributes
-    ----------
-    spec : RunSpec
-        With the stretch as its frames.
-    start : Start or None
-        None: as a run over the stretch alone begins.
-    learned_from : range or None
-        Frames from which the background is learned and the shape is fitted: those of the run
-        that the trial is compared with. The stretch where not given.
-    """
+    """What shall be tracked."""
 
     spec: RunSpec
+    """With the stretch as its frames."""
     start: Start | None = None
+    """None: as a run over the stretch alone begins."""
     learned_from: range | None = None
+    """Frames from which the background is learned and the shape is fitted: those of the run that
+    the trial is compared with. The stretch where not given."""
 
     @property
     def settings(self) -> Settings:

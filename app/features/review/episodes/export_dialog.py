@@ -27,38 +27,25 @@ _FRAMES = 5
 
 @dataclass(frozen=True)
 class ExportWish:
-    """What a person wants written.
-
-    Attributes
-    ----------
-    video : bool
-        A video; else strips of pictures.
-    only_chosen : bool
-        The chosen episode alone; else all that are listed.
-    view : str or None
-        Of the strips; None takes the one that shows each episode best.
-    count : int
-        Frames of each strip.
-    path : Path
-        The video, or the folder of the strips.
-    """
+    """What a person wants written."""
 
     video: bool
+    """A video; else strips of pictures."""
     only_chosen: bool
+    """The chosen episode alone; else all that are listed."""
     view: str | None
+    """Of the strips; None takes the one that shows each episode best."""
     count: int
+    """Frames of each strip."""
     path: Path
+    """The video, or the folder of the strips."""
 
 
 class ExportDialog(QDialog):
-    """Which episodes, as what, to where; says what becomes of files that are there.
-
-    Signals
-    -------
-    wished : ExportWish
-    """
+    """Which episodes, as what, to where; says what becomes of files that are there."""
 
     wished = Signal(object)
+    """ExportWish."""
 
     def __init__(
         self,

@@ -22,21 +22,14 @@ LANE_COLOURS = {"truth": "#CC79A7", "signs": "#b8860b"}
 
 @dataclass(frozen=True)
 class Filter:
-    """What is listed; an empty word lists all.
-
-    Attributes
-    ----------
-    limb : str
-        Name in ``LIMBS``.
-    cause : str
-        Key of ``CAUSE_WORDS``.
-    found : str
-        Key of ``FOUND_WORDS``.
-    """
+    """What is listed; an empty word lists all."""
 
     limb: str = ""
+    """Name in ``LIMBS``."""
     cause: str = ""
+    """Key of ``CAUSE_WORDS``."""
     found: str = ""
+    """Key of ``FOUND_WORDS``."""
 
     def takes(self, episode: Episode) -> bool:
         """Whether an episode is listed."""

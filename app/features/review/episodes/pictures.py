@@ -37,15 +37,12 @@ class EpisodePictures(QObject):
     ----------
     reader : callable
         Gives the reader of the open recording.
-
-    Signals
-    -------
-    drawn : ImageArray or None
-    failed : Exception
     """
 
     drawn = Signal(object)
+    """ImageArray or None."""
     failed = Signal(object)
+    """Exception."""
 
     def __init__(self, reader: Callable[[], Shared[FrameReader] | None]) -> None:
         super().__init__()

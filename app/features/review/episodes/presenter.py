@@ -25,16 +25,10 @@ _DELAY_MS = 200
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """The episodes that were found.
-
-    Attributes
-    ----------
-    subject : Subject or None
-        What the core was asked; None where the run does not say where it comes from.
-    episodes : tuple of Episode
-    """
+    """The episodes that were found."""
 
     subject: Subject | None
+    """What the core was asked; None where the run does not say where it comes from."""
     episodes: tuple[Episode, ...]
 
 
@@ -43,8 +37,6 @@ class EpisodePresenter(QObject):
 
     Parameters
     ----------
-    session : Session
-    tasks : TaskList
     wants_pictures : callable
         Whether causes shall be judged by pictures as well, which takes seconds.
     threshold : callable
@@ -54,15 +46,10 @@ class EpisodePresenter(QObject):
     ----------
     chosen : Episode or None
         The episode that is chosen, if it is listed.
-    filter : Filter
-
-    Signals
-    -------
-    changed : ()
-        Other episodes are known, listed or chosen, or more is known about them.
     """
 
     changed = Signal()
+    """Other episodes are known, listed or chosen, or more is known about them."""
 
     def __init__(
         self,
