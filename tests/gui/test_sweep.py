@@ -10,15 +10,9 @@ from PySide6.QtWidgets import QApplication
 
 from app.features.sweep import dialog as dialog_module
 from app.features.sweep import presenter as sweeps_module
-from app.features.sweep.dialog import SweepDialog
+from app.features.sweep.dialog import SweepDialog, count_words, counted_jobs, measured_seconds
 from app.features.sweep.form import SweepForm
-from app.features.sweep.plan import (
-    count_words,
-    counted_jobs,
-    hint_for,
-    measured_seconds,
-)
-from app.features.sweep.points import SweepPoints
+from app.features.sweep.points import SweepPoints, hint_for
 from app.features.sweep.presenter import SweepNow, SweepPresenter
 from app.features.sweep.results import SweepResults
 from app.services.tasks.task import TaskList

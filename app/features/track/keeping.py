@@ -14,7 +14,7 @@ from weakref import WeakKeyDictionary, WeakSet
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
-from stereotrack_core.body.model import body_model
+from stereotrack_core.body.model import BodyModel, body_model
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.history import Changed
@@ -35,10 +35,12 @@ from stereotrack_core.project.runs import (
     unfinished_runs,
 )
 from stereotrack_core.project.schema import RUN
+from stereotrack_core.tracking.frame import Run, TrackedFrame
+from stereotrack_core.tracking.stored import body_of_run
 
 from ...services.failures import message_of
 from ...services.tasks.task import Task, TaskList
-from ...session.runs import RunEntry, RunNow, entry_of_run
+from ...session.runs import RunEntry, RunNow, frames_of_run
 from ...session.session import Session
 from ...widgets.forms.message import Message
 
@@ -218,12 +220,15 @@ class RunKeeper(QObject):
         self._content[entry] = row.content
         entry.kept, entry.name, entry.facts = row.name, row.name, row.facts
 
-    def _on_read(self, entry: RunEntry, read: RunEntry) -> None:
+    def _on_read(
+        self, entry: RunEntry, read: tuple[Run, BodyModel, dict[int, TrackedFrame]]
+    ) -> None:
         self._tried.discard(entry)
         if entry not in self._runs.entries:
             return
-        entry.stored, entry.body, entry.wall_seconds = read.stored, read.body, read.wall_seconds
-        entry.frames.update(read.frames)
+        entry.stored, entry.body, frames = read
+        entry.frames.update(frames)
+        entry.wall_seconds = float(entry.stored.meta.get("wall_seconds") or 0.0)
         self._runs.tell()
         if entry is self._runs.active:
             self._runs.active_changed.emit()
@@ -389,5 +394,6 @@ def _taken_in(project: Project) -> tuple[list[TakenIn], list[InputError]]:
     return runs, refusals
 
 
-def _read(project: Project, name: str) -> RunEntry:
-    return entry_of_run(load_run(project.runs, name), Path(name))
+def _read(project: Project, name: str) -> tuple[Run, BodyModel, dict[int, TrackedFrame]]:
+    run = load_run(project.runs, name)
+    return run, body_of_run(run), frames_of_run(run)
