@@ -14,15 +14,14 @@ from stereotrack_core.arrays import Float32Array, ImageArray
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.depth.chain import DepthChain, MeasuredViews, rectification_of
 from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.depth.match import Region
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.rectify import Rectification
-from stereotrack_core.depth.region import Region
 from stereotrack_core.depth.sources import DepthSource, StereoFrame, StereoSource
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.memory import Memory, bytes_of
 from stereotrack_core.recording.description import Recording, View
-from stereotrack_core.recording.frames import FrameSet, ViewImages
-from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.reader import FrameReader, FrameSet, ViewImages
 from stereotrack_core.tracking.tuning.stages import Stage, stage_key
 
 _CHAINS = 4
