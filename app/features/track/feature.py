@@ -111,8 +111,8 @@ def _commands(context: Context, runs: RunsController) -> list[Command]:
         ),
         Command(
             "repeat_run", _MENU, "Reproduce run", "Track again with the stored settings of the "
-            "run, and check whether the results are equal.", runs.repeat_active,
-            "Alt+F8", "redo",
+            "run, and check whether the results are equal.",
+            partial(runs.with_active, runs.repeater.repeat), "Alt+F8", "redo",
             lambda: session.no_run() or session.tracker_works() or runs.why_not_repeat(),
         ),
         Command(
@@ -124,14 +124,15 @@ def _commands(context: Context, runs: RunsController) -> list[Command]:
             "keep_run", _MENU, "Store run in project",
             "Store a run that was opened from a file in the project. Runs tracked here are stored "
             "automatically.",
-            runs.keep_active, icon="save",
+            partial(runs.with_active, runs.keeper.keep), icon="save",
             why_not=lambda: session.no_run() or session.no_edit() or runs.why_not_keep(),
         ),
         Command(
             "remove_run", _MENU, "Remove run",
             "Remove the active run from the list. If the project stores it, it is deleted there; "
-            "you can undo this. Files are not deleted.", runs.remove_active, "Ctrl+Del",
-            "delete", lambda: session.no_run() or in_progress(),
+            "you can undo this. Files are not deleted.",
+            partial(runs.with_active, runs.keeper.remove), "Ctrl+Del", "delete",
+            lambda: session.no_run() or in_progress(),
         ),
         *_against(session, runs),
     ]  # fmt: skip

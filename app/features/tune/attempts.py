@@ -148,11 +148,11 @@ class AttemptPresenter(QObject):
             self._number -= entry.kind == "attempt"
             self._runs.remove(entry)
 
-    def dismiss(self, entry: RunEntry) -> None:
-        """Take a trial away."""
-        if entry is self.running:
+    def dismiss(self, entry: RunEntry | None) -> None:
+        """Take a trial away; what is none stays."""
+        if entry is not None and entry is self.running:
             self.cancel()
-        elif entry in self.entries:
+        elif entry is not None and entry in self.entries:
             self._runs.remove(entry)
 
     def dismiss_all(self) -> None:

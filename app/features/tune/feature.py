@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from stereotrack_core.tracking.presets import PRESETS
 
 from ...context import Context
@@ -40,6 +42,7 @@ def register(context: Context) -> TuneController:
 
 def _commands(session: Session, tuning: TuneController) -> list[Command]:
     """Commands of the menu Tune."""
+    chosen = tuning.with_selected
 
     def no_try() -> str:
         return session.no_depth() or session.tracker_works()
@@ -65,31 +68,32 @@ def _commands(session: Session, tuning: TuneController) -> list[Command]:
             checked=lambda: tuning.attempts.live,
         ),
         Command(
-            "attempt_use", _MENU, "Use trial settings", "Use the settings of the selected trial "
-            "from now on.", tuning.take_settings_of_selected, "Ctrl+F9", "settings", no_attempt,
+            "attempt_use", _MENU, "Use trial settings",
+            "Use the settings of the selected trial from now on.",
+            partial(chosen, tuning.use_settings_of), "Ctrl+F9", "settings", no_attempt,
             section=True,
         ),
         Command(
             "attempt_run", _MENU, "Make trial the active run",
             "Make the selected trial the active run, for "
-            "the frames it covers.", tuning.make_selected_the_run, "Alt+F9", "model",
+            "the frames it covers.", partial(chosen, tuning.attempts.make_run), "Alt+F9", "model",
             unfinished,
         ),
         Command(
             "attempt_compare", _MENU, "Use as baseline trial",
             "Show the differences of all trials from "
-            "the selected one.", tuning.compare_with_selected, "Shift+F9", "compare",
+            "the selected one.", partial(chosen, tuning.compare_with), "Shift+F9", "compare",
             unfinished,
         ),
         Command(
             "attempt_adopt", _MENU, "Save trial as preset …",
-            "Save the settings of the selected trial "
-            "as a preset of the project.", tuning.presets.adopt, "Ctrl+Shift+F9", "accept",
+            "Save the settings of the selected trial as a preset of the project.",
+            partial(chosen, tuning.presets.adopt), "Ctrl+Shift+F9", "accept",
             lambda: no_attempt() or session.no_edit(),
         ),
         Command(
             "attempt_dismiss", _MENU, "Discard trial", "Discard the selected trial.",
-            tuning.dismiss_selected, "Alt+Del", "delete", no_attempt, section=True,
+            partial(chosen, tuning.attempts.dismiss), "Alt+Del", "delete", no_attempt, section=True,
         ),
         Command(
             "attempt_dismiss_all", _MENU, "Discard all trials", "Discard all trials.",

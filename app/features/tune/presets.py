@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal, Slot
@@ -157,23 +156,12 @@ _FILES = "Preset (*.toml)"
 
 
 class PresetWork(QObject):
-    """What the commands about presets do.
+    """What the commands about presets do."""
 
-    Parameters
-    ----------
-    selected : callable
-        The trial whose settings may be adopted.
-    """
-
-    def __init__(
-        self,
-        context: Context,
-        parameters: ParameterPanel,
-        selected: Callable[[], RunEntry | None],
-    ) -> None:
+    def __init__(self, context: Context, parameters: ParameterPanel) -> None:
         super().__init__(context.session)
         self._context, self._session = context, context.session
-        self._parameters, self._selected = parameters, selected
+        self._parameters = parameters
         self.shelf = PresetShelf(context.session.project)
         self.shelf.changed.connect(self._on_changed)
 
@@ -195,10 +183,9 @@ class PresetWork(QObject):
         """Keep the settings under a name, in the project."""
         self._ask_name("Save as preset", "Present settings", self._session.track.settings)
 
-    def adopt(self) -> None:
-        """Keep the settings of the selected trial under a name, and go on with them."""
-        entry = self._selected()
-        if entry is not None and entry.settings is not None:
+    def adopt(self, entry: RunEntry) -> None:
+        """Keep the settings of a trial under a name, and go on with them."""
+        if entry.settings is not None:
             self._ask_name("Save trial as preset", f"Settings of {entry.name}", entry.settings)
 
     def _ask_name(self, title: str, what: str, settings: Settings) -> None:

@@ -241,7 +241,7 @@ def test_an_attempt_is_adopted_as_a_preset_of_the_project(tuning, qtbot, tmp_pat
 
 
 def test_undo_after_a_change_leaves_a_run_that_was_kept(tuning, qtbot):
-    tuning.features.track.keep_active()
+    tuning.features.track.with_active(tuning.features.track.keeper.keep)
     qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
     run = tuning.context.session.runs.active
     assert run.kept == "quick"
@@ -254,7 +254,7 @@ def test_undo_after_a_change_leaves_a_run_that_was_kept(tuning, qtbot):
     assert run in tuning.context.session.runs.entries
     assert tuning.context.session.project.project.runs.names() == ("quick",)
     assert tuning.context.session.track.settings.tracking.sigma_joint == 25.0
-    tuning.features.track.remove_active()
+    tuning.features.track.with_active(tuning.features.track.keeper.remove)
     assert run not in tuning.context.session.runs.entries
     tuning.context.actions.refresh()
     assert undo.text() == "Undo: delete run quick"
