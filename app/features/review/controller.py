@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer, Slot
@@ -200,21 +201,9 @@ class ReviewController(QObject):
         QGuiApplication.clipboard().setText(text)
         self._context.notifier.say("Statistics copied to the clipboard as CSV.", 4000)
 
-    def ask_where_to_save_statistics(self) -> None:
-        """Ask for a file for the statistics."""
-        path = self._ask("Save statistics", "statistics.csv")
-        if path is not None:
-            self.save_statistics(path)
-
     def save_statistics(self, path: Path) -> None:
         """Write the statistics as CSV."""
         self._write(path, limb_numbers.as_csv(self._numbers(), self._state.threshold))
-
-    def ask_where_to_save_angles(self) -> None:
-        """Ask for a file for the joint angles of the active run, or of the reference."""
-        path = self._ask("Save joint angles", "angles.csv")
-        if path is not None:
-            self.save_angles(path)
 
     def save_angles(self, path: Path) -> None:
         """Write joint angles of every frame as CSV."""
@@ -229,13 +218,15 @@ class ReviewController(QObject):
             return ""
         return "Joint angles have not been computed. Open the panel Joint angles or Motion first."
 
-    def _ask(self, title: str, name: str) -> Path | None:
+    def ask_where(self, title: str, name: str, save: Callable[[Path], None]) -> None:
+        """Ask for a file, and save something there."""
         recording = self._session.document.recording
         folder = Path.home() if recording is None else recording.folder.parent
         chosen, _ = QFileDialog.getSaveFileName(
             self._context.docks.dialog_parent, title, str(folder / name), _TABLES
         )
-        return Path(chosen) if chosen else None
+        if chosen:
+            save(Path(chosen))
 
     def _write(self, path: Path, text: str) -> None:
         path = path if path.suffix else path.with_suffix(".csv")

@@ -10,7 +10,7 @@ from ...services.actions import Command
 from ...services.layout import Workspace
 from ...session.session import Session
 from .controller import ReviewController
-from .episodes.controller import EpisodeController
+from .episodes import EpisodeController
 from .plot import ErrorCurves
 
 _MENU, _GO, _TRACK = "&Review", "&Go", "&Track/&Failures"
@@ -88,15 +88,15 @@ def _commands(session: Session, review: ReviewController, plot: ErrorCurves) -> 
         Command(
             "save_statistics", _MENU, "Save statistics …",
             "Save the statistics of each limb as a CSV table.",
-            review.ask_where_to_save_statistics, icon="save",
-            why_not=session.no_run,
+            partial(review.ask_where, "Save statistics", "statistics.csv", review.save_statistics),
+            icon="save", why_not=session.no_run,
         ),
         Command(
             "save_angles", _MENU, "Save joint angles …",
             "Save the joint angles of the active run frame by frame, with velocities, "
             "accelerations and standard deviations, as CSV.",
-            review.ask_where_to_save_angles, icon="save",
-            why_not=lambda: session.no_recording() or review.why_no_angles(),
+            partial(review.ask_where, "Save joint angles", "angles.csv", review.save_angles),
+            icon="save", why_not=lambda: session.no_recording() or review.why_no_angles(),
         ),
     ]  # fmt: skip
 
