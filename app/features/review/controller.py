@@ -218,15 +218,15 @@ class ReviewController(QObject):
             return ""
         return "Joint angles have not been computed. Open the panel Joint angles or Motion first."
 
-    def ask_where(self, title: str, name: str, save: Callable[[Path], None]) -> None:
-        """Ask for a file, and save something there."""
+    def ask_where(self, title: str, name: str, write: Callable[[Path], None]) -> None:
+        """Ask for a file, and write something there."""
         recording = self._session.document.recording
         folder = Path.home() if recording is None else recording.folder.parent
         chosen, _ = QFileDialog.getSaveFileName(
             self._context.docks.dialog_parent, title, str(folder / name), _TABLES
         )
         if chosen:
-            save(Path(chosen))
+            write(Path(chosen))
 
     def _write(self, path: Path, text: str) -> None:
         path = path if path.suffix else path.with_suffix(".csv")
