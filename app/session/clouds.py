@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections import OrderedDict
 
 from PySide6.QtCore import QObject, Signal, Slot
 
-from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.parameters import DepthParameters
-from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.tracking.tuning.sources import NumberedReader
+from stereotrack_core.tracking.tuning.clouds import CloudKey, CloudStore, KeptClouds
 
 from ..services.failures import message_of
 from ..services.tasks.newest import NewestWins
@@ -22,41 +21,35 @@ _KEPT = 12
 
 
 class _Measuring:
-    """Measures points of one recording in one thread, which alone has the chain.
+    """Takes clouds of one recording from its store, in one thread.
 
     Another recording gets another one of these, so that a thread that is late has nothing to do
-    with it. Once the reader is closed the work ends with the next images.
+    with it. Once the store is closed the work ends with the next images.
     """
 
-    def __init__(self, recording: Recording, reader: Shared[FrameReader]) -> None:
-        self._recording, self._reader = recording, reader
-        self._chain: DepthChain | None = None
+    def __init__(self, store: Shared[CloudStore]) -> None:
+        self._store = store
+        self._clouds: KeptClouds | None = None
 
     def __call__(self, question: tuple[DepthParameters, int]) -> Cloud:
         """Make one cloud."""
         parameters, frame = question
-        with self._reader.used() as reader:
-            pictures = NumberedReader(reader, self)
-            if self._chain is None or self._chain.parameters != parameters:
-                self.close()
-                self._chain = DepthChain(self._recording, parameters)
-                try:
-                    self._chain.learn_background(pictures, range(reader.frame_count))
-                except BaseException:
-                    self.close()  # it has learned a part at most
-                    raise
-            return self._chain.process(pictures.frame_set(frame))
+        with self._store.used() as store:
+            key = CloudKey(parameters, range(store.reader.frame_count))
+            if self._clouds is None or self._clouds.key != key:
+                self._clouds = store.clouds(key, cancelled=lambda: not self._store.wanted)
+            return self._clouds.take(frame)[0]
 
-    def go_on(self) -> None:
-        """Raise :class:`Cancelled` where another recording is measured by now."""
-        if not self._reader.wanted:
-            raise Cancelled
 
-    def close(self) -> None:
-        """End the chain's threads."""
-        chain, self._chain = self._chain, None
-        if chain is not None:
-            chain.close()
+def _store_of(recording: Recording, reader: Shared[FrameReader]) -> Shared[CloudStore]:
+    # the tracker never sees the truth
+    store = CloudStore(dataclasses.replace(recording, reference=None), reader.enter())
+
+    def close() -> None:
+        store.close()
+        reader.leave()
+
+    return Shared(store, close)
 
 
 class CloudPresenter(QObject):
@@ -76,6 +69,7 @@ class CloudPresenter(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._reader: Shared[FrameReader] | None = None
+        self._store: Shared[CloudStore] | None = None
         self._worker: NewestWins | None = None
         self._parameters = DepthParameters()
         self._clouds: OrderedDict[tuple[DepthParameters, int], Cloud] = OrderedDict()
@@ -86,22 +80,28 @@ class CloudPresenter(QObject):
         """Reader of the images in grey, as the tracker sees them."""
         return self._reader
 
+    @property
+    def store(self) -> Shared[CloudStore] | None:
+        """Clouds of the open recording; None where nothing gives depth."""
+        return self._store
+
     def set_recording(self, recording: Recording | None) -> None:
         """Measure another recording; views without depth give nothing."""
         if self._worker is not None:
             self._worker.close()
             self._worker = None
-        if self._reader is not None:
-            self._reader.close()
-            self._reader = None
+        for shared in (self._store, self._reader):
+            if shared is not None:
+                shared.close()
+        self._store = self._reader = None
         self._clouds.clear()
         self._failed.clear()
         names = [view.name for view in recording.views if view.kind != "mono"] if recording else []
         if recording is not None and names:
             reader = FrameReader(recording, views=names, colour=False)
             self._reader = Shared(reader, reader.close)
-            measuring = _Measuring(recording, self._reader)
-            self._worker = NewestWins(measuring, "measure points", measuring.close)
+            self._store = _store_of(recording, self._reader)
+            self._worker = NewestWins(_Measuring(self._store), "measure points")
             self._worker.answered.connect(self._on_measured)
             self._worker.failed.connect(self._on_failed)
 

@@ -13,12 +13,15 @@ from PySide6.QtCore import QObject, Signal
 from stereotrack_core.arrays import IntArray
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import hanging_pose
+from stereotrack_core.errors import InputError
 from stereotrack_core.project.runs import RunFacts
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.frame import Origin, Run, TrackedFrame, cloudless, run_of
 from stereotrack_core.tracking.parameters import Settings
+from stereotrack_core.tracking.repeating import stored_spec
 from stereotrack_core.tracking.run_checks import WARNINGS
+from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 
 from ..widgets.style.line_styles import LineStyle
@@ -137,6 +140,15 @@ class RunEntry:
     def run(self) -> Run | None:
         """Put the run together to be saved; None while nothing is known of its origin."""
         return self.now().run()
+
+    def spec(self) -> RunSpec | None:
+        """How it was made; None where that is not known, or a file of another version says less."""
+        if self.origin is not None:
+            return self.origin.spec
+        try:
+            return None if self.stored is None else stored_spec(self.stored).spec
+        except InputError:
+            return None
 
     def now(self) -> RunNow:
         """What it holds now, for work in another thread."""

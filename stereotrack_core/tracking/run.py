@@ -11,8 +11,10 @@ from datetime import UTC, datetime
 
 import numpy as np
 
+from stereotrack_core.arrays import FloatArray
 from stereotrack_core.blas_threads import one_blas_thread
 from stereotrack_core.body.model import body_model, landmarks
+from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.chain import DepthChain
@@ -74,6 +76,11 @@ class Pipeline:
         To go on with, where everything else is as it was: to the last bit as if it had never been
         stopped.
 
+    Attributes
+    ----------
+    before_step : callable
+        Called before each step; may raise :class:`Cancelled`.
+
     Raises
     ------
     InputError
@@ -110,7 +117,7 @@ class Pipeline:
         self._cameras = np.array([camera.position_world for camera in cameras])
         self.shape = settings.body
         self.tracker = self._tracker()
-        self._init = spec.init
+        self._init, self._given = spec.init, "pose"
         self._found: Pose | None = None
         self._owns_reader = reader is None
         self._release_blas = one_blas_thread.hold()
@@ -125,6 +132,7 @@ class Pipeline:
         self._made: dict[int, tuple[Cloud, float]] = {}
         self.on_first_pass: Callable[[TrackedFrame], None] = lambda _: None
         self.on_replay: Callable[[int], None] = lambda _: None
+        self.before_step: Callable[[Cloud], None] = lambda _: None
 
     def frames(self, frames: range) -> Generator[TrackedFrame, None, None]:
         """Images -> cloud -> the tracker's step -> pose, frame by frame in their order.
@@ -137,6 +145,7 @@ class Pipeline:
             frames = self._begun.rest_of(frames)
         with closing(self._clouds_ahead(frames)) as clouds:
             for cloud, read in clouds:
+                self.before_step(cloud)
                 yield self._keep(self._tracked(cloud, read))
 
     def _clouds_ahead(self, frames: range) -> Generator[tuple[Cloud, float], None, None]:
@@ -198,7 +207,7 @@ class Pipeline:
             clouds = self._first_clouds(frames)
             self._found = self._look_for_pose(clouds) if clouds else None
         if self.settings.tracking.fit_shape and self._follows_data:
-            self._fit_shape(frames)
+            self.fit_shape(frames)
 
     def _go_on_after(self, checkpoint: Checkpoint, frames: range) -> None:
         """Be as after the frames that are done; a background that learns on sees them again."""
@@ -212,6 +221,23 @@ class Pipeline:
             if self._made.pop(frame, None) is None and self.chain.learns:
                 self._cloud(frame)
             self.on_replay(frame)
+
+    def go_on_from(
+        self,
+        pose: Pose,
+        frames: range,
+        *,
+        P: FloatArray | None = None,
+        shape: BodyParameters | None = None,
+    ) -> None:
+        """Be about to do `frames` from where another run was, instead of preparing for them."""
+        self._prepared, self._asked, self._started = True, frames, True
+        self._init, self._given = pose, "the pose of another run"
+        self._made.clear()
+        if shape is not None:
+            self.shape, self.body = shape, body_model(self.body.skeleton.proportions, shape)
+        self.tracker = self._tracker()
+        self.tracker.start(pose, P=P)
 
     def learn(self, frames: range) -> None:
         """Learn the background."""
@@ -236,6 +262,7 @@ class Pipeline:
             ),
             reader=self.reader,
         ) as first:
+            first.before_step = self.before_step
             seen = WellSeenFrames()
             for tracked in first.frames(frames[:LENGTH_FRAMES]):
                 seen.add(tracked)
@@ -250,7 +277,7 @@ class Pipeline:
         self.body = body_model(lengths.proportions, self.settings.body)
         self.tracker = self._tracker()
 
-    def _fit_shape(self, frames: range) -> None:
+    def fit_shape(self, frames: range) -> BodyParameters:
         """Follow the first frames in which somebody is there, and fit the shape to them."""
         p = self.settings.tracking
         tracker = self._seeker()
@@ -258,6 +285,7 @@ class Pipeline:
         for cloud in self._first_clouds(frames):
             if not seen:
                 tracker.start(self.first_pose(cloud))
+            self.before_step(cloud)
             estimate = tracker.step(cloud)
             if estimate.tracked:
                 seen.append(
@@ -268,12 +296,12 @@ class Pipeline:
                     )
                 )
         settled = seen[len(seen) // 3 :: 2]
-        if len(settled) < _LEAST_SETTLED:
-            return
-        lengths = self.body.skeleton.proportions
-        self.shape = fitted_shape(lengths, self.settings.body, settled, p, tracker.setup.joints)
-        self.body = body_model(lengths, self.shape)
-        self.tracker = self._tracker()
+        if len(settled) >= _LEAST_SETTLED:
+            lengths = self.body.skeleton.proportions
+            self.shape = fitted_shape(lengths, self.settings.body, settled, p, tracker.setup.joints)
+            self.body = body_model(lengths, self.shape)
+            self.tracker = self._tracker()
+        return self.shape
 
     def _first_clouds(self, frames: range) -> list[Cloud]:
         """The first clouds that show somebody; all that are made on the way are kept."""
@@ -323,6 +351,7 @@ class Pipeline:
             spec=spec,
             state_names=self.tracker.state_names,
             shape=self.shape,
+            given=self._given,
             made=self._made_at,
             resumed_at=() if self._begun is None else self._begun.resumed_at,
         )

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 import pytest
 from PySide6.QtCore import QCoreApplication
 
-from app.session import clouds
 from app.session.clouds import CloudPresenter
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.tracking.tuning import clouds
 
 PATIENCE_S = 300.0
 
@@ -22,15 +22,17 @@ class Points:
 
     frame: int
     chain: Chain
+    points: None = None
+    pixels: None = None
 
 
 @dataclass(eq=False)
 class Chain:
     """In place of a depth chain; learns until it is let go."""
 
-    recording: object
     parameters: DepthParameters
     go: threading.Event
+    learns = False
     begun: threading.Event = field(default_factory=threading.Event)
     closed_in: list[threading.Thread] = field(default_factory=list)
 
@@ -38,8 +40,11 @@ class Chain:
         self.begun.set()
         assert self.go.wait(PATIENCE_S)
 
-    def process(self, frame_set):
-        return Points(frame_set.index, self)
+    def measured(self, frame_set):
+        return frame_set.index
+
+    def fused(self, frame):
+        return Points(frame, self)
 
     def close(self):
         self.closed_in.append(threading.current_thread())
@@ -50,11 +55,11 @@ def chains(monkeypatch):
     """Chains in the order in which they were made; the first is slow."""
     made = []
 
-    def make(recording, parameters):
+    def make(_recording, parameters, **_keywords):
         go = threading.Event()
         if made:
             go.set()
-        made.append(Chain(recording, parameters, go))
+        made.append(Chain(parameters, go))
         return made[-1]
 
     monkeypatch.setattr(clouds, "DepthChain", make)
@@ -89,8 +94,8 @@ def test_a_late_thread_has_nothing_to_do_with_the_next_recording(
     presenter.ask(1)
     qtbot.waitUntil(lambda: len(presenter.told) == 2)
     QCoreApplication.processEvents()
-    assert [one.chain.recording for one in presenter.told] == [second, second]
-    assert [one.recording for one in chains] == [first, second]
+    assert [one.chain for one in presenter.told] == [chains[1], chains[1]]
+    assert len(chains) == 2
     assert chains[0].closed_in == [late], "who has used it alone has closed it"
     assert chains[1].closed_in == []
     assert presenter.wrong == []

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from app.features.review.curves import lanes_of
+from app.features.review.plot import lanes_of
 from app.features.track.numbers import number_rows
 from app.session.judgement import MEASURED_LIMBS, Judgement, doubts
 from app.shell.status import frame_words

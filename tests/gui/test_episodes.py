@@ -6,7 +6,7 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from app.features.review.episodes.export_dialog import ExportDialog
+from app.features.review.export_dialog import ExportDialog
 from tests.gui.made_runs import add_run
 
 pytestmark = pytest.mark.window

@@ -56,7 +56,7 @@ def test_statistics_are_of_the_selection_obey_the_threshold_and_are_saved(
     reviewing, qtbot, tmp_path
 ):
     show(reviewing, qtbot, "statistics")
-    panel = reviewing.features.review.panels.panels.statistics
+    panel = reviewing.features.review.panels.statistics
     rows = tree_rows(panel)
     assert list(rows)[:2] == ["whole recording", "wild, whole recording"]
     assert rows["wild, whole recording"][5] != "0.0"  # lost in two frames of eight
@@ -90,7 +90,7 @@ def test_statistics_are_of_the_selection_obey_the_threshold_and_are_saved(
 
 def test_points_lead_to_frames_and_views_are_counted_in_the_background(reviewing, qtbot):
     show(reviewing, qtbot, "explanations")
-    panel = reviewing.features.review.panels.panels.explanations
+    panel = reviewing.features.review.panels.explanations
     panel.kind.setCurrentIndex(panel.kind.findData("speed"))
     settle(reviewing, qtbot)
     content = panel._content
@@ -123,7 +123,7 @@ def test_joint_angles_have_bands_and_the_reference_beside_them(reviewing, qtbot,
     show(reviewing, qtbot, "angles")
     for _ in range(4):
         settle(reviewing, qtbot)
-    panels = reviewing.features.review.panels.panels
+    panels = reviewing.features.review.panels
     plot = panels.angles
     plot.angle.setCurrentIndex(plot.angle.findData("shoulder_elevation"))
     settle(reviewing, qtbot)
@@ -175,9 +175,9 @@ def test_without_truth_the_trackers_own_signs_are_shown_and_it_is_said(reviewing
     assert reviewing.features.review.plot.plot.heading != "angular error"
     assert reviewing.features.review.plot.plot.threshold == 12.0
     show(reviewing, qtbot, "statistics")
-    assert "No reference" in reviewing.features.review.panels.panels.statistics.words.text()
+    assert "No reference" in reviewing.features.review.panels.statistics.words.text()
     show(reviewing, qtbot, "explanations")
-    panel = reviewing.features.review.panels.panels.explanations
+    panel = reviewing.features.review.panels.explanations
     assert "No reference" in panel.words.words
     assert np.nanmax(panel._content.steps[0].edges) < 10  # it states 3 degrees
 
@@ -206,7 +206,7 @@ def test_a_dragged_threshold_is_obeyed_by_next_and_previous(reviewing, qtbot):
     qtbot.mouseRelease(port, LEFT, pos=end)
     assert plot.threshold < 2.5
     settle(reviewing, qtbot)
-    heading = reviewing.features.review.panels.panels.statistics.tree.headerItem().text(5)
+    heading = reviewing.features.review.panels.statistics.tree.headerItem().text(5)
     assert heading == f"> {plot.threshold:.0f}°"
     reviewing.context.session.document.go_to(3)
     reviewing.features.review.plot.go_above(1)

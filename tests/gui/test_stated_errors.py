@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.features.review.curves import lanes_of
+from app.features.review.plot import lanes_of
 from app.features.track.numbers import number_rows
 from app.session.comparison import compared
 from app.session.judgement import heading_words, judged, score_words

@@ -10,21 +10,15 @@ from PySide6.QtWidgets import QApplication
 
 from app.features.sweep import dialog as dialog_module
 from app.features.sweep import presenter as sweeps_module
-from app.features.sweep.dialog import SweepDialog
-from app.features.sweep.plan import (
-    PointsWish,
-    SweepWish,
-    count_of_wish,
-    count_words,
-    hint_for,
-    measured_seconds,
-)
-from app.features.sweep.points import SweepPoints
+from app.features.sweep.dialog import SweepDialog, count_words, counted_jobs, measured_seconds
+from app.features.sweep.form import SweepForm
+from app.features.sweep.points import SweepPoints, hint_for
 from app.features.sweep.presenter import SweepNow, SweepPresenter
 from app.features.sweep.results import SweepResults
 from app.services.tasks.task import TaskList
 from app.widgets.forms.sweep_values import SweepValues
 from stereotrack_core.errors import InputError
+from stereotrack_core.experiments.sweep.request import SweepRequest
 from stereotrack_core.experiments.sweep.store import SweepPlaces, SweepState, SweepStore
 
 pytestmark = pytest.mark.window
@@ -71,48 +65,61 @@ def test_values_are_added_by_keys_and_taken_away(shown, qtbot):
     assert values.varied() == (("views", "N"),)
 
 
-def wish_for(recording, tmp_path):
-    return SweepWish(
-        recordings=(str(recording),), seeds="0,1",
-        points=PointsWish(varied=(("iterations", "2,3"),)),
-        frames="0:3", table=str(tmp_path / "a.csv"), scheduler="", preset="fast",
-        changes=("reach=0.2",), workers=2,
+def request_for(recording, tmp_path):
+    return SweepRequest(
+        recordings=(recording,), seeds="0,1", grid=("iterations=2,3",), frames="0:3",
+        table=tmp_path / "a.csv", preset="fast", changes=("reach=0.2",), workers=2,
     )  # fmt: skip
 
 
-def test_a_wish_is_a_command(tmp_path, small_recording):
-    wish = wish_for(small_recording, tmp_path)
-    count = count_of_wish(wish)
+def test_fields_are_a_request_whose_jobs_are_counted(shown, tmp_path, small_recording):
+    form = shown(SweepForm())
+    with pytest.raises(InputError, match="no recording"):
+        form.request()
+    form.add_recording(small_recording)
+    with pytest.raises(InputError, match="no file name"):
+        form.request()
+    form.show_base("fast", ["reach=0.2"])
+    form.points.values.add("iterations", "2,3")
+    form.seeds.setText("0,1")
+    form.frames.setText("0:3")
+    form.table.setText(str(tmp_path / "a.csv"))
+    form.processes.setValue(2)
+    asked = request_for(small_recording, tmp_path)
+    assert form.request() == asked
+    form.address.setText("tcp://host:8786")
+    form.cluster.setChecked(True)
+    assert form.request() == replace(asked, workers=None, scheduler="tcp://host:8786")
+    count = counted_jobs(asked)
     assert (count.jobs, count.points, count.there, count.frames) == (4, 2, 0, 12)
     words = count_words(count, cluster=False)
     assert words.startswith("4 runs (2 points). To track: 12 frames")
     assert "not known yet" in words
-    with pytest.raises(InputError, match="no recording"):
-        SweepWish((), PointsWish(), "0", "", "a.csv", "", "fast", (), 1).request()
 
 
 def test_lists_and_searches_are_asked_for_like_grids(shown, tmp_path, small_recording):
     points = shown(SweepPoints())
     points.way.setCurrentIndex(points.way.findData("list"))
     with pytest.raises(InputError, match="no list of points"):
-        points.wish().fields()
+        points.fields()
     listed = tmp_path / "points.csv"
     listed.write_text("iterations,views\n2,NS\n3,\n4,\n")
     points.file.setText(str(listed))
-    wish = replace(wish_for(small_recording, tmp_path), points=points.wish())
-    assert (count_of_wish(wish).points, count_of_wish(wish).jobs) == (3, 6)
+    request = replace(request_for(small_recording, tmp_path), grid=())
+    count = counted_jobs(replace(request, **points.fields()))
+    assert (count.points, count.jobs) == (3, 6)
     points.way.setCurrentIndex(points.way.findData("search"))
     with pytest.raises(InputError, match="no parameters to search"):
-        points.wish().fields()
+        points.fields()
     points.ranges.add("reach", "0.1:0.5")
     points.trials.setValue(4)
     points.judge.setCurrentIndex(points.judge.findData("lost"))
     asked = {"search": ("reach=0.1:0.5",), "trials": 4, "minimise": "lost"}
-    assert points.wish().fields() == asked
-    wish = replace(wish, points=points.wish())
-    assert (count_of_wish(wish).points, count_of_wish(wish).jobs) == (4, 8)
+    assert points.fields() == asked
+    count = counted_jobs(replace(request, **points.fields()))
+    assert (count.points, count.jobs) == (4, 8)
     points.way.setCurrentIndex(0)
-    assert points.wish().fields() == {"grid": ()}
+    assert points.fields() == {"grid": ()}
 
 
 def test_points_and_fields_tell_their_runs(shown, qtbot, table, tmp_path):
@@ -163,7 +170,7 @@ def test_a_sweep_is_asked_for_and_computed_and_its_values_taken_over(
     opened, qtbot, tmp_path, monkeypatch
 ):
     w = opened
-    monkeypatch.setattr(dialog_module, "measured_seconds", lambda wish, cancelled: 700.0)
+    monkeypatch.setattr(dialog_module, "measured_seconds", lambda request, cancelled: 700.0)
     w.context.actions.action("sweep").trigger()
     dialog = w.features.sweep.dialog
     qtbot.waitUntil(lambda: dialog.settled, timeout=20_000)
@@ -290,9 +297,9 @@ def test_a_sweep_can_be_stopped_at_once(qtbot, tmp_path, small_recording):
 
 @pytest.mark.slow
 def test_the_time_of_a_sweep_is_measured_in_another_process(tmp_path, small_recording):
-    wish = wish_for(small_recording, tmp_path)
-    assert measured_seconds(wish, lambda: False) > 0
-    assert measured_seconds(wish, lambda: True) is None
+    request = request_for(small_recording, tmp_path)
+    assert measured_seconds(request, lambda: False) > 0
+    assert measured_seconds(request, lambda: True) is None
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(InputError, match="the run time could not be measured"):
-        measured_seconds(wish_for(tmp_path / "none", tmp_path), lambda: False)
+        measured_seconds(request_for(tmp_path / "none", tmp_path), lambda: False)

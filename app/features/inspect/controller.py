@@ -32,7 +32,7 @@ class InspectController(QObject):
         session = context.session
         self.panel = InsidePanel()
         context.docks.add("inside", "Inspect step", self.panel)
-        self.inside = InsidePresenter(session.document, session.clouds, session.runs, session.track)
+        self.inside = InsidePresenter(session)
         self.inside.changed.connect(self.show)
         self.inside.message.connect(context.notifier.show)
         self.panel.step_chosen.connect(self.inside.go)

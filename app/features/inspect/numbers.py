@@ -23,23 +23,15 @@ _FULL = 0.06
 
 @dataclass(frozen=True)
 class State:
-    """One number of the state.
-
-    Attributes
-    ----------
-    label, short : str
-    limb : str
-    unit : str
-        "mm" or "°".
-    factor : float
-        From metres or radians to the unit.
-    """
+    """One number of the state."""
 
     label: str
     short: str
     limb: str
     unit: str
+    """Either "mm" or "°"."""
     factor: float
+    """From metres or radians to the unit."""
 
 
 def states_of(names: tuple[str, ...]) -> tuple[State, ...]:

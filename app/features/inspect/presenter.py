@@ -9,11 +9,8 @@ from stereotrack_core.recording.description import Recording
 
 from ...services.failures import message_of
 from ...services.tasks.newest import NewestWins
-from ...session.clouds import CloudPresenter
-from ...session.document import DocumentPresenter
 from ...session.pictures import StepDrawing
-from ...session.runs import RunList
-from ...session.tracking import TrackPresenter
+from ...session.session import Session
 from ...widgets.plots.inside_content import StepContent
 from .contents import content_of
 from .drawing import drawing_of
@@ -33,28 +30,17 @@ _SOON_MS = 60
 
 
 class InsidePresenter(QObject):
-    """Looks inside the frame that is shown, and goes through its steps.
-
-    Signals
-    -------
-    changed : ()
-        Another step is shown, or none.
-    message : Message
-        Why nothing can be shown.
-    """
+    """Looks inside the frame that is shown, and goes through its steps."""
 
     changed = Signal()
+    """Another step is shown, or none."""
     message = Signal(object)
+    """Message: why nothing can be shown."""
 
-    def __init__(
-        self,
-        document: DocumentPresenter,
-        clouds: CloudPresenter,
-        runs: RunList,
-        track: TrackPresenter,
-    ) -> None:
+    def __init__(self, session: Session) -> None:
         super().__init__()
-        self._document, self._clouds, self._runs, self._track = document, clouds, runs, track
+        self._document, self._clouds = session.document, session.clouds
+        self._runs, self._track = session.runs, session.track
         self.looking = False
         self.known: Inside | None = None
         self.index = 0
@@ -64,8 +50,8 @@ class InsidePresenter(QObject):
         self._soon = QTimer(self, singleShot=True, interval=_SOON_MS)
         self._soon.timeout.connect(self._ask)
         for changed in (
-            document.frame_changed, document.playing_changed, clouds.measured,
-            runs.active_changed, track.state_changed,
+            session.document.frame_changed, session.document.playing_changed,
+            session.clouds.measured, session.runs.active_changed, session.track.state_changed,
         ):  # fmt: skip
             changed.connect(self._ask_soon)
 
@@ -128,7 +114,7 @@ class InsidePresenter(QObject):
     def leave(self) -> None:
         """Show the run again."""
         self.looking = False
-        self._stop()
+        self._asked = None
         self._show(None, 0)
 
     def go(self, index: int) -> None:
@@ -142,8 +128,7 @@ class InsidePresenter(QObject):
 
     def close(self) -> None:
         """Forget everything and end the thread."""
-        self.looking, self.known, self._drawing = False, None, None
-        self._stop()
+        self.looking, self.known, self._drawing, self._asked = False, None, None, None
         if self._worker is not None:
             self._worker.close()
             self._worker = None
@@ -156,12 +141,6 @@ class InsidePresenter(QObject):
         if self.looking and not self._soon.isActive():
             self._soon.start()
 
-    def _stop(self) -> None:
-        """Let what is being worked out end as soon as it can."""
-        if self._asked is not None:
-            self._asked.stop.set()
-        self._asked = None
-
     def _waits(self) -> bool:
         return self._document.playing or self._track.running
 
@@ -173,7 +152,7 @@ class InsidePresenter(QObject):
             return
         if self._waits():
             if self.known is None or self.known.question is not self._asked:
-                self._stop()  # the tracker needs the time
+                self._asked = None  # the tracker needs the time
             return
         try:
             question = self._question(recording)
@@ -183,7 +162,6 @@ class InsidePresenter(QObject):
             return
         if question is None:
             return
-        self._stop()
         self._asked = question
         if self._worker is None:
             self._worker = NewestWins(answer, "record step trace")

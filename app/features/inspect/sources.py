@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
-import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from stereotrack_core.blas_threads import one_blas_thread
-from stereotrack_core.body.model import BodyModel, body_model
+from stereotrack_core.body.model import body_model
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.cloud import Cloud
@@ -30,7 +28,6 @@ from stereotrack_core.tracking.repeating import stored_spec
 from stereotrack_core.tracking.run import Pipeline
 from stereotrack_core.tracking.trace import StepTrace, movement
 from stereotrack_core.tracking.tracker import PersonTracker
-from stereotrack_core.tracking.tuning.attempt import stoppable
 from stereotrack_core.tracking.ukf import ThesisTracker
 
 from ...session.runs import RunEntry
@@ -46,52 +43,30 @@ _SAME_METRES, _SAME_RADIANS = 1e-4, np.radians(0.01)
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """What the inside of a frame is worked out from.
-
-    Attributes
-    ----------
-    frame : int
-    cloud : Cloud
-    begin : callable
-        Makes the tracker that does the frame; called in the background.
-    found : Estimate or None
-        What the run has kept of the frame, to be compared with.
-    source : object
-        The run or tracker that it is about.
-    settings : Settings
-    stop : Event
-        Set when nobody wants to know any more.
-    """
+    """What the inside of a frame is worked out from."""
 
     frame: int
     cloud: Cloud
     begin: Callable[[Cloud], Beginning]
+    """Makes the tracker that does the frame; called in the background."""
     found: Estimate | None
+    """What the run has kept of the frame, to be compared with."""
     source: object
+    """The run or tracker that it is about."""
     settings: Settings
-    stop: threading.Event
 
 
 @dataclass(frozen=True, eq=False)
 class Inside:
-    """What was worked out.
-
-    Attributes
-    ----------
-    question : Question
-    trace : StepTrace
-    steps : tuple of Step
-    words : str
-        Where the tracker began.
-    compared : str
-        How the result differs from what the run has kept.
-    """
+    """What was worked out."""
 
     question: Question
     trace: StepTrace
     steps: tuple[Step, ...]
     words: str
+    """Where the tracker began."""
     compared: str
+    """How the result differs from what the run has kept."""
 
 
 def asks_the_same(asked: Question | None, frame: int, source: object, settings: Settings) -> bool:
@@ -112,8 +87,6 @@ def answer(question: Question) -> Inside:
         trace = traced_step(begun.tracker, question.cloud)
     finally:
         release()
-    plain = BodyModel(trace.body.skeleton, trace.body.cones)  # this one never stops
-    trace = dataclasses.replace(trace, body=plain)
     return Inside(question, trace, steps_of(trace), begun.words, _compared(trace, question.found))
 
 
@@ -122,9 +95,6 @@ def live_question(frame: int, cloud: Cloud, pipeline: Pipeline, *, started: bool
 
     Parameters
     ----------
-    frame : int
-    cloud : Cloud
-    pipeline : Pipeline
     started : bool
         Whether the tracker has a pose already.
     """
@@ -137,15 +107,14 @@ def live_question(frame: int, cloud: Cloud, pipeline: Pipeline, *, started: bool
             twin.start(pipeline.first_pose(cloud))
         return Beginning(twin, LIVE)
 
-    return Question(frame, cloud, begin, None, pipeline, pipeline.settings, threading.Event())
+    return Question(frame, cloud, begin, None, pipeline, pipeline.settings)
 
 
 def run_question(
     frame: int, cloud: Cloud, recording: Recording, entry: RunEntry | None, settings: Settings
 ) -> Question:
     """About a run that has been there, or about a frame that no run knows."""
-    way, known, stop = way_of(recording, entry, settings), Known(), threading.Event()
-    way = dataclasses.replace(way, body=stoppable(way.body, stop.is_set))
+    way, known = way_of(recording, entry, settings), Known()
     if entry is not None:
         known = Known(*(_estimate(entry, k) for k in (frame - 1, frame - 2, frame)))
     smoothed = entry is not None and _smoothed(entry)
@@ -154,7 +123,7 @@ def run_question(
         begun = beginning_at(way, known, cloud)
         return Beginning(begun.tracker, begun.words + _SMOOTHED) if smoothed else begun
 
-    return Question(frame, cloud, begin, known.here, entry, settings, stop)
+    return Question(frame, cloud, begin, known.here, entry, settings)
 
 
 def settings_of(entry: RunEntry) -> Settings:
@@ -167,25 +136,18 @@ def settings_of(entry: RunEntry) -> Settings:
     """
     if entry.settings is not None:
         return entry.settings
-    run = entry.run()
-    return stored_spec(run).spec.settings if run is not None else Settings()
+    return stored_spec(entry.stored).spec.settings if entry.stored is not None else Settings()
 
 
 def way_of(recording: Recording, entry: RunEntry | None, settings: Settings) -> Way:
     """How a run tracks its frames; how the next one would, where there is none."""
-    body: BodyModel = (
-        entry.body
-        if entry is not None
-        else body_model(proportions_of(recording.subject), settings.body)
-    )
-    views, seed = usable_views(recording, None), 0
-    if entry is not None and entry.origin is not None:
-        views, seed = tuple(entry.origin.spec.views or ()), entry.origin.spec.seed
-    elif entry is not None and entry.stored is not None:
-        meta = entry.stored.meta
-        kept = tuple(name for name in meta.get("views", ()) if name in views)
-        views, seed = kept or views, int(meta.get("seed", 0))
-    return Way(recording, settings, body, tuple(views), seed)
+    usable = usable_views(recording, None)
+    if entry is None:
+        body = body_model(proportions_of(recording.subject), settings.body)
+        return Way(recording, settings, body, usable, 0)
+    spec = entry.spec()
+    kept = tuple(name for name in (spec and spec.views) or () if name in usable)
+    return Way(recording, settings, entry.body, kept or usable, spec.seed if spec else 0)
 
 
 def _estimate(entry: RunEntry, frame: int) -> Estimate | None:

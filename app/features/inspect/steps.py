@@ -15,28 +15,18 @@ StepKind: TypeAlias = Literal[
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """One step.
-
-    Attributes
-    ----------
-    kind : str
-    title : str
-    heading : str
-        Of the first step of an iteration; empty elsewhere.
-    words : str
-        What happens, for somebody who learns the method.
-    source : str
-        Where the thesis has it, or what it takes the place of.
-    correction : int
-        Index into the trace's corrections; -1 for steps that belong to none.
-    """
+    """One step."""
 
     kind: StepKind
     title: str
     words: str
+    """What happens, for somebody who learns the method."""
     source: str
+    """Where the thesis has it, or what it takes the place of."""
     heading: str = ""
+    """Of the first step of an iteration; empty elsewhere."""
     correction: int = -1
+    """Index into the trace's corrections; -1 for steps that belong to none."""
 
 
 _THESIS: dict[StepKind, tuple[str, str, str]] = {
@@ -119,13 +109,7 @@ _MANIFOLD: dict[StepKind, tuple[str, str, str]] = {
         "them to linearise around the pose at the start of the iteration.",
         "Equations (2.12) to (2.14), figure 3.9",
     ),
-    "cross": (
-        "Cross-covariance",
-        "P_xz: how a change of each state (rows) goes along with the number of each pair "
-        "(columns). Orange: they grow together; blue: one grows as the other falls; none: that "
-        "pair says nothing about that state.",
-        "Equation (2.11), P_xz = P Hᵀ; figure 3.14",
-    ),
+    "cross": (*_THESIS["cross"][:2], "Equation (2.11), P_xz = P Hᵀ; figure 3.14"),
     "correct": (
         "Correct",
         "The prediction is corrected by all correspondences at once, linearised at the start of "
@@ -143,11 +127,7 @@ _MANIFOLD: dict[StepKind, tuple[str, str, str]] = {
         "is chosen if it explains the frame clearly better. Thin outlines: rejected pairs.",
         "Not in the thesis, whose section 3.2.4 describes arms that stay caught on other parts",
     ),
-    "result": (
-        "Result",
-        "The pose of this frame. The next frame starts from it and from its covariance.",
-        "Section 3.2.3: x[k+1|k+1], P[k+1|k+1]",
-    ),
+    "result": _THESIS["result"],
 }
 _PICTURED = (
     "Poses that represent the estimate and its uncertainty (thin outlines). This tracker "
@@ -163,7 +143,9 @@ def steps_of(trace: StepTrace) -> tuple[Step, ...]:
     for index, correction in enumerate(trace.corrections):
         heading = heading_of(correction)
         for kind in _IN_ITERATION:
-            steps.append(_step(kind, texts, heading, index, pictured=_pictures(correction)))
+            steps.append(
+                _step(kind, texts, heading, index, pictured=not correction.sigma_points.used)
+            )
             heading = ""
     if trace.measured:
         steps.append(_step("pairs", texts, "Estimate"))
@@ -195,10 +177,6 @@ def same_step(steps: tuple[Step, ...], like: Step) -> int:
         if (step.kind, step.correction) == (like.kind, like.correction):
             return index
     return len(steps) - 1
-
-
-def _pictures(correction: Correction) -> bool:
-    return not correction.sigma_points.used
 
 
 def _step(

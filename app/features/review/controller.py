@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer, Slot
@@ -20,17 +21,25 @@ from stereotrack_core.recording.csv_table import csv_text
 from stereotrack_core.recording.description import Segment
 
 from ...context import Context
-from ...services.docks import Docks
 from ...session.runs import RunEntry
 from ...widgets.plots.angle_plot import AnglePlot
 from ...widgets.plots.cloud_plot import CloudPlot
 from ...widgets.tables.motion_table import MotionTable
 from ...widgets.tables.statistics_panel import StatisticsPanel
-from . import angle_curves, limb_numbers
-from .angle_curves import QUANTITIES, Moved, choices
-from .explaining import KINDS, content_of
-from .joint_angles import AnglePresenter
-from .sights import SightPresenter
+from . import limb_numbers
+from .explaining import KINDS, RunCircumstances, content_of
+from .joint_angles import (
+    COLUMNS,
+    QUANTITIES,
+    Moved,
+    RunAngles,
+    choices,
+    curves_of,
+    plot_words,
+    range_rows,
+    table_words,
+    unit_of,
+)
 
 _DELAY_MS = 60
 _TABLES = "Tables (*.csv)"
@@ -43,34 +52,42 @@ class ReviewController(QObject):
         super().__init__(context.session)
         self._context, self._session, self._state = context, context.session, context.view_state
         session, tasks = context.session, context.tasks
-        self.panels = ReviewPanels(context.docks)
-        self.angles = AnglePresenter(session.runs, tasks, lambda: session.track.entry)
-        self.sights = SightPresenter(tasks, lambda: session.track.entry)
+        self.statistics, self.motion = StatisticsPanel(), MotionTable(CUT_OFF_HZ)
+        self.explanations, self.angles = CloudPlot(KINDS), AnglePlot(choices(), QUANTITIES)
+        docks = context.docks
+        docks.add("statistics", "Statistics", self.statistics)
+        # these share the place of the plot of errors, and say by themselves what they show
+        docks.add("explanations", "Error analysis", self.explanations, titled=False)
+        docks.add("angles", "Joint angles", self.angles, titled=False)
+        docks.add("motion", "Motion", self.motion)
+        self._run_angles = RunAngles(session.runs, tasks, lambda: session.track.entry)
+        self._circumstances = RunCircumstances(tasks, lambda: session.track.entry)
         self._timer = QTimer(self, singleShot=True, interval=_DELAY_MS)
         self._timer.timeout.connect(self.show)
         tasks.watch(lambda: not self._timer.isActive())
         self._connect()
 
     def _connect(self) -> None:
-        session, panels, timeline = self._session, self.panels, self._context.docks.timeline
-        for plot in (panels.explanations, panels.angles):
+        session, angles, timeline = self._session, self.angles, self._context.docks.timeline
+        for plot in (self.explanations, angles):
             plot.frame_requested.connect(session.document.visit)
         for signal in (
-            panels.explanations.kind_chosen, panels.angles.chosen, self.angles.changed,
-            self.sights.changed, session.judging.judged, session.judging.truth_changed,
-            self._state.selection_changed, self._state.threshold_changed, session.opened,
-            session.closed, session.track.finished, panels.motion.cut_off_changed,
+            self.explanations.kind_chosen, angles.chosen, self._run_angles.known.changed,
+            self._circumstances.views.changed, session.judging.judged,
+            session.judging.truth_changed, self._state.selection_changed,
+            self._state.threshold_changed, session.opened, session.closed,
+            session.track.finished, self.motion.cut_off_changed,
         ):  # fmt: skip
             signal.connect(self.show_soon)
-        for name in REVIEW_PANELS:
+        for name in ("statistics", "explanations", "angles", "motion"):
             self._context.docks.dock(name).visibilityChanged.connect(self.show_soon)
-        panels.motion.angle_chosen.connect(self._on_angle)
-        panels.angles.visible_range_changed.connect(timeline.set_visible_range)
-        timeline.visible_range_changed.connect(panels.angles.set_visible_range)
-        timeline.margins_changed.connect(panels.angles.set_margins)
-        panels.angles.set_margins(*timeline.margins)
-        session.document.frame_changed.connect(panels.angles.set_frame)
-        session.document.count_changed.connect(panels.angles.set_range)
+        self.motion.angle_chosen.connect(self._on_angle)
+        angles.visible_range_changed.connect(timeline.set_visible_range)
+        timeline.visible_range_changed.connect(angles.set_visible_range)
+        timeline.margins_changed.connect(angles.set_margins)
+        angles.set_margins(*timeline.margins)
+        session.document.frame_changed.connect(angles.set_frame)
+        session.document.count_changed.connect(angles.set_range)
         session.opened.connect(self._on_opened)
 
     @Slot()
@@ -78,15 +95,15 @@ class ReviewController(QObject):
         recording = self._session.document.recording
         if recording is not None:
             highest = HIGHEST_SHARE * recording.fps
-            self.panels.motion.set_highest_cut_off(CUT_OFF_HZ, highest)
-            self.panels.angles.set_range(self._session.document.frame_count)
+            self.motion.set_highest_cut_off(CUT_OFF_HZ, highest)
+            self.angles.set_range(self._session.document.frame_count)
 
     def add_buttons(self) -> None:
         """Offer the commands in their panels, once they are made."""
         actions = self._context.actions
         for name in ("copy_statistics", "save_statistics"):
-            self.panels.statistics.add_action_button(actions.action(name))
-        self.panels.motion.add_action_button(actions.action("save_angles"))
+            self.statistics.add_action_button(actions.action(name))
+        self.motion.add_action_button(actions.action("save_angles"))
 
     @Slot()
     def show_soon(self, _what: object = None) -> None:
@@ -98,20 +115,19 @@ class ReviewController(QObject):
         """Bring the panels that are seen up to date."""
         if self._session.document.recording is None:
             return
-        if self.panels.statistics.isVisible():
+        if self.statistics.isVisible():
             self._show_statistics()
-        if self.panels.explanations.isVisible():
+        if self.explanations.isVisible():
             self._show_explanations()
-        if self.panels.angles.isVisible() or self.panels.motion.isVisible():
+        if self.angles.isVisible() or self.motion.isVisible():
             self._show_angles()
 
     # ---- what is shown
 
     def _entries(self) -> list[RunEntry]:
         """Runs that are shown, the active one first."""
-        active = self._session.runs.active
-        others = [e for e in self._session.runs.entries if e.visible and e is not active]
-        return [*([active] if active is not None else []), *others]
+        runs = self._session.runs
+        return [one for one in (runs.active, *runs.shown_beside()) if one is not None]
 
     def _stretches(self) -> tuple[Segment, ...]:
         recording = self._session.document.recording
@@ -127,49 +143,49 @@ class ReviewController(QObject):
         judgement = self._session.judging.of(self._session.runs.active)
         numbers = self._numbers()
         if judgement is None or not numbers:
-            self.panels.statistics.show_statistics("", (), ())
+            self.statistics.show_statistics("", (), ())
             return
-        self.panels.statistics.show_statistics(
+        self.statistics.show_statistics(
             limb_numbers.words(numbers, judgement),
             limb_numbers.columns(self._state.threshold, judgement.measure),
             limb_numbers.groups(numbers),
         )
 
     def _show_explanations(self) -> None:
-        recording, kind = self._session.document.recording, self.panels.explanations.kind_key
+        recording, kind = self._session.document.recording, self.explanations.kind_key
         if recording is None:
             return
         judgements = self._session.judging.all()
-        explained = self.sights.explained(
+        explained = self._circumstances.explained(
             self._entries(), judgements, recording, with_views=kind == "views"
         )
         content = content_of(kind, explained, self._state.selection)
-        self.panels.explanations.show_content(content)
+        self.explanations.show_content(content)
 
     def _moved(self) -> list[Moved]:
         recording = self._session.document.recording
         if recording is None:
             return []
         truth = self._session.judging.truth
-        return self.angles.shown(truth, recording.fps, self.panels.motion.cut_off.value())
+        return self._run_angles.shown(truth, recording.fps, self.motion.cut_off.value())
 
     def _show_angles(self) -> None:
-        self.angles.ask(self._session.judging.truth)
-        moved, plot = self._moved(), self.panels.angles
-        curves = angle_curves.curves_of(moved, plot.angle_key, plot.quantity_key)
-        words = angle_curves.plot_words(moved, plot.angle_key, plot.quantity_key)
-        plot.show_curves(curves, angle_curves.unit_of(plot.quantity_key), words)
+        self._run_angles.ask(self._session.judging.truth)
+        moved, plot = self._moved(), self.angles
+        curves = curves_of(moved, plot.angle_key, plot.quantity_key)
+        words = plot_words(moved, plot.angle_key, plot.quantity_key)
+        plot.show_curves(curves, unit_of(plot.quantity_key), words)
         plot.set_selection(self._state.selection)
         stretch = self._stretches()[0]
-        rows = angle_curves.range_rows(moved[0], stretch) if moved else ()
-        said = angle_curves.table_words(moved[0], stretch) if moved else ""
-        self.panels.motion.show_rows(said, angle_curves.COLUMNS, rows)
+        rows = range_rows(moved[0], stretch) if moved else ()
+        said = table_words(moved[0], stretch) if moved else ""
+        self.motion.show_rows(said, COLUMNS, rows)
 
     # ---- what a person does
 
     @Slot(str)
     def _on_angle(self, key: str) -> None:
-        box = self.panels.angles.angle
+        box = self.angles.angle
         box.setCurrentIndex(box.findData(key))
         if self._context.docks.is_shown("angles"):
             self._context.docks.bring_up("angles")
@@ -185,21 +201,9 @@ class ReviewController(QObject):
         QGuiApplication.clipboard().setText(text)
         self._context.notifier.say("Statistics copied to the clipboard as CSV.", 4000)
 
-    def ask_where_to_save_statistics(self) -> None:
-        """Ask for a file for the statistics."""
-        path = self._ask("Save statistics", "statistics.csv")
-        if path is not None:
-            self.save_statistics(path)
-
     def save_statistics(self, path: Path) -> None:
         """Write the statistics as CSV."""
         self._write(path, limb_numbers.as_csv(self._numbers(), self._state.threshold))
-
-    def ask_where_to_save_angles(self) -> None:
-        """Ask for a file for the joint angles of the active run, or of the reference."""
-        path = self._ask("Save joint angles", "angles.csv")
-        if path is not None:
-            self.save_angles(path)
 
     def save_angles(self, path: Path) -> None:
         """Write joint angles of every frame as CSV."""
@@ -214,13 +218,15 @@ class ReviewController(QObject):
             return ""
         return "Joint angles have not been computed. Open the panel Joint angles or Motion first."
 
-    def _ask(self, title: str, name: str) -> Path | None:
+    def ask_where(self, title: str, name: str, write: Callable[[Path], None]) -> None:
+        """Ask for a file, and write something there."""
         recording = self._session.document.recording
         folder = Path.home() if recording is None else recording.folder.parent
         chosen, _ = QFileDialog.getSaveFileName(
             self._context.docks.dialog_parent, title, str(folder / name), _TABLES
         )
-        return Path(chosen) if chosen else None
+        if chosen:
+            write(Path(chosen))
 
     def _write(self, path: Path, text: str) -> None:
         path = path if path.suffix else path.with_suffix(".csv")
@@ -230,21 +236,3 @@ class ReviewController(QObject):
             self._context.notifier.error(error)
             return
         self._context.notifier.say(f"Saved to {path}.", 6000)
-
-
-REVIEW_PANELS = ("statistics", "explanations", "angles", "motion")
-
-
-class ReviewPanels:
-    """Widgets in their docks, not yet connected."""
-
-    def __init__(self, docks: Docks) -> None:
-        self.statistics = StatisticsPanel()
-        self.explanations = CloudPlot(KINDS)
-        self.angles = AnglePlot(choices(), QUANTITIES)
-        self.motion = MotionTable(CUT_OFF_HZ)
-        docks.add("statistics", "Statistics", self.statistics)
-        # these share the place of the plot of errors, and say by themselves what they show
-        docks.add("explanations", "Error analysis", self.explanations, titled=False)
-        docks.add("angles", "Joint angles", self.angles, titled=False)
-        docks.add("motion", "Motion", self.motion)

@@ -1,25 +1,32 @@
-"""Errors of runs against what may explain them, ready to be drawn."""
+"""Errors of runs against what may explain them: worked out, and ready to be drawn."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import Pose
-from stereotrack_core.evaluation.circumstances import Circumstances, circumstances_of
+from stereotrack_core.evaluation.circumstances import (
+    Circumstances,
+    circumstances_of,
+    views_that_see,
+)
 from stereotrack_core.evaluation.limb_statistics import trend
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.interop.first_pose import pose_of_landmarks
 from stereotrack_core.recording.description import Recording
 
+from ...services.tasks.task import Task, TaskList
 from ...session.judgement import MEASURED_LIMBS, Judgement, reference_at
 from ...session.runs import RunEntry
 from ...widgets.plots.cloud_plot import CloudContent, PointCloud, Steps
 from ...widgets.style.limb_colours import LIMB_COLOURS
+from .per_run import PerRun
 
 KINDS: tuple[tuple[str, str], ...] = (
     ("histogram", "% of frames over error [deg]"),
@@ -36,27 +43,76 @@ _APART = 0.07
 
 @dataclass(frozen=True, eq=False)
 class Explained:
-    """A run with its circumstances; F frames of the run, limbs in the order of ``LIMBS``.
-
-    Attributes
-    ----------
-    name : str
-    judgement : Judgement
-    circumstances : Circumstances
-    views : (F, 6) float64 or None
-        How many views see each limb; None while that is not worked out.
-    """
+    """A run with its circumstances; F frames of the run, limbs in the order of ``LIMBS``."""
 
     name: str
     judgement: Judgement
     circumstances: Circumstances
     views: FloatArray | None = None
+    """Shape (F, 6). How many views see each limb; None while that is not worked out."""
 
     def against(self, kind: str) -> FloatArray | None:
         """What stands on the x axis (F, 6); None while it is not known."""
         if kind == "views":
             return self.views
         return self.circumstances.distance if kind == "distance" else self.circumstances.speed
+
+
+class RunCircumstances:
+    """Keeps the circumstances of runs, and what each view sees of them.
+
+    Parameters
+    ----------
+    growing : callable
+        The run that is being tracked.
+    """
+
+    def __init__(self, tasks: TaskList, growing: Callable[[], RunEntry | None]) -> None:
+        self._growing = growing
+        self.views: PerRun[FloatArray] = PerRun(tasks, "computing visibility")
+        self._known: WeakKeyDictionary[RunEntry, tuple[Judgement, Circumstances]]
+        self._known = WeakKeyDictionary()
+
+    def explained(
+        self,
+        entries: Sequence[RunEntry],
+        judgements: Mapping[RunEntry, Judgement],
+        recording: Recording,
+        *,
+        with_views: bool,
+    ) -> list[Explained]:
+        """Runs with what is known about them; asks for what each view sees where that is wanted."""
+        result = []
+        for entry in entries:
+            judgement = judgements.get(entry)
+            if judgement is None or not len(judgement.frame):
+                continue
+            known = self._known.get(entry)
+            if known is None or known[0] is not judgement:
+                known = (judgement, circumstances(entry, judgement, recording))
+                self._known[entry] = known
+            state = judgement.truth, len(judgement.frame)
+            if with_views and entry is not self._growing():
+                self._ask(entry, judgement, recording, state)
+            seen = self.views.of(entry, state)
+            result.append(Explained(entry.name, judgement, known[1], seen))
+        return result
+
+    def _ask(
+        self, entry: RunEntry, judgement: Judgement, recording: Recording, state: Hashable
+    ) -> None:
+        if self.views.asked(entry) == state:
+            return
+        cameras, body, frames = cameras_of(entry, recording), entry.body, poses(entry, judgement)
+
+        def work(task: Task) -> FloatArray:
+            return views_that_see(
+                body, frames, cameras,
+                on_progress=lambda done: task.report(done / len(frames)),
+                cancelled=task.token.cancelled,
+            )  # fmt: skip
+
+        self.views.ask(entry, state, work)
 
 
 def places(entry: RunEntry, judgement: Judgement) -> FloatArray:
@@ -109,7 +165,6 @@ def content_of(
         Key of :data:`KINDS`.
     runs : sequence of Explained
         The active one first.
-    selection : range or None
     """
     if not runs:
         return None

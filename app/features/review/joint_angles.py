@@ -1,90 +1,120 @@
-"""Keeps the joint angles of runs and of the reference, worked out in the background."""
+"""Joint angles of runs and of the reference: worked out, drawn and tabled; degrees."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
-from typing import Any
 from weakref import WeakKeyDictionary
 
-from PySide6.QtCore import QObject, Signal, Slot
+import numpy as np
 
-from stereotrack_core.evaluation.joint_angles.motion import CUT_OFF_HZ, Motion, motion_of
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.evaluation.joint_angles.definitions import ANGLES
+from stereotrack_core.evaluation.joint_angles.motion import Motion, motion_of
+from stereotrack_core.evaluation.joint_angles.ranges import AngleRange, stretch_motion
 from stereotrack_core.evaluation.joint_angles.series import (
     JointAngles,
     angles_of_reference,
     angles_of_run,
     angles_of_trajectory,
 )
+from stereotrack_core.recording.description import Segment
 
-from ...services.tasks.task import Task, TaskList
-from ...session.runs import RunEntry, RunList
+from ...services.tasks.task import TaskList
+from ...session.runs import RunEntry, RunList, RunNow
 from ...session.truth import Truth
-from ...widgets.plots.angle_plot import REFERENCE_STYLE
-from .angle_curves import Moved
+from ...widgets.plots.angle_plot import REFERENCE_STYLE, AngleCurve
+from ...widgets.style.limb_colours import LIMB_COLOURS
+from ...widgets.tables.motion_table import MotionRow
+from .per_run import PerRun
 
 _MORE = 1.25
 """A run that grows is worked out again when it has so many times the frames."""
 
+QUANTITIES: tuple[tuple[str, str], ...] = (
+    ("angle", "angle"),
+    ("velocity", "velocity"),
+    ("acceleration", "acceleration"),
+)
+"""What can be drawn of an angle: key and words."""
 
-class AnglePresenter(QObject):
-    """Joint angles by run.
+_UNITS = {"angle": "deg", "velocity": "deg/s", "acceleration": "deg/s²"}
 
-    Signals
-    -------
-    changed : ()
-        Some angles are new.
+COLUMNS: tuple[tuple[str, str], ...] = (
+    ("range", "Range of motion: largest minus smallest angle, degrees"),
+    ("mean", "Mean angle, degrees, ± root mean square of its standard deviation"),
+    ("peak °/s", "Peak speed in either direction, degrees per second"),
+    (
+        "left − right",
+        "Left minus right range of motion, degrees, and as a percentage of their mean",
+    ),
+)
+"""Columns of the table of ranges."""
+
+
+def choices() -> tuple[tuple[str, str, str], ...]:
+    """Angles to choose from, left and right together: key, words, and what they mean."""
+    found = {angle.kind: (angle.label, angle.meaning) for angle in ANGLES}
+    arms_first = sorted(found, key=lambda kind: kind.startswith(("torso", "head")))
+    return tuple((kind, *found[kind]) for kind in arms_first)
+
+
+@dataclass(frozen=True, eq=False)
+class Moved:
+    """Angles with their derivatives."""
+
+    name: str
+    """The run, or the reference."""
+    style: str
+    """The run's line style, or :data:`REFERENCE_STYLE`."""
+    angles: JointAngles
+    motion: Motion
+
+
+class RunAngles:
+    """Keeps the joint angles of runs and of the reference.
+
+    Parameters
+    ----------
+    growing : callable
+        The run that is being tracked.
     """
 
-    changed = Signal()
-
-    def __init__(self, runs: RunList, tasks: TaskList, growing: Callable[[], object]) -> None:
-        super().__init__()
-        self._runs, self._tasks, self._growing = runs, tasks, growing
-        self._known: WeakKeyDictionary[RunEntry, tuple[int, JointAngles | None]]
-        self._known = WeakKeyDictionary()
-        self._truth: tuple[Truth, JointAngles] | None = None
+    def __init__(
+        self, runs: RunList, tasks: TaskList, growing: Callable[[], RunEntry | None]
+    ) -> None:
+        self._runs, self._growing = runs, growing
+        self.known: PerRun[JointAngles] = PerRun(tasks, "computing joint angles")
         self._motions: WeakKeyDictionary[JointAngles, tuple[float, Motion]] = WeakKeyDictionary()
-        self._task: Task | None = None
-        tasks.changed.connect(self._on_tasks)
 
     def ask(self, truth: Truth | None) -> None:
-        """Work out what is not known yet: one thing at a time, in the background."""
-        if self._task is not None:
-            return
-        if truth is not None and (self._truth is None or self._truth[0] is not truth):
-            self._begin(lambda: _of_truth(truth), lambda found: self._on_truth(truth, found))
-            return
+        """Work out what is not known yet."""
+        if truth is not None:
+            self.known.ask(truth, True, partial(_of_truth, truth))
         for entry in self._runs.entries:
-            if self._wants(entry):
-                run, count = entry.run(), len(entry.frames)
-                self._known[entry] = (count, self.of(entry))
-                if run is not None:
-                    self._begin(partial(angles_of_run, run), partial(self._on_run, entry, count))
-                    return
+            count, before = len(entry.frames), self.known.asked(entry)
+            least = 1
+            if entry is self._growing():
+                least = 8 + (int(_MORE * before) if isinstance(before, int) else 0)
+            if count >= least and (entry.origin is not None or entry.stored is not None):
+                self.known.ask(entry, count, partial(_of_run, entry.now()))
 
-    def of(self, entry: RunEntry) -> JointAngles | None:
-        """Angles of a run; None while they are not known."""
-        known = self._known.get(entry)
-        return known[-1] if known is not None else None
-
-    def shown(self, truth: Truth | None, fps: float, cut_off: float = CUT_OFF_HZ) -> list[Moved]:
+    def shown(self, truth: Truth | None, fps: float, cut_off: float) -> list[Moved]:
         """Angles of all runs that are shown, the active one first, then of the reference."""
         active = self._runs.active
-        entries = [active] if active is not None else []
-        entries += [e for e in self._runs.entries if e.visible and e is not active]
-        found = []
-        for entry in entries:
-            angles = self.of(entry)
-            if angles is not None:
-                style = self._runs.style(entry)
-                motion = self._motion(angles, fps, cut_off)
-                found.append(Moved(entry.name, style, angles, motion))
-        if truth is not None and self._truth is not None and self._truth[0] is truth:
-            angles = self._truth[1]
-            motion = self._motion(angles, fps, cut_off)
-            found.append(Moved("reference", REFERENCE_STYLE, angles, motion))
-        return found
+        named: list[tuple[object, str, str]] = [
+            (entry, entry.name, self._runs.style(entry))
+            for entry in (active, *self._runs.shown_beside())
+            if entry is not None
+        ]
+        if truth is not None:
+            named.append((truth, "reference", REFERENCE_STYLE))
+        return [
+            Moved(name, style, angles, self._motion(angles, fps, cut_off))
+            for about, name, style in named
+            if (angles := self.known.of(about)) is not None
+        ]
 
     def _motion(self, angles: JointAngles, fps: float, cut_off: float) -> Motion:
         known = self._motions.get(angles)
@@ -92,30 +122,106 @@ class AnglePresenter(QObject):
             known = self._motions[angles] = (cut_off, motion_of(angles, fps, cut_off))
         return known[1]
 
-    def _wants(self, entry: RunEntry) -> bool:
-        before = self._known.get(entry)
-        count, known = len(entry.frames), before[0] if before is not None else 0
-        if entry is self._growing():
-            return count >= _MORE * known + 8
-        return count != known
 
-    def _begin(self, work: Callable[[], JointAngles], done: Callable[[Any], None]) -> None:
-        self._task = self._tasks.begin("computing joint angles", lambda _task: work(), done)
-
-    def _on_run(self, entry: RunEntry, count: int, found: JointAngles) -> None:
-        self._known[entry] = (count, found)
-
-    def _on_truth(self, truth: Truth, found: JointAngles) -> None:
-        self._truth = (truth, found)
-
-    @Slot()
-    def _on_tasks(self) -> None:
-        if self._task is not None and self._task not in self._tasks.tasks:
-            self._task = None
-            self.changed.emit()
+def _of_run(run: RunNow, _task: object) -> JointAngles:
+    made = run.run()
+    assert made is not None  # noqa: S101 - it is known where it comes from
+    return angles_of_run(made)
 
 
-def _of_truth(truth: Truth) -> JointAngles:
+def _of_truth(truth: Truth, _task: object) -> JointAngles:
     if truth.reference is not None:
         return angles_of_reference(truth.reference)
     return angles_of_trajectory(truth.trajectory)
+
+
+def curves_of(moved: Sequence[Moved], kind: str, quantity: str) -> tuple[AngleCurve, ...]:
+    """Curves of one angle, left and right; only the active run and the reference have bands."""
+    curves = []
+    for one in moved:
+        value, sigma = _values(one, quantity)
+        for k, angle in enumerate(ANGLES):
+            if angle.kind != kind or not np.isfinite(value[:, k]).any():
+                continue
+            banded = one.style in {"solid", REFERENCE_STYLE}
+            stated = sigma[:, k] if banded else np.full(len(value), np.nan)
+            curves.append(
+                AngleCurve(
+                    one.name, angle.side, LIMB_COLOURS[angle.limb], one.style,
+                    one.angles.frame, np.degrees(value[:, k]), np.degrees(stated),
+                )
+            )  # fmt: skip
+    return tuple(curves)
+
+
+def unit_of(quantity: str) -> str:
+    """Unit of what is drawn."""
+    return _UNITS[quantity]
+
+
+def plot_words(moved: Sequence[Moved], kind: str, quantity: str) -> str:
+    """What is drawn, what is positive, and how it was made."""
+    if not moved:
+        return ""
+    meaning = next(angle.meaning for angle in ANGLES if angle.kind == kind)
+    said = f"{meaning[0].upper()}{meaning[1:]}. Band: one standard deviation."
+    if quantity == "angle":
+        return f"{said} Unsmoothed."
+    motion = moved[0].motion
+    limit = motion.words.removesuffix(".")
+    return f"{limit}. Band: one standard deviation, assuming independent errors between frames."
+
+
+def range_rows(moved: Moved, stretch: Segment) -> tuple[MotionRow, ...]:
+    """Rows of the table of ranges in a stretch, arms first."""
+    found = stretch_motion(moved.angles, moved.motion, stretch)
+    sides = {side.left.angle.name: side for side in found.sides}
+    rows = []
+    for one in found.ranges:
+        if not one.frames:
+            continue
+        difference = ""
+        side = sides.get(one.angle.name)
+        if side is not None and np.isfinite(side.difference):
+            share = f" ({100.0 * side.symmetry:+.0f} %)" if np.isfinite(side.symmetry) else ""
+            difference = f"{np.degrees(side.difference):+.1f}{share}"
+        cells = (
+            _with_sigma(one.range, one.range_sigma),
+            _with_sigma(one.mean, one.sigma),
+            _with_sigma(one.peak_velocity, one.peak_velocity_sigma, 0),
+            difference,
+        )
+        label = one.angle.words.replace("shoulder ", "")  # whole in the tip
+        rows.append(MotionRow(one.angle.kind, one.angle.limb, label, cells, _hint(one)))
+    order = sorted(rows, key=lambda row: row.limb in {"torso", "head"})
+    return tuple(order)
+
+
+def table_words(moved: Moved, stretch: Segment) -> str:
+    """What the table is of."""
+    where = f"{stretch.name}, frames {stretch.first} – {stretch.end - 1}"
+    return f"{moved.name}, {where}, degrees"
+
+
+def _values(one: Moved, quantity: str) -> tuple[FloatArray, FloatArray]:
+    motion = one.motion
+    if quantity == "velocity":
+        return motion.velocity, motion.velocity_sigma
+    if quantity == "acceleration":
+        return motion.acceleration, motion.acceleration_sigma
+    return one.angles.angle, one.angles.sigma
+
+
+def _with_sigma(value: float, sigma: float, digits: int = 1) -> str:
+    if not np.isfinite(value):
+        return "–"
+    text = f"{np.degrees(value):.{digits}f}"
+    return f"{text} ± {np.degrees(sigma):.{digits}f}" if np.isfinite(sigma) else text
+
+
+def _hint(one: AngleRange) -> str:
+    low, high = np.degrees([one.minimum, one.maximum])
+    return (
+        f"{one.angle.words}: from {low:.1f}° to {high:.1f}° in {one.frames} frames. "
+        f"{one.angle.meaning[0].upper()}{one.angle.meaning[1:]}."
+    )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,22 +26,14 @@ _CSV = (
 
 @dataclass(frozen=True, eq=False)
 class StretchNumbers:
-    """Statistics of one run in one stretch of frames.
-
-    Attributes
-    ----------
-    run : str
-    stretch : Segment
-    measure : str
-        What the numbers are of, in words.
-    limbs : tuple of LimbStatistics
-        Degrees; the last pools all arm segments.
-    """
+    """Statistics of one run in one stretch of frames."""
 
     run: str
     stretch: Segment
     measure: str
+    """What the numbers are of, in words."""
     limbs: tuple[LimbStatistics, ...]
+    """Degrees; the last pools all arm segments."""
 
 
 def numbers_of(
@@ -51,9 +43,11 @@ def numbers_of(
     threshold: float,
 ) -> tuple[StretchNumbers, ...]:
     """Statistics: the first stretch for every run, the others for the first run alone."""
+    shown = [entry for entry in entries if entry in judgements]
+    wanted = [(entry, stretches[0]) for entry in shown]
+    wanted += [(entry, stretch) for entry in shown[:1] for stretch in stretches[1:]]
     return tuple(
-        _numbers(entry, judgements[entry], stretch, threshold)
-        for entry, stretch in _wanted(entries, judgements, stretches)
+        _numbers(entry, judgements[entry], stretch, threshold) for entry, stretch in wanted
     )
 
 
@@ -62,10 +56,8 @@ def stretches_of(
 ) -> tuple[Segment, ...]:
     """The selection, or the whole recording where nothing is selected, then every segment."""
     if selection:
-        first = Segment("selection", selection.start, selection.stop)
-    else:
-        first = Segment("whole recording", 0, count)
-    return (first, *segments)
+        return (Segment("selection", selection.start, selection.stop), *segments)
+    return (Segment("whole recording", 0, count), *segments)
 
 
 def columns(threshold: float, measure: str) -> tuple[StatisticsColumn, ...]:
@@ -118,24 +110,20 @@ def words(numbers: Sequence[StretchNumbers], judgement: Judgement) -> str:
 
 def as_csv(numbers: Sequence[StretchNumbers], threshold: float) -> str:
     """The same as a table for other programs."""
-    return csv_text(_CSV, list(_csv_rows(numbers, threshold)))
 
+    def cell(value: float) -> str | float:
+        return "" if np.isnan(value) else round(value, 4)
 
-def _csv_rows(
-    numbers: Sequence[StretchNumbers], threshold: float
-) -> Iterator[list[str | float | int]]:
-    for one in numbers:
-        for row in one.limbs:
-            known = [row.mean, row.median, row.p95, row.maximum]
-            shares = [100.0 * row.above, 100.0 * row.lost]
-            yield [
-                one.run, one.stretch.name, one.stretch.first, one.stretch.end, row.limb,
-                one.measure, row.count, *map(_cell, known), threshold, *map(_cell, shares),
-            ]  # fmt: skip
-
-
-def _cell(value: float) -> str | float:
-    return "" if np.isnan(value) else round(value, 4)
+    rows: list[list[str | float | int]] = [
+        [
+            one.run, one.stretch.name, one.stretch.first, one.stretch.end, row.limb, one.measure,
+            row.count, *map(cell, (row.mean, row.median, row.p95, row.maximum)), threshold,
+            *map(cell, (100.0 * row.above, 100.0 * row.lost)),
+        ]
+        for one in numbers
+        for row in one.limbs
+    ]  # fmt: skip
+    return csv_text(_CSV, rows)
 
 
 def _row(row: LimbStatistics) -> StatisticsRow:
@@ -143,19 +131,6 @@ def _row(row: LimbStatistics) -> StatisticsRow:
         row.mean, row.median, row.p95, row.maximum, 100.0 * row.above, 100.0 * row.lost
     )  # fmt: skip
     return StatisticsRow(row.limb, limb_words(row.limb), values)
-
-
-def _wanted(
-    entries: Sequence[RunEntry],
-    judgements: Mapping[RunEntry, Judgement],
-    stretches: Sequence[Segment],
-) -> Iterator[tuple[RunEntry, Segment]]:
-    shown = [entry for entry in entries if entry in judgements]
-    for entry in shown:
-        yield entry, stretches[0]
-    for stretch in stretches[1:]:
-        if shown:
-            yield shown[0], stretch
 
 
 def _numbers(

@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
+import numpy as np
 from PySide6.QtCore import QObject, Qt, Slot
 from PySide6.QtWidgets import QLabel, QStackedWidget
 
+from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.recording.description import Segment
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+
 from ...context import Context
-from ...session.judgement import heading_words
+from ...session.judgement import LOST_SHARE, MEASURED_LIMBS, Judgement, heading_words
+from ...session.runs import RunEntry, RunList
+from ...session.truth import measure_of, with_quality
+from ...widgets.plots.error_curves import Curve
 from ...widgets.plots.error_plot import ErrorPlot
-from .curves import curves_of, lanes_of
+from ...widgets.style.limb_colours import EXTRA_COLOURS, LIMB_COLOURS, limb_words
+from ...widgets.timeline.lanes import Lane, Span
+
+_FULL_DEG = 45.0
+"""Angle that is shown in a lane's full colour; more than this is a lost limb."""
 
 _NO_CURVES = (
     "Run the tracker to see the error of each limb: against the reference where there is one, "
@@ -21,7 +35,6 @@ class ErrorCurves(QObject):
 
     Attributes
     ----------
-    plot : ErrorPlot
     stack : QStackedWidget
         The plot, or words while there is nothing to draw.
     """
@@ -92,3 +105,99 @@ class ErrorCurves(QObject):
         else:
             where = "after" if direction > 0 else "before"
             self._context.notifier.say(f"No limb exceeds the threshold {where} this frame.", 4000)
+
+
+def curves_of(
+    runs: RunList, judgements: Mapping[RunEntry, Judgement], count: int
+) -> tuple[Curve, ...]:
+    """One curve per limb and run that is shown; the active run's are solid.
+
+    All curves have all `count` frames of the recording, so that the plot stays under the
+    timeline's frames while a run grows.
+    """
+    curves: list[Curve] = []
+    every = np.arange(count)
+    for entry in runs.entries:
+        judgement = judgements.get(entry)
+        if not entry.visible or judgement is None:
+            continue
+        values = {limb: (LIMB_COLOURS[limb], judgement.limbs[limb]) for limb in MEASURED_LIMBS}
+        for name, colour in EXTRA_COLOURS.items():
+            values[name] = (colour, 100.0 * judgement.unexplained_fraction)
+        curves.extend(
+            Curve(
+                name=entry.name,
+                limb=limb,
+                colour=colour,
+                style=runs.style(entry),
+                frame=every,
+                value=_spread(judgement, value, count),
+            )
+            for limb, (colour, value) in values.items()
+        )
+    return tuple(curves)
+
+
+def lanes_of(
+    judgement: Judgement | None,
+    count: int,
+    segments: Sequence[Segment],
+    reference: LandmarkTrajectory | None,
+) -> tuple[Lane, ...]:
+    """Lanes of the recording and of the active run.
+
+    The recording's segments, and where its reference is known unless that is everywhere; then a
+    heat strip per limb, what the cloud has that the model has not, and stretches that are not
+    tracked.
+    """
+    lanes = []
+    if segments:
+        named = [Span(s.first, s.end - 1, s.name) for s in segments]
+        lanes.append(Lane("segments", "#9a86c8", "bars", named))
+    if reference is not None:
+        known = reference.frame[np.isfinite(reference.points).any(axis=(1, 2))]
+        if len(known) and len(known) < count:
+            lanes.append(Lane("reference", "#9a86c8", "bars", _stretches(known, "known")))
+    if judgement is None:
+        return tuple(lanes)
+    for limb in MEASURED_LIMBS:
+        values = _spread(judgement, judgement.limbs[limb], count)
+        unit = with_quality("°", judgement.quality.get(measure_of(limb)))
+        lanes.append(Lane(limb_words(limb), LIMB_COLOURS[limb], "heat", values, _FULL_DEG, unit))
+    unexplained_fraction = _spread(judgement, 100.0 * judgement.unexplained_fraction, count)
+    colour = EXTRA_COLOURS["unexplained %"]
+    lanes.append(Lane("unexplained", colour, "heat", unexplained_fraction, 60.0, "% of the cloud"))
+    doubted = _doubted(judgement)
+    if doubted:
+        lanes.append(Lane("likely wrong", "#d08a50", "bars", doubted))
+    lost = judgement.frame[~judgement.tracked]
+    if len(lost):
+        lanes.append(Lane("not tracked", "#d05050", "bars", _stretches(lost, "not tracked")))
+    return tuple(lanes)
+
+
+def _doubted(judgement: Judgement) -> list[Span]:
+    """Stretches in which the tracker takes the same limbs for lost."""
+    chances = {limb: chance > LOST_SHARE for limb, chance in judgement.lost.items()}
+    named: dict[str, list[int]] = {}
+    for place, frame in enumerate(judgement.frame):
+        limbs = [limb_words(limb) for limb, lost in chances.items() if lost[place]]
+        if limbs:
+            named.setdefault(", ".join(limbs), []).append(int(frame))
+    found = [
+        span for words, frames in named.items() for span in _stretches(np.array(frames), words)
+    ]
+    return sorted(found, key=lambda span: span.first)
+
+
+def _spread(judgement: Judgement, values: FloatArray, count: int) -> FloatArray:
+    result: FloatArray = np.full(count, np.nan)
+    inside = judgement.frame < count
+    result[judgement.frame[inside]] = values[inside]
+    return result
+
+
+def _stretches(frames: IntArray, label: str) -> list[Span]:
+    """Successive frame numbers as spans."""
+    breaks = np.flatnonzero(np.diff(frames) > 1) + 1
+    return [Span(int(part[0]), int(part[-1]), label) for part in np.split(frames, breaks)]

@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+import json
+import os
+import subprocess
+import time
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QTimer, Signal, Slot
@@ -9,24 +15,30 @@ from PySide6.QtWidgets import (
     QCheckBox,
     QDialog,
     QDialogButtonBox,
-    QHBoxLayout,
-    QLabel,
     QProgressBar,
-    QPushButton,
-    QVBoxLayout,
     QWidget,
 )
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.durations import in_words
-from stereotrack_core.experiments.sweep.plan import SweepCount
+from stereotrack_core.experiments.sweep.plan import SweepCount, SweepPlan, count_of
+from stereotrack_core.experiments.sweep.request import SweepRequest, program_command
+from stereotrack_core.experiments.sweep.store import SweepPlaces, stored_results
+from stereotrack_core.recording.folder import open_recordings
 
 from ...services.tasks.task import Task, TaskList
+from ...session.counting import counted
+from ...widgets.style.building import hbox, label, vbox
 from .form import SweepForm
-from .plan import SweepWish, count_of_wish, count_words, measured_seconds
+from .points import push_button
 from .presenter import SweepNow, SweepPresenter
 
 _COUNT_AFTER_MS = 350
+_LOOK_SECONDS = 0.1
+_NOTE = (
+    "Results already in the table are not computed again. Recordings are read from their "
+    "folders; corrections stored in a project are not applied."
+)
 
 
 class SweepDialog(QDialog):
@@ -34,17 +46,12 @@ class SweepDialog(QDialog):
 
     Parameters
     ----------
-    presenter : SweepPresenter
     tasks : TaskList
         Where jobs are counted.
-
-    Signals
-    -------
-    results_wanted : Path
-        The person wants to look at a table.
     """
 
     results_wanted = Signal(object)
+    """Path: the person wants to look at a table."""
 
     def __init__(
         self, presenter: SweepPresenter, tasks: TaskList, parent: QWidget | None = None
@@ -55,34 +62,22 @@ class SweepDialog(QDialog):
         self._counting: Task | None = None
         self._count_again = False
         self.form = SweepForm()
-        self.count_label = QLabel()
-        self.count_label.setProperty("role", "heading")
-        self.count_label.setWordWrap(True)
-        self.error_label = QLabel()
-        self.error_label.setProperty("role", "error")
-        self.error_label.setWordWrap(True)
-        self.progress = QProgressBar()
-        self.progress.setRange(0, 1000)
-        self.progress.setTextVisible(False)
-        self.state_label = QLabel()
-        self.state_label.setWordWrap(True)
+        self.count_label, self.error_label = label("", "heading"), label("", "error")
+        self.state_label = label()
+        self.progress = QProgressBar(minimum=0, maximum=1000, textVisible=False)
         self.goes_on = QCheckBox("&Continue when the window is closed")
         self.goes_on.setChecked(presenter.goes_on)
         self.goes_on.toggled.connect(self._on_goes_on)
-        note = QLabel(
-            "Results already in the table are not computed again. Recordings are read from their "
-            "folders; corrections stored in a project are not applied."
-        )
-        note.setProperty("role", "muted")
-        note.setWordWrap(True)
-        layout = QVBoxLayout(self)
-        layout.addWidget(self.form, 1)
-        layout.addLayout(self._count_row())
-        for widget in (
-            self.error_label, self.progress, self.state_label, self.goes_on, note,
-            self._make_buttons(),
-        ):  # fmt: skip
-            layout.addWidget(widget)
+        tip = "Track some frames of one run to estimate the total time"
+        self.measure_button = push_button("&Estimate time", self._measure, tip)
+        self.measure_button.hide()
+        count, note = hbox((self.count_label, 1), self.measure_button), label(_NOTE, "muted")
+        self.setLayout(
+            vbox(
+                (self.form, 1), count, self.error_label, self.progress, self.state_label,
+                self.goes_on, note, self._make_buttons(), margins=(9, 9, 9, 9),
+            )
+        )  # fmt: skip
         self.resize(980, 620)
         self._timer = QTimer(self, singleShot=True, interval=_COUNT_AFTER_MS)
         self._timer.timeout.connect(self._count)
@@ -95,29 +90,18 @@ class SweepDialog(QDialog):
         """Whether jobs are counted as the fields say."""
         return self._counting is None and not self._timer.isActive()
 
-    def _count_row(self) -> QHBoxLayout:
-        self.measure_button = QPushButton("&Estimate time")
-        self.measure_button.setAutoDefault(False)
-        self.measure_button.setToolTip("Track some frames of one run to estimate the total time")
-        self.measure_button.clicked.connect(self._measure)
-        self.measure_button.hide()
-        row = QHBoxLayout()
-        row.addWidget(self.count_label, 1)
-        row.addWidget(self.measure_button)
-        return row
-
     def _make_buttons(self) -> QDialogButtonBox:
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-        role = QDialogButtonBox.ButtonRole.ActionRole
-        self.begin_button = buttons.addButton("&Start", role)
-        self.stop_button = buttons.addButton("&Stop", role)
-        self.results_button = buttons.addButton("&Results …", role)
+        buttons.rejected.connect(self.reject)
+        self.begin_button, self.stop_button, self.results_button = (
+            buttons.addButton(text, QDialogButtonBox.ButtonRole.ActionRole)
+            for text in ("&Start", "&Stop", "&Results …")
+        )
         self.begin_button.clicked.connect(self._begin)
         self.stop_button.clicked.connect(self._presenter.stop)
         self.results_button.clicked.connect(self._want_results)
         for button in (self.begin_button, self.stop_button, self.results_button):
             button.setAutoDefault(False)
-        buttons.rejected.connect(self.reject)
         return buttons
 
     # ---- counting
@@ -134,22 +118,32 @@ class SweepDialog(QDialog):
         if self._counting is not None:
             self._count_again = True
             return
-        wish = self.form.wish()
         self._count_again = False
+        request = self._request()
+        if request is None:
+            return
 
         def count(_task: Task) -> SweepCount | InputError:
             try:
-                return count_of_wish(wish)
+                return counted_jobs(request)
             except InputError as error:
                 return error
 
         self._counting = self._tasks.begin("counting runs of the sweep", count, self._on_counted)
         self._counting.ended.connect(self._on_count_ended)
 
+    def _request(self) -> SweepRequest | None:
+        """What the fields ask for; None where something is missing, which is said."""
+        try:
+            return self.form.request()
+        except InputError as error:
+            self._on_counted(error)
+            return None
+
     @Slot(object)
     def _on_counted(self, found: SweepCount | InputError) -> None:
         wrong = isinstance(found, InputError)
-        self.error_label.setText(str(found) if isinstance(found, InputError) else "")
+        self.error_label.setText(str(found) if wrong else "")
         self.error_label.setVisible(wrong)
         self.count_label.setVisible(not wrong)
         unknown = False
@@ -171,19 +165,19 @@ class SweepDialog(QDialog):
     @Slot()
     def _measure(self) -> None:
         """Track some frames in another process to learn how long the sweep takes."""
-        wish = self.form.wish()
+        request = self._request()
+        if request is None:
+            return
         self.measure_button.setEnabled(False)
-
-        def measure(task: Task) -> tuple[SweepWish, float | None]:
-            return wish, measured_seconds(wish, task.token.cancelled)
-
-        task = self._tasks.begin("estimating the time of the sweep", measure, self._on_measured)
+        task = self._tasks.begin(
+            "estimating the time of the sweep",
+            lambda task: measured_seconds(request, task.token.cancelled),
+            partial(self._on_measured, request),
+        )
         task.ended.connect(lambda: self.measure_button.setEnabled(True))
 
-    @Slot(object)
-    def _on_measured(self, found: tuple[SweepWish, float | None]) -> None:
-        wish, seconds = found
-        if seconds is not None and wish == self.form.wish():
+    def _on_measured(self, request: SweepRequest, seconds: float | None) -> None:
+        if seconds is not None and request == self._request():
             said = self.count_label.text().partition(". Duration")[0]
             self.count_label.setText(f"{said}. Estimated time: {in_words(seconds)}.")
             self.measure_button.hide()
@@ -192,13 +186,9 @@ class SweepDialog(QDialog):
 
     @Slot()
     def _begin(self) -> None:
-        wish = self.form.wish()
-        try:
-            arguments = wish.request().arguments()
-        except InputError as error:
-            self._on_counted(error)
-            return
-        self._presenter.begin(arguments, Path(wish.table.strip()))
+        request = self._request()
+        if request is not None:
+            self._presenter.begin(request.arguments(), request.table)
 
     @Slot(object)
     def _show_now(self, now: SweepNow) -> None:
@@ -229,3 +219,66 @@ class SweepDialog(QDialog):
     @Slot(bool)
     def _on_goes_on(self, wanted: bool) -> None:
         self._presenter.goes_on = wanted
+
+
+def counted_jobs(request: SweepRequest) -> SweepCount:
+    """What a sweep would compute; takes as long as looking at the recordings does.
+
+    Raises
+    ------
+    InputError
+        Where something cannot be meant.
+    """
+    request.check()
+    jobs = SweepPlan(request, open_recordings(request.recordings)).jobs_to_count()
+    return count_of(jobs, stored_results(SweepPlaces(request.table)), request.workers or 1)[0]
+
+
+def measured_seconds(request: SweepRequest, cancelled: Callable[[], bool]) -> float | None:
+    """What a sweep will take, after tracking some frames in another process.
+
+    None where it was cancelled.
+
+    Raises
+    ------
+    InputError
+        Where it cannot be told.
+    """
+    words = program_command([*request.arguments(), "--dry-run", "--json"])
+    with subprocess.Popen(  # noqa: S603 - our own code in our own interpreter
+        words,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+        creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
+    ) as process:
+        while process.poll() is None:
+            if cancelled():
+                process.kill()
+                return None
+            time.sleep(_LOOK_SECONDS)
+        told = process.stdout.read() if process.stdout is not None else b""
+    try:
+        return float(json.loads(told)["seconds"])
+    except (ValueError, KeyError, TypeError):
+        raise InputError(
+            "the run time could not be measured", remedy="Start the sweep; it shows the time left."
+        ) from None
+
+
+def count_words(count: SweepCount, *, cluster: bool) -> str:
+    """What a sweep comes to: ``24 runs (4 points), 8 of them are in the table already …``."""
+    said = f"{counted(count.jobs, 'run')} ({counted(count.points, 'point')})"
+    waiting = count.jobs - count.there
+    if not waiting:
+        return f"{said}; all results are already in the table."
+    if count.there:
+        said += f"; {count.there} already in the table"
+    said += f". To track: {counted(count.frames, 'frame')}"
+    if cluster:
+        return f"{said}, on the cluster."
+    if count.seconds is None:
+        return f"{said}. Duration not known yet."
+    processes = f"{count.workers} process{'' if count.workers == 1 else 'es'}"
+    return f"{said}, in about {in_words(count.seconds)} with {processes}."

@@ -16,26 +16,21 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QListWidget,
     QListWidgetItem,
-    QPushButton,
     QRadioButton,
     QSpinBox,
-    QVBoxLayout,
     QWidget,
 )
 
+from stereotrack_core.errors import InputError
+from stereotrack_core.experiments.sweep.request import SweepRequest
 from stereotrack_core.worker_processes import usable_cores
 
-from .plan import SweepWish
-from .points import SweepPoints
+from ...widgets.style.building import hbox, vbox
+from .points import SweepPoints, push_button
 
 
 class SweepForm(QWidget):
-    """What a person asks a sweep for.
-
-    Signals
-    -------
-    changed : ()
-    """
+    """What a person asks a sweep for."""
 
     changed = Signal()
 
@@ -44,17 +39,9 @@ class SweepForm(QWidget):
         self._preset, self._changes = "accurate", tuple[str, ...]()
         self.points = SweepPoints()
         self.points.changed.connect(self.changed)
-        right = QVBoxLayout()
-        right.addWidget(self._on_what())
-        right.addWidget(self._where())
-        right.addStretch(1)
-        fields = QHBoxLayout()
-        fields.addWidget(self.points, 3)
-        fields.addLayout(right, 2)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addLayout(fields, 1)
-        layout.addLayout(self._file())
+        right = vbox(self._on_what(), self._where(), None)
+        fields = hbox((self.points, 3), (right, 2))
+        self.setLayout(vbox((fields, 1), self._file()))
 
     def show_base(self, preset: str, changes: Sequence[str]) -> None:
         """Say what all runs begin with: a preset, and ``NAME=VALUE`` for what differs from it."""
@@ -63,8 +50,7 @@ class SweepForm(QWidget):
 
     def add_recording(self, folder: Path) -> None:
         """Add a recording to those that are tracked."""
-        known = self.recordings()
-        if str(folder) not in known:
+        if str(folder) not in self.recordings():
             item = QListWidgetItem(folder.name)
             item.setToolTip(str(folder))
             item.setData(Qt.ItemDataRole.UserRole, str(folder))
@@ -76,91 +62,86 @@ class SweepForm(QWidget):
         items = (self.list.item(row) for row in range(self.list.count()))
         return tuple(str(item.data(Qt.ItemDataRole.UserRole)) for item in items)
 
-    def wish(self) -> SweepWish:
-        """Everything that the fields say."""
-        return SweepWish(
-            recordings=self.recordings(),
-            points=self.points.wish(),
-            seeds=self.seeds.text(),
-            frames=self.frames.text(),
-            table=self.table.text(),
-            scheduler=self.address.text().strip() if self.cluster.isChecked() else "",
+    def request(self) -> SweepRequest:
+        """The sweep that the fields ask for.
+
+        Raises
+        ------
+        InputError
+            Where something is missing.
+        """
+        recordings, table = self.recordings(), self.table.text().strip()
+        if not recordings:
+            raise InputError("no recording is chosen", remedy="Add a recording.")
+        if not table:
+            raise InputError("the results table has no file name", remedy="Choose a file.")
+        scheduler = self.address.text().strip() if self.cluster.isChecked() else ""
+        return SweepRequest(
+            recordings=tuple(map(Path, recordings)),
+            table=Path(table),
             preset=self._preset,
             changes=self._changes,
-            workers=self.processes.value(),
+            seeds=self.seeds.text().strip() or "0",
+            frames=self.frames.text().strip() or None,
+            workers=None if scheduler else self.processes.value(),
+            scheduler=scheduler or None,
+            **self.points.fields(),
         )
 
     # ---- making
 
     def _on_what(self) -> QGroupBox:
-        box = QGroupBox("Input")
         self.list = QListWidget()
         self.list.setAccessibleName("Recordings")
         self.list.setMaximumHeight(72)
-        add, remove = QPushButton("A&dd …"), QPushButton("Re&move")
-        add.clicked.connect(self._ask_recording)
-        remove.clicked.connect(self._remove_recording)
-        buttons = QHBoxLayout()
-        for button in (add, remove):
-            button.setAutoDefault(False)
-            buttons.addWidget(button)
-        buttons.addStretch(1)
-        self.seeds = QLineEdit("0,1,2")
-        self.seeds.setToolTip("Each point is tracked once per recording with each random seed")
-        self.frames = QLineEdit()
-        self.frames.setPlaceholderText("all, or A:B")
-        self.frames.setToolTip("Only frames A up to but not including B")
-        for field in (self.seeds, self.frames):
-            field.textEdited.connect(self.changed)
+        self.seeds = self._text("Each point is tracked once per recording with each random seed")
+        self.seeds.setText("0,1,2")
+        self.frames = self._text("Only frames A up to but not including B", "all, or A:B")
+        box = QGroupBox("Input")
         form = QFormLayout(box)
         form.addRow("Recordings", self.list)
-        form.addRow("", buttons)
+        add = push_button("A&dd …", self._ask_recording)
+        form.addRow("", hbox(add, push_button("Re&move", self._remove_recording), None))
         form.addRow("Seeds", self.seeds)
         form.addRow("Frames", self.frames)
         return box
 
     def _where(self) -> QGroupBox:
-        box = QGroupBox("Run on")
         self.here = QRadioButton("This computer, processes")
         self.cluster = QRadioButton("Dask scheduler at")
         self.here.setChecked(True)
         group = QButtonGroup(self)
         group.addButton(self.here)
         group.addButton(self.cluster)
-        self.processes = QSpinBox()
-        self.processes.setRange(1, 256)
-        self.processes.setValue(usable_cores())
+        self.processes = QSpinBox(minimum=1, maximum=256, value=usable_cores())
         self.processes.setAccessibleName("Processes")
         self.processes.valueChanged.connect(self.changed)
-        self.address = QLineEdit()
-        self.address.setPlaceholderText("tcp://host:8786")
-        self.address.setAccessibleName("Address of the scheduler")
-        self.address.setToolTip(
-            "The workers must see the recordings under the same paths; see docs/sweeps.md"
+        self.address = self._text(
+            "The workers must see the recordings under the same paths; see docs/sweeps.md",
+            "tcp://host:8786",
         )
+        self.address.setAccessibleName("Address of the scheduler")
         self.address.textEdited.connect(lambda: self.cluster.setChecked(True))
-        self.address.textEdited.connect(self.changed)
         self.cluster.toggled.connect(self.changed)
+        box = QGroupBox("Run on")
         form = QFormLayout(box)
         form.addRow(self.here, self.processes)
         form.addRow(self.cluster, self.address)
         return box
 
+    def _text(self, tip: str = "", hint: str = "") -> QLineEdit:
+        field = QLineEdit()
+        field.setPlaceholderText(hint)
+        field.setToolTip(tip)
+        field.textEdited.connect(self.changed)
+        return field
+
     def _file(self) -> QHBoxLayout:
-        label = QLabel("&Table")
-        self.table = QLineEdit()
+        name, self.table = QLabel("&Table"), self._text()
         self.table.setAccessibleName("Table")
-        self.table.textEdited.connect(self.changed)
-        choose = QPushButton("C&hoose …")
-        choose.setAutoDefault(False)
-        choose.clicked.connect(self._ask_table)
-        label.setBuddy(self.table)
-        label.setMinimumWidth(label.sizeHint().width() + self.fontMetrics().averageCharWidth())
-        file = QHBoxLayout()
-        file.addWidget(label)
-        file.addWidget(self.table, 1)
-        file.addWidget(choose)
-        return file
+        name.setBuddy(self.table)
+        name.setMinimumWidth(name.sizeHint().width() + self.fontMetrics().averageCharWidth())
+        return hbox(name, (self.table, 1), push_button("C&hoose …", self._ask_table))
 
     @Slot()
     def _ask_recording(self) -> None:

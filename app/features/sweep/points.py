@@ -2,28 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 from PySide6.QtCore import Qt, Signal, Slot
 from PySide6.QtWidgets import (
-    QComboBox,
     QFileDialog,
     QFormLayout,
     QGroupBox,
-    QHBoxLayout,
-    QLabel,
     QLineEdit,
     QPushButton,
     QSizePolicy,
     QSpinBox,
     QStackedWidget,
-    QVBoxLayout,
     QWidget,
 )
 
+from stereotrack_core.errors import InputError
+from stereotrack_core.experiments.measures import MEASURES
+from stereotrack_core.experiments.sweep.points import SPECIAL, parameter_rows
+from stereotrack_core.experiments.sweep.request import TRIALS
+
 from ...widgets.forms.sweep_values import SweepValues
-from .plan import PointsWish, hint_for, measures_to_judge_by, names_to_vary
+from ...widgets.style.building import choice, hbox, label, vbox
 
 _WAYS = (
     ("grid", "All combinations of values", "Every combination of the values of all parameters."),
@@ -42,35 +44,30 @@ _ABOUT_RANGES = (
     "Write a range as 50:600, or as 0.1:10:log for a logarithmic scale. Write words and switches "
     "as a list: yes,no."
 )
+_ABOUT_MEASURE = (
+    "The point with the best mean of this measure over all recordings and seeds wins. The "
+    "default is the error of the forearms where all recordings have a reference, "
+    "otherwise the unexplained fraction."
+)
 
 
 class SweepPoints(QGroupBox):
-    """Asks which points are tried.
-
-    Signals
-    -------
-    changed : ()
-    """
+    """Asks which points are tried."""
 
     changed = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Values", parent)
-        self.way = QComboBox()
-        self.way.setAccessibleName("Values")
-        for place, (name, words, about) in enumerate(_WAYS):
-            self.way.addItem(words, name)
+        self.way = choice("Values", [way[:2] for way in _WAYS])
+        for place, (_, _, about) in enumerate(_WAYS):
             self.way.setItemData(place, about, Qt.ItemDataRole.ToolTipRole)
-        self.values = SweepValues(names_to_vary(), hint_for)
-        self.ranges = SweepValues(names_to_vary(), hint_for, "from:to, or a,b,c")
+        self.values = SweepValues(_names_to_vary(), hint_for)
+        self.ranges = SweepValues(_names_to_vary(), hint_for, "from:to, or a,b,c")
         self.stack = QStackedWidget()
         for page in (self.values, self._list_page(), self._search_page()):
             self.stack.addWidget(page)
-        self.besides = _muted()
-        column = QVBoxLayout(self)
-        column.addWidget(self.way)
-        column.addWidget(self.stack, 1)
-        column.addWidget(self.besides)
+        self.besides = label("", "muted")
+        self.setLayout(vbox(self.way, (self.stack, 1), self.besides, margins=(9, 9, 9, 9)))
         self.way.currentIndexChanged.connect(self.stack.setCurrentIndex)
         for signal in (self.way.currentIndexChanged, self.values.changed, self.ranges.changed):
             signal.connect(lambda: self.changed.emit())
@@ -83,63 +80,50 @@ class SweepPoints(QGroupBox):
             said += f" with {named}" + (" and more" if len(changes) > 4 else "")
         self.besides.setText(f"{said}.")
 
-    def wish(self) -> PointsWish:
-        """What the fields say."""
-        way = self.way.currentData()
-        return PointsWish(
-            way=way,
-            varied=(self.ranges if way == "search" else self.values).varied(),
-            file=self.file.text().strip(),
-            trials=self.trials.value(),
-            minimise=str(self.judge.currentData()),
-        )
+    def fields(self) -> dict[str, Any]:
+        """What a request for a sweep says about points.
 
-    # ---- making
+        Raises
+        ------
+        InputError
+            Where something is missing.
+        """
+        match self.way.currentData():
+            case "grid":
+                return {"grid": _named(self.values)}
+            case "list":
+                file = self.file.text().strip()
+                if not file:
+                    raise InputError("no list of points is chosen", remedy="Choose a file.")
+                return {"points": Path(file)}
+        named, measure = _named(self.ranges), str(self.judge.currentData())
+        if not named:
+            raise InputError("no parameters to search", remedy="Add a parameter and its range.")
+        return {"search": named, "trials": self.trials.value(), "minimise": measure or None}
 
     def _list_page(self) -> QWidget:
         self.file = QLineEdit()
         self.file.setAccessibleName("List of points")
         self.file.setPlaceholderText("points.csv")
         self.file.textEdited.connect(self.changed)
-        choose = QPushButton("Choose …")
-        choose.setAutoDefault(False)
-        choose.clicked.connect(self._ask_list)
-        row = QHBoxLayout()
-        row.addWidget(self.file, 1)
-        row.addWidget(choose)
-        page = QWidget()
-        column = QVBoxLayout(page)
-        column.setContentsMargins(0, 6, 0, 0)
-        column.addLayout(row)
-        column.addWidget(_muted(_ABOUT_LIST))
-        column.addStretch(1)
+        choose = push_button("Choose …", self._ask_list)
+        about, page = label(_ABOUT_LIST, "muted"), QWidget()
+        page.setLayout(vbox(hbox((self.file, 1), choose), about, None, margins=(0, 6, 0, 0)))
         return page
 
     def _search_page(self) -> QWidget:
-        self.trials = QSpinBox()
-        self.trials.setRange(1, 100_000)
-        self.trials.setValue(PointsWish().trials)
+        self.trials = QSpinBox(minimum=1, maximum=100_000, value=TRIALS)
         self.trials.setToolTip("Number of points to try, each with all recordings and seeds")
-        self.judge = QComboBox()
-        for name, words in measures_to_judge_by():
-            self.judge.addItem(words, name)
+        best = {True: "higher is better", False: "lower is better"}
+        named = [(one.name, f"{one.title}, {best[one.more_is_better]}") for one in MEASURES]
+        self.judge = choice("Measure", [("", "default measure"), *named], _ABOUT_MEASURE)
         self.judge.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
-        self.judge.setToolTip(
-            "The point with the best mean of this measure over all recordings and seeds wins. The "
-            "default is the error of the forearms where all recordings have a reference, "
-            "otherwise the unexplained fraction."
-        )
         self.trials.valueChanged.connect(self.changed)
         self.judge.currentIndexChanged.connect(lambda: self.changed.emit())
-        fields = QFormLayout()
+        fields, page = QFormLayout(), QWidget()
         fields.addRow("Points", self.trials)
         fields.addRow("Measure", self.judge)
-        page = QWidget()
-        column = QVBoxLayout(page)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(self.ranges, 1)
-        column.addWidget(_muted(_ABOUT_RANGES))
-        column.addLayout(fields)
+        page.setLayout(vbox((self.ranges, 1), label(_ABOUT_RANGES, "muted"), fields))
         return page
 
     @Slot()
@@ -151,8 +135,38 @@ class SweepPoints(QGroupBox):
             self.changed.emit()
 
 
-def _muted(words: str = "") -> QLabel:
-    label = QLabel(words)
-    label.setProperty("role", "muted")
-    label.setWordWrap(True)
-    return label
+def push_button(text: str, clicked: Callable[[], object], tip: str = "") -> QPushButton:
+    """Make a button of a dialog that Return does not press."""
+    button = QPushButton(text)
+    button.setToolTip(tip)
+    button.setAutoDefault(False)
+    button.clicked.connect(lambda: clicked())
+    return button
+
+
+def _named(values: SweepValues) -> tuple[str, ...]:
+    """``NAME=a,b,c`` for each line."""
+    return tuple(f"{name}={texts}" for name, texts in values.varied())
+
+
+def _names_to_vary() -> tuple[tuple[str, str], ...]:
+    """Everything that can be varied, with a sentence about it; seeds have a field of their own."""
+    rows = parameter_rows().values()
+    special = [(name, words) for name, words in SPECIAL.items() if name not in ("seed", "frames")]
+    return (*special, *((row.name, row.help) for row in rows))
+
+
+def hint_for(name: str) -> str:
+    """Which values a name takes, and what it is otherwise."""
+    if name in SPECIAL:
+        examples = {"views": "for example NS,NOSW", "preset": "for example accurate,fast",
+                    "init": "auto,tpose", "smooth": "yes,no"}  # fmt: skip
+        return examples.get(name, "")
+    row = parameter_rows()[name]
+    default = ("yes" if row.default else "no") if row.type is bool else row.default
+    if row.choices:
+        return f"{', '.join(row.choices)}; default {default}"
+    if row.type is bool:
+        return f"yes,no; default {default}"
+    shown = f"{default:g}" if isinstance(default, float) else str(default)
+    return f"{row.range_text()}; default {shown}"

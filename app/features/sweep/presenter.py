@@ -29,19 +29,11 @@ _GOES_ON = "sweep/goes_on"
 
 @dataclass(frozen=True)
 class SweepNow:
-    """How a sweep stands.
-
-    Attributes
-    ----------
-    phase : str
-    share : float
-        0 to 1.
-    words : str
-    table : Path or None
-    """
+    """How a sweep stands."""
 
     phase: SweepPhase = "idle"
     share: float = 0.0
+    """0 to 1."""
     words: str = ""
     table: Path | None = None
 
@@ -52,14 +44,10 @@ class SweepNow:
 
 
 class SweepPresenter(QObject):
-    """Begins, follows and stops a sweep; finds one again that an earlier window has begun.
-
-    Signals
-    -------
-    changed : SweepNow
-    """
+    """Begins, follows and stops a sweep; finds one again that an earlier window has begun."""
 
     changed = Signal(object)
+    """SweepNow."""
 
     def __init__(self, settings: QSettings, parent: QObject | None = None) -> None:
         super().__init__(parent)

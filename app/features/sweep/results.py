@@ -15,14 +15,13 @@ from PySide6.QtWidgets import (
     QFileDialog,
     QHBoxLayout,
     QLabel,
-    QPushButton,
-    QVBoxLayout,
     QWidget,
 )
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.measures import measure_named
 from stereotrack_core.experiments.sweep.picture import draw_curves, draw_heat, words_of
+from stereotrack_core.experiments.sweep.points import SPECIAL
 from stereotrack_core.experiments.sweep.table import (
     SweepTable,
     axis_of,
@@ -34,6 +33,8 @@ from stereotrack_core.recording.csv_table import read_csv_table
 
 from ...session.counting import counted
 from ...widgets.plots.sweep_plot import SweepPlot
+from ...widgets.style.building import choice, hbox, label, vbox
+from .points import push_button
 
 _LOOK_MS = 1000
 _MOST_COLOURS = 8
@@ -49,15 +50,10 @@ _TOLD = (
 
 
 class SweepResults(QDialog):
-    """Plots a table; a click on a point shows its values, which can be taken over.
-
-    Signals
-    -------
-    taken_over : dict
-        Values by name, as text, that the person wants in the parameter panel.
-    """
+    """Plots a table; a click on a point shows its values, which can be taken over."""
 
     taken_over = Signal(object)
+    """dict: values by name, as text, that the person wants in the parameter panel."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -66,50 +62,29 @@ class SweepResults(QDialog):
         self.path: Path | None = None
         self._read_at = 0.0
         self._chosen: dict[str, str] = {}
-        self.file_label = QLabel()
-        self.file_label.setProperty("role", "muted")
-        self.file_label.setWordWrap(True)
-        open_button = QPushButton("&Open …")
-        open_button.setAutoDefault(False)
-        open_button.clicked.connect(self._ask)
-        top = QHBoxLayout()
-        top.addWidget(self.file_label, 1)
-        top.addWidget(open_button)
+        self.file_label, self.averaged_label = label("", "muted"), label("", "muted")
         self.plot = SweepPlot()
         self.plot.rows_chosen.connect(self.choose)
-        self.averaged_label = QLabel()
-        self.averaged_label.setProperty("role", "muted")
-        self.averaged_label.setWordWrap(True)
-        layout = QVBoxLayout(self)
-        layout.addLayout(top)
-        layout.addLayout(self._choices())
-        layout.addWidget(self.plot, 1)
-        layout.addWidget(self.averaged_label)
-        layout.addLayout(self._chosen_row())
-        layout.addWidget(self._make_buttons())
+        self.chosen_label = label()
+        self.chosen_label.setMinimumHeight(2 * self.fontMetrics().lineSpacing() + 4)
+        self.take_button = push_button(
+            "&Apply to parameter panel", lambda: self.taken_over.emit(dict(self._chosen))
+        )
+        self.take_button.setEnabled(False)
+        tip = "Select the point with the best mean over recordings and seeds"
+        self.best_button = push_button("&Best point", self.choose_best, tip)
+        top = hbox((self.file_label, 1), push_button("&Open …", self._ask))
+        chosen = hbox((self.chosen_label, 1), self.best_button, self.take_button)
+        self.setLayout(
+            vbox(
+                top, self._choices(), (self.plot, 1), self.averaged_label, chosen,
+                self._make_buttons(), margins=(9, 9, 9, 9),
+            )
+        )  # fmt: skip
         self.resize(900, 640)
         self._timer = QTimer(self, interval=_LOOK_MS)
         self._timer.timeout.connect(self._look)
         self._timer.start()
-
-    def _chosen_row(self) -> QHBoxLayout:
-        """What a point's values are, and what can be done with them."""
-        self.chosen_label = QLabel()
-        self.chosen_label.setWordWrap(True)
-        self.chosen_label.setMinimumHeight(2 * self.fontMetrics().lineSpacing() + 4)
-        self.take_button = QPushButton("&Apply to parameter panel")
-        self.take_button.setAutoDefault(False)
-        self.take_button.setEnabled(False)
-        self.take_button.clicked.connect(lambda: self.taken_over.emit(dict(self._chosen)))
-        self.best_button = QPushButton("&Best point")
-        self.best_button.setAutoDefault(False)
-        self.best_button.setToolTip("Select the point with the best mean over recordings and seeds")
-        self.best_button.clicked.connect(self.choose_best)
-        below = QHBoxLayout()
-        below.addWidget(self.chosen_label, 1)
-        below.addWidget(self.best_button)
-        below.addWidget(self.take_button)
-        return below
 
     def open_table(self, path: Path) -> None:
         """Show a table.
@@ -140,17 +115,14 @@ class SweepResults(QDialog):
     @Slot()
     def draw(self) -> None:
         """Draw what the choices say."""
-        table, across, up = self.table, self.across.currentData(), self.measure.currentData()
-        second = self.second.currentData() or ""
+        table, across, second, up = self._wanted()
         if table is None or not across or not up:
             return
-        if self.kind.currentData() == "heat" and second and second != across:
-            heat = heat_of(table, across, second, up)
-            self.plot.show_heat((across, second), up, heat)
+        if self._is_heat(across, second):
+            self.plot.show_heat((across, second), up, heat_of(table, across, second, up))
             self.averaged_label.setText(_averaged(table, (across, second), "Each cell is"))
             return
-        curves = curves_of(table, across, up, second if second != across else "")
-        self.plot.show_curves(axis_of(table, across), up, curves)
+        self.plot.show_curves(axis_of(table, across), up, curves_of(table, across, up, second))
         told = "Each faint point is one run; lines and error bars are"
         self.averaged_label.setText(_averaged(table, (across, second), told, spread=True))
 
@@ -186,34 +158,35 @@ class SweepResults(QDialog):
         InputError
             Where nothing can be written there.
         """
-        table, across, up = self.table, self.across.currentData(), self.measure.currentData()
-        second = self.second.currentData() or ""
-        if table is None:
-            return
-        if self.kind.currentData() == "heat" and second and second != across:
+        table, across, second, up = self._wanted()
+        if table is not None and self._is_heat(across, second):
             draw_heat(path, (across, second), up, heat_of(table, across, second, up))
-        else:
-            curves = curves_of(table, across, up, second if second != across else "")
-            draw_curves(path, axis_of(table, across), up, curves)
+        elif table is not None:
+            draw_curves(path, axis_of(table, across), up, curves_of(table, across, up, second))
 
     # ---- inside
 
+    def _wanted(self) -> tuple[SweepTable | None, str, str, str]:
+        """The table, what is across, what else distinguishes points, and the measure."""
+        across, second = self.across.currentData() or "", self.second.currentData() or ""
+        up = self.measure.currentData() or ""
+        return self.table, across, second if second != across else "", up
+
+    def _is_heat(self, across: str, second: str) -> bool:
+        return self.kind.currentData() == "heat" and bool(across and second)
+
     def _choices(self) -> QHBoxLayout:
-        self.kind, self.across, self.second, self.measure = (QComboBox() for _ in range(4))
-        self.kind.addItem("Curves", "curves")
-        self.kind.addItem("Heat map", "heat")
-        row = QHBoxLayout()
-        for words, box in (
-            ("Draw", self.kind), ("of", self.measure), ("across", self.across),
-            ("and", self.second),
-        ):  # fmt: skip
-            row.addWidget(QLabel(words))
+        kinds = (("curves", "Curves"), ("heat", "Heat map"))
+        self.kind = choice("Draw", kinds, "Curves over one parameter, or a heat map over two")
+        self.measure, self.across = choice("of"), choice("across")
+        tip = "Curves: distinguished by colour. Heat map: vertical axis."
+        self.second = choice("and", tip=tip)
+        row = hbox()
+        for box in (self.kind, self.measure, self.across, self.second):
+            row.addWidget(QLabel(box.accessibleName()))
             row.addWidget(box)
-            box.setAccessibleName(words)
             box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
             box.activated.connect(self.draw)
-        self.kind.setToolTip("Curves over one parameter, or a heat map over two")
-        self.second.setToolTip("Curves: distinguished by colour. Heat map: vertical axis.")
         row.addStretch(1)
         return row
 
@@ -319,8 +292,6 @@ def _averaged(
 
 def parameters_of(values: Mapping[str, str]) -> dict[str, str]:
     """Values of declared parameters among those of a point."""
-    from stereotrack_core.experiments.sweep.points import SPECIAL
-
     return {name: value for name, value in values.items() if name not in SPECIAL and value}
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from datetime import UTC, datetime
 from weakref import ref
 
@@ -35,10 +36,8 @@ class RunsController(QObject):
         super().__init__(context.session)
         self._context, self._session = context, context.session
         session, docks = context.session, context.docks
-        self.keeper = RunKeeper(
-            session.document, session.project, session.runs, session.track, context.tasks, self
-        )
-        self.repeater = RunRepeater(session.document, session.runs, context.tasks, self)
+        self.keeper = RunKeeper(session, context.tasks, self)
+        self.repeater = RunRepeater(session, context.tasks, self)
         self.panel, self.numbers = RunsPanel(), NumbersPanel()
         self.comparison = ComparisonPanel()
         docks.add("runs", "Runs", self.panel)
@@ -168,30 +167,17 @@ class RunsController(QObject):
 
     @Slot(int, str)
     def _on_noted(self, place: int, note: str) -> None:
-        if place < len(self._session.runs.entries):
-            self.keeper.note(self._session.runs.entries[place], note)
+        for entry in self._session.runs.entries[place : place + 1]:  # none, where it has gone
+            self.keeper.note(entry, note)
 
     # ---- commands
 
-    def keep_active(self) -> None:
-        """Put the active run into the project."""
+    def with_active(self, do: Callable[[RunEntry], None]) -> None:
+        """Do something with the active run, where there is one; say why it cannot be done."""
         active = self._session.runs.active
-        if active is not None:
-            self.keeper.keep(active)
-
-    def remove_active(self) -> None:
-        """Take the active run from the list; where the project keeps it, delete it there."""
-        active = self._session.runs.active
-        if active is not None:
-            self.keeper.remove(active)
-
-    def repeat_active(self) -> None:
-        """Track the active run again, as it was tracked."""
-        active = self._session.runs.active
-        if active is None:
-            return
         try:
-            self.repeater.repeat(active)
+            if active is not None:
+                do(active)
         except InputError as error:
             self._context.notifier.error(error)
 
@@ -241,15 +227,13 @@ class RunsController(QObject):
         if pair[0] is None or pair[1] is None:
             return
         rows = beside(pair[0], pair[1])
-        different = sum(row.differs for row in rows)
-        parameters = sum(row.differs and row.parameter for row in rows)
-        words = f"{different} differences, {parameters} of them in parameters."
-        if not different:
-            words = "No differences in parameters, seed, views, frames or versions."
-        self.details.show_rows(
-            words,
-            [(r.what, r.first, r.second, r.differs) for r in rows if everything or r.differs],
-        )
+        different = [row for row in rows if row.differs]
+        words = "No differences in parameters, seed, views, frames or versions."
+        if different:
+            parameters = sum(row.parameter for row in different)
+            words = f"{len(different)} differences, {parameters} of them in parameters."
+        shown = rows if everything else different
+        self.details.show_rows(words, [(r.what, r.first, r.second, r.differs) for r in shown])
 
     # ---- comparison
 

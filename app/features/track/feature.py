@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from ...context import Context
+from ...services.actions import Command
 from ...services.layout import Workspace
-from .actions import commands
+from ...session.session import Session
+from ...session.tracker import FIRST_POSES
+from ...session.truth import Against
 from .controller import RunsController
+
+_MENU = "&Track"
 
 
 def register(context: Context) -> RunsController:
@@ -25,5 +32,136 @@ def register(context: Context) -> RunsController:
             why_not=context.session.no_depth,
         )
     )
-    context.actions.add(commands(context, runs))
+    context.actions.add(_commands(context, runs))
     return runs
+
+
+def _commands(context: Context, runs: RunsController) -> list[Command]:
+    """Commands of the menu Track."""
+    session = context.session
+    track, tracker = session.track, session.tracker
+
+    def idle() -> str:
+        return session.no_depth() or session.tracker_works()
+
+    def no_selection() -> str:
+        return (
+            ""
+            if context.view_state.selection
+            else "No frames are selected. Select some in the timeline with Shift+drag."
+        )
+
+    def in_progress() -> str:
+        active = session.runs.active is track.entry
+        return "This run is in progress. Stop it first." if active else ""
+
+    return [
+        Command(
+            "run", _MENU, "Run", "Track the recording from the first frame, or resume a paused "
+            "run.", tracker.run, "F8", "run-tracker", idle,
+        ),
+        Command(
+            "pause", _MENU, "Pause", "Pause the tracker after the current frame.", track.pause,
+            "Shift+F8", "pause",
+            lambda: "" if track.running else "The tracker is not running.",
+        ),
+        Command(
+            "step", _MENU, "Track one frame", "Track one frame, then pause.", tracker.step,
+            "F10", "step-tracker", idle,
+        ),
+        Command(
+            "stop", _MENU, "Stop run", "Stop the run in progress and keep the frames tracked "
+            "so far.",
+            track.stop, "Ctrl+.", "stop",
+            lambda: "" if track.entry is not None else "No run is in progress.",
+        ),
+        Command(
+            "run_here", _MENU, "Run from current frame",
+            "Start a new run at this frame, from the pose of "
+            "the active run if it has one here.", tracker.run_from_here, "Ctrl+F8", "next",
+            idle, section=True,
+        ),
+        Command(
+            "run_selection", _MENU, "Run on selection", "Track the selected frames as a new run.",
+            tracker.run_selection, "Ctrl+Shift+F8", "selection",
+            lambda: idle() or no_selection(),
+        ),
+        *(
+            Command(
+                f"first_pose_{name}", f"{_MENU}/Initial pose", title, tip,
+                partial(tracker.choose_first_pose, name), why_not=session.no_depth,
+                checked=partial(tracker.begins_with, name),
+            )
+            for name, (title, tip) in FIRST_POSES.items()
+        ),
+        Command(
+            "follow", _MENU, "Follow tracker", "Show each frame as soon as it is tracked.",
+            tracker.toggle_follow, "F", checked=lambda: tracker.follow,
+        ),
+        Command(
+            "hide_run", _MENU, "Show active run",
+            "Show or hide the model and the curves of the active run.", tracker.toggle_run,
+            "H", "model", session.no_run, section=True,
+        ),
+        Command(
+            "next_run", _MENU, "Next run", "Make the next run the active one.",
+            tracker.activate_next_run, "T", "compare",
+            lambda: session.no_run()
+            or ("" if len(session.runs.entries) > 1 else "There is only one run."),
+        ),
+        Command(
+            "repeat_run", _MENU, "Reproduce run", "Track again with the stored settings of the "
+            "run, and check whether the results are equal.",
+            partial(runs.with_active, runs.repeater.repeat), "Alt+F8", "redo",
+            lambda: session.no_run() or session.tracker_works() or runs.why_not_repeat(),
+        ),
+        Command(
+            "run_details", _MENU, "Run details …", "Show how the active run was made, and "
+            "compare it with another run.", runs.show_details, "Alt+Return", "settings",
+            session.no_run,
+        ),
+        Command(
+            "keep_run", _MENU, "Store run in project",
+            "Store a run that was opened from a file in the project. Runs tracked here are stored "
+            "automatically.",
+            partial(runs.with_active, runs.keeper.keep), icon="save",
+            why_not=lambda: session.no_run() or session.no_edit() or runs.why_not_keep(),
+        ),
+        Command(
+            "remove_run", _MENU, "Remove run",
+            "Remove the active run from the list. If the project stores it, it is deleted there; "
+            "you can undo this. Files are not deleted.",
+            partial(runs.with_active, runs.keeper.remove), "Ctrl+Del", "delete",
+            lambda: session.no_run() or in_progress(),
+        ),
+        *_against(session, runs),
+    ]  # fmt: skip
+
+
+def _against(session: Session, runs: RunsController) -> list[Command]:
+    """What errors of runs are measured against."""
+
+    def why_not(against: Against) -> str:
+        if session.no_recording() or session.judging.has(against):
+            return session.no_recording()
+        if against == "recording":
+            return "This recording has no reference."
+        return "The whole recording has not been fitted yet. Choose Fit whole recording first."
+
+    def measured(against: Against) -> bool:
+        return session.judging.truth is not None and session.judging.truth.against == against
+
+    rows: tuple[tuple[Against, str, str], ...] = (
+        ("recording", "Recording's reference", "Measure errors against the reference that "
+        "comes with the recording."),
+        ("project", "Project's reference", "Measure errors against the trajectory fitted to "
+        "the clicks, and state its accuracy."),
+    )  # fmt: skip
+    return [
+        Command(
+            f"errors_against_{against}", f"{_MENU}/Errors against", text, tip,
+            partial(runs.judge_against, against), icon="reference",
+            why_not=partial(why_not, against), checked=partial(measured, against),
+        )
+        for against, text, tip in rows
+    ]  # fmt: skip

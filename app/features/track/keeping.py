@@ -7,7 +7,6 @@ list, and is read when it is to be shown. Edits are followed, also where they ar
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -43,23 +42,11 @@ from stereotrack_core.tracking.stored import body_of_run
 
 from ...services.failures import message_of
 from ...services.tasks.task import Task, TaskList
-from ...session.document import DocumentPresenter
-from ...session.project import ProjectPresenter
-from ...session.runs import RunEntry, RunList, RunNow, frames_of_run
-from ...session.tracking import TrackPresenter
+from ...session.runs import RunEntry, RunNow, frames_of_run
+from ...session.session import Session
 from ...widgets.forms.message import Message
 
 _SHOWN = "runs_shown"
-_SHOWN_AT_FIRST = 1
-
-
-@dataclass(frozen=True, eq=False)
-class ReadRun:
-    """A run of the project, ready to be drawn."""
-
-    run: Run
-    body: BodyModel
-    frames: dict[int, TrackedFrame]
 
 
 class RunKeeper(QObject):
@@ -68,27 +55,15 @@ class RunKeeper(QObject):
     Work in other threads gets what a run holds, and gives what the project says; entries are
     changed in the window's thread alone. Edits that are made meanwhile are followed after it, since
     only then it is known whose row is whose.
-
-    Signals
-    -------
-    message : Message
-        What stood against keeping or reading a run.
     """
 
     message = Signal(object)
+    """Message: what stood against keeping or reading a run."""
 
-    def __init__(
-        self,
-        document: DocumentPresenter,
-        project: ProjectPresenter,
-        runs: RunList,
-        track: TrackPresenter,
-        tasks: TaskList,
-        parent: QObject,
-    ) -> None:
+    def __init__(self, session: Session, tasks: TaskList, parent: QObject) -> None:
         super().__init__(parent)
-        self._document, self._project = document, project
-        self._runs, self._track, self._tasks = runs, track, tasks
+        self._document, self._tasks = session.document, tasks
+        self._project, self._runs, self._track = session.project, session.runs, session.track
         self._content: WeakKeyDictionary[RunEntry, str] = WeakKeyDictionary()
         self._busy: dict[RunEntry, Task] = {}
         self._behind = False
@@ -97,10 +72,13 @@ class RunKeeper(QObject):
         self._listed: Project | None = None
         self._facts: WeakKeyDictionary[RunEntry, tuple[int, RunFacts]] = WeakKeyDictionary()
         self._taking: Task | None = None
-        track.place_for_run = self._place_for_run
+        session.track.place_for_run = self._place_for_run
         self._soon = QTimer(self, singleShot=True, interval=0)
         self._soon.timeout.connect(self._look)
-        for signal in (project.opened, track.state_changed, runs.changed, runs.active_changed):
+        project, runs = session.project, session.runs
+        for signal in (
+            project.opened, session.track.state_changed, runs.changed, runs.active_changed,
+        ):  # fmt: skip
             signal.connect(self._look_soon)
         project.changed.connect(self._on_edited)
         project.closing.connect(self._keep_what_is_left)
@@ -166,9 +144,11 @@ class RunKeeper(QObject):
 
     def remove(self, entry: RunEntry) -> None:
         """Take a run from the list; one that the project keeps is deleted there, with undo."""
-        if entry.kept and entry not in self._busy:
+        if entry in self._busy:
+            return
+        if entry.kept:
             self._project.apply(delete_run(entry.kept))
-        elif not entry.kept and entry not in self._busy:
+        else:
             self._runs.remove(entry)
 
     # ---- following what happens
@@ -188,12 +168,16 @@ class RunKeeper(QObject):
             self._list(project)
             self._take_in_what_is_left(project)
         if not project.read_only:
-            for entry in self._to_keep()[:1]:  # the next one when this one has its name
-                self._begin_keeping(entry)
+            busy = any(one.facts is None for one in self._busy)
+            for entry in self._to_keep()[: not busy]:  # the next one when this one has its name
+                work = partial(_kept, project, entry.name, entry.now())
+                done = partial(self._on_kept, project, entry, entry.name)
+                self._begin(f"storing run {entry.name}", entry, work, done)
         shown = (one for one in self._runs.entries if one.visible or one is self._runs.active)
         for entry in shown:
             if entry.waiting and entry not in self._tried:
-                self._begin_reading(project, entry)
+                read, found = partial(_read, project, entry.kept), partial(self._on_read, entry)
+                self._begin(f"loading run {entry.name}", entry, read, found)
         self._remember_shown(project)
 
     def _to_keep(self) -> list[RunEntry]:
@@ -209,18 +193,6 @@ class RunKeeper(QObject):
             and entry not in self._busy
             and (entry.origin is not None or entry.stored is not None)
         ]
-
-    def _begin_keeping(self, entry: RunEntry) -> None:
-        project = self._project.project
-        if project is not None and not any(one.facts is None for one in self._busy):
-            work = partial(_kept, project, entry.name, entry.now())
-            done = partial(self._on_kept, project, entry, entry.name)
-            self._begin(f"storing run {entry.name}", entry, work, done)
-
-    def _begin_reading(self, project: Project, entry: RunEntry) -> None:
-        work = partial(_read, project, entry.kept)
-        done = partial(self._on_read, entry)
-        self._begin(f"loading run {entry.name}", entry, work, done)
 
     def _begin(
         self,
@@ -250,13 +222,15 @@ class RunKeeper(QObject):
         self._content[entry] = row.content
         entry.kept, entry.name, entry.facts = row.name, row.name, row.facts
 
-    def _on_read(self, entry: RunEntry, read: ReadRun) -> None:
+    def _on_read(
+        self, entry: RunEntry, read: tuple[Run, BodyModel, dict[int, TrackedFrame]]
+    ) -> None:
         self._tried.discard(entry)
         if entry not in self._runs.entries:
             return
-        entry.stored, entry.body = read.run, read.body
-        entry.frames.update(read.frames)
-        entry.wall_seconds = float(read.run.meta.get("wall_seconds") or 0.0)
+        entry.stored, entry.body, frames = read
+        entry.frames.update(frames)
+        entry.wall_seconds = float(entry.stored.meta.get("wall_seconds") or 0.0)
         self._runs.tell()
         if entry is self._runs.active:
             self._runs.active_changed.emit()
@@ -274,8 +248,7 @@ class RunKeeper(QObject):
         if not kept:
             return
         stored = project.view_settings.get(_SHOWN)
-        names = [one.name for one in kept]
-        shown = stored if isinstance(stored, list) else names[-_SHOWN_AT_FIRST:]
+        shown = stored if isinstance(stored, list) else [kept[-1].name]
         own = {entry.kept for entry in self._runs.entries}
         for one in kept:
             if one.name not in own:
@@ -303,18 +276,10 @@ class RunKeeper(QObject):
         for refusal in refusals:
             self.message.emit(message_of(refusal))
         if runs:
-            names = ", ".join(one.name for one in runs)
-            self.message.emit(
-                Message(
-                    "note",
-                    "the program ended during a run; the frames tracked so far were stored"
-                    if len(runs) == 1
-                    else f"the program ended during {len(runs)} runs; the frames tracked so far "
-                    "were stored",
-                    names,
-                    "To continue a run, go to its last frame and run the tracker from there.",
-                )
-            )
+            count = "a run" if len(runs) == 1 else f"{len(runs)} runs"
+            what = f"the program ended during {count}; the frames tracked so far were stored"
+            remedy = "To continue a run, go to its last frame and run the tracker from there."
+            self.message.emit(Message("note", what, ", ".join(one.name for one in runs), remedy))
 
     @Slot()
     def _on_taking_ended(self) -> None:
@@ -357,11 +322,10 @@ class RunKeeper(QObject):
         new = {name: one for name, one in rows.items() if name not in mine}
         for name, entry in mine.items():
             row = rows.get(name)
-            if row is None:
+            if row is None:  # renamed, where another one has its content
                 content = self._content.get(entry)
-                row = next((one for one in new.values() if one.content == content), None)
-                if row is not None:
-                    del new[row.name]
+                renamed = next((one.name for one in new.values() if one.content == content), "")
+                row = new.pop(renamed, None)
             if row is None:
                 entry.kept = ""
                 self._runs.remove(entry)
@@ -432,6 +396,6 @@ def _taken_in(project: Project) -> tuple[list[TakenIn], list[InputError]]:
     return runs, refusals
 
 
-def _read(project: Project, name: str) -> ReadRun:
+def _read(project: Project, name: str) -> tuple[Run, BodyModel, dict[int, TrackedFrame]]:
     run = load_run(project.runs, name)
-    return ReadRun(run, body_of_run(run), frames_of_run(run))
+    return run, body_of_run(run), frames_of_run(run)

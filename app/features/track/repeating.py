@@ -4,62 +4,31 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from dataclasses import dataclass
+from functools import partial
 
 from PySide6.QtCore import QObject, Signal, Slot
 
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.frame import Run, TrackedFrame
-from stereotrack_core.tracking.repeating import (
-    Sameness,
-    StoredSpec,
-    sameness,
-    stored_spec,
-    what_differs,
-)
+from stereotrack_core.tracking.repeating import StoredSpec, sameness, stored_spec, what_differs
 from stereotrack_core.tracking.run import track
 
 from ...services.tasks.task import Task, TaskList
-from ...session.document import DocumentPresenter
-from ...session.runs import RunEntry, RunList, entry_of_run
+from ...session.runs import RunEntry, entry_of_run
+from ...session.session import Session
 from ...widgets.forms.message import Message
 
 
-@dataclass(frozen=True, eq=False)
-class Repeated:
-    """What came out.
-
-    Attributes
-    ----------
-    first : RunEntry
-    again : Run
-    same : Sameness
-    differs : tuple of str
-        Why it may have come out otherwise.
-    """
-
-    first: RunEntry
-    again: Run
-    same: Sameness
-    differs: tuple[str, ...]
-
-
 class RunRepeater(QObject):
-    """Repeats a run and says whether it came out equal.
-
-    Signals
-    -------
-    message : Message
-    """
+    """Repeats a run and says whether it came out equal."""
 
     message = Signal(object)
+    """Message."""
 
-    def __init__(
-        self, document: DocumentPresenter, runs: RunList, tasks: TaskList, parent: QObject
-    ) -> None:
+    def __init__(self, session: Session, tasks: TaskList, parent: QObject) -> None:
         super().__init__(parent)
-        self._document, self._runs, self._tasks = document, runs, tasks
+        self._document, self._runs, self._tasks = session.document, session.runs, tasks
         self._task: Task | None = None
 
     @property
@@ -87,28 +56,21 @@ class RunRepeater(QObject):
             )
         self._task = self._tasks.begin(
             f"reproducing {entry.name}",
-            lambda task: _repeated(task, entry, run, stored, recording),
-            self._on_done,
+            lambda task: _repeated(task, run, stored, recording),
+            partial(self._on_done, entry, run),
         )
         self._task.ended.connect(self._on_ended)
 
-    @Slot(object)
-    def _on_done(self, repeated: Repeated) -> None:
-        recording = self._document.recording
-        if recording is None or repeated.first not in self._runs.entries:
+    def _on_done(self, first: RunEntry, run: Run, found: tuple[Run, tuple[str, ...]]) -> None:
+        recording, (again, differs) = self._document.recording, found
+        if recording is None or first not in self._runs.entries:
             return
-        entry = entry_of_run(repeated.again, recording.folder)
-        entry.name, entry.path = f"{repeated.first.name} again", None
+        entry = entry_of_run(again, recording.folder)
+        entry.name, entry.path = f"{first.name} again", None
         self._runs.add(entry, active=False)
-        same = repeated.same
-        self.message.emit(
-            Message(
-                "note" if same.equal else "warning",
-                same.words.rstrip("."),
-                entry.name,
-                " ".join(repeated.differs) if not same.equal else "",
-            )
-        )
+        same = sameness(run, again)
+        severity, why = ("note", "") if same.equal else ("warning", " ".join(differs))
+        self.message.emit(Message(severity, same.words.rstrip("."), entry.name, why))
 
     @Slot()
     def _on_ended(self) -> None:
@@ -116,8 +78,9 @@ class RunRepeater(QObject):
 
 
 def _repeated(
-    task: Task, entry: RunEntry, run: Run, stored: StoredSpec, recording: Recording
-) -> Repeated:
+    task: Task, run: Run, stored: StoredSpec, recording: Recording
+) -> tuple[Run, tuple[str, ...]]:
+    """The run once more, and why it may have come out otherwise."""
     detections, otherwise = stored.detections_in(recording)
     differs = (*what_differs(run, recording), *stored.notes, *([otherwise] if otherwise else []))
     begun, done = time.perf_counter(), 0
@@ -136,5 +99,4 @@ def _repeated(
     if task.token.cancelled():
         raise Cancelled
     meta = {**again.meta, "wall_seconds": time.perf_counter() - begun}
-    again = dataclasses.replace(again, meta=meta)
-    return Repeated(entry, again, sameness(run, again), differs)
+    return dataclasses.replace(again, meta=meta), differs

@@ -2,120 +2,82 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from dataclasses import replace
 from weakref import WeakKeyDictionary
 
 from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal, Slot
 
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import proportions_of
-from stereotrack_core.tracking.frame import Origin
-from stereotrack_core.tracking.run_spec import FirstPose
-from stereotrack_core.tracking.tuning.attempt import Attempt, work_of
+from stereotrack_core.parameters import Value
+from stereotrack_core.tracking.parameters import Settings
+from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.stored import shape_of_meta
+from stereotrack_core.tracking.tuning.stages import Stage, changed_names, stage_key
+from stereotrack_core.tracking.tuning.trial import Start, Trial
 
 from ...services.failures import message_of
-from ...session.clouds import CloudPresenter
-from ...session.document import DocumentPresenter
-from ...session.judgement import JudgementPresenter
-from ...session.runs import RunEntry, RunList
-from ...session.tracking import TrackPresenter
-from .base import Base, attempt_from, base_of, changes_in_words
-from .runner import Request, Result, TrialRunner, Trials
-from .stores import StoreKeeper
+from ...session.runs import RunEntry
+from ...session.session import Session
+from ...widgets.forms.parameter_editor import value_text
+from .runner import TrialRunner, Trials
 
 PAUSE_MS = 100
-"""Time without a further change after which an attempt begins."""
+"""Time without a further change after which a trial begins."""
+
+_NAMED = 2
 
 
 class AttemptPresenter(QObject):
-    """Attempts as entries of the list of runs, drawn beside the active run until dismissed.
+    """Trials as entries of the list of runs, drawn beside the active run until dismissed.
 
     Parameters
     ----------
-    document, clouds, runs, track, judging
-        Where the facts come from.
     runner : TrialRunner
         Tracks them.
-    stores : StoreKeeper
     stretch : callable
         Frames that are to be tracked.
-    init : callable
-        First pose where no run is there.
 
     Attributes
     ----------
     live : bool
         Whether a change is tried at once.
-
-    Signals
-    -------
-    arrived : ()
-        An attempt has the frame that is shown.
-    changed : ()
-        What is said of the attempts, or how far they are, is different.
-    message : Message
-        Why an attempt has ended early.
-    first_shown : float
-        Seconds from a change to its first frame.
     """
 
     arrived = Signal()
+    """A trial has the frame that is shown."""
     changed = Signal()
+    """What is said of the trials, or how far they are, is different."""
     message = Signal(object)
+    """Message: why a trial has ended early."""
     first_shown = Signal(float)
+    """Seconds from a change to its first frame."""
 
-    def __init__(
-        self,
-        document: DocumentPresenter,
-        clouds: CloudPresenter,
-        runs: RunList,
-        track: TrackPresenter,
-        judging: JudgementPresenter,
-        runner: TrialRunner,
-        stores: StoreKeeper,
-        stretch: Callable[[], range],
-        init: Callable[[], FirstPose],
-    ) -> None:
+    def __init__(self, session: Session, runner: TrialRunner, stretch: Callable[[], range]) -> None:
         super().__init__()
-        self._document, self._clouds, self._runs = document, clouds, runs
-        self._track, self._judging = track, judging
-        self._runner, self._stores = runner, stores
-        self._stretch, self._init = stretch, init
+        self._session, self._runs = session, session.runs
+        self._runner, self._stretch = runner, stretch
         self.live = True
-        self._made: WeakKeyDictionary[RunEntry, Attempt] = WeakKeyDictionary()
-        self._changes: WeakKeyDictionary[RunEntry, str] = WeakKeyDictionary()
+        self.running: RunEntry | None = None
         self._trials: Trials | None = None
-        self._entry: RunEntry | None = None
-        self._base: tuple[RunEntry, Origin | None, Base] | None = None
+        self._made: WeakKeyDictionary[RunEntry, tuple[Trial, str]] = WeakKeyDictionary()
         self._number = 0
         self._since = QElapsedTimer()
         self._pause = QTimer(self, singleShot=True, interval=PAUSE_MS)
         self._pause.timeout.connect(self.try_now)
-        runs.changed.connect(self._on_runs)
-        runner.advanced.connect(self._on_advanced)
-        runner.ended.connect(self._on_ended)
-        runner.overtaken.connect(self._on_overtaken)
+        self._runs.changed.connect(self._on_runs)
 
     # ---- facts
 
     @property
     def entries(self) -> tuple[RunEntry, ...]:
-        """Attempts that are shown, the oldest first."""
-        return tuple(entry for entry in self._runs.entries if entry in self.made)
-
-    @property
-    def made(self) -> dict[RunEntry, Attempt]:
-        """Attempts that are no runs yet, and what they are."""
-        return {e: a for e, a in self._made.items() if e.kind == "attempt"}
+        """Trials that are shown, the oldest first; those that were made runs are none."""
+        return tuple(e for e in self._runs.entries if e in self._made and e.kind == "attempt")
 
     def changes(self, entry: RunEntry) -> str:
-        """What an attempt changed, in words."""
-        return self._changes.get(entry, "")
-
-    @property
-    def running(self) -> RunEntry | None:
-        """The attempt in progress."""
-        return self._entry
+        """What a trial changed, in words."""
+        return self._made[entry][1] if entry in self._made else ""
 
     @property
     def waits(self) -> bool:
@@ -126,39 +88,34 @@ class AttemptPresenter(QObject):
         """Whether everything that was changed has been tried."""
         return self._trials is None and not self.waits
 
-    def base(self) -> Base | None:
-        """The run that attempts are compared with; None where there is none."""
+    def base(self) -> RunEntry | None:
+        """The run that trials are compared with; None where there is none."""
         entry = self._runs.active
-        if entry is None or not entry.frames:
-            return None
-        known = self._base
-        if known is None or known[0] is not entry or known[1] is not entry.origin:
-            self._base = known = entry, entry.origin, base_of(entry, self._made.get(entry))
-        return known[2]
+        return entry if entry is not None and entry.frames else None
 
-    def wanted(self) -> Attempt | None:
-        """What would be tried now; None where there is nothing to track."""
-        stretch = self._stretch()
-        if not self._clouds.available or not len(stretch):
+    def trial(self, settings: Settings, preset: str) -> Trial | None:
+        """The trial of the stretch with these settings; None where there is nothing to track."""
+        stretch, base = self._stretch(), self.base()
+        if not self._session.clouds.available or not len(stretch):
             return None
-        track = self._track
-        return attempt_from(self.base(), track.settings, stretch, self._init(), track.preset)
+        spec = RunSpec(settings, preset, stretch, init=self._session.tracker.first_pose)
+        made = self._made[base][0] if base is not None and base in self._made else None
+        return Trial(spec) if base is None else trial_beside(base, made, spec)
+
+    def wanted(self) -> Trial | None:
+        """What would be tried now; None where there is nothing to track."""
+        return self.trial(self._session.track.settings, self._session.track.preset)
 
     def words(self) -> str:
-        """What is being tracked, or what a further attempt would compute."""
-        entry = self._entry
+        """What is being tracked, or what a further trial would compute."""
+        entry = self.running
         if entry is not None:
             done, count = len(entry.frames), len(entry.wanted)
             return f"{entry.name.capitalize()}: {done} of {count} frames."
-        attempt, store = self.wanted(), self._stores.store()
-        if attempt is None or store is None:
+        trial, store = self.wanted(), self._session.clouds.store
+        if trial is None or store is None:
             return ""
-        if self._is_run(attempt):
-            return "These are the settings of the run. Change a parameter to see its effect."
-        known = self._same(attempt)
-        if known is not None:
-            return f"{known.name.capitalize()} already has these settings."
-        return f"To compute: {work_of(attempt, store.resource).words}."
+        return self._known(trial) or f"To compute: {trial.work(store.resource)}."
 
     # ---- what a person does
 
@@ -174,39 +131,32 @@ class AttemptPresenter(QObject):
     @Slot()
     def try_now(self) -> None:
         """Track the stretch with the settings as they are."""
-        self._pause.stop()
         self.cancel()
-        attempt, store = self.wanted(), self._stores.store()
-        if attempt is None or store is None or self._is_run(attempt):
+        trial, store = self.wanted(), self._session.clouds.store
+        if trial is None or store is None or self._known(trial):
             self.changed.emit()
             return
-        if self._same(attempt) is not None:
-            self.changed.emit()
-            return
-        trials = Trials([attempt], store)
-        self._entry, self._trials = self._new_entry(attempt), trials
-        self._runs.add(self._entry, active=self._runs.active is None)
-        self._runner.begin(trials)
+        self.running = entry = self._new_entry(trial)
+        self._trials = Trials([(entry, trial)], store, self._on_ended, self._on_advanced)
+        self._runs.add(entry, active=self._runs.active is None)
+        self._runner.begin(self._trials)
 
     def cancel(self) -> None:
-        """End the attempt in progress, and forget it."""
-        trials, entry = self._trials, self._entry
-        self._trials = self._entry = None
-        self._pause.stop()
-        if trials is not None and entry is not None:
-            self._runner.cancel(trials)
+        """End the trial in progress, and forget it."""
+        entry = self._leave()
+        if entry is not None:
             self._number -= entry.kind == "attempt"
             self._runs.remove(entry)
 
-    def dismiss(self, entry: RunEntry) -> None:
-        """Take an attempt away."""
-        if entry is self._entry:
+    def dismiss(self, entry: RunEntry | None) -> None:
+        """Take a trial away; what is none stays."""
+        if entry is not None and entry is self.running:
             self.cancel()
-        elif entry in self.made:
+        elif entry is not None and entry in self.entries:
             self._runs.remove(entry)
 
     def dismiss_all(self) -> None:
-        """Take all attempts away; they are counted from one again."""
+        """Take all trials away; they are counted from one again."""
         self.cancel()
         for entry in self.entries:
             self._runs.remove(entry)
@@ -214,8 +164,8 @@ class AttemptPresenter(QObject):
         self.changed.emit()
 
     def make_run(self, entry: RunEntry) -> None:
-        """Make an attempt the active run, over the frames that it has."""
-        if entry is not self._entry and entry in self.made:
+        """Make a trial the active run, over the frames that it has."""
+        if entry is not self.running and entry in self.entries:
             entry.kind = "run"
             self._runs.activate(entry)
             self.changed.emit()
@@ -224,104 +174,154 @@ class AttemptPresenter(QObject):
         """Forget everything, as another recording comes."""
         self.cancel()
         self._made.clear()
-        self._base = None
         self._number = 0
 
     # ---- inside
 
-    def _is_run(self, attempt: Attempt) -> bool:
+    def _known(self, trial: Trial) -> str:
+        """Which run has these settings already, as a sentence; empty where none has."""
         base = self.base()
-        return base is not None and base.settings == attempt.settings
-
-    def _same(self, attempt: Attempt) -> RunEntry | None:
-        """An attempt that has been made with the same settings from the same run."""
-        base = self.base()
-        for entry, other in self.made.items():
-            if entry is self._entry or entry not in self._runs.entries:
-                continue
-            alike = other.settings == attempt.settings and other.stretch == attempt.stretch
-            start, begun = attempt.start, other.start
-            together = (start is None) == (begun is None) and (
-                start is None or begun is None or start.pose is begun.pose
-            )
-            if alike and together and base is not None:
-                return entry
-        return None
-
-    def _new_entry(self, attempt: Attempt) -> RunEntry:
-        recording, base = self._document.recording, self.base()
-        subject = recording.subject if recording is not None else None
         if base is None:
-            name = self._runs.next_name(attempt.preset, changed=self._track.differs_from_preset)
+            return ""
+        if settings_of(base) == trial.settings:
+            return "These are the settings of the run. Change a parameter to see its effect."
+        pose = trial.start.pose if trial.start is not None else None
+        for entry in self._runs.entries:
+            if entry is self.running or entry not in self._made or entry.kind != "attempt":
+                continue
+            other = self._made[entry][0]
+            begun = other.start.pose if other.start is not None else None
+            alike = other.settings == trial.settings and other.stretch == trial.stretch
+            if alike and begun is pose:
+                return f"{entry.name.capitalize()} already has these settings."
+        return ""
+
+    def _new_entry(self, trial: Trial) -> RunEntry:
+        base, preset = self.base(), trial.spec.preset
+        if base is None:
+            changed = self._session.track.differs_from_preset
+            entry = entry_of(self._session, self._runs.next_name(preset, changed=changed), trial)
+            entry.kind = "run"
         else:
             self._number += 1
-            name = f"trial {self._number}"
-        entry = RunEntry(
-            name,
-            attempt.preset,
-            attempt.settings,
-            body_model(proportions_of(subject), attempt.settings.body),
-            attempt.stretch,
-            kind="run" if base is None else "attempt",
-        )
-        self._made[entry] = attempt
-        self._changes[entry] = changes_in_words(base.settings if base else None, attempt.settings)
+            entry = entry_of(self._session, f"trial {self._number}", trial)
+        own = settings_of(base) if base is not None else None
+        self._made[entry] = trial, changes_in_words(own, trial.settings)
+        return entry
+
+    def _leave(self) -> RunEntry | None:
+        """Want no more of the trial in progress; its entry."""
+        self._pause.stop()
+        trials, entry = self._trials, self.running
+        self._trials = self.running = None
+        if trials is not None:
+            self._runner.cancel(trials)
         return entry
 
     @Slot()
     def _on_runs(self) -> None:
-        """Somebody may have taken the attempt away that is being made."""
-        if self._trials is not None and self._entry not in self._runs.entries:
-            self._runner.cancel(self._trials)
-            self._trials = self._entry = None
+        """Somebody may have taken the trial away that is being made."""
+        if self.running is not None and self.running not in self._runs.entries:
+            self._leave()
         self.changed.emit()
 
-    @Slot(object)
-    def _on_advanced(self, request: Request) -> None:
-        if request is self._trials and self._entry is not None:
-            self._take(self._trials.taken(), self._entry)
-            self.changed.emit()
+    def _on_advanced(self) -> None:
+        self._take()
+        self.changed.emit()
 
-    @Slot(object)
-    def _on_overtaken(self, request: Request) -> None:
-        if request is self._trials:
-            self.cancel()
-
-    @Slot(object, object)
-    def _on_ended(self, request: Request, error: Exception | None) -> None:
-        trials, entry = self._trials, self._entry
-        if request is not trials or trials is None or entry is None:
-            return
-        self._take(trials.taken(), entry)
-        self._trials = self._entry = None
+    def _on_ended(self, error: Exception | None) -> None:
+        self._take()
+        entry = self._leave()
         if error is not None:
             self.message.emit(message_of(error))
-        if entry.frames:
-            self._judging.judge()
-        else:
+        if entry is not None and entry.frames:
+            self._session.judging.judge()
+        elif entry is not None:
             self._runs.remove(entry)
         self.changed.emit()
 
-    def _take(self, results: Sequence[Result], entry: RunEntry) -> None:
-        if not results:
-            return
-        first = not entry.frames
-        take_over(entry, results)
-        for result in results:
-            tracked = result.tracked
-            if entry.settings is not None and tracked.frame == self._document.frame:
-                self._clouds.keep(tracked.cloud, entry.settings.depth)
+    def _take(self) -> None:
+        grown = self._trials.take() if self._trials is not None else {}
+        for entry, frames in grown.items():
+            if self._session.document.frame in frames:
                 self.arrived.emit()
-        if first:
-            self._judging.judge()  # the first frame is shown at once, those after it now and then
-            if self._since.isValid():
-                self.first_shown.emit(self._since.elapsed() / 1000.0)
-        self._runs.grew.emit()
+            if len(entry.frames) == len(frames):
+                # the first frame is shown at once, those after it now and then
+                self._session.judging.judge()
+                if self._since.isValid():
+                    self.first_shown.emit(self._since.elapsed() / 1000.0)
+        if grown:
+            self._runs.grew.emit()
 
 
-def take_over(entry: RunEntry, results: Sequence[Result]) -> None:
-    """Let an entry have these frames, and what is known of its attempt by then."""
-    for result in results:
-        entry.frames[result.tracked.frame] = result.tracked.without_cloud()
-        entry.body, entry.origin = result.body, result.origin
-        entry.wall_seconds = result.seconds
+def trial_beside(run: RunEntry, made: Trial | None, spec: RunSpec) -> Trial:
+    """The trial to track a stretch from where a run was; by itself where it was nowhere near.
+
+    Parameters
+    ----------
+    made : Trial or None
+        The trial that the run was, if it was one.
+    spec : RunSpec
+        Settings, stretch and the first pose where the run does not say any.
+    """
+    known = run.spec()
+    learned = made.known if made is not None else (known and known.frames) or run.wanted
+    spec = replace(spec, seed=known.seed if known is not None else 0)
+    start = _start_at(run, spec.frames_of(0).start, spec.settings)
+    if start is None:
+        return Trial(spec, None, learned)
+    first = next((f.pose for f in run.ordered() if f.pose is not None), None)
+    if made is not None and made.start is not None:
+        return Trial(replace(spec, init=made.spec.init), start, learned)
+    return Trial(replace(spec, init=first or spec.init), start, learned)
+
+
+def _start_at(run: RunEntry, frame: int, settings: Settings) -> Start | None:
+    """What a run knows before a frame; None where it was nowhere near."""
+    own, shape, lengths = settings_of(run), None, None
+    if own is not None and stage_key(own, Stage.SHAPE) == stage_key(settings, Stage.SHAPE):
+        if run.origin is not None:
+            shape = run.origin.shape
+        elif run.stored is not None:
+            shape = shape_of_meta(run.stored.meta)
+        if own.body.proportions == "sequence":
+            lengths = run.body.skeleton.proportions
+    before, here = run.at(frame - 1), run.at(frame)
+    if before is not None and before.pose is not None:
+        return Start(before.pose, before.P, shape, lengths)
+    if here is not None and here.pose is not None:
+        return Start(here.pose, None, shape, lengths)
+    return None
+
+
+def settings_of(run: RunEntry) -> Settings | None:
+    """Settings of a run; None where a file of another version does not say."""
+    known = run.spec() if run.settings is None else None
+    return run.settings if known is None else known.settings
+
+
+def entry_of(session: Session, name: str, trial: Trial) -> RunEntry:
+    """An entry of the list of runs for the frames of a trial."""
+    recording = session.document.recording
+    lengths = proportions_of(recording.subject if recording is not None else None)
+    body = body_model(lengths, trial.settings.body)
+    preset = trial.spec.preset
+    return RunEntry(name, preset, trial.settings, body, trial.stretch, kind="attempt")
+
+
+def changes_in_words(old: Settings | None, new: Settings) -> str:
+    """``sigma joint 20 deg``; ``sigma joint 20 deg, iterations 8 and 3 more``."""
+    if old is None:
+        return "different settings"
+    names = changed_names(old, new)
+    rows, values = {row.name: row for row in new.rows()}, new.values()
+    said = ", ".join(with_unit(name, values[name], rows[name].unit) for name in names[:_NAMED])
+    if len(names) > _NAMED:
+        return f"{said} and {len(names) - _NAMED} more"
+    return said or "settings of the run"
+
+
+def with_unit(name: str, value: Value, unit: str) -> str:
+    """A parameter's value as a person reads it."""
+    words = f"{name.replace('_', ' ')} {value_text(value).replace('_', ' ')}"
+    return f"{words} {unit}".strip()

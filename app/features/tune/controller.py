@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from PySide6.QtCore import QObject, Slot
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.parameters import ParameterRow
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.run_spec import FirstPose
-from stereotrack_core.tracking.tuning.attempt import Attempt
 from stereotrack_core.tracking.tuning.series import all_values, spread_values
+from stereotrack_core.tracking.tuning.trial import Trial
 
 from ...context import Context
 from ...services.actions import ActionRegistry
@@ -17,20 +18,15 @@ from ...session.runs import RunEntry
 from ...widgets.forms.parameter_panel import ParameterPanel
 from ...widgets.forms.series_panel import SeriesPanel
 from ...widgets.tables.attempts_panel import AttemptsPanel
-from .attempts import AttemptPresenter
+from .attempts import AttemptPresenter, settings_of
 from .numbers import attempt_table
 from .presets import PresetWork
-from .runner import TrialRunner
+from .runner import CloudWarmer, TrialRunner
 from .series import SeriesPresenter
-from .stores import CloudWarmer, StoreKeeper
 
-ATTEMPT_BUTTONS = ("attempt_use", "attempt_run", "attempt_adopt", "attempt_dismiss")
-"""Commands that stand below the table of attempts."""
-
-PRESET_BUTTONS = ("preset_save", "preset_load", "preset_export", "preset_delete")
-"""Commands that stand beside the list of presets."""
-
-SECONDS = 2.0
+_ATTEMPT_BUTTONS = ("attempt_use", "attempt_run", "attempt_adopt", "attempt_dismiss")
+_PRESET_BUTTONS = ("preset_save", "preset_load", "preset_export", "preset_delete")
+_SECONDS = 2.0
 """Length of the stretch around the frame where neither a selection nor the zoom says another."""
 
 _LONGEST_SECONDS = 10.0
@@ -48,19 +44,12 @@ class TuneController(QObject):
         context.docks.add("parameters", "Parameters", self.parameters)
         context.docks.add("attempts", "Trials", self.panel)
         context.docks.add("series", "Parameter series", self.series_panel)
-        self.stores = StoreKeeper(session.document, session.clouds)
         self.runner = TrialRunner(self)
-        self.attempts = AttemptPresenter(
-            session.document, session.clouds, session.runs, session.track, session.judging,
-            self.runner, self.stores, self.stretch, self._first_pose,
-        )  # fmt: skip
-        self.series = SeriesPresenter(
-            session.document, session.runs, session.judging, context.tasks, self.runner,
-            self.attempts, self.stores, self.stretch, self._first_pose,
-        )  # fmt: skip
+        self.attempts = AttemptPresenter(session, self.runner, self.stretch)
+        self.series = SeriesPresenter(session, context.tasks, self.runner, self.attempts)
         self.attempts.live = bool(context.settings.value("tune/live", True, type=bool))
-        self.warmer = CloudWarmer(self.runner, self.stores, self._to_warm)
-        self.presets = PresetWork(context, self.parameters, self.selected)
+        self.warmer = CloudWarmer(self.runner, lambda: session.clouds.store, self._to_warm)
+        self.presets = PresetWork(context, self.parameters)
         self._against: RunEntry | None = None
         self._compared = "preset"
         self._connect()
@@ -74,9 +63,10 @@ class TuneController(QObject):
         parameters.preset_requested.connect(self.presets.use)
         parameters.against_requested.connect(self._on_compared)
         panel.chosen.connect(self._context.actions.refresh_soon)
-        panel.base_chosen.connect(self._on_base)
-        panel.dismissed.connect(self._on_dismissed)
-        series.row_chosen.connect(self._on_series_row)
+        panel.base_chosen.connect(lambda row: self.compare_with(self._entry(row)))
+        panel.dismissed.connect(lambda row: self.attempts.dismiss(self._entry(row)))
+        track = self._session.track
+        series.row_chosen.connect(lambda row: series.set_value(track.settings.values()[row.name]))
         series.begin_requested.connect(self._on_series)
         series.cancel_requested.connect(self.series.cancel)
         series.shown.connect(self.series.show)
@@ -127,7 +117,7 @@ class TuneController(QObject):
         seen = range(max(int(scale.first), 0), min(round(scale.last), count))
         if not scale.is_whole and len(seen) and len(seen) <= _LONGEST_SECONDS * recording.fps:
             return seen
-        length = min(max(round(SECONDS * recording.fps), 2), count)
+        length = min(max(round(_SECONDS * recording.fps), 2), count)
         first = min(max(context.session.document.frame - length // 2, 0), count - length)
         return range(first, first + length)
 
@@ -138,27 +128,30 @@ class TuneController(QObject):
             self._context.view_state.select(stretch)
 
     def selected(self) -> RunEntry | None:
-        """The attempt that is selected in the table; else the newest."""
-        attempts = self.attempts.entries
-        entries = self._entries()
-        row = self.panel.row
-        if 0 <= row < len(entries) and entries[row] in attempts:
-            return entries[row]
-        return attempts[-1] if attempts else None
+        """The trial that is selected in the table; else the newest."""
+        attempts, chosen = self.attempts.entries, self._entry(self.panel.row)
+        return chosen if chosen in attempts else (attempts[-1] if attempts else None)
+
+    def with_selected(self, do: Callable[[RunEntry], None]) -> None:
+        """Do something with the selected trial, where there is one."""
+        entry = self.selected()
+        if entry is not None:
+            do(entry)
 
     def _entries(self) -> tuple[RunEntry, ...]:
-        """The run and its attempts, as the table has them."""
+        """The run and its trials, as the table has them."""
         run = self._session.runs.active
         attempts = tuple(entry for entry in self.attempts.entries if entry is not run)
         return (run, *attempts) if run is not None else attempts
 
-    def _to_warm(self) -> Attempt | None:
+    def _entry(self, row: int) -> RunEntry | None:
+        entries = self._entries()
+        return entries[row] if 0 <= row < len(entries) else None
+
+    def _to_warm(self) -> Trial | None:
         """What is going to be tried, if nothing else is being done."""
         idle = self.active and self.settled() and not self._session.track.running
         return self.attempts.wanted() if idle and self.attempts.base() is not None else None
-
-    def _first_pose(self) -> FirstPose:
-        return self._session.tracker.first_pose
 
     # ---- showing
 
@@ -168,27 +161,17 @@ class TuneController(QObject):
         context, panel = self._context, self.panel
         if not panel.isVisible() or context.session.document.recording is None:
             return
-        running = self.attempts.running
-        panel.show_words(self.attempts.words(), self._stretch_words())
-        panel.show_progress(
-            len(running.frames) if running is not None else 0,
-            len(running.wanted) if running is not None else 0,
-        )
-        run, *others = self._entries() or (None,)
-        panel.show_table(
-            attempt_table(
-                run, others, context.session.judging.all(), self._against, self.attempts.changes
-            )
-        )
-
-    def _stretch_words(self) -> str:
-        stretch, context = self.stretch(), self._context
-        if not len(stretch):
-            return ""
-        frames = f"Frames {stretch.start} to {stretch.stop - 1}"
+        running, stretch = self.attempts.running, self.stretch()
+        how = ". Select others in the timeline with Shift+drag."
         if context.view_state.selection:
-            return f"{frames}, as selected in the timeline."
-        return f"{frames}. Select others in the timeline with Shift+drag."
+            how = ", as selected in the timeline."
+        frames = f"Frames {stretch.start} to {stretch.stop - 1}{how}" if len(stretch) else ""
+        panel.show_words(self.attempts.words(), frames)
+        done = (0, 0) if running is None else (len(running.frames), len(running.wanted))
+        panel.show_progress(*done)
+        run, *others = self._entries() or (None,)
+        known, changes = context.session.judging.all(), self.attempts.changes
+        panel.show_table(attempt_table(run, others, known, self._against, changes))
 
     @Slot()
     def show_series(self) -> None:
@@ -207,8 +190,9 @@ class TuneController(QObject):
             base, against = preset("thesis"), "thesis"
         elif self._compared == "run":
             run = self.attempts.base()
-            if run is not None and run.settings is not None:
-                base, against = run.settings, "run"
+            settings = settings_of(run) if run is not None else None
+            if settings is not None:
+                base, against = settings, "run"
         panel.set_settings(track.settings, base, against)
         panel.set_preset(track.preset)
         self.series_panel.set_rows(track.settings.rows())
@@ -247,46 +231,17 @@ class TuneController(QObject):
         self._context.settings.setValue("tune/live", self.attempts.live)
         self.show()
 
-    @Slot(int)
-    def _on_base(self, row: int) -> None:
-        entries = self._entries()
-        self._against = entries[row] if 0 <= row < len(entries) else None
+    def compare_with(self, entry: RunEntry | None) -> None:
+        """State the differences from a trial, or from the run."""
+        self._against = entry
         self.show()
 
-    @Slot(int)
-    def _on_dismissed(self, row: int) -> None:
-        entries = self._entries()
-        if 0 <= row < len(entries):
-            self.attempts.dismiss(entries[row])
-
-    def compare_with_selected(self) -> None:
-        """State the differences from the selected attempt."""
-        self._against = self.selected()
-        self.show()
-
-    def dismiss_selected(self) -> None:
-        """Take the selected attempt away."""
-        entry = self.selected()
-        if entry is not None:
-            self.attempts.dismiss(entry)
-
-    def make_selected_the_run(self) -> None:
-        """Make the selected attempt the active run."""
-        entry = self.selected()
-        if entry is not None:
-            self.attempts.make_run(entry)
-
-    def take_settings_of_selected(self) -> None:
-        """Go on with the settings of the selected attempt."""
-        entry = self.selected()
-        if entry is not None and entry.settings is not None:
+    def use_settings_of(self, entry: RunEntry) -> None:
+        """Go on with the settings of a trial."""
+        if entry.settings is not None:
             self._session.track.use(entry.settings)
 
     # ---- one parameter
-
-    @Slot(object)
-    def _on_series_row(self, row: ParameterRow) -> None:
-        self.series_panel.set_value(self._session.track.settings.values()[row.name])
 
     @Slot(object, float, float, int, bool)
     def _on_series(
@@ -305,16 +260,15 @@ class TuneController(QObject):
         row, tried = self.series.row, self.series.tried
         if row is not None and 0 <= place < len(tried):
             self.series.show(None)
-            self._session.track.use(
-                self._session.track.settings.replaced(**{row.name: tried[place].value})
-            )
+            track = self._session.track
+            track.use(track.settings.replaced(**{row.name: tried[place].value}))
 
     # ---- coming and going
 
     def offer(self, actions: ActionRegistry) -> None:
         """Put the commands where they are needed."""
-        self.panel.set_actions([actions.action(name) for name in ATTEMPT_BUTTONS])
-        self.parameters.set_menu([actions.action(name) for name in PRESET_BUTTONS])
+        self.panel.set_actions([actions.action(name) for name in _ATTEMPT_BUTTONS])
+        self.parameters.set_menu([actions.action(name) for name in _PRESET_BUTTONS])
 
     def search_parameters(self) -> None:
         """Show the parameters, and let the person type what is looked for."""
@@ -328,4 +282,3 @@ class TuneController(QObject):
         self.attempts.stop()
         self.series.clear()
         self.runner.close()
-        self.stores.close()

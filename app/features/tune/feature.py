@@ -1,11 +1,20 @@
-"""Tune: attempts beside a run, values of one parameter, and presets."""
+"""Tune: trials beside a run, values of one parameter, and presets."""
 
 from __future__ import annotations
 
+from functools import partial
+
+from stereotrack_core.tracking.presets import PRESETS
+
 from ...context import Context
+from ...services.actions import Command
 from ...services.layout import Workspace
-from .actions import commands
+from ...session.session import Session
 from .controller import TuneController
+from .presets import PresetWork
+
+_MENU = "T&une"
+_PRESETS = f"{_MENU}/Presets"
 
 
 def register(context: Context) -> TuneController:
@@ -26,6 +35,103 @@ def register(context: Context) -> TuneController:
             why_not=context.session.no_depth,
         )
     )
-    context.actions.add(commands(context.session, tuning))
+    context.actions.add(_commands(context.session, tuning))
     tuning.offer(context.actions)
     return tuning
+
+
+def _commands(session: Session, tuning: TuneController) -> list[Command]:
+    """Commands of the menu Tune."""
+    chosen = tuning.with_selected
+
+    def no_try() -> str:
+        return session.no_depth() or session.tracker_works()
+
+    def no_attempt() -> str:
+        return "" if tuning.attempts.entries else "There is no trial. Change a parameter first."
+
+    def unfinished() -> str:
+        selected = tuning.selected()
+        if selected is not None and selected is tuning.attempts.running:
+            return "This trial is still running. Wait for it to finish."
+        return no_attempt()
+
+    return [
+        Command(
+            "attempt_now", _MENU, "Run trial", "Track the selected frames with the present "
+            "settings and show the result beside the run.",
+            tuning.attempts.try_now, "F9", "iterate", no_try,
+        ),
+        Command(
+            "attempt_live", _MENU, "Run trials automatically", "In the Tune workspace, track the "
+            "selected frames again shortly after each parameter change.", tuning.toggle_live,
+            checked=lambda: tuning.attempts.live,
+        ),
+        Command(
+            "attempt_use", _MENU, "Use trial settings",
+            "Use the settings of the selected trial from now on.",
+            partial(chosen, tuning.use_settings_of), "Ctrl+F9", "settings", no_attempt,
+            section=True,
+        ),
+        Command(
+            "attempt_run", _MENU, "Make trial the active run",
+            "Make the selected trial the active run, for "
+            "the frames it covers.", partial(chosen, tuning.attempts.make_run), "Alt+F9", "model",
+            unfinished,
+        ),
+        Command(
+            "attempt_compare", _MENU, "Use as baseline trial",
+            "Show the differences of all trials from "
+            "the selected one.", partial(chosen, tuning.compare_with), "Shift+F9", "compare",
+            unfinished,
+        ),
+        Command(
+            "attempt_adopt", _MENU, "Save trial as preset …",
+            "Save the settings of the selected trial as a preset of the project.",
+            partial(chosen, tuning.presets.adopt), "Ctrl+Shift+F9", "accept",
+            lambda: no_attempt() or session.no_edit(),
+        ),
+        Command(
+            "attempt_dismiss", _MENU, "Discard trial", "Discard the selected trial.",
+            partial(chosen, tuning.attempts.dismiss), "Alt+Del", "delete", no_attempt, section=True,
+        ),
+        Command(
+            "attempt_dismiss_all", _MENU, "Discard all trials", "Discard all trials.",
+            tuning.attempts.dismiss_all, "Alt+Shift+Del", "delete", no_attempt,
+        ),
+        Command(
+            "parameter_search", _MENU, "Search parameters", "Search parameters by name or "
+            "description.", tuning.search_parameters, "Ctrl+F", "search", session.no_depth,
+            section=True,
+        ),
+        *_presets(session, tuning.presets),
+    ]  # fmt: skip
+
+
+def _presets(session: Session, presets: PresetWork) -> list[Command]:
+    def not_own() -> str:
+        name = session.track.preset
+        if name in PRESETS:
+            return f"{name} is a built-in preset and cannot be deleted."
+        known = name in presets.shelf.own
+        return session.no_edit() if known else f"The project has no preset {name}."
+
+    return [
+        Command(
+            "preset_save", _PRESETS, "Save as preset …", "Save the present settings as a preset "
+            "of the project.", presets.save, "", "save", session.no_edit,
+        ),
+        Command(
+            "preset_load", _PRESETS, "Load preset …", "Load a preset from a file into the "
+            "project.", presets.load, "", "open", session.no_edit,
+        ),
+        Command(
+            "preset_export", _PRESETS, "Export preset …", "Save the settings to a file for "
+            "stereotrack track --preset.", presets.export, "", "export",
+        ),
+        Command(
+            "preset_delete", _PRESETS, "Delete preset",
+            "Delete the selected preset from the project. The present settings are kept.",
+            presets.delete, "", "delete", not_own,
+        ),
+    ]  # fmt: skip

@@ -1,140 +1,122 @@
-"""What is computed from the clouds of attempts: one thing at a time, the newest that was wanted."""
+"""What is computed from the clouds of trials: one thing at a time, the newest that was wanted."""
 
 from __future__ import annotations
 
+import logging
 import threading
 import time
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
-from PySide6.QtCore import QObject, Qt, Signal, Slot
+from PySide6.QtCore import QObject, Qt, QTimer, Signal, Slot
 
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.tracking.frame import Origin, TrackedFrame
-from stereotrack_core.tracking.tuning.attempt import Attempt, AttemptPipeline
 from stereotrack_core.tracking.tuning.clouds import CloudStore
+from stereotrack_core.tracking.tuning.trial import Trial
 
 from ...services.tasks.newest import NewestWins
 from ...services.tasks.shared import Shared
+from ...session.runs import RunEntry
+
+_PAUSE_MS = 400
 
 
-class Request(ABC):
+class Request:
     """Something to be computed from a store of clouds; may be cancelled from any thread.
 
     Parameters
     ----------
-    store : Shared of CloudStore
+    work : callable
+        Computes it, in the runner's thread.
+    ended : callable
+        Told in the window's thread that nothing more comes of it, unless it was cancelled; with
+        the reason where it failed.
 
     Attributes
     ----------
     over : Event
         Set when nothing more comes of it.
+    cancelled : callable
+        Whether somebody has said that it is no longer wanted.
     """
 
-    def __init__(self, store: Shared[CloudStore]) -> None:
-        self.store = store
-        self.over = threading.Event()
-        self._cancelled = threading.Event()
-
-    @property
-    def wanted(self) -> bool:
-        """Whether nobody has cancelled it."""
-        return not self._cancelled.is_set()
+    def __init__(
+        self,
+        store: Shared[CloudStore],
+        work: Callable[[CloudStore, Request], None],
+        ended: Callable[[Exception | None], None],
+    ) -> None:
+        self.store, self.work, self.ended = store, work, ended
+        self.over, self._unwanted = threading.Event(), threading.Event()
+        self.cancelled = self._unwanted.is_set
+        self.advanced: Callable[[], None] = lambda: None
+        self.tell_advance: Callable[[], None] = lambda: None
 
     def cancel(self) -> None:
         """Say that it is no longer wanted; returns at once."""
-        self._cancelled.set()
-
-    @abstractmethod
-    def work(self, store: CloudStore, advanced: Callable[[], None]) -> None:
-        """Compute it, in the runner's thread; `advanced` tells that there is more to be taken.
-
-        Raises
-        ------
-        Cancelled
-            Where it is no longer wanted.
-        """
-
-
-@dataclass(frozen=True, eq=False)
-class Result:
-    """A frame of an attempt, with what was known of the attempt by then.
-
-    Attributes
-    ----------
-    place : int
-        Number of the attempt within its request.
-    tracked : TrackedFrame
-    body : BodyModel
-    origin : Origin
-    seconds : float
-        Time that the attempt has taken so far.
-    """
-
-    place: int
-    tracked: TrackedFrame
-    body: BodyModel
-    origin: Origin
-    seconds: float
+        self._unwanted.set()
 
 
 class Trials(Request):
-    """Attempts that are tracked one after the other; results wait until they are taken."""
+    """Trials that are tracked one after the other; results wait until they are taken.
 
-    def __init__(self, attempts: Sequence[Attempt], store: Shared[CloudStore]) -> None:
-        super().__init__(store)
-        self._attempts = tuple(attempts)
+    Parameters
+    ----------
+    tried : sequence of (RunEntry, Trial)
+        The entries get the frames, in the window's thread.
+    store, ended
+        See :class:`Request`.
+    advanced : callable
+        Told in the window's thread that there is more to be taken.
+    """
+
+    def __init__(
+        self,
+        tried: Sequence[tuple[RunEntry, Trial]],
+        store: Shared[CloudStore],
+        ended: Callable[[Exception | None], None],
+        advanced: Callable[[], None],
+    ) -> None:
+        super().__init__(store, self._track, ended)
+        self.advanced = advanced
+        self._tried = tuple(tried)
         self._lock = threading.Lock()
-        self._results: list[Result] = []
+        self._results: list[tuple[RunEntry, TrackedFrame, BodyModel, Origin, float]] = []
 
-    def taken(self) -> list[Result]:
-        """Results since the last call."""
+    def take(self) -> dict[RunEntry, list[int]]:
+        """Let the entries have what is new; which have grown, and by which frames."""
         with self._lock:
             results, self._results = self._results, []
-        return results
+        grown: dict[RunEntry, list[int]] = {}
+        for entry, tracked, body, origin, seconds in results:
+            entry.body, entry.origin, entry.wall_seconds = body, origin, seconds
+            entry.frames[tracked.frame] = tracked.without_cloud()
+            grown.setdefault(entry, []).append(tracked.frame)
+        return grown
 
-    def work(self, store: CloudStore, advanced: Callable[[], None]) -> None:
-        """Track all of them; see :meth:`Request.work`."""
-        for place, attempt in enumerate(self._attempts):
+    def _track(self, store: CloudStore, _request: Request) -> None:
+        for entry, trial in self._tried:
             begun = time.perf_counter()
-            pipeline = AttemptPipeline(attempt, store, self._cancelled.is_set)
-            with pipeline:
-                pipeline.prepare(attempt.stretch)
-                body, origin = pipeline.plain_body, pipeline.origin()
-                for tracked in pipeline.tracked():
+            with trial.begun(store, self.cancelled) as pipeline:
+                body, origin = pipeline.body, pipeline.origin()
+                for tracked in pipeline.frames(trial.stretch):
                     seconds = time.perf_counter() - begun
-                    if self._is_first(Result(place, tracked, body, origin, seconds)):
-                        advanced()
-
-    def _is_first(self, result: Result) -> bool:
-        """Let a result wait; whether it is the only one that waits."""
-        with self._lock:
-            self._results.append(result)
-            return len(self._results) == 1
+                    with self._lock:
+                        self._results.append((entry, tracked, body, origin, seconds))
+                        first = len(self._results) == 1
+                    if first:
+                        self.tell_advance()
 
 
 class TrialRunner(QObject):
-    """Owns the thread in which attempts are tracked and clouds are made beforehand.
+    """Owns the thread in which trials are tracked and clouds are made beforehand.
 
     A request that begins takes the place of the one before, which ends as soon as it can; until it
-    has ended the new one waits, so that two never use a store's clouds at once. Signals are about
-    the request that counts: whatever an older one still delivers is told to nobody.
-
-    Signals
-    -------
-    advanced : Request
-        There is more of it to be taken.
-    ended : Request, Exception or None
-        Nothing more comes of it; why it failed, if it did.
-    overtaken : Request
-        Another one has taken its place.
+    has ended the new one waits, so that two never use a store's clouds at once. Only the request
+    that counts is told of: whatever an older one still delivers is told to nobody.
     """
 
-    advanced = Signal(object)
-    ended = Signal(object, object)
-    overtaken = Signal(object)
     _more = Signal(object)
 
     def __init__(self, parent: QObject | None = None) -> None:
@@ -148,10 +130,11 @@ class TrialRunner(QObject):
         before = self._current
         if before is not None:
             self.cancel(before)
-            self.overtaken.emit(before)
+            before.ended(None)
         self._current = request
+        request.tell_advance = lambda: self._more.emit(request)
         if self._worker is None:
-            self._worker = NewestWins(self._compute, "trials")
+            self._worker = NewestWins(_compute, "trials")
             self._worker.answered.connect(self._on_answered)
             self._worker.failed.connect(self._on_failed)
         self._worker.ask(request)
@@ -160,7 +143,8 @@ class TrialRunner(QObject):
         """Forget a request; its store is in use until it has noticed that."""
         request.cancel()
         if request is self._current:
-            self._leave(request)
+            self._current = None
+            request.over.set()
 
     def close(self) -> None:
         """Forget what is being computed, and end the thread; waits for nothing."""
@@ -170,20 +154,10 @@ class TrialRunner(QObject):
             self._worker.close()
             self._worker = None
 
-    def _compute(self, request: Request) -> None:
-        """Called in the thread."""
-        if request.wanted:
-            with request.store.used() as store:
-                request.work(store, lambda: self._more.emit(request))
-
-    def _leave(self, request: Request) -> None:
-        self._current = None
-        request.over.set()
-
     @Slot(object)
     def _on_more(self, request: Request) -> None:
         if request is self._current:
-            self.advanced.emit(request)
+            request.advanced()
 
     @Slot(object, object)
     def _on_answered(self, request: Request, _nothing: None) -> None:
@@ -192,5 +166,68 @@ class TrialRunner(QObject):
     @Slot(object, object)
     def _on_failed(self, request: Request, error: Exception | None) -> None:
         if request is self._current:
-            self._leave(request)
-            self.ended.emit(request, None if isinstance(error, Cancelled) else error)
+            self._current = None
+            request.over.set()
+            request.ended(None if isinstance(error, Cancelled) else error)
+
+
+def _compute(request: Request) -> None:
+    if not request.cancelled():
+        with request.store.used() as store:
+            request.work(store, request)
+
+
+class CloudWarmer(QObject):
+    """Makes clouds while nobody else needs them: whatever is tried takes their place.
+
+    Parameters
+    ----------
+    store : callable
+        The clouds of the open recording; None where nothing gives depth.
+    wanted : callable
+        What would be tried now; None where nothing is to be made.
+    """
+
+    def __init__(
+        self,
+        runner: TrialRunner,
+        store: Callable[[], Shared[CloudStore] | None],
+        wanted: Callable[[], Trial | None],
+    ) -> None:
+        super().__init__()
+        self._runner, self._store, self._wanted = runner, store, wanted
+        self._request: Request | None = None
+        self._pause = QTimer(self, singleShot=True, interval=_PAUSE_MS)
+        self._pause.timeout.connect(self._begin)
+
+    @Slot()
+    def warm_soon(self, _what: object = None) -> None:
+        """Make the clouds when nothing has changed for a moment."""
+        self.cancel()
+        self._pause.start()
+
+    def cancel(self) -> None:
+        """Make no more; what is made is kept."""
+        self._pause.stop()
+        if self._request is not None:
+            self._runner.cancel(self._request)
+            self._request = None
+
+    @Slot()
+    def _begin(self) -> None:
+        trial, store = self._wanted(), self._store()
+        if trial is None or store is None:
+            return
+
+        def make(kept: CloudStore, request: Request) -> None:
+            clouds = kept.clouds(trial.key, trial.stretch, request.cancelled)
+            for frame in trial.stretch:
+                clouds.take(frame)
+
+        self._request = Request(store, make, self._on_ended)
+        self._runner.begin(self._request)
+
+    def _on_ended(self, error: Exception | None) -> None:
+        self._request = None
+        if error is not None:  # whoever tries the stretch meets the same, and tells the person
+            logging.getLogger(__name__).error("clouds could not be precomputed", exc_info=error)

@@ -20,9 +20,6 @@ class NewestWins(Threaded):
         From a question to its answer; called in the worker's thread.
     name : str
         Name of the thread.
-    at_end : callable, optional
-        Called in the worker's thread when it has answered its last question: closes what `answer`
-        alone has used.
 
     Signals
     -------
@@ -35,15 +32,10 @@ class NewestWins(Threaded):
     failed = Signal(object, object)
     _over = Signal(bool, object, object)
 
-    def __init__(
-        self,
-        answer: Callable[[Any], Any],
-        name: str,
-        at_end: Callable[[], object] | None = None,
-    ) -> None:
+    def __init__(self, answer: Callable[[Any], Any], name: str) -> None:
         super().__init__(self._run, name)
         self._over.connect(self._tell, Qt.ConnectionType.QueuedConnection)
-        self._answer, self._at_end = answer, at_end
+        self._answer = answer
         self._condition = threading.Condition()
         self._waiting: list[Hashable] = []
         self._busy_with: Hashable | None = None
@@ -72,12 +64,8 @@ class NewestWins(Threaded):
             self._condition.notify()
 
     def _run(self) -> None:
-        try:
-            while self._wait():
-                self._answer_one()
-        finally:
-            if self._at_end is not None:
-                self._at_end()
+        while self._wait():
+            self._answer_one()
 
     def _wait(self) -> bool:
         """Wait for a question; False when there are no more."""

@@ -1,74 +1,50 @@
-"""Clouds of a stretch, made again only as far as a change reaches."""
+"""Clouds of a recording, made again only as far as a change of parameters reaches."""
 
 from __future__ import annotations
 
 import threading
 import time
 from collections import OrderedDict
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 from typing import Any
+from weakref import WeakKeyDictionary
 
+from stereotrack_core.arrays import Float32Array, ImageArray
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.depth.chain import DepthChain, MeasuredViews, rectification_of
 from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.depth.match import Region
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.rectify import Rectification
-from stereotrack_core.depth.sources import DepthSource, StereoSource
+from stereotrack_core.depth.sources import DepthSource, StereoFrame, StereoSource
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.memory import Memory, bytes_of
 from stereotrack_core.recording.description import Recording, View
-from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.tracking.tuning.sources import (
-    NumberedReader,
-    RememberingStereo,
-    WatchedDepth,
-)
+from stereotrack_core.recording.reader import FrameReader, FrameSet, ViewImages
 from stereotrack_core.tracking.tuning.stages import Stage, stage_key
-from stereotrack_core.tracking.tuning.work import Work
 
 _CHAINS = 4
 """Chains that are kept with what they have learned of the empty scene."""
 
+_EMPTY_SCENE = -1
+"""Stands for the frame number of images without anybody."""
+
 
 @dataclass(frozen=True)
 class CloudKey:
-    """What clouds depend on, beside their frame.
-
-    Attributes
-    ----------
-    depth : DepthParameters
-    learned_from : range
-        Frames from which the background is learned where there are no images of the empty scene.
-    colour : bool
-        Whether points have colours.
-    """
+    """What clouds depend on, beside their frame."""
 
     depth: DepthParameters
     learned_from: range
-    colour: bool = False
+    """Frames from which the background is learned where there are no images of the empty scene."""
 
     def until(self, stage: Stage) -> Hashable:
         """What the result of a stage depends on."""
-        if stage is Stage.MATCHING:
-            return stage_key(self.depth, stage)
-        learned = (self.learned_from.start, self.learned_from.stop)
-        if stage is Stage.BACKGROUND:
-            return stage_key(self.depth, stage), learned
-        return stage_key(self.depth, stage), learned, self.colour
-
-
-@dataclass(eq=False)
-class _Made:
-    """What all views have measured in one frame, and the clouds that it was fused to."""
-
-    seen: MeasuredViews
-    clouds: dict[Hashable, Cloud] = field(default_factory=dict)
-
-    @property
-    def bytes(self) -> int:
-        points = sum(bytes_of(c.points) + bytes_of(c.pixels) for c in self.clouds.values())
-        return bytes_of(self.seen) + points
+        learned = (
+            () if stage is Stage.MATCHING else (self.learned_from.start, self.learned_from.stop)
+        )
+        return stage_key(self.depth, stage), learned
 
 
 class CloudStore:
@@ -79,11 +55,8 @@ class CloudStore:
 
     Parameters
     ----------
-    recording : Recording
     reader : FrameReader
-        May be shared; it is not closed.
-    views : sequence of str, optional
-        Views to use; all that give depth when not given.
+        Of images in grey; may be shared, it is not closed.
     limit : int, optional
         Bytes that may be kept; see :class:`Memory`.
 
@@ -94,18 +67,12 @@ class CloudStore:
     """
 
     def __init__(
-        self,
-        recording: Recording,
-        reader: FrameReader,
-        *,
-        views: Sequence[str] | None = None,
-        limit: int | None = None,
+        self, recording: Recording, reader: FrameReader, *, limit: int | None = None
     ) -> None:
         self.recording = recording
         self.reader = reader
-        self.views = views
         self.memory = Memory(limit)
-        self.pictures = NumberedReader(reader, self)
+        self.pictures = _NumberedReader(self)
         self.lock = threading.Lock()
         self.shapes: dict[Hashable, BodyParameters] = {}
         self.cancelled: Callable[[], bool] = never
@@ -128,7 +95,7 @@ class CloudStore:
     def clouds(
         self,
         key: CloudKey,
-        stretch: range,
+        stretch: range | None = None,
         cancelled: Callable[[], bool] | None = None,
     ) -> KeptClouds:
         """Clouds for a run over `stretch`, whose frames are kept before all others.
@@ -141,35 +108,51 @@ class CloudStore:
             For views without depth, and stereo cameras that cannot be rectified.
         """
         wanted = cancelled or never
-        self.memory.hold(_is_of(key, stretch))
+        if stretch is not None:
+            self.memory.hold(_is_of(key, stretch))
         with self.lock:
             self.cancelled = wanted
-            chain = self._chain(key)
-        return KeptClouds(self, key, chain, wanted)
+            return KeptClouds(self, key, self.chain(key), wanted)
 
-    def work(self, key: CloudKey, stretch: range, *, shape: bool = False) -> Work:
-        """What an attempt over a stretch has to do beyond what is kept; for words, not exact."""
+    def work(self, key: CloudKey, stretch: range, *, shape: bool = False) -> str:
+        """What a trial over a stretch computes beyond what is kept, in words; not exact.
+
+        Parameters
+        ----------
+        shape : bool
+            Whether it fits the body's shape.
+
+        Returns
+        -------
+        str
+            ``matching and points of 20 frames, the background and tracking``, ``tracking only``.
+        """
         points, clouds = key.until(Stage.POINTS), key.until(Stage.FUSION)
-        known = [self.memory.get(("points", points, frame)) for frame in stretch]
-        measured = sum(made is None for made in known)
-        fused = sum(made is None or clouds not in made.clouds for made in known)
-        names = [view.name for view in self.recording.views if view.kind == "stereo"]
-        used = [name for name in names if self.views is None or name in self.views]
+        known = {frame: self.memory.get(("points", points, frame)) for frame in stretch}
+        unmeasured = [frame for frame, made in known.items() if made is None]
+        unfused = [
+            frame for frame, made in known.items() if made is None or clouds not in made.clouds
+        ]
         matching = key.until(Stage.MATCHING)
-        matched = sum(
-            made is None
-            and any(("matching", (matching, name), frame) not in self.memory for name in used)
-            for frame, made in zip(stretch, known, strict=True)
+        matches = any(
+            ("matching", (matching, view.name), frame) not in self.memory
+            for view in self.recording.views
+            if view.kind == "stereo"
+            for frame in unmeasured
         )
-        background = self._learned(key) is None
-        return Work(len(stretch), matched, measured, fused, background, shape)
+        parts = []
+        if unmeasured:
+            parts.append(f"{'matching and ' * matches}points of {_frames(unmeasured)}")
+        elif unfused:
+            parts.append(f"outliers of {_frames(unfused)}")
+        parts += ["the background"] * (self._learned(key) is None) + ["the body's shape"] * shape
+        return f"{', '.join(parts)} and tracking" if parts else "tracking only"
 
-    # ---- inside; the lock is held
-
-    def _chain(self, key: CloudKey) -> DepthChain:
-        chain = self._chains.get(key)
-        if chain is None or chain.learns:
-            chain = self._new_chain(key)
+    def chain(self, key: CloudKey) -> DepthChain:
+        """What makes these clouds; for those who hold the lock."""
+        chain = self._chains.get(key) or self._new_chain(key)
+        if chain.learns:
+            return chain  # it learns on from the frames of one run, and ends with that
         chains = OrderedDict(self._chains)  # others may be looking through those that are there
         chains[key] = chain
         chains.move_to_end(key)
@@ -180,18 +163,16 @@ class CloudStore:
         return chain
 
     def _new_chain(self, key: CloudKey) -> DepthChain:
-        learned = self._learned(key)
-        old = self._chains.get(key)
-        if old is not None:
-            self._chains = OrderedDict(one for one in self._chains.items() if one[0] != key)
-            old.close()
-
         def source(recording: Recording, view: View, p: DepthParameters) -> Any:
-            return self._source(recording, view, p, key)
+            place = view.name, p.least_focal
+            if place not in self._rectified:
+                self._rectified[place] = rectification_of(recording, view, p)
+            if view.left is None:
+                return DepthSource(self._rectified[place])
+            return _RememberingStereo(self._rectified[place], key, view.name, self)
 
-        chain = DepthChain(
-            self.recording, key.depth, views=self.views, colour=key.colour, sources=source
-        )
+        chain = DepthChain(self.recording, key.depth, sources=source)
+        learned = self._learned(key)
         try:
             if learned is not None:
                 chain.take_background(learned, self.pictures, key.learned_from)
@@ -206,21 +187,22 @@ class CloudStore:
         """A chain that knows the same empty scene, once and for all."""
         wanted = key.until(Stage.BACKGROUND)
         for other, chain in self._chains.items():
-            if other.until(Stage.BACKGROUND) == wanted and not chain.learns:
+            if other.until(Stage.BACKGROUND) == wanted:
                 return chain
         return None
 
-    def _source(
-        self, recording: Recording, view: View, p: DepthParameters, key: CloudKey
-    ) -> StereoSource | DepthSource:
-        place = view.name, p.least_focal
-        if place not in self._rectified:
-            self._rectified[place] = rectification_of(recording, view, p)
-        rectified = self._rectified[place]
-        if view.left is None:
-            return WatchedDepth(rectified, self)
-        matched = key.until(Stage.MATCHING), view.name
-        return RememberingStereo(rectified, p, self.memory, matched, self.pictures.number, self)
+
+@dataclass(eq=False)
+class _Made:
+    """What all views have measured in one frame, and the clouds that it was fused to."""
+
+    seen: MeasuredViews
+    clouds: dict[Hashable, Cloud] = field(default_factory=dict)
+
+    @property
+    def bytes(self) -> int:
+        points = sum(bytes_of(c.points) + bytes_of(c.pixels) for c in self.clouds.values())
+        return bytes_of(self.seen) + points
 
 
 class KeptClouds:
@@ -229,8 +211,8 @@ class KeptClouds:
     def __init__(
         self, store: CloudStore, key: CloudKey, chain: DepthChain, cancelled: Callable[[], bool]
     ) -> None:
-        self.chain, self.reader = chain, store.reader
-        self._store, self._key, self._cancelled = store, key, cancelled
+        self.chain, self.reader, self.key = chain, store.reader, key
+        self._store, self._cancelled = store, cancelled
 
     def learn(self, _frames: range) -> None:
         """Do nothing: the store's chains have learned what they know."""
@@ -247,16 +229,16 @@ class KeptClouds:
         with store.lock:
             store.cancelled = self._cancelled
             store.go_on()
-            return self._learning(frame) if self.chain.learns else self._kept(frame)
-
-    def _learning(self, frame: int) -> tuple[Cloud, float]:
-        # depends on all frames before it, so that it is of no use to another run
-        seen, read = self._measured(frame)
-        return self.chain.fused(seen), read
+            if not self.chain.learns:
+                self.chain = store.chain(self.key)
+                return self._kept(frame)
+            # depends on all frames before it, so that it is of no use to another run
+            seen, read = self._measured(frame)
+            return self.chain.fused(seen), read
 
     def _kept(self, frame: int) -> tuple[Cloud, float]:
-        place = "points", self._key.until(Stage.POINTS), frame
-        fusion = self._key.until(Stage.FUSION)
+        place = "points", self.key.until(Stage.POINTS), frame
+        fusion = self.key.until(Stage.FUSION)
         made: _Made | None = self._store.memory.get(place)
         read = 0.0
         if made is None:
@@ -274,17 +256,80 @@ class KeptClouds:
         return self.chain.measured(frame_set), read
 
 
+class _NumberedReader:
+    """A store's reader, which remembers which frame its images are of."""
+
+    def __init__(self, store: CloudStore) -> None:
+        self._store = store
+        self._numbers: WeakKeyDictionary[ViewImages, int] = WeakKeyDictionary()
+
+    def frame_set(self, k: int) -> FrameSet:
+        """All images of one instant."""
+        self._store.go_on()
+        found = self._store.reader.frame_set(k)
+        self._numbers.update(dict.fromkeys(found.views.values(), k))
+        return found
+
+    def background(self, view: str) -> tuple[ImageArray | None, ImageArray] | None:
+        """Left and reference image of a view without anybody, where there are any."""
+        return self._store.reader.background(view)
+
+    def number(self, images: ViewImages) -> int:
+        """Frame that the images are of."""
+        return self._numbers.get(images, _EMPTY_SCENE)
+
+
+class _RememberingStereo(StereoSource):
+    """A stereo source of a store, which keeps the frames that were opened."""
+
+    def __init__(
+        self, rectification: Rectification, key: CloudKey, view: str, store: CloudStore
+    ) -> None:
+        super().__init__(rectification, key.depth)
+        self._store, self._of = store, (key.until(Stage.MATCHING), view)
+
+    def open(self, images: ViewImages) -> _RememberedFrame:
+        """Rectify, or take what was rectified; see :class:`StereoSource`."""
+        self._store.go_on()
+        place = "matching", self._of, self._store.pictures.number(images)
+        known: _RememberedFrame | None = self._store.memory.get(place)
+        return known or _RememberedFrame(
+            **vars(super().open(images)), store=self._store, place=place
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _RememberedFrame(StereoFrame):
+    """A rectified pair with the disparities of the regions that were matched."""
+
+    store: CloudStore
+    place: Hashable
+    matched: dict[Region, Float32Array] = field(default_factory=dict)
+
+    def disparity(self, region: Region) -> Float32Array:
+        """Match the region, or take what was matched; the caller's own to change."""
+        if region not in self.matched:
+            self.store.go_on()
+            self.matched[region] = super().disparity(region)
+            size = self.left.nbytes + self.picture.nbytes
+            size += sum(disparity.nbytes for disparity in self.matched.values())
+            self.store.memory.put(self.place, self, size)
+        return self.matched[region].copy()
+
+
 def _is_of(key: CloudKey, stretch: range) -> Callable[[Any], bool]:
     """Whether a place in the memory belongs to a stretch with these parameters."""
     points, matching = key.until(Stage.POINTS), key.until(Stage.MATCHING)
 
     def held(place: Any) -> bool:
         kind, of, frame = place
-        if frame not in stretch:
-            return False
-        return bool(of == points if kind == "points" else of[0] == matching)
+        return frame in stretch and bool(of == points if kind == "points" else of[0] == matching)
 
     return held
+
+
+def _frames(frames: list[int]) -> str:
+    return f"{len(frames)} frame{'' if len(frames) == 1 else 's'}"
 
 
 def never() -> bool:

@@ -21,8 +21,6 @@ def spread_values(
 
     Parameters
     ----------
-    row : ParameterRow
-    low, high : float
     count : int
         2 to :data:`MOST`; whole numbers may give fewer.
     by_factors : bool

@@ -54,10 +54,7 @@ _OF_DEPTH: Mapping[str, Stage] = MappingProxyType(
         ),
         Stage.POINTS,
     )
-    | dict.fromkeys(
-        ("outlier_neighbours", "outlier_distance", "outlier_repeat"),
-        Stage.FUSION,
-    )
+    | dict.fromkeys(("outlier_neighbours", "outlier_distance", "outlier_repeat"), Stage.FUSION)
 )
 """Parameters of depth that act after matching; all others are taken to act on it, so that a new
 parameter leads to too much work and never to a wrong cloud."""
@@ -77,34 +74,17 @@ def stage_of(name: str) -> Stage:
     return Stage.SHAPE if name in _OF_SHAPE else Stage.TRACKING
 
 
+def stage_key(parameters: DepthParameters | Settings, stage: Stage) -> StageKey:
+    """Parameters on which the result of a stage depends; those of depth suffice up to fusion.
+
+    What the body's shape is fitted to depends on the clouds, on the shape that the fit begins with,
+    and on how many frames it is fitted to. How these frames are followed acts on it only by a hair,
+    and does not count.
+    """
+    return tuple(item for item in parameters.values().items() if stage_of(item[0]) <= stage)
+
+
 def changed_names(old: Settings, new: Settings) -> tuple[str, ...]:
     """Names of the parameters whose values differ, in order of declaration."""
     before = old.values()
     return tuple(name for name, value in new.values().items() if value != before[name])
-
-
-def stage_key(depth: DepthParameters, stage: Stage) -> StageKey:
-    """What the result of a stage of depth depends on.
-
-    Parameters
-    ----------
-    depth : DepthParameters
-    stage : Stage
-        Up to ``Stage.FUSION``.
-    """
-    return tuple((name, value) for name, value in depth.values().items() if stage_of(name) <= stage)
-
-
-def shape_stands(old: Settings, new: Settings) -> bool:
-    """Whether a shape that was fitted with the old settings is that of the new ones.
-
-    It depends on the clouds, on the shape that the fit begins with, and on how many frames it is
-    fitted to. How these frames are followed acts on it only by a hair, and does not count.
-    """
-    return shape_key(old) == shape_key(new)
-
-
-def shape_key(settings: Settings) -> StageKey:
-    """Parameters on which the fitted shape depends, with their values."""
-    values = settings.values().items()
-    return tuple((name, value) for name, value in values if stage_of(name) <= Stage.SHAPE)

@@ -110,7 +110,7 @@ def test_a_run_is_named_noted_and_deleted_and_each_is_taken_back(tracking, qtbot
         kept_runs(tracking.context.session.project.project.runs)[0].facts.note == "loses the hand"
     )
     settle(tracking, qtbot)
-    tracking.features.track.remove_active()
+    tracking.features.track.with_active(tracking.features.track.keeper.remove)
     assert (names(tracking), kept(tracking)) == ([], [])
     tracking.context.session.project.undo()
     settle(tracking, qtbot)
@@ -177,7 +177,7 @@ def test_attempts_and_files_are_kept_only_when_that_is_asked_for(tracking, qtbot
     settle(tracking, qtbot)
     assert kept(tracking) == []
     tracking.context.session.runs.activate(opened)
-    tracking.features.track.keep_active()
+    tracking.features.track.with_active(tracking.features.track.keeper.keep)
     settle(tracking, qtbot)
     assert kept(tracking) == ["from a file"]
     assert tracking.features.track.why_not_keep() == "The run is already stored in the project."

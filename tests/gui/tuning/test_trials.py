@@ -1,14 +1,14 @@
-"""One thing at a time is computed from the clouds of attempts, and only the newest is told of."""
+"""One thing at a time is computed from the clouds of trials, and only the newest is told of."""
 
 from __future__ import annotations
 
 import threading
-from dataclasses import dataclass
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 
 import pytest
 from PySide6.QtCore import QCoreApplication
 
-from app.features.tune import runner
 from app.features.tune.runner import Request, TrialRunner, Trials
 from app.services.tasks.shared import Shared
 
@@ -20,17 +20,18 @@ A_MOMENT_S = 0.2
 class Held(Request):
     """Is in the middle of something until it is let go, and hears of nothing meanwhile."""
 
-    def __init__(self, store, name="", error=None):
-        super().__init__(store)
+    def __init__(self, store, told, name="", error=None):
+        super().__init__(store, self.hold, lambda error: told.append((self, error)))
+        self.advanced = lambda: told.append((self, "advanced"))
         self.name, self.error = name, error
         self.begun, self.go = threading.Event(), threading.Event()
 
-    def work(self, store, advanced):
+    def hold(self, store, _request):
         store.log.append(f"{self.name} begins")
         self.begun.set()
         assert self.go.wait(PATIENCE_S)
         store.log.append(f"{self.name} ends")
-        advanced()
+        self.tell_advance()
         if self.error is not None:
             raise self.error
 
@@ -56,35 +57,32 @@ def store():
 def trials(qtbot):
     made = TrialRunner()
     made.told = []
-    for name in ("advanced", "overtaken"):
-        getattr(made, name).connect(lambda request, name=name: made.told.append((request, name)))
-    made.ended.connect(lambda request, error: made.told.append((request, error)))
     yield made
     made.close()
 
 
 def test_two_never_use_the_clouds_at_once_and_only_the_newest_is_told_of(qtbot, trials, store):
-    first, second, third = (Held(store, name) for name in ("first", "second", "third"))
+    first, second, third = (Held(store, trials.told, name) for name in ("first", "second", "third"))
     trials.begin(first)
     assert first.begun.wait(PATIENCE_S)
     trials.begin(second)
     trials.begin(third)
     assert not third.begun.wait(A_MOMENT_S), "the one before is in the middle of something"
-    assert (first.wanted, second.wanted, third.wanted) == (False, False, True)
+    assert [one.cancelled() for one in (first, second, third)] == [True, True, False]
     assert first.over.is_set()
     third.go.set()
     first.go.set()
     qtbot.waitUntil(third.over.is_set)
     assert store.resource.log == ["first begins", "first ends", "third begins", "third ends"]
     assert trials.told == [
-        (first, "overtaken"), (second, "overtaken"), (third, "advanced"), (third, None)
+        (first, None), (second, None), (third, "advanced"), (third, None)
     ]  # fmt: skip
     assert not second.begun.is_set()
 
 
 def test_what_is_cancelled_is_waited_for_by_the_next_one_too(qtbot, trials, store):
     """A change of a parameter cancels; the attempt comes when the changes have stopped."""
-    first, second = Held(store, "first"), Held(store, "second")
+    first, second = (Held(store, trials.told, name) for name in ("first", "second"))
     trials.begin(first)
     assert first.begun.wait(PATIENCE_S)
     trials.cancel(first)
@@ -99,7 +97,7 @@ def test_what_is_cancelled_is_waited_for_by_the_next_one_too(qtbot, trials, stor
 
 def test_a_failure_is_told_and_the_next_request_is_done(qtbot, trials, store):
     error = RuntimeError("no clouds")
-    wrong, right = Held(store, error=error), Held(store)
+    wrong, right = Held(store, trials.told, error=error), Held(store, trials.told)
     for one in (wrong, right):
         one.go.set()
         trials.begin(one)
@@ -108,7 +106,7 @@ def test_a_failure_is_told_and_the_next_request_is_done(qtbot, trials, store):
 
 
 def test_closing_waits_for_nobody_and_the_last_user_closes_the_clouds(qtbot, trials, store):
-    first, late = Held(store, "first"), Held(store, "late")
+    first, late = (Held(store, trials.told, name) for name in ("first", "late"))
     trials.begin(first)
     assert first.begun.wait(PATIENCE_S)
     thread = trials._worker._thread
@@ -132,45 +130,48 @@ class Tracked:
 
     frame: int
 
-
-class Pipeline:
-    """In place of the pipeline of an attempt, which is the frames that it gives."""
-
-    plain_body = "body"
-
-    def __init__(self, attempt, _store, _cancelled):
-        self.attempt = attempt
-
-    def __enter__(self):
+    def without_cloud(self):
         return self
 
-    def __exit__(self, *_):
-        return None
 
-    def prepare(self, _stretch):
-        return None
+@dataclass(eq=False)
+class Entry:
+    """In place of an entry of the list of runs."""
+
+    frames: dict = field(default_factory=dict)
+    body = origin = wall_seconds = None
+
+
+@dataclass(frozen=True)
+class Trial:
+    """In place of a trial, whose pipeline gives all its frames."""
+
+    stretch: range
+
+    @contextmanager
+    def begun(self, _store, _cancelled):
+        yield self
+
+    body = "body"
 
     def origin(self):
         return "origin"
 
-    def tracked(self):
-        return (Tracked(frame) for frame in self.attempt.stretch)
+    def frames(self, stretch):
+        return map(Tracked, stretch)
 
 
-@dataclass(frozen=True)
-class Attempt:
-    stretch: range
-
-
-def test_frames_wait_until_they_are_taken_in_their_order(qtbot, trials, store, monkeypatch):
-    monkeypatch.setattr(runner, "AttemptPipeline", Pipeline)
-    request = Trials([Attempt(range(3)), Attempt(range(5, 7))], store)
+def test_frames_wait_until_they_are_taken_in_their_order(qtbot, trials, store):
+    entries = [Entry(), Entry()]
+    tried = list(zip(entries, (Trial(range(3)), Trial(range(5, 7))), strict=True))
+    told = trials.told
+    request = Trials(
+        tried, store, lambda error: told.append(error), lambda: told.append("advanced")
+    )
     trials.begin(request)
     qtbot.waitUntil(request.over.is_set)
-    taken = request.taken()
-    assert [(one.place, one.tracked.frame) for one in taken] == [
-        (0, 0), (0, 1), (0, 2), (1, 5), (1, 6)
-    ]  # fmt: skip
-    assert {(one.body, one.origin) for one in taken} == {("body", "origin")}
-    assert request.taken() == []
-    assert trials.told == [(request, "advanced"), (request, None)]
+    assert request.take() == {entries[0]: [0, 1, 2], entries[1]: [5, 6]}
+    assert [sorted(entry.frames) for entry in entries] == [[0, 1, 2], [5, 6]]
+    assert {(entry.body, entry.origin) for entry in entries} == {("body", "origin")}
+    assert request.take() == {}
+    assert told == ["advanced", None]

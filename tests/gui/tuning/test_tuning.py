@@ -8,11 +8,10 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from app.features.tune import runner
 from app.features.tune.presets import NameDialog
 from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.tracking.presets import preset, read_preset
-from stereotrack_core.tracking.tuning.attempt import AttemptPipeline
+from stereotrack_core.tracking.run import Pipeline
 
 pytestmark = pytest.mark.window
 
@@ -48,14 +47,16 @@ def tried(window, qtbot, name="sigma_joint", text="25"):
 def endless(monkeypatch):
     """Attempts with 25 degrees go no further than their first frame before they are cancelled."""
 
-    class Waiting(AttemptPipeline):
-        def tracked(self):
-            for frame in super().tracked():
-                yield frame
-                while self.settings.tracking.sigma_joint == 25.0 and not self._cancelled():
-                    time.sleep(0.01)
+    frames = Pipeline.frames
 
-    monkeypatch.setattr(runner, "AttemptPipeline", Waiting)
+    def waiting(pipeline, stretch):
+        for tracked in frames(pipeline, stretch):
+            yield tracked
+            while pipeline.settings.tracking.sigma_joint == 25.0:
+                pipeline.before_step(tracked.cloud)
+                time.sleep(0.01)
+
+    monkeypatch.setattr(Pipeline, "frames", waiting)
 
 
 def names(window):
@@ -108,16 +109,17 @@ def test_a_further_edit_ends_the_attempt_in_progress(tuning, qtbot):
 def test_an_attempt_waits_for_one_that_cannot_end_yet(tuning, qtbot, monkeypatch):
     begun, go, others = threading.Event(), threading.Event(), threading.Event()
 
-    class Deaf(AttemptPipeline):
-        def prepare(self, frames):
-            if self.settings.tracking.sigma_joint == 25.0:
-                begun.set()
-                assert go.wait(300)
-            else:
-                others.set()
-            super().prepare(frames)
+    go_on_from = Pipeline.go_on_from
 
-    monkeypatch.setattr(runner, "AttemptPipeline", Deaf)
+    def deaf(pipeline, *begin, **known):
+        if pipeline.settings.tracking.sigma_joint == 25.0:
+            begun.set()
+            assert go.wait(300)
+        else:
+            others.set()
+        go_on_from(pipeline, *begin, **known)
+
+    monkeypatch.setattr(Pipeline, "go_on_from", deaf)
     typed(tuning, "sigma_joint", "25")
     qtbot.waitUntil(begun.is_set)
     for text in ("30", "35"):
@@ -134,15 +136,16 @@ def test_an_attempt_waits_for_one_that_cannot_end_yet(tuning, qtbot, monkeypatch
 def test_an_attempt_takes_the_place_of_a_series(tuning, qtbot, monkeypatch):
     begun, go = threading.Event(), threading.Event()
 
-    class Endless(AttemptPipeline):
-        def tracked(self):
-            for frame in super().tracked():
-                yield frame
-                if self.settings.tracking.sigma_joint == 15.0:
-                    begun.set()
-                    assert go.wait(300)
+    frames = Pipeline.frames
 
-    monkeypatch.setattr(runner, "AttemptPipeline", Endless)
+    def endless(pipeline, stretch):
+        for tracked in frames(pipeline, stretch):
+            yield tracked
+            if pipeline.settings.tracking.sigma_joint == 15.0:
+                begun.set()
+                assert go.wait(300)
+
+    monkeypatch.setattr(Pipeline, "frames", endless)
     series = tuning.features.tune.series
     row = next(
         one for one in tuning.context.session.track.settings.rows() if one.name == "sigma_joint"
@@ -238,7 +241,7 @@ def test_an_attempt_is_adopted_as_a_preset_of_the_project(tuning, qtbot, tmp_pat
 
 
 def test_undo_after_a_change_leaves_a_run_that_was_kept(tuning, qtbot):
-    tuning.features.track.keep_active()
+    tuning.features.track.with_active(tuning.features.track.keeper.keep)
     qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
     run = tuning.context.session.runs.active
     assert run.kept == "quick"
@@ -251,7 +254,7 @@ def test_undo_after_a_change_leaves_a_run_that_was_kept(tuning, qtbot):
     assert run in tuning.context.session.runs.entries
     assert tuning.context.session.project.project.runs.names() == ("quick",)
     assert tuning.context.session.track.settings.tracking.sigma_joint == 25.0
-    tuning.features.track.remove_active()
+    tuning.features.track.with_active(tuning.features.track.keeper.remove)
     assert run not in tuning.context.session.runs.entries
     tuning.context.actions.refresh()
     assert undo.text() == "Undo: delete run quick"

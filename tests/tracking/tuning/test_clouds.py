@@ -67,9 +67,9 @@ def test_what_is_to_be_done_can_be_asked_while_another_thread_makes_clouds(
         return until(key, stage)
 
     monkeypatch.setattr(CloudKey, "until", interrupted)
-    assert not store.work(second, STRETCH).background
+    assert "background" not in store.work(second, STRETCH)
     assert not others[0].is_alive()
-    assert not store.work(third, STRETCH).background
+    assert "background" not in store.work(third, STRETCH)
 
 
 def parameters():
@@ -113,8 +113,9 @@ def test_only_a_parameter_of_matching_matches_again(
 ):
     store, depth = store_of(rendered), USUAL.replaced(background_empty_scene=False)
     store.clouds(CloudKey(depth, STRETCH), STRETCH).take(1)
-    before = count_matches()
-    store.clouds(CloudKey(depth.replaced(**change), STRETCH), STRETCH).take(1)
+    before, changed = count_matches(), CloudKey(depth.replaced(**change), STRETCH)
+    assert ("matching and points of 1 frame" in store.work(changed, range(1, 2))) == matches
+    store.clouds(changed, STRETCH).take(1)
     assert (count_matches() > before) == matches
 
 
@@ -122,10 +123,9 @@ def test_the_same_clouds_are_not_made_twice(cones, store_of):
     store, key = store_of(cones), CloudKey(DepthParameters(), range(6))
     first = store.clouds(key, range(2, 5)).take(3)[0]
     assert store.clouds(key, range(2, 5)).take(3)[0] is first
-    work = store.work(key, range(2, 5))
-    assert (work.matched, work.measured, work.fused, work.background) == (0, 2, 2, False)
+    assert store.work(key, range(2, 5)) == "points of 2 frames and tracking"
     other = CloudKey(DepthParameters(outlier_distance=50.0), range(6))
-    assert store.work(other, range(3, 4)).words == "outliers of 1 frame and tracking"
+    assert store.work(other, range(3, 4)) == "outliers of 1 frame and tracking"
 
 
 def test_a_background_that_is_still_learned_is_learned_in_order_and_nothing_is_kept(

@@ -8,11 +8,9 @@ from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.tuning.stages import (
     Stage,
     changed_names,
-    shape_stands,
     stage_key,
     stage_of,
 )
-from stereotrack_core.tracking.tuning.work import what_is_recomputed
 
 
 def other_value(row):
@@ -49,37 +47,6 @@ def test_names_of_what_differs_come_in_the_order_of_declaration():
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        ({}, "nothing"),
-        ({"sigma_joint": 20.0}, "tracking only"),
-        ({"outlier_distance": 50.0}, "outliers of 20 frames, the body's shape and tracking"),
-        ({"background_threshold": 2.0}, "points of 20 frames, the body's shape and tracking"),
-        (
-            {"background_percentile": 7.0, "sigma_joint": 20.0},
-            "points of 20 frames, the background, the body's shape and tracking",
-        ),
-        (
-            {"match_window": 9},
-            "matching and points of 20 frames, the background, the body's shape and tracking",
-        ),
-        ({"arm_radius_factor": 1.1}, "the body's shape and tracking"),
-        ({"fit_shape": False}, "tracking only"),
-        ({"pixel_step": 3, "fit_shape": False}, "points of 20 frames and tracking"),
-    ],
-)
-def test_what_is_recomputed_is_said_in_words(change, words):
-    old = preset("accurate")
-    assert what_is_recomputed(old, old.replaced(**change), 20) == words
-
-
-def test_one_frame_is_one_frame():
-    old = preset("accurate")
-    new = old.replaced(pixel_step=3, fit_shape=False)
-    assert what_is_recomputed(old, new, 1) == "points of 1 frame and tracking"
-
-
-@pytest.mark.parametrize(
     ("change", "stands"),
     [
         ({"sigma_joint": 20.0}, True),
@@ -91,4 +58,5 @@ def test_one_frame_is_one_frame():
 )
 def test_a_fitted_shape_stands_while_nothing_has_changed_that_it_depends_on(change, stands):
     old = preset("accurate")
-    assert shape_stands(old, old.replaced(**change)) == stands
+    keys = (stage_key(one, Stage.SHAPE) for one in (old, old.replaced(**change)))
+    assert (len(set(keys)) == 1) == stands

@@ -1,4 +1,4 @@
-"""Attempts: equal to the pipeline's frames, one by one, stopped at once."""
+"""Trials: equal to the pipeline's frames, one by one, stopped before the next step."""
 
 import dataclasses
 
@@ -10,13 +10,7 @@ from stereotrack_core.errors import Cancelled
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import Pipeline
 from stereotrack_core.tracking.run_spec import RunSpec
-from stereotrack_core.tracking.tuning.attempt import (
-    Attempt,
-    AttemptPipeline,
-    Start,
-    attempted,
-    work_of,
-)
+from stereotrack_core.tracking.tuning.trial import Start, Trial
 from tests.tracking.tuning.conftest import FRAMES, pose
 
 WHOLE = range(FRAMES)
@@ -24,6 +18,17 @@ WHOLE = range(FRAMES)
 
 def quick(name="accurate"):
     return preset(name).replaced(pixel_step=1, speckle_size=0, search_arms=False, data_points=400)
+
+
+def trial(settings, stretch, start=None, seed=3, learned_from=WHOLE, init=None, name=""):
+    """A trial that begins its fit of the shape with the first pose of the run."""
+    first = pose(0) if init is None else init
+    return Trial(RunSpec(settings, name, stretch, seed=seed, init=first), start, learned_from)
+
+
+def tracked(trial, store, cancelled=None):
+    with trial.begun(store, cancelled) as pipeline:
+        yield from pipeline.frames(trial.stretch)
 
 
 def equal(a, b):
@@ -44,34 +49,32 @@ def run(cones):
 def start_at(run, frame):
     _, frames, shape = run
     before = frames[frame - 1]
-    return Start(before.pose, before.P, shape, pose(0))
+    return Start(before.pose, before.P, shape)
 
 
 @pytest.mark.parametrize("name", ["accurate", "thesis"])
-def test_an_attempt_from_a_first_pose_is_what_the_pipeline_gives(cones, store_of, name):
+def test_a_trial_from_a_first_pose_is_what_the_pipeline_gives(cones, store_of, name):
     settings = quick(name).replaced(fit_frames=8)
-    attempt = Attempt(settings, range(1, 4), seed=5, init=pose(1), preset=name)
+    made = trial(settings, range(1, 4), None, 5, None, pose(1), name)
     with Pipeline(cones, RunSpec(settings, seed=5, init=pose(1), preset=name)) as pipeline:
         expected = list(pipeline.frames(range(1, 4)))
         origin = pipeline.origin()
-    made = AttemptPipeline(attempt, store_of(cones))
-    with made:
-        equal(made.tracked(), expected)
-        assert made.origin().shape == origin.shape
-        assert (made.origin().spec.preset, made.origin().spec.seed) == (name, 5)
+    with made.begun(store_of(cones)) as pipeline:
+        equal(pipeline.frames(made.stretch), expected)
+        assert pipeline.origin().shape == origin.shape
+        assert (pipeline.origin().spec.preset, pipeline.origin().spec.seed) == (name, 5)
 
 
-def test_with_the_run_s_own_settings_an_attempt_gives_the_run_again(cones, store_of, run):
+def test_with_the_run_s_own_settings_a_trial_gives_the_run_again(cones, store_of, run):
     settings, frames, shape = run
     assert shape != settings.body, "the shape was fitted, so that keeping it matters"
-    attempt = Attempt(settings, range(5, 8), start_at(run, 5), seed=3, learned_from=WHOLE)
-    again = list(attempted(attempt, store_of(cones)))
+    again = list(tracked(trial(settings, range(5, 8), start_at(run, 5)), store_of(cones)))
     equal(again, frames[5:])
     for one, other in zip(again[1:], frames[6:], strict=True):
         np.testing.assert_array_equal(one.limb_lost, other.limb_lost)
 
 
-def test_an_attempt_with_other_settings_is_a_pipeline_with_the_same_start(cones, store_of, run):
+def test_a_trial_with_other_settings_is_a_pipeline_with_the_same_start(cones, store_of, run):
     settings = run[0].replaced(sigma_joint=25.0, iterations=3)
     start = start_at(run, 2)
     as_shape = run[2].values()
@@ -79,15 +82,14 @@ def test_an_attempt_with_other_settings_is_a_pipeline_with_the_same_start(cones,
     with Pipeline(cones, RunSpec(fixed, seed=3, init=start.pose)) as pipeline:
         expected = list(pipeline.frames(range(2, 5)))
     without_P = dataclasses.replace(start, P=None)
-    attempt = Attempt(settings, range(2, 5), without_P, seed=3, learned_from=WHOLE)
-    equal(attempted(attempt, store_of(cones)), expected)
+    equal(tracked(trial(settings, range(2, 5), without_P), store_of(cones)), expected)
 
 
 def test_the_covariance_before_the_stretch_matters(cones, store_of, run):
     start = start_at(run, 2)
     store = store_of(cones)
     first, other = (
-        next(attempted(Attempt(run[0], range(2, 3), s, 3, WHOLE), store))
+        next(tracked(trial(run[0], range(2, 3), s), store))
         for s in (start, dataclasses.replace(start, P=100.0 * start.P))
     )
     assert not np.allclose(first.P, other.P)
@@ -96,32 +98,37 @@ def test_the_covariance_before_the_stretch_matters(cones, store_of, run):
 def test_a_shape_that_does_not_stand_is_fitted_to_the_run_s_frames(cones, store_of, run):
     settings, _, shape = run
     unknown = dataclasses.replace(start_at(run, 5), shape=None)
-    made = AttemptPipeline(Attempt(settings, range(5, 8), unknown, 3, WHOLE), store_of(cones))
-    with made:
-        equal(made.tracked(), run[1][5:])
-    assert made.shape == shape
+    made = trial(settings, range(5, 8), unknown)
+    with made.begun(store_of(cones)) as pipeline:
+        equal(pipeline.frames(made.stretch), run[1][5:])
+    assert pipeline.shape == shape
+    assert pipeline.origin().meta()["init"] == "the pose of another run"
+    assert pipeline.origin().spec.init is unknown.pose
 
 
 def test_a_shape_is_fitted_once_for_the_same_clouds(cones, store_of, run, monkeypatch):
-    fitted, fit = [], AttemptPipeline._fit_shape
-    monkeypatch.setattr(
-        AttemptPipeline, "_fit_shape", lambda self, k: fitted.append(k) or fit(self, k)
-    )
+    fitted, fit = [], Pipeline.fit_shape
+    monkeypatch.setattr(Pipeline, "fit_shape", lambda self, k: fitted.append(k) or fit(self, k))
     store, start = store_of(cones), dataclasses.replace(start_at(run, 5), shape=None)
     for changes in ({}, {"sigma_joint": 20.0}, {"outlier_distance": 50.0}):
-        attempt = Attempt(run[0].replaced(**changes), range(5, 6), start, 3, WHOLE)
-        list(attempted(attempt, store))
+        list(tracked(trial(run[0].replaced(**changes), range(5, 6), start), store))
     assert fitted == [WHOLE, WHOLE]
 
 
 def test_work_is_told_before_it_is_done(cones, store_of, run):
-    store = store_of(cones)
-    attempt = Attempt(run[0], range(5, 8), start_at(run, 5), 3, WHOLE)
-    assert work_of(attempt, store).words == "points of 3 frames, the background and tracking"
-    list(attempted(attempt, store))
-    assert work_of(attempt, store).words == "tracking only"
-    wider = dataclasses.replace(attempt, settings=run[0].replaced(sigma_joint=25.0))
-    assert work_of(wider, store).words == "tracking only"
+    store, stretch, start = store_of(cones), range(5, 8), start_at(run, 5)
+    unknown = dataclasses.replace(start, shape=None)
+    made = trial(run[0], stretch, start)
+    assert made.work(store) == "points of 3 frames, the background and tracking"
+    assert trial(run[0], stretch, unknown).work(store) == (
+        "points of 3 frames, the background, the body's shape and tracking"
+    )
+    list(tracked(made, store))
+    assert made.work(store) == "tracking only"
+    assert trial(run[0].replaced(sigma_joint=25.0), stretch, start).work(store) == "tracking only"
+    assert trial(run[0], stretch, unknown).work(store) == "the body's shape and tracking"
+    unfitted = trial(run[0].replaced(fit_shape=False), stretch, unknown)
+    assert unfitted.work(store) == "tracking only"
 
 
 @pytest.mark.parametrize(
@@ -133,22 +140,33 @@ def test_work_is_told_before_it_is_done(cones, store_of, run):
         pytest.param("ekf", marks=pytest.mark.slow),
     ],
 )
-def test_an_attempt_ends_in_the_middle_of_a_frame_and_the_next_one_is_whole(
-    cones, store_of, run, name
-):
+def test_a_trial_ends_before_its_next_step_and_the_next_one_is_whole(cones, store_of, run, name):
     store, asked = store_of(cones), []
     settings = quick(name).replaced(fit_frames=8)
     start = dataclasses.replace(start_at(run, 2), shape=None if name == "thesis" else run[2])
-    attempt = Attempt(settings, range(2, 5), start, 3, WHOLE)
-    frames = attempted(attempt, store, lambda: bool(asked.append(None)) or len(asked) > limit)
+    made = trial(settings, range(2, 5), start)
+    frames = tracked(made, store, lambda: bool(asked.append(None)) or len(asked) > limit)
     limit = float("inf")
     whole = next(frames)
-    limit = len(asked) + 2
+    limit = len(asked)
     with pytest.raises(Cancelled):
         next(frames)
-    again = list(attempted(attempt, store))
+    again = list(tracked(made, store))
     equal(again[:1], [whole])
     assert len(again) == 3
+
+
+def test_a_trial_ends_while_the_shape_is_fitted(cones, store_of, run, monkeypatch):
+    fit, wanted = Pipeline.fit_shape, [True]
+
+    def unwanted(pipeline, known):
+        wanted.clear()
+        return fit(pipeline, known)
+
+    monkeypatch.setattr(Pipeline, "fit_shape", unwanted)
+    start = dataclasses.replace(start_at(run, 5), shape=None)
+    with pytest.raises(Cancelled):
+        next(tracked(trial(run[0], range(5, 6), start), store_of(cones), lambda: not wanted))
 
 
 @pytest.mark.parametrize("kept", [True, False])
@@ -156,9 +174,9 @@ def test_lengths_that_a_run_has_estimated_are_kept_or_estimated_again(cones, sto
     longer = dataclasses.replace(AVERAGE, upper_arm_length=0.30)
     settings = run[0].replaced(proportions="sequence", fit_shape=False)
     start = dataclasses.replace(start_at(run, 5), shape=None, lengths=longer if kept else None)
-    made = AttemptPipeline(Attempt(settings, range(5, 7), start, 3, WHOLE), store_of(cones))
-    with made:
-        assert all(frame.tracked for frame in made.tracked())
-    found = made.origin().recording.subject.upper_arm_length
+    made = trial(settings, range(5, 7), start)
+    with made.begun(store_of(cones)) as pipeline:
+        assert all(frame.tracked for frame in pipeline.frames(made.stretch))
+    found = pipeline.origin().recording.subject.upper_arm_length
     assert (found == longer.upper_arm_length) == kept
-    assert found == pytest.approx(made.plain_body.skeleton.proportions.upper_arm_length)
+    assert found == pytest.approx(pipeline.body.skeleton.proportions.upper_arm_length)

@@ -1,26 +1,119 @@
-"""Connects the episodes with the panel, the timeline, playback and the files to write."""
+"""The episodes of a run in the window: their panel, pictures, timeline, playback and files."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Slot
+from PySide6.QtCore import QObject, Signal, Slot
+from PySide6.QtGui import QColor
 
+from stereotrack_core.arrays import ImageArray
 from stereotrack_core.evaluation.episodes.episode import CAUSE_WORDS, FOUND_WORDS, Episode
-from stereotrack_core.evaluation.episodes.export import film_of, write_strips
+from stereotrack_core.evaluation.episodes.export import evidence_picture, film_of, write_strips
 from stereotrack_core.evaluation.episodes.find import Subject
 from stereotrack_core.evaluation.episodes.matching import agreement
 from stereotrack_core.evaluation.episodes.stretches import EpisodeRules
+from stereotrack_core.evaluation.episodes.strip import Paper
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.reader import FrameReader
 
-from ....context import Context
-from ....services.tasks.task import Task
-from ....session.judgement import MEASURED_LIMBS
-from ....widgets.tables.episodes_panel import EpisodesPanel
+from ...context import Context
+from ...services.tasks.newest import NewestWins
+from ...services.tasks.shared import Shared
+from ...services.tasks.task import Task
+from ...session.judgement import MEASURED_LIMBS
+from ...widgets.style.theme import current_theme
+from ...widgets.tables.episodes_panel import EpisodesPanel
+from .episode_list import EpisodePresenter, Filter, Found, lanes_of_episodes, row_of
 from .export_dialog import ExportDialog, ExportWish
-from .listing import Filter, lanes_of_episodes, row_of
-from .pictures import EpisodePictures
-from .presenter import EpisodePresenter, Found
+
+
+@dataclass(frozen=True, eq=False)
+class _Wanted:
+    subject: Subject
+    recording: Recording
+    episode: Episode
+    reader: Shared[FrameReader]
+    paper: Paper
+
+
+class EpisodePictures(QObject):
+    """Draws the newest episode that was asked for.
+
+    Parameters
+    ----------
+    reader : callable
+        Gives the reader of the open recording.
+    """
+
+    drawn = Signal(object)
+    """ImageArray or None."""
+    failed = Signal(object)
+    """Exception."""
+
+    def __init__(self, reader: Callable[[], Shared[FrameReader] | None]) -> None:
+        super().__init__()
+        self._reader = reader
+        self._worker: NewestWins | None = None
+        self._asked: _Wanted | None = None
+        self._waits = False
+
+    def settled(self) -> bool:
+        """Whether what was asked for is drawn."""
+        return not self._waits
+
+    def ask(self, subject: Subject | None, episode: Episode | None) -> None:
+        """Draw an episode; None shows nothing."""
+        reader, recording = self._reader(), subject.recording if subject is not None else None
+        if subject is None or episode is None or reader is None or recording is None:
+            self._asked, self._waits = None, False
+            self.drawn.emit(None)
+            return
+        theme, asked = current_theme(), self._asked
+        paper = Paper(_bgr(theme.base), _bgr(theme.text), _bgr(theme.muted))
+        if asked is not None and asked.episode is episode and asked.paper == paper:
+            return
+        if self._worker is None:
+            self._worker = NewestWins(_drawn, "draw failures")
+            self._worker.answered.connect(self._on_drawn)
+            self._worker.failed.connect(self._on_failed)
+        self._asked, self._waits = _Wanted(subject, recording, episode, reader, paper), True
+        self._worker.ask(self._asked)
+
+    def close(self) -> None:
+        """End the thread."""
+        self._asked, self._waits = None, False
+        if self._worker is not None:
+            self._worker.close()
+            self._worker = None
+
+    @Slot(object, object)
+    def _on_drawn(self, wanted: _Wanted, pixels: ImageArray | None) -> None:
+        if self._asked is not None and wanted.episode is self._asked.episode:
+            self._waits = False
+            self.drawn.emit(pixels)
+
+    @Slot(object, object)
+    def _on_failed(self, wanted: _Wanted, error: Exception) -> None:
+        waited = self._waits
+        self._on_drawn(wanted, None)
+        if waited and not self._waits:
+            self.failed.emit(error)
+
+
+def _drawn(wanted: _Wanted) -> ImageArray:
+    with wanted.reader.used() as reader:
+        return evidence_picture(
+            wanted.subject, wanted.recording, wanted.episode, reader=reader, paper=wanted.paper
+        )
+
+
+def _bgr(colour: str) -> tuple[int, int, int]:
+    shown = QColor(colour)
+    return shown.blue(), shown.green(), shown.red()
+
 
 _AROUND = 0.3
 """Seconds before and after an episode that its loop shows as well."""
@@ -37,9 +130,8 @@ class EpisodeController(QObject):
         context.docks.add("episodes", "Failures", self.panel)
         self._lanes: tuple[Episode, ...] = ()
         self.presenter = EpisodePresenter(
-            session.document, session.runs, session.track, session.judging, context.tasks,
-            wants_pictures=self._seen, threshold=self._threshold,
-        )  # fmt: skip
+            session, context.tasks, wants_pictures=self.panel.isVisible, threshold=self._threshold
+        )
         self.pictures = EpisodePictures(lambda: session.document.reader)
         causes = {str(cause): words for cause, words in CAUSE_WORDS.items()}
         found = {str(how): words for how, words in FOUND_WORDS.items()}
@@ -55,17 +147,12 @@ class EpisodeController(QObject):
         context.docks.workspace_changed.connect(self.show)
         context.session.closed.connect(self.pictures.close)
         context.session.closing.connect(self.pictures.close)
-        context.tasks.watch(self.settled)
+        context.tasks.watch(lambda: not self.presenter.working and self.pictures.settled())
         self.show()
-
-    def settled(self) -> bool:
-        """Whether everything shown follows the facts."""
-        return self.presenter.settled() and self.pictures.settled()
 
     # ---- facts
 
-    @property
-    def subject(self) -> Subject | None:
+    def _subject(self) -> Subject | None:
         """What the episodes belong to."""
         found = self.presenter.found
         return found.subject if found is not None else None
@@ -111,7 +198,7 @@ class EpisodeController(QObject):
 
     def export(self, *, video: bool) -> None:
         """Ask what to write, and write it in the background."""
-        subject, recording = self.subject, self._session.document.recording
+        subject, recording = self._subject(), self._session.document.recording
         listed = self.presenter.listed
         if subject is None or recording is None or not listed:
             return
@@ -151,13 +238,12 @@ class EpisodeController(QObject):
     @Slot()
     def show(self) -> None:
         """Show what is known in the panel and on the timeline."""
-        presenter, found = self.presenter, self.presenter.found
+        presenter = self.presenter
         listed, fps = presenter.listed, self._fps()
         place = listed.index(presenter.chosen) if presenter.chosen in listed else -1
-        words = self._words(found)
-        self.panel.show_rows([row_of(episode, fps) for episode in listed], place, words)
-        seen = self.panel.isVisible()
-        self.pictures.ask(self.subject, presenter.chosen if seen else None)
+        rows = [row_of(episode, fps) for episode in listed]
+        self.panel.show_rows(rows, place, self._words(presenter.found))
+        self.pictures.ask(self._subject(), presenter.chosen if self.panel.isVisible() else None)
         self._show_lanes()
         if self.looping():
             if presenter.chosen is None:
@@ -216,9 +302,6 @@ class EpisodeController(QObject):
         if judgement is not None and judgement.measure == "error":
             return self._context.view_state.threshold
         return EpisodeRules().episode_error
-
-    def _seen(self) -> bool:
-        return self.panel.isVisible()
 
     @Slot(bool)
     def _on_seen(self, seen: bool) -> None:

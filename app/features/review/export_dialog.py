@@ -13,52 +13,38 @@ from PySide6.QtWidgets import (
     QDialogButtonBox,
     QFileDialog,
     QFormLayout,
-    QHBoxLayout,
-    QLabel,
     QLineEdit,
     QPushButton,
     QSpinBox,
-    QVBoxLayout,
     QWidget,
 )
+
+from ...widgets.style.building import choice, hbox, label, vbox
 
 _FRAMES = 5
 
 
 @dataclass(frozen=True)
 class ExportWish:
-    """What a person wants written.
-
-    Attributes
-    ----------
-    video : bool
-        A video; else strips of pictures.
-    only_chosen : bool
-        The chosen episode alone; else all that are listed.
-    view : str or None
-        Of the strips; None takes the one that shows each episode best.
-    count : int
-        Frames of each strip.
-    path : Path
-        The video, or the folder of the strips.
-    """
+    """What a person wants written."""
 
     video: bool
+    """A video; else strips of pictures."""
     only_chosen: bool
+    """The chosen episode alone; else all that are listed."""
     view: str | None
+    """Of the strips; None takes the one that shows each episode best."""
     count: int
+    """Frames of each strip."""
     path: Path
+    """The video, or the folder of the strips."""
 
 
 class ExportDialog(QDialog):
-    """Which episodes, as what, to where; says what becomes of files that are there.
-
-    Signals
-    -------
-    wished : ExportWish
-    """
+    """Which episodes, as what, to where; says what becomes of files that are there."""
 
     wished = Signal(object)
+    """ExportWish."""
 
     def __init__(
         self,
@@ -73,63 +59,35 @@ class ExportDialog(QDialog):
         super().__init__(parent)
         self._video = video
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle(
-            "Export video of failures" if video else "Export image strips of failures"
-        )
+        self.setWindowTitle(f"Export {'video' if video else 'image strips'} of failures")
         self.setMinimumWidth(460)
         self.which = QComboBox()
         if chosen:
             self.which.addItem("the selected failure", True)
-        self.which.addItem(
-            f"all {listed} listed failures" if listed > 1 else "the listed failure", False
-        )
-        self.view = QComboBox()
-        self.view.addItem("best view of each failure", "")
-        for name in views:
-            self.view.addItem(name, name)
+        every = f"all {listed} listed failures" if listed > 1 else "the listed failure"
+        self.which.addItem(every, False)
+        named = [(name, name) for name in views]
+        self.view = choice("View", [("", "best view of each failure"), *named])
         self.count = QSpinBox(minimum=2, maximum=12, value=_FRAMES)
-        path = proposed.with_suffix(".mp4") if video else proposed
-        self.path = QLineEdit(str(path))
-        self.said = QLabel()
-        self.said.setWordWrap(True)
-        self.said.setProperty("role", "muted")
+        self.path = QLineEdit(str(proposed.with_suffix(".mp4") if video else proposed))
+        self.said = label("", "muted")
         self.buttons = QDialogButtonBox(
             QDialogButtonBox.StandardButton.Save | QDialogButtonBox.StandardButton.Cancel
         )
         self.buttons.accepted.connect(self._on_accepted)
         self.buttons.rejected.connect(self.reject)
         self.path.textChanged.connect(self._check)
-        self._lay_out()
-        self._check()
-
-    def _lay_out(self) -> None:
-        form = QFormLayout()
-        form.addRow("Failures", self.which)
-        if not self._video:
-            form.addRow("View", self.view)
-            form.addRow("Frames per strip", self.count)
-        row = QHBoxLayout()
-        row.addWidget(self.path, 1)
         browse = QPushButton("Choose …")
         browse.setAutoDefault(False)
         browse.clicked.connect(self._browse)
-        row.addWidget(browse)
-        form.addRow("File" if self._video else "Folder", row)
-        column = QVBoxLayout(self)
-        column.addLayout(form)
-        column.addWidget(self.said)
-        column.addWidget(self.buttons)
-
-    def wish(self) -> ExportWish:
-        """What is wanted as it stands."""
-        view = str(self.view.currentData())
-        return ExportWish(
-            video=self._video,
-            only_chosen=bool(self.which.currentData()),
-            view=view or None,
-            count=self.count.value(),
-            path=Path(self.path.text().strip()).expanduser(),
-        )
+        form = QFormLayout()
+        form.addRow("Failures", self.which)
+        if not video:
+            form.addRow("View", self.view)
+            form.addRow("Frames per strip", self.count)
+        form.addRow("File" if video else "Folder", hbox((self.path, 1), browse))
+        self.setLayout(vbox(form, self.said, self.buttons, margins=(9, 9, 9, 9)))
+        self._check()
 
     @Slot()
     def _browse(self) -> None:
@@ -152,7 +110,15 @@ class ExportDialog(QDialog):
 
     @Slot()
     def _on_accepted(self) -> None:
-        self.wished.emit(self.wish())
+        self.wished.emit(
+            ExportWish(
+                video=self._video,
+                only_chosen=bool(self.which.currentData()),
+                view=str(self.view.currentData()) or None,
+                count=self.count.value(),
+                path=Path(self.path.text().strip()).expanduser(),
+            )
+        )
         self.accept()
 
 

@@ -1,0 +1,255 @@
+"""The episodes of the active run: found when a fact changes, filtered, and as they are listed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+from PySide6.QtCore import QObject, QTimer, Signal, Slot
+
+from stereotrack_core.evaluation.episodes.episode import (
+    CAUSE_WORDS,
+    FOUND_WORDS,
+    Episode,
+    limbs_words,
+)
+from stereotrack_core.evaluation.episodes.find import Subject, explained, stretches_of
+from stereotrack_core.evaluation.episodes.stretches import EpisodeRules
+from stereotrack_core.recording.description import Recording
+
+from ...services.tasks.task import Task, TaskList
+from ...session.runs import RunNow
+from ...session.session import Session
+from ...session.truth import Truth
+from ...widgets.tables.episodes_panel import EpisodeRow
+from ...widgets.timeline.lanes import Lane, Span
+from .per_run import PerRun
+
+FOUND_SHORT = {"truth": "error", "signs": "signs"}
+LANE_NAMES = {"truth": "episodes", "signs": "failures (without reference)"}
+LANE_COLOURS = {"truth": "#CC79A7", "signs": "#b8860b"}
+
+
+@dataclass(frozen=True)
+class Filter:
+    """What is listed; an empty word lists all."""
+
+    limb: str = ""
+    """Name in ``LIMBS``."""
+    cause: str = ""
+    """Key of ``CAUSE_WORDS``."""
+    found: str = ""
+    """Key of ``FOUND_WORDS``."""
+
+    def takes(self, episode: Episode) -> bool:
+        """Whether an episode is listed."""
+        return (
+            (not self.limb or self.limb in episode.limbs)
+            and (not self.cause or self.cause == episode.verdict.cause)
+            and (not self.found or self.found == episode.found)
+        )
+
+
+def row_of(episode: Episode, fps: float) -> EpisodeRow:
+    """An episode as the list shows it."""
+    seconds = len(episode.frames) / fps
+    verdict = episode.verdict
+    return EpisodeRow(
+        first=episode.first,
+        last=episode.last,
+        limb=episode.peak_limb,
+        limbs=limbs_words(episode.limbs),
+        peak=episode.peak_words,
+        peak_value=episode.peak,
+        cause=CAUSE_WORDS[verdict.cause],
+        confidence=verdict.confidence,
+        found=FOUND_SHORT[episode.found],
+        heading=(
+            f"Frames {episode.first} to {episode.last} ({seconds:.1f} s), detected "
+            f"{FOUND_WORDS[episode.found]}: {limbs_words(episode.limbs)}, worst in frame "
+            f"{episode.peak_frame} with "
+            f"{episode.peak_words}{'' if episode.measure == 'error' else ' failure probability'}."
+        ),
+        evidence=tuple(
+            (CAUSE_WORDS[e.cause], e.strength, e.words, e.cause == verdict.cause)
+            for e in verdict.evidence
+        ),
+    )
+
+
+def lanes_of_episodes(episodes: Sequence[Episode]) -> tuple[Lane, ...]:
+    """A lane of bars for those found with truth and for those found without."""
+    lanes = []
+    for found, name in LANE_NAMES.items():
+        spans: list[Span] = []
+        for e in sorted((e for e in episodes if e.found == found), key=lambda e: e.first):
+            label = f"{limbs_words(e.limbs)}: {CAUSE_WORDS[e.verdict.cause]}"
+            if spans and e.first <= spans[-1].last:
+                # labels of bars that overlap would stand on each other
+                old = spans.pop()
+                spans.append(Span(old.first, max(old.last, e.last), f"{old.label}; {label}"))
+            else:
+                spans.append(Span(e.first, e.last, label))
+        if spans:
+            lanes.append(Lane(name, LANE_COLOURS[found], "bars", spans))
+    return tuple(lanes)
+
+
+_DELAY_MS = 200
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """The episodes that were found."""
+
+    subject: Subject | None
+    """What the core was asked; None where the run does not say where it comes from."""
+    episodes: tuple[Episode, ...]
+
+
+class EpisodePresenter(QObject):
+    """The episodes of the active run, those that are listed, and the one that is chosen.
+
+    Parameters
+    ----------
+    wants_pictures : callable
+        Whether causes shall be judged by pictures as well, which takes seconds.
+    threshold : callable
+        Error in degrees from which an episode begins.
+
+    Attributes
+    ----------
+    chosen : Episode or None
+        The episode that is chosen, if it is listed.
+    """
+
+    changed = Signal()
+    """Other episodes are known, listed or chosen, or more is known about them."""
+
+    def __init__(
+        self,
+        session: Session,
+        tasks: TaskList,
+        *,
+        wants_pictures: Callable[[], bool],
+        threshold: Callable[[], float],
+    ) -> None:
+        super().__init__()
+        self._session = session
+        self._wants_pictures, self._threshold = wants_pictures, threshold
+        self._found: PerRun[Found] = PerRun(tasks, "detecting failures")
+        self._explained: PerRun[Found] = PerRun(tasks, "classifying causes of failures")
+        self.chosen: Episode | None = None
+        self.filter = Filter()
+        self._told: tuple[Found | None, bool] = None, False
+        self._timer = QTimer(self, singleShot=True, interval=_DELAY_MS)
+        self._timer.timeout.connect(self._ask)
+        for signal in (
+            session.judging.judged, session.runs.active_changed, session.track.finished,
+        ):  # fmt: skip
+            signal.connect(self.ask_soon)
+        for known in (self._found, self._explained):
+            known.changed.connect(self._ask)
+
+    # ---- facts
+
+    @property
+    def found(self) -> Found | None:
+        """What was found last in the active run; None while nothing is known."""
+        active = self._session.runs.active
+        found = self._found.of(active) if active is not None else None
+        return found if found is None else self._explained.of(found) or found
+
+    @property
+    def looking(self) -> bool:
+        """Whether pictures are being looked at."""
+        return self._explained.busy
+
+    @property
+    def working(self) -> bool:
+        """Whether episodes are being found."""
+        return self._found.busy or self._explained.busy or self._timer.isActive()
+
+    @property
+    def listed(self) -> tuple[Episode, ...]:
+        """Episodes that the filter takes, in their order."""
+        every = self.found.episodes if self.found is not None else ()
+        return tuple(episode for episode in every if self.filter.takes(episode))
+
+    # ---- what a person does
+
+    def set_filter(self, wanted: Filter) -> None:
+        """List others."""
+        if wanted != self.filter:
+            self.filter = wanted
+            self._keep_choice()
+            self.changed.emit()
+
+    def choose(self, episode: Episode | None) -> None:
+        """Choose an episode."""
+        if episode is not self.chosen:
+            self.chosen = episode
+            self.changed.emit()
+
+    def beside(self, frame: int, direction: int) -> Episode | None:
+        """The listed episode after (1) or before (-1) the chosen one, or else a frame."""
+        listed = list(self.listed)
+        if self.chosen in listed and frame in self.chosen.frames:
+            place = listed.index(self.chosen) + direction
+            return listed[place] if 0 <= place < len(listed) else None
+        if direction > 0:
+            return next((e for e in listed if e.last >= frame and e.peak_frame > frame), None)
+        return next((e for e in reversed(listed) if e.peak_frame < frame), None)
+
+    # ---- finding
+
+    @Slot()
+    def ask_soon(self, _what: object = None) -> None:
+        """Look whether anything has changed, when things have come to rest."""
+        self._timer.start()
+
+    @Slot()
+    def _ask(self) -> None:
+        session, entry = self._session, self._session.runs.active
+        recording, truth = session.document.recording, session.judging.truth
+        grows = entry is session.track.entry and session.track.running
+        if recording is not None and entry is not None and entry.frames and not grows:
+            threshold = self._threshold()
+            state = len(entry.frames), truth, threshold, recording
+            work = partial(_found, entry.now(), recording, truth, threshold)
+            self._found.ask(entry, state, work)
+            self._explain(self._found.of(entry, state))
+        told = self.found, self.looking
+        if told != self._told:
+            self._told = told
+            self._keep_choice()
+            self.changed.emit()
+
+    def _explain(self, found: Found | None) -> None:
+        """Judge causes by pictures as well, where somebody sees it."""
+        if found is not None and found.subject and found.episodes and self._wants_pictures():
+            self._explained.ask(found, True, partial(_looked_at, found.subject, found.episodes))
+
+    def _keep_choice(self) -> None:
+        """Choose what has become of the chosen episode."""
+        old = self.chosen
+        if old is not None:
+            same = [e for e in self.listed if e.found == old.found and e.overlaps(old)]
+            self.chosen = same[0] if same else None
+
+
+def _found(
+    now: RunNow, recording: Recording, truth: Truth | None, threshold: float, _task: Task
+) -> Found:
+    run = now.run()
+    if run is None:
+        return Found(None, ())
+    rules = EpisodeRules().replaced(episode_error=min(max(threshold, 1.0), 180.0))
+    reference = truth.trajectory if truth is not None else None
+    subject = Subject(run, recording.fps, reference, recording, rules)
+    return Found(subject, explained(replace(subject, pictures=False), stretches_of(subject)))
+
+
+def _looked_at(subject: Subject, episodes: tuple[Episode, ...], task: Task) -> Found:
+    return Found(subject, explained(subject, episodes, task.report, task.token.cancelled))

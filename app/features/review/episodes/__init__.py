@@ -1,1 +1,0 @@
-"""Stretches in which a run fails."""

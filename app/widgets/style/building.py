@@ -1,0 +1,106 @@
+"""Layouts and small widgets that panels are built from, in one expression each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TypeAlias, TypeVar
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import (
+    QBoxLayout,
+    QComboBox,
+    QHBoxLayout,
+    QLabel,
+    QLayout,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from .icons import set_icon
+
+Margins: TypeAlias = tuple[int, int, int, int]
+Item: TypeAlias = QWidget | QLayout | tuple[QWidget | QLayout, int] | None
+"""A widget or layout, alone or with its stretch; None is room that stretches."""
+
+_Box = TypeVar("_Box", bound=QBoxLayout)
+
+
+def hbox(*items: Item, margins: Margins = (0, 0, 0, 0), spacing: int | None = None) -> QHBoxLayout:
+    """Put widgets and layouts beside each other; without `spacing` as the style has it."""
+    return _filled(QHBoxLayout(), items, margins, spacing)
+
+
+def vbox(*items: Item, margins: Margins = (0, 0, 0, 0), spacing: int | None = None) -> QVBoxLayout:
+    """Put widgets and layouts below each other; without `spacing` as the style has it."""
+    return _filled(QVBoxLayout(), items, margins, spacing)
+
+
+def _filled(layout: _Box, items: Iterable[Item], margins: Margins, spacing: int | None) -> _Box:
+    layout.setContentsMargins(*margins)
+    if spacing is not None:
+        layout.setSpacing(spacing)
+    for item in items:
+        part, stretch = item if isinstance(item, tuple) else (item, 0)
+        if part is None:
+            layout.addStretch(1)
+        elif isinstance(part, QWidget):
+            layout.addWidget(part, stretch)
+        else:
+            layout.addLayout(part, stretch)
+    return layout
+
+
+def label(
+    text: str = "", role: str = "", *, wraps: bool = True, margins: Margins = (0, 0, 0, 0)
+) -> QLabel:
+    """Text in the look that the style sheet has for `role`, such as ``muted`` or ``heading``."""
+    result = QLabel(text)
+    result.setWordWrap(wraps)
+    result.setContentsMargins(*margins)
+    if role:
+        result.setProperty("role", role)
+    return result
+
+
+def empty_label(text: str) -> QLabel:
+    """What stands at the top of an empty panel and says what fills it."""
+    result = label(text, "muted", margins=(10, 10, 10, 10))
+    result.setAlignment(Qt.AlignmentFlag.AlignTop)
+    return result
+
+
+def tool_button(tip: str, icon: str = "", text: str = "", role: str = "") -> QToolButton:
+    """Make a flat button; its text, if any, stands beside the icon."""
+    button = QToolButton()
+    button.setAutoRaise(True)
+    button.setToolTip(tip)
+    if text:
+        button.setText(text)
+    else:
+        button.setAccessibleName(tip)
+    if role:
+        button.setProperty("role", role)
+    if icon:
+        set_icon(button, icon)
+    if icon and text:
+        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+    return button
+
+
+def action_button(action: QAction) -> QToolButton:
+    """Make a button of a command."""
+    button = QToolButton()
+    button.setDefaultAction(action)
+    return button
+
+
+def choice(name: str, options: Iterable[tuple[str, str]] = (), tip: str = "") -> QComboBox:
+    """Make a list to choose from, of keys with what a person reads."""
+    box = QComboBox()
+    box.setAccessibleName(name)
+    box.setToolTip(tip)
+    for key, text in options:
+        box.addItem(text, key)
+    return box
