@@ -47,7 +47,7 @@ _HOMES = {
     "RunSpec": "tracking.run_spec",
     "evaluate": "evaluation.summary",
     "failures": "evaluation.episodes.find",
-    "fit_reference": "annotation.fit.recorded",
+    "fit_reference": "annotation.fit.fit",
     "open_recording": "recording.folder",
     "preset": "tracking.presets",
     "read_clicks": "interop.clicks_csv",

@@ -93,7 +93,7 @@ def test_gross_mistakes_are_flagged_and_good_clicks_are_not():
         for i in np.flatnonzero(rng.random(len(own)) < 0.03):
             angle, away = rng.uniform(0, 2 * np.pi), rng.uniform(30, 100)
             own[i] = moved_click(own[i], away * np.array([np.cos(angle), np.sin(angle)]))
-            wrong.add(own[i].key(frame))
+            wrong.add(own[i].key)
         clicks[frame] = tuple(own)
     found = fitting().trajectory(clicks, range(24))
     flagged = set(found.flagged())
