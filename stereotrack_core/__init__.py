@@ -50,7 +50,7 @@ _HOMES = {
     "fit_reference": "annotation.fit.fit",
     "open_recording": "recording.folder",
     "preset": "tracking.presets",
-    "read_clicks": "interop.clicks_csv",
+    "read_clicks": "interop.labels",
     "read_run": "interop.run_file",
     "simulate": "simulation.make",
     "track": "tracking.run",
