@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from PySide6.QtCore import QObject, QSettings, Qt, QTimer, Signal, Slot
 from PySide6.QtGui import QAction, QKeySequence
@@ -69,6 +70,28 @@ class Command:
     def place(self) -> str:
         """Where it stands in the menus, as a person reads it."""
         return self.menu.replace("&", "").replace("/", " › ")
+
+
+@dataclass(frozen=True)
+class Menu:
+    """A menu, and why its commands cannot be done now where they do not say that themselves."""
+
+    title: str
+    why_not: Callable[[], str] = _always
+
+    def command(
+        self,
+        name: str,
+        text: str,
+        tip: str,
+        run: Callable[[], None],
+        shortcut: str = "",
+        icon: str = "",
+        **more: Any,
+    ) -> Command:
+        """A command of this menu; `more` are further attributes of :class:`Command`."""
+        named = {"shortcut": shortcut, "icon": icon, "why_not": self.why_not, **more}
+        return Command(name, self.title, text, tip, run, **named)
 
 
 class ActionRegistry(QObject):

@@ -18,7 +18,6 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.camera_agreement import Disagreement
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
-from stereotrack_core.recording.description import Recording
 
 from ..services.tasks.newest import NewestWins
 from .document import DocumentPresenter
@@ -93,7 +92,7 @@ class CameraDoubts(QObject):
         recording = self._document.recording
         if self.now is None or recording is None:
             return ()
-        names = view_names(recording)
+        names = recording.camera_names()
         where = " and ".join(names.get(name, name) for name in self.doubtful())
         off, count = self.now.off, self.now.count
         what = f"{what_disagrees(self.now, names)} ({off} of {count} clicks lie off)"
@@ -146,13 +145,3 @@ def _answer(question: _Question) -> Disagreement | None:
     asked = sorted(frames_asked(project.clicks.frames()))
     clicks = [click for frame in asked for click in project.clicks.at(frame)]
     return doubtful_camera(clicks, question.cameras, project.landmark_set())
-
-
-def view_names(recording: Recording) -> dict[str, str]:
-    """How people call the cameras: the view's name, with ``left`` for the left image."""
-    names = {}
-    for view in recording.views:
-        names[view.image.camera] = view.name
-        if view.left is not None:
-            names[view.left.camera] = f"{view.name} left"
-    return names

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.setups import Corrections, save_corrections
 from stereotrack_core.project.whereabouts import projects_of
 
 from ..widgets.forms.message import Message
-from .counting import counted
 
 
 def corrections_of(folder: Path, home: Path | None) -> Corrections | None:

@@ -14,6 +14,7 @@ from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.errors import LimbErrors, errors_against
+from stereotrack_core.evaluation.reference_quality import arms_good_to
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.tracking.frame import TrackedFrame
 
@@ -23,7 +24,6 @@ from .runs import RunEntry, RunList
 from .truth import (
     Against,
     Truth,
-    arms_good_to,
     measure_of,
     project_truth,
     recorded_truth,

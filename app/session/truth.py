@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
@@ -16,7 +15,6 @@ from stereotrack_core.recording.landmarks import LandmarkTrajectory
 Against: TypeAlias = Literal["recording", "project"]
 
 TORSO_POSITION = "torso_position"
-_ARMS = ("left_upper_arm", "right_upper_arm", "left_forearm", "right_forearm")
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,12 +58,6 @@ def project_truth(name: str, reference: Reference) -> Truth:
 def measure_of(limb: str) -> str:
     """The measure that a limb's error is; the torso's is its long axis."""
     return "torso_long" if limb == "torso" else limb
-
-
-def arms_good_to(quality: Mapping[str, float]) -> float:
-    """Root mean square over the four arm segments, degrees; NaN where it is not known."""
-    squares = [quality[arm] ** 2 for arm in _ARMS if arm in quality]
-    return float(np.sqrt(np.mean(squares))) if squares else float("nan")
 
 
 def with_quality(error: str, good: float | None, digits: int = 1) -> str:

@@ -18,7 +18,7 @@ from stereotrack_core.annotation.epipolar import in_image
 from stereotrack_core.annotation.fit.results import GAP, TrajectoryFit
 from stereotrack_core.annotation.follow import FollowedClick
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
-from stereotrack_core.arrays import FloatArray
+from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.geometry.camera import Camera, pixel_jacobian
 from stereotrack_core.tracking.frame import Run
@@ -35,9 +35,11 @@ _CONTRADICTION = 4.0
 """Standard deviations by which following from both sides may differ."""
 
 
-def from_fit(fit: TrajectoryFit, cameras: Mapping[str, Camera]) -> Iterator[Prediction]:
+def from_fit(
+    fit: TrajectoryFit, cameras: Mapping[str, Camera], frames: range | None = None
+) -> Iterator[Prediction]:
     """Landmarks of a fit in every image; between clicked frames they are filled in joint space."""
-    known = fit.kind != GAP
+    known = (fit.kind != GAP) & _within(fit.frame, frames)
     yield from _projected(
         fit.frame[known].tolist(),
         fit.names,
@@ -49,9 +51,13 @@ def from_fit(fit: TrajectoryFit, cameras: Mapping[str, Camera]) -> Iterator[Pred
 
 
 def from_run(
-    run: Run, name: str, cameras: Mapping[str, Camera], landmark_set: LandmarkSet = NINE
+    run: Run,
+    name: str,
+    cameras: Mapping[str, Camera],
+    landmark_set: LandmarkSet = NINE,
+    frames: range | None = None,
 ) -> Iterator[Prediction]:
-    """The landmarks that a tracker found in every image.
+    """The landmarks that a tracker found in every image of the frames that it has tracked.
 
     Parameters
     ----------
@@ -60,13 +66,14 @@ def from_run(
     landmark_set : LandmarkSet
         Landmarks that the run does not have are left out.
     """
+    known = run.tracked & _within(run.frame, frames)
     names = [name for name in landmark_set.names if name in run.landmark_names]
     places = [run.landmark_names.index(one) for one in names]
     limbs = [LIMBS.index(landmark_set[one].limb) for one in names]
-    spread = _LIMB_LENGTH * np.radians(run.limb_sigma_deg[:, limbs])
+    spread = _LIMB_LENGTH * np.radians(run.limb_sigma_deg[known][:, limbs])
     covariance = np.square(spread)[..., None, None] * np.eye(3)
-    frames, points = run.frame.tolist(), run.landmarks[:, places]
-    yield from _projected(frames, names, points, covariance, cameras, source_of_run(name))
+    numbers, points = run.frame[known].tolist(), run.landmarks[known][:, places]
+    yield from _projected(numbers, names, points, covariance, cameras, source_of_run(name))
 
 
 def source_of_run(name: str) -> str:
@@ -142,6 +149,12 @@ def unclicked(
         Of all clicks: also of deleted ones, and of those that say "outside".
     """
     return (one for one in predictions if one.key not in said)
+
+
+def _within(frame: IntArray, frames: range | None) -> BoolArray:
+    if frames is None:
+        return np.ones(len(frame), dtype=np.bool_)
+    return (frame >= frames.start) & (frame < frames.stop)
 
 
 def _projected(

@@ -11,10 +11,13 @@ import numpy as np
 from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.annotation.click_points import click_pixels
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, TrajectoryFit
+from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+from stereotrack_core.version import __version__
 
 _MISTAKES = "mistakes"
 _WORTH_KEEPING = 0.05
@@ -105,6 +108,21 @@ def reference_of_fit(fit: TrajectoryFit, meta: Mapping[str, Any]) -> Reference:
         landmark_names=(*fit.names, *others),
         meta={**meta, _MISTAKES: mistakes, "sigma_factor": float(fit.sigma_factor)},
     )
+
+
+def origin_of(
+    recording: Recording, clicks: int, sigma: Mapping[str, float] | float, settings: FitSettings
+) -> dict[str, Any]:
+    """How a reference was made of clicks, as its `meta` says it."""
+    return {
+        "program": "stereotrack",
+        "version": __version__,
+        "recording": recording.name,
+        "fps": recording.fps,
+        "clicks": clicks,
+        "click_sigma_px": sigma,
+        "settings": settings.values(),
+    }
 
 
 def fit_of_reference(

@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from stereotrack_core.geometry.camera_agreement import Disagreement
     from stereotrack_core.recording.description import Recording
 
-_SUFFIXES = (".csv", ".npz")
 _MEASURED = "measured"
 _LISTED = 20
 """Probable mistakes that are listed one by one."""
@@ -93,16 +92,13 @@ def _add_choice(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     """Read the clicks, fit, write."""
     from stereotrack_core.annotation.fit.fit import clicks_in, fit_reference
+    from stereotrack_core.annotation.reference import origin_of, reference_of_fit
     from stereotrack_core.interop.labels import read_clicks
+    from stereotrack_core.interop.reference_npz import check_reference_file, export_reference
     from stereotrack_core.recording.folder import open_recording
     from stereotrack_core.recording.reader import FrameReader
 
-    if args.output.suffix.lower() not in _SUFFIXES:
-        raise InputError(
-            f"a reference cannot be written as {args.output.suffix or 'a file without suffix'}",
-            where="-o",
-            remedy=f"Use a name that ends in {' or '.join(_SUFFIXES)}.",
-        )
+    check_reference_file(args.output)
     settings, sigma = _settings(args), _sigma(args.sigma)
     recording = open_recording(args.recording)
     check_output(args.output, recording)
@@ -127,8 +123,8 @@ def run(args: Namespace) -> int:
             on_frame=lambda frame: show(frame - frames.start + 1),
             cancelled=stopped,
         )
-    meta = {"clicks": len(clicks), "click_sigma_px": sigma, "settings": settings.values()}
-    _write(args.output, fit, recording, meta)
+    meta = origin_of(recording, len(clicks), sigma, settings)
+    export_reference(args.output, reference_of_fit(fit, meta))
     _tell(args, fit, recording, clicks_in(recording, clicks, views))
     return OK
 
@@ -194,24 +190,6 @@ def _proportions(subject: str | None, recording: Recording, clicks: Sequence[Cli
             remedy="Click at least three frames in two views, or give a subject.toml.",
         )
     return proportions_of(subject_of(recording.name, lengths))
-
-
-def _write(path: Path, fit: TrajectoryFit, recording: Recording, meta: Mapping[str, Any]) -> None:
-    from stereotrack_core.annotation.reference import reference_of_fit
-    from stereotrack_core.interop.reference_npz import write_reference
-    from stereotrack_core.recording.landmarks import write_landmarks
-    from stereotrack_core.version import __version__
-
-    if path.suffix.lower() == ".npz":
-        origin = {
-            "program": "stereotrack",
-            "version": __version__,
-            "recording": recording.name,
-            "fps": recording.fps,
-        }
-        write_reference(path, reference_of_fit(fit, {**origin, **meta}))
-        return
-    write_landmarks(path, fit.trajectory())
 
 
 def _facts(

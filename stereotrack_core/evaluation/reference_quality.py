@@ -28,6 +28,15 @@ _OF_LIMBS: dict[str, tuple[str, ...]] = {
 """Limbs whose stated angle belongs to a measure."""
 
 
+_ARMS = ("left_upper_arm", "right_upper_arm", "left_forearm", "right_forearm")
+
+
+def arms_good_to(quality: Mapping[str, float]) -> float:
+    """Root mean square over the four arm segments, degrees; NaN where it is not known."""
+    squares = [quality[arm] ** 2 for arm in _ARMS if arm in quality]
+    return float(np.sqrt(np.mean(squares))) if squares else float("nan")
+
+
 def reference_quality(reference: Reference, frames: IntArray) -> dict[str, float]:
     """Root mean square error that the reference states for itself, by measure.
 

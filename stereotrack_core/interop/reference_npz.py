@@ -17,6 +17,7 @@ from stereotrack_core.interop.npz import ArchiveFormat, ArrayLayout, archive_byt
 from stereotrack_core.plain_data import Kind, check_kind
 from stereotrack_core.reading import MB, open_file, parsed_json
 from stereotrack_core.recording.csv_table import LARGEST as LAST_FRAME
+from stereotrack_core.recording.landmarks import write_landmarks
 
 _LAYOUT: dict[str, ArrayLayout] = {
     "frame": ArrayLayout("i", ("F",)),
@@ -54,6 +55,31 @@ def write_reference(path: Path, reference: Reference) -> None:
         Where the file cannot be written.
     """
     write_file(path, reference_bytes(reference))
+
+
+def export_reference(path: Path, reference: Reference) -> None:
+    """Write a reference: as a recording has it, or (``.npz``) with everything that it states.
+
+    Raises
+    ------
+    InputError
+        Where the file cannot be written, or has another suffix.
+    """
+    check_reference_file(path)
+    if path.suffix.lower() == ".npz":
+        write_reference(path, reference)
+    else:
+        write_landmarks(path, reference.trajectory())
+
+
+def check_reference_file(path: Path) -> None:
+    """Refuse a file of a kind that no reference is written to."""
+    if path.suffix.lower() not in {".csv", ".npz"}:
+        raise InputError(
+            f"a reference cannot be written as {path.suffix or 'a file without suffix'}",
+            where=str(path),
+            remedy="Use a name that ends in .csv, or in .npz to keep the uncertainty.",
+        )
 
 
 def read_reference(path: Path) -> Reference:

@@ -11,6 +11,6 @@ edit is on the drive. What programs compute stands in tables of its own::
         project.clicks.at(213)
         project.undo()
 
-Edits are in ``click_edits``, ``marks``, ``entries``, ``references``, ``setups``, ``runs`` and
+Edits are in ``clicks``, ``marks``, ``entries``, ``selection``, ``setups``, ``runs`` and
 ``merging``; several become one by :class:`edit.Together`.
 """

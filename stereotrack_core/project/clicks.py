@@ -19,7 +19,7 @@ from stereotrack_core.arrays import IntArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.connection import Access
 from stereotrack_core.project.edit import Change, Edit, Stamp, State
-from stereotrack_core.project.schema import CLICK, REPEAT_CLICK, Row, Value
+from stereotrack_core.project.schema import CLICK, REPEAT_CLICK, Row, Table, Value
 
 
 def _click(row: Sequence[Any]) -> Click:
@@ -346,33 +346,43 @@ class SwapLandmarks(Edit):
 
 
 @dataclass(frozen=True)
-class PlaceRepeats(Edit):
-    """Set clicks of a second, blind reading; the first reading is not touched.
+class BlindRepeat(Edit):
+    """An edit of clicks made in a second, blind reading; the first reading is not touched.
 
     Attributes
     ----------
     round : int
         Which repetition, from 1.
-    clicks : tuple of Click
-        Deleted ones take a click of this reading away.
+    edit : Edit
+        Of clicks; it sees and changes those of this reading.
     """
 
     kind: ClassVar[str] = "place repeats"
     round: int
-    clicks: tuple[Click, ...]
+    edit: Edit
 
     def words(self) -> str:
-        """``place left elbow in N_right, frame 213, again``."""
-        return f"place {_place_text([click.key for click in self.clicks])}, blind repeat"
+        """``place left elbow in N_right, frame 213, blind repeat``."""
+        return f"{self.edit.words()}, blind repeat"
 
     def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
-        """Every click's row."""
+        """The rows that the edit changes, in this reading."""
         if self.round < 1:
             raise InputError(
                 f"there is no blind repeat {self.round}", remedy="Blind repeats are counted from 1."
             )
-        for click in self.clicks:
-            yield state.change(REPEAT_CLICK, (self.round, *click.key), _values(click, stamp))
+        for change in self.edit.changes(_Reading(state.database, self.round), stamp):
+            yield replace(change, table=REPEAT_CLICK, key=(self.round, *change.key))
+
+
+@dataclass(frozen=True, eq=False)
+class _Reading(State):
+    """The project with the clicks of a second reading in place of the first."""
+
+    round: int
+
+    def row(self, table: Table, key: Row) -> Row | None:
+        return super().row(REPEAT_CLICK, (self.round, *key)) if table is CLICK else None
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,9 @@ from stereotrack_core.project.connection import Access
 from stereotrack_core.project.edit import Change, Edit, Stamp, State
 from stereotrack_core.project.schema import FRAME_FLAG, KEYFRAME, Row
 
+GAP, REVIEW = "gap", "review"
+"""Kinds of flags: nothing is interpolated over these frames; to be looked at again."""
+
 
 @dataclass(frozen=True)
 class FrameFlag:
@@ -21,7 +24,7 @@ class FrameFlag:
     landmark : str
         Empty: the whole frame.
     kind : str
-        ``gap`` (nothing is interpolated over it), ``look again``, or any other word.
+        :data:`GAP`, :data:`REVIEW`, or any other word.
     note : str
     who, at : str
         Filled in by the project.
@@ -29,7 +32,7 @@ class FrameFlag:
 
     frame: int
     landmark: str = ""
-    kind: str = "review"
+    kind: str = REVIEW
     note: str = ""
     who: str = ""
     at: str = ""

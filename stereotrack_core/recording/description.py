@@ -130,6 +130,11 @@ class Recording:
                 return view
         raise KeyError(name)
 
+    def camera_names(self) -> dict[str, str]:
+        """How people call the cameras: the view's name, with ``left`` for the left image."""
+        names = {view.left.camera: f"{view.name} left" for view in self.views if view.left}
+        return {**names, **{view.image.camera: view.name for view in self.views}}
+
     def reference_camera(self, view: View) -> Camera:
         """Camera of the view's reference image."""
         return self.cameras[view.image.camera]

@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtGui import QPixmap
 
-from app.features.annotate.exchange.exporting import export_reference
 from app.pdf import write_pdf
 from app.shell.picture_file import write_picture
 from stereotrack_core.annotation.click import Click, Visibility
@@ -30,7 +29,7 @@ from stereotrack_core.interop.coco import write_coco
 from stereotrack_core.interop.deeplabcut import write_deeplabcut
 from stereotrack_core.interop.labels import write_clicks
 from stereotrack_core.interop.ply import write_cloud
-from stereotrack_core.interop.reference_npz import write_reference
+from stereotrack_core.interop.reference_npz import export_reference, write_reference
 from stereotrack_core.interop.run_file import write_run
 from stereotrack_core.interop.run_npz import write_npz
 from stereotrack_core.interop.sleap import write_sleap
@@ -182,8 +181,8 @@ FILES: dict[str, Callable[[Path, Things], None]] = {
     "run.c3d": lambda path, things: write_c3d(path, things.truth, 10.0, things.run.residual),
     "run.bvh": lambda path, things: write_bvh(path, things.truth, 10.0),
     "reference.npz": lambda path, things: write_reference(path, things.reference),
-    "reference of the window.npz": lambda path, things: export_reference(things.reference, path),
-    "reference of the window.csv": lambda path, things: export_reference(things.reference, path),
+    "exported reference.npz": lambda path, things: export_reference(path, things.reference),
+    "exported reference.csv": lambda path, things: export_reference(path, things.reference),
     "landmarks.csv": lambda path, things: write_landmarks(path, things.truth),
     "clicks.csv": lambda path, things: write_clicks(path, things.clicks, things.recording),
     "coco.json": lambda path, things: write_coco(path, things.clicks, things.recording, NINE),

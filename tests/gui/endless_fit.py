@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from app.features.annotate.filling.fit_job import FitJob
+from stereotrack_core.project.fitting import FitJob
 
 
 def worker() -> Callable[[FitJob], None]:

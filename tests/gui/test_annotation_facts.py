@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.features.annotate.clicking.blind_repeats import second_reading
 from app.features.annotate.clicking.click_hints import HintQuestion, bone_lengths, hints_of
 from app.features.annotate.clicking.landmark_rows import (
     fit_words,
@@ -19,19 +18,11 @@ from app.features.annotate.clicking.landmark_rows import (
 from app.features.annotate.clicking.live_fit import FitQuestion, Fitter
 from app.features.annotate.clicking.marks import FrameMarks, marks_of, predictions_in
 from app.features.annotate.clicking.swap_offers import SwapOffers
-from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Prediction, Visibility
+from stereotrack_core.annotation.click import UNCERTAIN, Click, Prediction, Visibility
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
-from stereotrack_core.project.clicks import (
-    AcceptPredictions,
-    DeleteClicks,
-    MarkClicks,
-    MoveClicks,
-    PlaceClicks,
-    SwapLandmarks,
-)
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LANDMARKS
 
@@ -180,38 +171,3 @@ def test_an_offer_is_made_once_and_not_again_when_declined(recording):
     assert offers.update(hints_of(question(recording, clicks)), {})[0] == (message,)
     assert offers.update(hints, {S: "S"}) == ((), ()), "it was declined"
     assert offers.update(None, {}) == ((), ())
-
-
-KEY = ClickKey(3, N, "left_hand")
-OTHER = ClickKey(3, N, "right_hand")
-THERE = {KEY: Click(*KEY, (10.0, 20.0)), OTHER: Click(*OTHER, None, Visibility.OUTSIDE)}
-
-
-def test_edits_of_a_second_reading_do_what_the_edits_say():
-    def after(edit):
-        made = second_reading(edit, THERE, 1)
-        return {click.landmark: click for click in made.clicks} if made is not None else None
-
-    placed = Click(3, N, "head", (1.0, 2.0))
-    assert after(PlaceClicks((placed,))) == {"head": placed}
-    moved = after(MoveClicks((KEY, OTHER), (1.0, -1.0)))
-    assert {name: one.position for name, one in moved.items()} == {"left_hand": (11.0, 19.0)}
-    assert after(DeleteClicks((KEY,)))["left_hand"].deleted
-    assert after(DeleteClicks((ClickKey(3, S, "head"),))) is None
-    marked = after(MarkClicks((KEY,), visibility=Visibility.OUTSIDE))["left_hand"]
-    assert (marked.position, marked.visibility) == (None, Visibility.OUTSIDE)
-    assert after(MarkClicks((KEY,), flag=UNCERTAIN, sigma=3.0))["left_hand"].sigma == 3.0
-    accepted = after(
-        AcceptPredictions(
-            (Prediction(*KEY, "x", (0.0, 0.0)), Prediction(3, N, "head", "x", (5.0, 5.0)))
-        )
-    )
-    assert {name: one.origin for name, one in accepted.items()} == {"head": "accepted"}
-    swapped = after(SwapLandmarks(3, N, "left_hand", "right_hand"))
-    assert swapped["right_hand"].position == (10.0, 20.0)
-    assert swapped["left_hand"].visibility == Visibility.OUTSIDE
-    alone = second_reading(SwapLandmarks(3, N, "left_hand", "right_hand"), {KEY: THERE[KEY]}, 1)
-    assert {one.landmark: one.deleted for one in alone.clicks} == {
-        "left_hand": True,
-        "right_hand": False,
-    }

@@ -6,7 +6,7 @@ import pytest
 from PySide6.QtTest import QTest
 
 from app.features.annotate.filling import reference_work
-from app.features.annotate.filling.fitting import how_far
+from app.features.annotate.filling.reference_work import how_far
 from app.services.tasks.helper_process import HelperProcess
 from tests.gui.hands import LEFT, annotate_all
 

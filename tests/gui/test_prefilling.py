@@ -160,7 +160,7 @@ def test_it_can_be_stopped_and_keeps_nothing_then(clicked, qtbot, monkeypatch):
     made, cancelled = [], threading.Event()
 
     def slowly(*arguments):
-        from app.features.annotate.filling.prefilling import neighbour_filling
+        from stereotrack_core.project.prefilling import neighbour_filling
 
         filling = neighbour_filling(*arguments)
         whole = filling.make
@@ -174,7 +174,7 @@ def test_it_can_be_stopped_and_keeps_nothing_then(clicked, qtbot, monkeypatch):
         return filling
 
     monkeypatch.setattr("app.features.annotate.filling.predicting.neighbour_filling", slowly)
-    monkeypatch.setattr("app.features.annotate.filling.prefilling._AT_ONCE", 2)
+    monkeypatch.setattr("stereotrack_core.project.prefilling._AT_ONCE", 2)
     trigger(clicked, "annotate-fill-neighbours")
     assert work.busy
     qtbot.waitUntil(lambda: len(made) > 0, timeout=30_000)

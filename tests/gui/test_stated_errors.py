@@ -142,7 +142,7 @@ def test_the_person_chooses_what_errors_are_measured_against(annotating, qtbot, 
     qtbot.waitUntil(lambda: window.context.session.judging.has("project"), timeout=30_000)
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
     assert (
-        window.features.annotate.panels.reference.words()
+        window.features.annotate.panels.reference.now.words
         == "“by hand”: 8 frames, arm uncertainty 2.0°."
     )
     assert command("errors_against_recording").checked(), "what came with the recording goes first"

@@ -17,11 +17,11 @@ from stereotrack_core.annotation.progress import Seen, seen
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.clicks import (
     AcceptPredictions,
+    BlindRepeat,
     DeleteClicks,
     MarkClicks,
     MoveClicks,
     PlaceClicks,
-    PlaceRepeats,
     SwapLandmarks,
     place,
 )
@@ -62,7 +62,7 @@ def test_undo_and_redo_work_through_everything_after_reopening(project, project_
         SetFlags((FrameFlag(2, "left_elbow", "gap", "arm behind the back"),)),
         SetKeyframes((0, 1, 2)),
         SetKeyframes((1,), "done"),
-        PlaceRepeats(1, (replace(ELBOW, position=(11.0, 20.0)),)),
+        BlindRepeat(1, PlaceClicks((replace(ELBOW, position=(11.0, 20.0)),))),
     ]
     states = [content(project)]
     for edit in edits:
@@ -172,7 +172,7 @@ def test_swapping_a_landmark_with_none_moves_it(project):
 
 def test_an_edit_that_fails_in_part_does_nothing(project):
     project.apply(place(ELBOW))
-    wrong = Together("both", (place(OTHER), PlaceRepeats(0, (ELBOW,))))
+    wrong = Together("both", (place(OTHER), BlindRepeat(0, PlaceClicks((ELBOW,)))))
     with pytest.raises(InputError, match="no blind repeat 0"):
         project.apply(wrong)
     assert said(project.clicks.at(1)) == {ELBOW.key: ELBOW}
@@ -252,10 +252,43 @@ def test_accepted_predictions_never_replace_what_a_person_said(project):
 def test_second_readings_are_kept_apart(project):
     project.apply(place(ELBOW))
     again = replace(ELBOW, position=(12.0, 19.0))
-    project.apply(PlaceRepeats(1, (again,)))
+    project.apply(BlindRepeat(1, PlaceClicks((again,))))
     assert said(project.clicks.at(1)) == {ELBOW.key: ELBOW}
     assert said(project.clicks.again_at(1, 1)) == {ELBOW.key: again}
     assert project.clicks.again_at(2, 1) == ()
+
+
+def test_edits_of_a_second_reading_do_what_they_do_to_the_first(project):
+    first = (ELBOW, OTHER)
+    project.apply(PlaceClicks(first))
+    there = (replace(ELBOW, position=(12.0, 19.0)), replace(OTHER, position=None))
+
+    def after(edit):
+        project.apply(BlindRepeat(1, PlaceClicks(there)))
+        made = project.apply(BlindRepeat(1, edit))
+        found = {click.landmark: click for click in project.clicks.again_at(1, 1)}
+        if made is not None:
+            assert made.words == f"{edit.words()}, blind repeat"
+            project.undo()
+        assert tuple(said(project.clicks.at(1)).values()) == first
+        return found if made is not None else None
+
+    head = replace(ELBOW, landmark="head")
+    assert after(place(head))["head"].position == head.position
+    moved = after(MoveClicks((ELBOW.key, OTHER.key), (1.0, -1.0)))
+    assert moved["left_elbow"].position == (13.0, 18.0)
+    assert moved["right_elbow"].position is None
+    assert "left_elbow" not in after(DeleteClicks((ELBOW.key,)))
+    assert after(DeleteClicks((head.key,))) is None
+    marked = after(MarkClicks((ELBOW.key,), visibility=Visibility.OUTSIDE))["left_elbow"]
+    assert (marked.position, marked.visibility) == (None, Visibility.OUTSIDE)
+    assert after(MarkClicks((ELBOW.key,), flag=UNCERTAIN, sigma=3.0))["left_elbow"].sigma == 3.0
+    predicted = [Prediction(*key, "x", (5.0, 5.0)) for key in (ELBOW.key, head.key)]
+    accepted = after(AcceptPredictions(tuple(predicted)))
+    assert accepted["left_elbow"].origin == "hand"
+    assert accepted["head"].origin == "accepted"
+    swapped = after(SwapLandmarks(1, "N_right", "left_elbow", "right_elbow"))
+    assert swapped["right_elbow"].position == (12.0, 19.0)
 
 
 def test_lanes_and_progress_follow_from_what_is_stored(project):

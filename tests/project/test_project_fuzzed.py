@@ -13,7 +13,7 @@ from stereotrack_core.annotation.click import Click, ClickKey, Prediction
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.clicks import DeleteClicks, PlaceClicks, PlaceRepeats, place
+from stereotrack_core.project.clicks import BlindRepeat, DeleteClicks, PlaceClicks, place
 from stereotrack_core.project.connection import Connection, most_steps
 from stereotrack_core.project.database import make_database
 from stereotrack_core.project.entries import Choose
@@ -74,7 +74,7 @@ def fill(project: Project) -> None:
         save_corrections("1", Corrections("because", {"N/left": 0.04}, {"N/left": 2})),
         save_reference("r", Reference(np.arange(5), np.ones((5, 9, 3)))),
         keep_run("accurate", run(), "a note"),
-        PlaceRepeats(1, (HEAD,)),
+        BlindRepeat(1, PlaceClicks((HEAD,))),
     ):
         project.apply(edit)
     for table, name in (("subject", "P"), ("landmark_set", NINE.name), ("description", "1")):

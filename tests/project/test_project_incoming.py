@@ -10,7 +10,7 @@ from stereotrack_core.annotation.agreement import agreement, differences
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.labels import read_clicks, write_clicks
-from stereotrack_core.project.clicks import DeleteClicks, MarkClicks, PlaceClicks, PlaceRepeats
+from stereotrack_core.project.clicks import BlindRepeat, DeleteClicks, MarkClicks, PlaceClicks
 from stereotrack_core.project.merging import incoming
 from stereotrack_core.project.project import Project
 
@@ -106,7 +106,7 @@ def test_a_clicks_file_goes_out_and_comes_in_again(project, recording, tmp_path)
 def test_a_second_reading_is_compared_without_touching_the_first(project):
     project.apply(PlaceClicks((A, B, C)))
     again = [replace(click, position=(13.0, 24.0)) for click in (A, B)]
-    project.apply(PlaceRepeats(1, tuple(again)))
+    project.apply(BlindRepeat(1, PlaceClicks(tuple(again))))
     assert positions(project) == {0: A.position, 1: B.position, 2: C.position}
     repeats = project.clicks.again(1)
     first = [project.clicks.get(click.key) for click in repeats]

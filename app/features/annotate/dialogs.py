@@ -11,32 +11,34 @@ from PySide6.QtWidgets import QDialog, QFileDialog
 from stereotrack_core.annotation.agreement import click_sigmas, differences
 from stereotrack_core.annotation.click import USUAL_SIGMA, Click
 from stereotrack_core.annotation.reference import Reference
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.labels import is_trajectory
+from stereotrack_core.interop.reference_npz import export_reference
 from stereotrack_core.interop.run_file import reference_in
 from stereotrack_core.project.entries import Choose
 from stereotrack_core.project.merging import clicks_of_project, incoming
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import REFERENCE
+from stereotrack_core.project.selection import Selection
 from stereotrack_core.project.setups import save_reference
 
 from ...services.failures import message_of
 from .exchange.agreement import AgreementReport, agreement_report
 from .exchange.agreement_dialog import AgreementDialog
 from .exchange.export_dialog import ExportDialog
-from .exchange.exporting import REFERENCE_FILES, export_reference
 from .exchange.import_dialog import ImportDialog
 from .exchange.importing import LabelFile, labels_of
 from .exchange.take_in_dialog import TakeInDialog
 from .exchange.taking_in import TakeIn
 from .panels import AnnotationPanels
-from .selection import Selection
 from .setup.landmark_set_dialog import LandmarkSetDialog
 from .setup.landmark_sets import LandmarkSets
 from .setup.subject_dialog import SubjectDialog
 from .setup.subjects import Subjects
 
 _PROJECTS = "Projects (*.stereotrack)"
+_REFERENCE_FILES = ("As in a recording (*.csv)", "With its uncertainty (*.npz)")
 
 
 class AnnotationDialogs(QObject):
@@ -150,7 +152,7 @@ class AnnotationDialogs(QObject):
             return
         dialog = TakeInDialog(project, compare, shown, self._panels.tasks, self._panels.window)
         dialog.visit_requested.connect(self._panels.click_requested)
-        dialog.taken_in.connect(self._panels.say)
+        dialog.taken_in.connect(self._panels.said)
         self._show(dialog)
 
     def export(self, selection: Selection | None) -> None:
@@ -174,7 +176,7 @@ class AnnotationDialogs(QObject):
         names = project.landmark_set().names
         tasks, window = self._panels.tasks, self._panels.window
         dialog = ExportDialog(clicks, names, recording, selection, path, tasks, window)
-        dialog.written.connect(self._panels.say)
+        dialog.written.connect(self._panels.said)
         self._show(dialog)
 
     def ask_to_export_reference(self) -> None:
@@ -185,7 +187,7 @@ class AnnotationDialogs(QObject):
         path = Path(self._folder()) / "reference.csv"
         dialog = QFileDialog(self._panels.window, "Export the reference", str(path.parent))
         dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
-        dialog.setNameFilters(list(REFERENCE_FILES))
+        dialog.setNameFilters(list(_REFERENCE_FILES))
         dialog.selectFile(path.name)
         dialog.fileSelected.connect(lambda chosen: self.export_reference(Path(chosen)))
         self._show(dialog)
@@ -195,10 +197,15 @@ class AnnotationDialogs(QObject):
         now = self._panels.reference.now
         if now is None:
             return
+        path = path if path.suffix else path.with_suffix(".csv")
         try:
-            self._panels.say(export_reference(now.reference, path))
+            export_reference(path, now.reference)
         except InputError as error:
             self._panels.message.emit(message_of(error))
+            return
+        kept = ", with uncertainty" if path.suffix.lower() == ".npz" else ""
+        frames = counted(len(now.reference.frame), "frame")
+        self._panels.said.emit(f"{frames} of the reference saved to {path}{kept}.")
 
     # ---- trust
 

@@ -14,14 +14,13 @@ from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.project.history import Changed
+from stereotrack_core.project.marks import GAP
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import CLICK
 
 from ...widgets.style.limb_colours import LIMB_COLOURS, limb_words
 from ...widgets.timeline.lanes import KINDS, Lane, LaneFilter, Mark, MarkArray
 
-GAP = "gap"
-"""Kind of the flag on frames over which nothing is interpolated."""
 FULL_SIGMA_DEG = 15.0
 """Uncertainty that is shown in a lane's full colour."""
 FULL_RESIDUAL_PX = 10.0

@@ -20,10 +20,10 @@ from stereotrack_core.annotation.next_clicks import (
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
+from stereotrack_core.project.selection import gaps_of
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 from ...services.tasks.newest import NewestWins
-from .selection import gaps_of
 
 WANTED_DEG = 3.0
 """Angle by which limbs may be off where nobody has said otherwise."""

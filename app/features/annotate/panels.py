@@ -8,10 +8,14 @@ from PySide6.QtCore import QObject, QPoint, Qt, QTimer, Signal, Slot
 from PySide6.QtWidgets import QWidget
 
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.project.blind_repeats import BlindRepeats
 from stereotrack_core.project.edit import Edit
+from stereotrack_core.project.fitting import ShownReference
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
+from stereotrack_core.project.selection import Selection
 from stereotrack_core.recording.description import Recording
 
 from ...services.failures import message_of
@@ -23,18 +27,16 @@ from ...widgets.tables.next_panel import NextPanel
 from ...widgets.timeline.annotation_bar import AnnotationBar
 from ...widgets.timeline.lanes import KINDS, LaneFilter
 from ...widgets.timeline.timeline_view import TimelineView
-from .clicking.blind_repeats import BlindRepeats
-from .edits import EditWork
-from .filling.reference_work import ReferenceWork, ShownReference
+from .filling.reference_work import ReferenceWork
 from .history import HistoryPresenter
 from .lanes import AnnotationLanes
 from .next_clicks import NextPresenter, Ranking
-from .selection import Selection, selection_of
 
 _GROUP = "annotation"
 _FILTER = "lanes"
 _DELAY_MS = 40
 _COUNTING_MS = 250
+_MANY_FRAMES = 300
 
 
 class AnnotationPanels(QObject):
@@ -95,7 +97,6 @@ class AnnotationPanels(QObject):
         self.history = HistoryPresenter(self)
         self.next = NextPresenter(self)
         self.reference = ReferenceWork(tasks, self)
-        self.edits = EditWork(tasks, self)
         self._back_to: int | None = None
         self._forget: Callable[[], None] | None = None
         self._soon = QTimer(self, singleShot=True, interval=_DELAY_MS)
@@ -126,8 +127,6 @@ class AnnotationPanels(QObject):
         self.reference.residuals_changed.connect(self._on_residuals)
         self.reference.busy_changed.connect(self.changed)
         self.repeat_bar.finish_requested.connect(self.finish_repeat)
-        self.edits.said.connect(self.said)
-        self.edits.message.connect(self.message)
         for source in (self.history, self.next, self.reference):
             source.failed.connect(self._on_failed)
 
@@ -209,10 +208,36 @@ class AnnotationPanels(QObject):
 
     # ---- edits
 
-    def do(self, make: Callable[[], Edit], *, frames: int = 1) -> None:
-        """Make an edit, about so many frames; what is wrong with it is told."""
-        if self.project is not None:
-            self.edits.do(self.project, make, frames=frames)
+    def no_project(self) -> str:
+        """No project is open, as a sentence; empty where one is."""
+        return "" if self.project is not None else "No project is open. Open or create one first."
+
+    def no_edit(self) -> str:
+        """Nothing can be changed in the project."""
+        if self.project is not None and self.project.read_only:
+            return "The project is open read-only."
+        return self.no_project()
+
+    def edit_selection(
+        self, make: Callable[[Project, Selection], Edit], chosen: Selection | None = None
+    ) -> None:
+        """Make an edit of what is selected; in the background where that is a lot."""
+        project, chosen = self.project, chosen or self.selection()
+        if project is None:
+            return
+        if len(chosen.frames) > _MANY_FRAMES:
+            self.tasks.begin(
+                "editing", lambda _task: project.apply(make(project, chosen)), self._on_done
+            )
+            return
+        try:
+            self._on_done(project.apply(make(project, chosen)))
+        except InputError as error:
+            self.message.emit(message_of(error))
+
+    @Slot(object)
+    def _on_done(self, changed: Changed | None) -> None:
+        self.said.emit(f"Done: {changed.words}." if changed is not None else "Nothing to change.")
 
     @Slot(object)
     def _on_edited(self, changed: Changed) -> None:
@@ -242,8 +267,10 @@ class AnnotationPanels(QObject):
     def selection(self) -> Selection:
         """What commands work on: the selected frames, or the one that is shown."""
         landmarks = self.lanes.landmark_set.names if self.lanes is not None else ()
-        return selection_of(
-            self.timeline.selection, self.frame, self.timeline.selected_lanes, landmarks
+        lanes = self.timeline.selected_lanes
+        return Selection(
+            self.timeline.selection or range(self.frame, self.frame + 1),
+            tuple(name for name in landmarks if name in lanes),
         )
 
     @Slot()
@@ -357,7 +384,7 @@ class AnnotationPanels(QObject):
         """Show the frame as it is again, and go back to where one was."""
         if self.repeats is None or self.repeats.active is None:
             return
-        self.repeats.finish()
+        self.repeats.begin(None)
         self._tell_repeat()
         back, self._back_to = self._back_to, None
         if back is not None:
@@ -369,10 +396,6 @@ class AnnotationPanels(QObject):
         self.changed.emit()
 
     # ---- the rest
-
-    def say(self, words: str) -> None:
-        """Say what was done."""
-        self.said.emit(words)
 
     @Slot()
     def _on_arrived(self) -> None:

@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.measures import measure_named
 from stereotrack_core.experiments.sweep.picture import draw_curves, draw_heat, words_of
@@ -31,7 +32,6 @@ from stereotrack_core.experiments.sweep.table import (
 )
 from stereotrack_core.recording.csv_table import read_csv_table
 
-from ...session.counting import counted
 from ...widgets.plots.sweep_plot import SweepPlot
 from ...widgets.style.building import choice, hbox, label, vbox
 from .points import push_button

@@ -8,13 +8,13 @@ from weakref import ref
 
 from PySide6.QtCore import QObject, Slot
 
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.runs import RunFacts, beside
 
 from ...context import Context
 from ...session.comparison import ComparedRuns, compared, shown_beside_each_other
-from ...session.counting import counted
 from ...session.judgement import Judgement, score_words
 from ...session.runs import RunEntry
 from ...session.truth import Against

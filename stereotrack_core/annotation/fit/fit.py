@@ -135,8 +135,9 @@ def fit_reference(
     frames: range | None = None,
     views: Sequence[str] | None = None,
     settings: FitSettings | None = None,
+    landmarks: LandmarkSet = NINE,
     proportions: Proportions | None = None,
-    sigma: float = USUAL_SIGMA,
+    sigma: Mapping[str, float] | float = USUAL_SIGMA,
     source: str = "clicks",
     gaps: Sequence[range] = (),
     on_frame: Callable[[int], None] | None = None,
@@ -154,7 +155,7 @@ def fit_reference(
         Clicks and depth of these views alone count; all when not given.
     proportions : Proportions, optional
         The person's; those of the recording's subject when not given.
-    sigma : float, pixels
+    sigma : float, or mapping from landmark to float, pixels
         Standard deviation of a click along each axis.
     source : str
         Where the clicks come from, for messages.
@@ -185,9 +186,21 @@ def fit_reference(
     if frames is None:
         with FrameReader(recording, views=views, read_ahead=0) as reader:
             frames = range(reader.frame_count)
-    measured = _measured(clicks_in(recording, clicks, views), frames, sigma, source)
+    by_frame: dict[int, list[Click]] = defaultdict(list)
+    for click in clicks_in(recording, clicks, views):
+        if click.frame in frames and click.position is not None:
+            by_frame[click.frame].append(click)
+    if not by_frame:
+        where = "" if views is None else " of these views"
+        raise InputError(
+            f"there is no click in frames {frames.start} to {frames.stop - 1}{where}",
+            where=source,
+            remedy="Click a few frames first, or choose other frames or views.",
+        )
+    names = landmarks.names
+    measured = {frame: measurements(own, names, sigma) for frame, own in by_frame.items()}
     known = proportions_of(recording.subject) if proportions is None else proportions
-    fitting = ClickFit(recording.cameras, NINE, known, settings, fps=recording.fps)
+    fitting = ClickFit(recording.cameras, landmarks, known, settings, fps=recording.fps)
     with recorded_depth(recording, settings, views) as depth:
         return fitting.trajectory(
             measured, frames, clouds=depth, gaps=gaps, on_frame=on_frame, cancelled=cancelled
@@ -204,19 +217,3 @@ def clicks_in(
         stream.camera for name in views for stream in recording.view(name).streams().values()
     }
     return [click for click in clicks if click.camera in cameras]
-
-
-def _measured(
-    clicks: Sequence[Click], frames: range, sigma: float, source: str
-) -> Mapping[int, Sequence[Click]]:
-    by_frame: dict[int, list[Click]] = defaultdict(list)
-    for click in clicks:
-        if click.frame in frames and click.position is not None:
-            by_frame[click.frame].append(click)
-    if not by_frame:
-        raise InputError(
-            f"there is no click in frames {frames.start} to {frames.stop - 1} of these views",
-            where=source,
-            remedy="Click a few frames first, or choose other frames or views.",
-        )
-    return {frame: measurements(own, NINE.names, sigma) for frame, own in by_frame.items()}

@@ -9,20 +9,15 @@ import numpy as np
 import pytest
 
 from app.features.annotate.filling import reference_work
-from app.features.annotate.filling.fitting import (
-    FITTED,
-    FitOrder,
-    around,
-    fit_process,
-    fit_recording,
-)
-from app.features.annotate.filling.reference_work import ReferenceWork, read_reference
+from app.features.annotate.filling.reference_work import ReferenceWork
 from app.services.tasks.task import TaskList
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED
+from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.reference import fit_of_reference
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.clicks import DeleteClicks, PlaceClicks
+from stereotrack_core.project.clicks import PlaceClicks
+from stereotrack_core.project.fitting import FITTED, fit_project, frames_around
 from stereotrack_core.project.marks import FrameFlag, SetFlags
 from stereotrack_core.project.setups import load_reference
 
@@ -99,21 +94,12 @@ def test_what_was_asked_for_last_is_shown_whichever_is_read_last(
     assert work.now.words == str(FRAMES + 2)
 
 
-def test_it_can_be_undone_and_says_when_it_is_old(qtbot, annotated, work, make):
+def test_it_can_be_undone(qtbot, annotated, work):
     fitted(qtbot, work)
-    annotated.apply(DeleteClicks((make.clicks_at([5])[0].key,)))
-    assert work.words().endswith("Does not include the last 1 edit of clicks; fit again.")
-    again = read_reference(annotated, work._recording, FITTED, FRAMES)
-    assert again.edits_since == 1
-    annotated.undo()
     annotated.undo()
     with qtbot.waitSignal(work.shown, timeout=5_000):
         annotated.undo()
     assert work.now is None
-    assert (
-        work.words()
-        == "No trajectory has been fitted to the clicks yet. Choose Fit whole recording."
-    )
 
 
 def test_a_selection_alone_is_filled_in(qtbot, annotated, work, make):
@@ -153,11 +139,8 @@ def test_a_landmarks_own_gap_is_not_filled_in(qtbot, annotated, work):
 
 def test_without_a_click_there_is_nothing_to_fit_to(project, recording):
     with pytest.raises(InputError, match="no click in frames 0 to 9"):
-        fit_recording(
-            FitOrder(project, recording, range(10)),
-            fit_process(),
-            lambda _share, _words: None,
-            lambda: False,
+        fit_project(
+            project, recording, range(10), FitSettings(), lambda fit: fit(on_frame=lambda _: None)
         )
 
 
@@ -173,5 +156,5 @@ def test_a_stored_reference_is_the_fit_again(qtbot, annotated, recording, work):
 
 
 def test_frames_hang_on_the_clicked_ones_around():
-    assert around(range(12, 15), (0, 10, 20, 30), 40) == range(10, 21)
-    assert around(range(32, 50), (0, 30), 40) == range(30, 41)
+    assert frames_around(range(12, 15), (0, 10, 20, 30), 40) == range(10, 21)
+    assert frames_around(range(32, 50), (0, 30), 40) == range(30, 41)

@@ -6,14 +6,13 @@ import cv2
 import numpy as np
 import pytest
 
-from app.features.annotate.filling.following import follow_selection
-from app.features.annotate.filling.predicting import accept_from
-from app.features.annotate.selection import Selection
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.prefill import FOLLOWING
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.project.clicks import PlaceClicks
+from stereotrack_core.project.prefilling import accept_predictions, follow_selection
 from stereotrack_core.project.project import Project
+from stereotrack_core.project.selection import Selection
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.writing import write_png, write_recording_description
@@ -22,7 +21,7 @@ FRAMES, STEP = 12, 3
 
 
 def accept_followed(project, selection):
-    return accept_from(project, selection, "following", FOLLOWING)
+    return accept_predictions(project, FOLLOWING, selection)
 
 
 def never() -> bool:
@@ -63,7 +62,7 @@ def test_what_is_found_is_proposed_and_accepted_as_one_edit(project, moving):
     )
     selection = Selection(range(4, 10))
     found = follow_selection(project, moving, selection, nothing, never)
-    assert found.words == "12 points found by following 2 clicks."
+    assert found == "12 points found by following 2 clicks."
     assert project.clicks.count() == 2
     places = {p.key: p.position for p in project.predictions.of_source(FOLLOWING)}
     assert {key.frame for key in places} == set(range(4, 10))
@@ -90,7 +89,7 @@ def test_other_landmarks_keep_what_was_found_for_them(project, moving):
     project.apply(PlaceClicks((Click(2, "N", "left_hip", (260.0, 220.0)),)))
     follow_selection(project, moving, Selection(range(3, 6)), nothing, never)
     again = follow_selection(project, moving, Selection(range(3, 6), ("head",)), nothing, never)
-    assert again.predictions == 3
+    assert again == "3 points found by following 1 click."
     names = [p.landmark for p in project.predictions.of_source(FOLLOWING)]
     assert names.count("left_hip") == 3
 

@@ -6,25 +6,20 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 
-from app.features.annotate.lanes import GAP
-from app.features.annotate.selection import (
-    Selection,
-    clear_clicks,
-    flag_frames,
-    gaps_of,
-    keyframes_done,
-    keyframes_every,
-    mark_gap,
-    no_keyframes,
-    selection_of,
-    unflag_frames,
-    unmark_gap,
-)
 from app.widgets.timeline.annotation_bar import AnnotationBar
 from app.widgets.timeline.lanes import LaneFilter
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.clicks import PlaceClicks
+from stereotrack_core.project.marks import GAP, SetKeyframes
+from stereotrack_core.project.selection import (
+    Selection,
+    clear_clicks,
+    clear_flags,
+    gaps_of,
+    set_flags,
+    set_keyframes,
+)
 
 LEFT = Qt.MouseButton.LeftButton
 
@@ -42,12 +37,6 @@ def test_words():
     assert Selection(range(2), NINE.names[:3]).words() == "frames 0 – 1, 3 landmarks"
 
 
-def test_without_a_selection_commands_work_on_the_frame_shown():
-    found = selection_of(None, 9, {"head", "torso ±"}, NINE.names)
-    assert found == Selection(range(9, 10), ("head",))
-    assert selection_of(range(2, 5), 9, (), NINE.names) == Selection(range(2, 5))
-
-
 def test_clicks_are_cleared_and_come_back(annotated):
     chosen = Selection(range(5, 16), ("left_elbow", "head"))
     before = annotated.clicks.all()
@@ -61,41 +50,39 @@ def test_clicks_are_cleared_and_come_back(annotated):
 
 
 def test_gaps(annotated):
-    annotated.apply(mark_gap(Selection(range(10, 14))))
-    annotated.apply(mark_gap(Selection(range(14, 16))))
-    annotated.apply(mark_gap(Selection(range(30, 33), ("head",))))
+    annotated.apply(set_flags(annotated, Selection(range(10, 14)), GAP))
+    annotated.apply(set_flags(annotated, Selection(range(14, 16)), GAP))
+    annotated.apply(set_flags(annotated, Selection(range(30, 33), ("head",)), GAP))
     assert gaps_of(annotated) == (range(10, 16),)
-    annotated.apply(unmark_gap(annotated, Selection(range(12, 14))))
+    annotated.apply(clear_flags(annotated, Selection(range(12, 14)), GAP))
     assert gaps_of(annotated) == (range(10, 12), range(14, 16))
-    annotated.apply(unmark_gap(annotated, Selection(range(60))))
+    annotated.apply(clear_flags(annotated, Selection(range(60)), GAP))
     assert not [flag for flag in annotated.marks.flags() if flag.kind == GAP]
     with pytest.raises(InputError, match="nothing is marked as a gap"):
-        unmark_gap(annotated, Selection(range(60)))
+        clear_flags(annotated, Selection(range(60)), GAP)
 
 
 def test_flags_leave_gaps_alone(annotated):
     chosen = Selection(range(10, 14))
-    annotated.apply(mark_gap(chosen))
-    annotated.apply(flag_frames(chosen))
-    annotated.apply(unflag_frames(annotated, chosen))
+    annotated.apply(set_flags(annotated, chosen, GAP))
+    annotated.apply(set_flags(annotated, chosen))
+    annotated.apply(clear_flags(annotated, chosen))
     assert gaps_of(annotated) == (range(10, 14),)
     with pytest.raises(InputError, match="nothing is flagged"):
-        unflag_frames(annotated, chosen)
+        clear_flags(annotated, chosen)
 
 
 def test_keyframes_every_n(annotated):
-    annotated.apply(keyframes_every(Selection(range(60)), 10))
+    annotated.apply(SetKeyframes(tuple(range(0, 60, 10))))
     assert annotated.progress().words() == "0 of 6 keyframes done"
-    annotated.apply(keyframes_done(annotated, Selection(range(25))))
+    annotated.apply(set_keyframes(annotated, Selection(range(25)), "done"))
     assert annotated.progress().words() == "3 of 6 keyframes done"
-    annotated.apply(no_keyframes(annotated, Selection(range(30, 60))))
+    annotated.apply(set_keyframes(annotated, Selection(range(30, 60)), "none"))
     assert annotated.progress().words() == "3 of 3 keyframes done"
-    annotated.apply(keyframes_done(annotated, Selection(range(7, 8))))
+    annotated.apply(set_keyframes(annotated, Selection(range(7, 8)), "done"))
     assert annotated.progress().words() == "4 of 4 keyframes done"
     with pytest.raises(InputError, match="no keyframes in frames 41 – 43"):
-        keyframes_done(annotated, Selection(range(41, 44)))
-    with pytest.raises(InputError, match="every 0"):
-        keyframes_every(Selection(range(60)), 0)
+        set_keyframes(annotated, Selection(range(41, 44)), "done")
 
 
 @pytest.fixture

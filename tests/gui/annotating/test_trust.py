@@ -9,13 +9,13 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 
-from app.features.annotate.clicking.blind_repeats import BlindRepeats, Repeat
 from app.features.annotate.exchange.agreement import agreement_report
 from app.features.annotate.exchange.agreement_dialog import AgreementDialog
 from app.widgets.forms.repeat_bar import RepeatBar
 from stereotrack_core.annotation.agreement import differences
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.project.clicks import PlaceClicks, PlaceRepeats
+from stereotrack_core.project.blind_repeats import BlindRepeats
+from stereotrack_core.project.clicks import BlindRepeat, DeleteClicks, PlaceClicks
 from stereotrack_core.project.marks import SetKeyframes
 from stereotrack_core.project.project import Project
 
@@ -45,22 +45,19 @@ def test_the_second_reading_is_blind_and_apart(annotated, make):
     repeats.switch(0.05)
     frame = repeats.due()
     first = annotated.clicks.at(frame)
-    assert repeats.begin(frame) == Repeat(frame, 1)
-    assert repeats.hides(frame)
-    assert not repeats.hides(frame + 1)
+    repeats.begin(frame)
+    assert repeats.active == frame
     assert repeats.clicks() == ()
     assert len(repeats.missing()) == 36
     again = make.clicks_at([frame], sigma=2.0, seed=9)
-    repeats.place(again[:30])
-    repeats.delete([again[0].key])
+    annotated.apply(BlindRepeat(1, PlaceClicks(again[:30])))
+    annotated.apply(BlindRepeat(1, DeleteClicks((again[0].key,))))
     assert len(repeats.clicks()) == 29
     assert len(repeats.missing()) == 7
     assert "29 clicks done, 7 to go" in repeats.words()
     assert annotated.clicks.at(frame) == first
-    with pytest.raises(ValueError, match="without a blind repeat"):
-        repeats.place(make.clicks_at([frame + 1])[:1])
-    repeats.finish()
-    assert not repeats.hides(frame)
+    repeats.begin(None)
+    assert repeats.active is None
     assert repeats.words() == ""
     assert repeats.due() is not None  # two of forty are five percent
 
@@ -71,12 +68,12 @@ def test_what_is_under_way_survives_closing(recording, make):
         project.apply(PlaceClicks(make.clicks_at([3])))
         BlindRepeats(project).begin(3)
     with Project.open(path) as project:
-        assert BlindRepeats(project).hides(3)
+        assert BlindRepeats(project).active == 3
 
 
 def test_the_measured_sigma_comes_from_repeats(annotated, make):
     again = make.clicks_at(range(0, 40, 2), sigma=2.0, seed=9)
-    annotated.apply(PlaceRepeats(1, again))
+    annotated.apply(BlindRepeat(1, PlaceClicks(again)))
     assert len(annotated.clicks.repeat_differences()) == 20 * 36
     sigmas = annotated.click_sigmas(usual=6.0)
     assert set(sigmas) == set(NINE.names)

@@ -9,22 +9,16 @@ from typing import Literal
 
 from PySide6.QtCore import QObject, Signal, Slot
 
-from stereotrack_core.annotation.click import (
-    ACCEPTED,
-    UNCERTAIN,
-    Click,
-    ClickKey,
-    Prediction,
-    Visibility,
-)
+from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Prediction, Visibility
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.annotation.swaps import Swap
+from stereotrack_core.project.blind_repeats import ROUND, BlindRepeats
 from stereotrack_core.project.clicks import (
     AcceptPredictions,
+    BlindRepeat,
     DeleteClicks,
     MarkClicks,
     MoveClicks,
-    PlaceClicks,
     SwapLandmarks,
     place,
 )
@@ -33,7 +27,6 @@ from stereotrack_core.project.history import Changed
 
 from ....session.document import DocumentPresenter
 from ....session.project import ProjectPresenter
-from .blind_repeats import BlindRepeats, Repeat, second_reading
 from .choosing import Advance, Annotated, Choice, landmark_at_hand, next_landmark
 
 _CLICKS = frozenset({"click", "repeat_click"})
@@ -83,7 +76,7 @@ class Annotating(QObject):
         self._facts: tuple[int, dict[ClickKey, Click]] | None = None
         self._nudged: ClickKey | None = None
         self._untold: set[str] | None = None
-        self._reading: tuple[int, Repeat | None] = (0, None)
+        self._reading = (0, False)
         self.advance: Advance = "landmark"
         self.choice = Choice(NINE.names[0])
         document.frame_changed.connect(self._on_frame)
@@ -103,28 +96,24 @@ class Annotating(QObject):
         """Clicks of the frame that shall be shown, read once; blindly: those of this reading."""
         frame = self._document.frame
         if self._facts is None or self._facts[0] != frame:
-            project, repeat = self._project.project, self.repeat()
-            found: tuple[Click, ...] = ()
-            if project is not None and repeat is not None:
-                found = project.clicks.again_at(repeat.round, frame)
-            elif project is not None:
-                found = project.clicks.at(frame)
+            project, found = self._project.project, tuple[Click, ...]()
+            if project is not None:
+                clicks = project.clicks
+                found = clicks.again_at(ROUND, frame) if self.blind() else clicks.at(frame)
             self._facts = (frame, {click.key: click for click in found})
         return self._facts[1]
 
-    def repeat(self) -> Repeat | None:
-        """The second reading that is under way in the frame that shall be shown."""
+    def blind(self) -> bool:
+        """Whether a second reading of the frame that shall be shown is under way."""
         repeats = self._repeats()
-        if repeats is None or not repeats.hides(self._document.frame):
-            return None
-        return repeats.active
+        return repeats is not None and repeats.active == self._document.frame
 
     @Slot()
     def reread(self) -> None:
         """Read the clicks again; nothing is in hand when a second reading begins or ends."""
         with self._as_one():
             self._facts = None
-            reading = (self._document.frame, self.repeat())
+            reading = (self._document.frame, self.blind())
             if reading != self._reading:
                 self._reading = reading
                 self._begin_reading()
@@ -267,7 +256,7 @@ class Annotating(QObject):
             if click is None or click.position is None:
                 return
             by = (position[0] - click.position[0], position[1] - click.position[1])
-            self._edit(_moved(click, by))
+            self._edit(MoveClicks((key,), by))
             self.pick(key)
 
     def nudge(self, x: float, y: float) -> None:
@@ -275,7 +264,7 @@ class Annotating(QObject):
         key = self.held()
         if key is not None:
             again = self._nudged == key
-            self._edit(_moved(self.clicks()[key], (x, y)), continues=again)
+            self._edit(MoveClicks((key,), (x, y)), continues=again)
             self._nudged = key
 
     def delete(self) -> None:
@@ -376,11 +365,8 @@ class Annotating(QObject):
 
     def _edit(self, edit: Edit, *, continues: bool = False) -> bool:
         self._nudged = None
-        repeat = self.repeat()
-        if repeat is None:
-            return self._project.apply(edit, continues=continues) is not None
-        again = second_reading(edit, self.clicks(), repeat.round)
-        return again is not None and self._project.apply(again, continues=continues) is not None
+        edit = BlindRepeat(ROUND, edit) if self.blind() else edit
+        return self._project.apply(edit, continues=continues) is not None
 
     def _advance_from(self, key: ClickKey) -> None:
         """Choose what comes after a click that was placed."""
@@ -434,13 +420,3 @@ class Annotating(QObject):
         self._set = project.landmark_set() if project is not None else NINE
         if self.choice.landmark not in self._set.names:
             self._choose(Choice(self._set.names[0]))
-
-
-def _moved(click: Click, by: tuple[float, float]) -> Edit:
-    """The edit that moves a click; a prediction that is moved by hand is a person's own then."""
-    if click.origin != ACCEPTED or click.position is None:
-        return MoveClicks((click.key,), by)
-    moved = (click.position[0] + by[0], click.position[1] + by[1])
-    own = replace(click, position=moved, origin="hand", who="", at="")
-    words = MoveClicks((click.key,), by).words()
-    return PlaceClicks((own,), words)

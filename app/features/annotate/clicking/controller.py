@@ -9,6 +9,7 @@ from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import QInputDialog
 
 from stereotrack_core.annotation.click import ClickKey, Prediction, Visibility
+from stereotrack_core.project.blind_repeats import BlindRepeats
 
 from ....context import Context
 from ....services.stored import stored_text
@@ -19,7 +20,6 @@ from ....widgets.forms.message import Message
 from ....widgets.tables.body_panel import BodyPanel
 from ....widgets.tables.landmarks_panel import LandmarksPanel
 from .annotating import Annotating
-from .blind_repeats import BlindRepeats
 from .choosing import ADVANCES, Advance
 from .facts import AnnotationFacts
 from .landmark_rows import fit_words, landmark_rows, length_rows, limb_rows
@@ -125,7 +125,7 @@ class ClickController(QObject):
         facts, state = self.facts.now(), self._context.view_state
         shown = [recording.cameras[name] for name in self._cameras()]
         self._views.set_marks(marks_of(facts, shown))
-        state.hide(_KNOWN_BEFORE if self.annotating.repeat() is not None else frozenset())
+        state.hide(_KNOWN_BEFORE if self.annotating.blind() else frozenset())
         self._show_offers()
         if self.active:
             cameras, fit = self._all_cameras(), facts.fit

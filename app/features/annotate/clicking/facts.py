@@ -17,7 +17,6 @@ from stereotrack_core.project.history import Changed
 from stereotrack_core.recording.description import Recording
 
 from ....services.tasks.newest import NewestAnswer
-from ....session.camera_doubts import view_names
 from ....session.clouds import CloudPresenter
 from ....session.document import DocumentPresenter
 from ....session.project import ProjectPresenter
@@ -149,7 +148,7 @@ class AnnotationFacts(QObject):
     def view_names(self) -> Mapping[str, str]:
         """How people call the cameras, by name."""
         recording = self._document.recording
-        return view_names(recording) if recording is not None else {}
+        return recording.camera_names() if recording is not None else {}
 
     def settled(self) -> bool:
         """Whether everything that was asked for is there."""
@@ -284,7 +283,7 @@ class AnnotationFacts(QObject):
     def _kept(self, frame: int) -> tuple[Prediction, ...]:
         """Predictions that the project keeps, read once for a frame."""
         if self._predictions is None or self._predictions[0] != frame:
-            project, blind = self._project.project, self._annotating.repeat() is not None
+            project, blind = self._project.project, self._annotating.blind()
             found = project.predictions.at(frame) if project is not None and not blind else ()
             self._predictions = (frame, found)
         return self._predictions[1]

@@ -15,9 +15,9 @@ from stereotrack_core.annotation.agreement import (
     common_frames,
 )
 from stereotrack_core.annotation.landmark_set import LandmarkSet
+from stereotrack_core.counting import counted
 from stereotrack_core.geometry.camera import Camera
 
-from ....session.counting import counted
 from ....widgets.tables.agreement_table import AgreementRow
 
 GOOD_PX, FAIR_PX = 3.0, 8.0

@@ -20,10 +20,10 @@ from PySide6.QtWidgets import (
 )
 
 from stereotrack_core.annotation.click import Click
+from stereotrack_core.project.selection import Selection
 from stereotrack_core.recording.description import Recording
 
 from ....services.tasks.task import TaskList
-from ..selection import Selection
 from .exporting import export_clicks, export_preview
 
 

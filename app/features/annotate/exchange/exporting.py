@@ -1,4 +1,4 @@
-"""Clicks and references into files; for clicks what that would do to the file that is there."""
+"""Clicks into a file, and what that would do to the file that is there."""
 
 from __future__ import annotations
 
@@ -7,17 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stereotrack_core.annotation.click import Click
-from stereotrack_core.annotation.reference import Reference
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.labels import read_clicks, write_clicks
-from stereotrack_core.interop.reference_npz import write_reference
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.landmarks import write_landmarks
-
-from ....session.counting import counted
-
-REFERENCE_FILES = ("As in a recording (*.csv)", "With its uncertainty (*.npz)")
-"""Kinds of files that a reference is written to."""
 
 
 @dataclass(frozen=True)
@@ -83,26 +76,3 @@ def export_clicks(clicks: Sequence[Click], path: Path, recording: Recording) -> 
             remedy="Export to a different drive.",
         )
     return f"{counted(len(clicks), 'click')} saved to {path}."
-
-
-def export_reference(reference: Reference, path: Path) -> str:
-    """Write a reference: as a recording has it, or (``.npz``) with everything that it states.
-
-    Raises
-    ------
-    InputError
-        Where the file cannot be written, or has another suffix.
-    """
-    path = path if path.suffix else path.with_suffix(".csv")
-    frames = counted(len(reference.frame), "frame")
-    if path.suffix.lower() == ".npz":
-        write_reference(path, reference)
-        return f"{frames} of the reference saved to {path}, with uncertainty."
-    if path.suffix.lower() != ".csv":
-        raise InputError(
-            f"a reference cannot be exported as {path.suffix}",
-            where=str(path),
-            remedy="Use a name ending in .csv, or in .npz to keep the uncertainty.",
-        )
-    write_landmarks(path, reference.trajectory())
-    return f"{frames} of the reference saved to {path}."

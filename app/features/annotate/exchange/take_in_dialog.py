@@ -17,12 +17,12 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.merging import Decision
 from stereotrack_core.project.project import Project
 
 from ....services.tasks.task import Task, TaskList
-from ....session.counting import counted
 from ....widgets.tables.decision_table import DecisionTable
 from .taking_in import TakeIn
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 from stereotrack_core.annotation.agreement import Difference, farthest_first
 from stereotrack_core.annotation.click import Click, ClickKey, Visibility
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.clicks import PlaceClicks
 from stereotrack_core.project.merging import Decision, Incoming, has_mean
 
-from ....session.counting import counted
 from ....widgets.tables.decision_table import DecisionRow
 
 _SHOWN_PROBLEMS = 50

@@ -10,45 +10,35 @@ from PySide6.QtCore import QObject, Signal, Slot
 
 from stereotrack_core.annotation.prefill import FIT, FOLLOWING, NEIGHBOURS, source_of_run
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.edit import Edit
+from stereotrack_core.project.prefilling import (
+    Filling,
+    accept_predictions,
+    fill_in,
+    fit_filling,
+    follow_selection,
+    neighbour_filling,
+    run_filling,
+)
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording
 
 from ....services.actions import Command
 from ....services.tasks.task import Task
 from ....session.runs import RunEntry
-from ..panels import AnnotationPanels
-from ..selection import Selection
-from .following import FollowedSelection, follow_selection
-from .prefilling import (
-    FilledSelection,
-    Filling,
-    accept_filled,
-    fill_in,
-    fit_filling,
-    neighbour_filling,
-    run_filling,
-)
+from ..panels import AnnotationPanels, click_cameras
 
 Source: TypeAlias = Literal["following", "fit", "run", "neighbours"]
 
-_REMEDIES: dict[Source, tuple[str, str]] = {
-    "following": ("no followed points in", "No followed points. Run Follow image patch first."),
-    "fit": ("no points from the fit in", "No points from the fit. Fill from the fit first."),
-    "run": ("no points from the run in", "No points from the run. Fill from the active run first."),
-    "neighbours": (
-        "no points from neighbouring clicks in",
-        "No points from neighbouring clicks. Fill from neighbouring clicks first.",
-    ),
-}
+NO_FIT = "The whole recording has not been fitted yet. Choose Fit whole recording first."
 
 
 class PredictionWork(QObject):
     """Fills in the selection beside the window's thread, one source after the other.
 
-    Parameters
+    Attributes
     ----------
-    panels : AnnotationPanels
+    run : RunEntry or None
+        The tracker's run to fill in from, which does not grow.
 
     Signals
     -------
@@ -63,72 +53,59 @@ class PredictionWork(QObject):
     def __init__(self, panels: AnnotationPanels) -> None:
         super().__init__(panels)
         self._p = panels
-        panels.leaving.connect(self.cancel)
+        panels.leaving.connect(self._cancel)
         self.busy_changed.connect(panels.changed)
         self.found.connect(panels.said)
         self.found.connect(panels.repeat_changed)
         self._task: Task | None = None
-        self._run: RunEntry | None = None
+        self.run: RunEntry | None = None
 
     @property
     def busy(self) -> bool:
         """Whether predictions are being made."""
         return self._task is not None
 
-    @property
-    def run(self) -> RunEntry | None:
-        """The tracker's run to fill in from."""
-        return self._run
-
     def set_run(self, run: RunEntry | None) -> None:
-        """Fill in from another run, which does not grow; None where there is none."""
-        self._run = run
+        """Fill in from another run; None where there is none."""
+        self.run = run
         self.busy_changed.emit()
 
-    def cancel(self) -> None:
-        """Stop; nothing is kept then."""
+    @Slot()
+    def _cancel(self) -> None:
         if self._task is not None:
             self._task.cancel()
-
-    # ---- making them
 
     def why_not(self, source: Source) -> str:
         """Why nothing can be filled in from there, as a sentence; empty where it can."""
         if self.busy:
             return "Predictions are already being computed. Wait for them to finish."
-        return self._why_no_project() or self._why_no_source(source)
-
-    def follow(self) -> None:
-        """Follow the patches around clicks over the selection."""
-        project, recording, selection = self._p.project, self._p.recording, self._p.selection()
-        if project is None or recording is None or self.busy:
-            return
-        self._begin(
-            "following clicks",
-            lambda task: follow_selection(
-                project, recording, selection, task.report, task.token.cancelled
-            ),
-        )
+        now = self._p.reference.now
+        no_fit = source == "fit" and (now is None or now.fit is None)
+        return self.why_no_accept(source) or (NO_FIT if no_fit else "")
 
     def fill(self, source: Source) -> None:
-        """Fill in the selection from the fit, from the run, or from neighbouring clicks."""
+        """Predict points of the selection: follow the image, or fill in from what is known."""
         project, recording, selection = self._p.project, self._p.recording, self._p.selection()
         if project is None or recording is None or self.why_not(source):
             return
-        make = self._filling(source, project, recording)
-        self._begin(
-            "filling predictions",
-            lambda task: fill_in(project, make(), selection, task.report, task.token.cancelled),
-        )
+        make = None if source == "following" else self._filling(source, project, recording)
+
+        def work(task: Task) -> str:
+            how = (selection, task.report, task.token.cancelled)
+            if make is None:
+                return follow_selection(project, recording, *how)
+            return fill_in(project, make(), *how)
+
+        title = "following clicks" if make is None else "filling predictions"
+        self._task = self._p.tasks.begin(title, work, self.found.emit)
+        self._task.ended.connect(self._on_ended)
+        self.busy_changed.emit()
 
     def _filling(
         self, source: Source, project: Project, recording: Recording
     ) -> Callable[[], Filling]:
         """What is filled in from, as it is now; put together in the other thread."""
-        cameras = {
-            view.image.camera: recording.cameras[view.image.camera] for view in recording.views
-        }
-        now, entry = self._p.reference.now, self._run
+        cameras, now, entry = click_cameras(recording), self._p.reference.now, self.run
         name, held = ("", None) if entry is None else (entry.name, entry.now())
 
         def make() -> Filling:
@@ -136,7 +113,7 @@ class PredictionWork(QObject):
                 return fit_filling(now.fit, cameras)
             run = held.run() if source == "run" and held is not None else None
             if run is not None:
-                return run_filling(run, name, cameras, project.landmark_set())
+                return run_filling(run, name, cameras, project)
             if source == "neighbours":
                 return neighbour_filling(project)
             raise InputError(
@@ -146,91 +123,41 @@ class PredictionWork(QObject):
 
         return make
 
-    def _begin(
-        self, title: str, work: Callable[[Task], FollowedSelection | FilledSelection]
-    ) -> None:
-        self._task = self._p.tasks.begin(title, work, self._on_found)
-        self._task.ended.connect(self._on_ended)
-        self.busy_changed.emit()
-
-    @Slot(object)
-    def _on_found(self, made: FollowedSelection | FilledSelection) -> None:
-        self.found.emit(made.words)
-
     @Slot()
     def _on_ended(self) -> None:
         self._task = None
         self.busy_changed.emit()
 
-    # ---- taking them
-
     def why_no_accept(self, source: Source) -> str:
         """Why nothing can be taken from there, as a sentence; empty where it can."""
-        return self._why_no_project() or (self._why_no_source(source) if source == "run" else "")
+        return self._p.no_edit() or (self._why_no_run() if source == "run" else "")
 
     def accept(self, source: Source) -> None:
         """Let what a source has found in the selection be clicks: one edit."""
-        project, chosen = self._p.project, self._p.selection()
-        if project is not None:
-            name = self._name(source)
-            self._p.do(
-                lambda: accept_from(project, chosen, source, name), frames=len(chosen.frames)
-            )
+        run = source_of_run(self.run.name) if self.run is not None else ""
+        kept = {"following": FOLLOWING, "fit": FIT, "neighbours": NEIGHBOURS, "run": run}[source]
+        self._p.edit_selection(lambda project, chosen: accept_predictions(project, kept, chosen))
 
-    def _name(self, source: Source) -> str:
-        """The word under which a source's predictions are kept."""
-        if source == "run":
-            return source_of_run(self._run.name) if self._run is not None else ""
-        return {"following": FOLLOWING, "fit": FIT, "neighbours": NEIGHBOURS}[source]
-
-    # ---- reasons
-
-    def _why_no_project(self) -> str:
-        project = self._p.project
-        if project is None:
-            return "No project is open. Open or create one first."
-        return "The project is open read-only." if project.read_only else ""
-
-    def _why_no_source(self, source: Source) -> str:
-        now = self._p.reference.now
-        if source == "fit" and (now is None or now.fit is None):
-            return "The whole recording has not been fitted yet. Choose Fit whole recording first."
-        if source == "run" and self._run is None:
-            return "There is no finished run. Run the tracker first."
-        return ""
+    def _why_no_run(self) -> str:
+        return "" if self.run is not None else "There is no finished run. Run the tracker first."
 
 
-def accept_from(project: Project, chosen: Selection, source: Source, name: str) -> Edit:
-    """The edit that takes what is kept under `name`.
-
-    Raises
-    ------
-    InputError
-        Where there is nothing of it in the selection.
-    """
-    happened, remedy = _REMEDIES[source]
-    return accept_filled(project, chosen, name, happened=happened, remedy=remedy)
-
-
-_FILL: tuple[tuple[Source, str, str], ...] = (
-    ("fit", "Fill from the fit", "Predict landmarks in the selected frames from the body "
-    "fitted to the clicks. Predictions do not become clicks until you accept them."),
-    ("run", "Fill from the active run", "Predict landmarks in the selected frames from the "
-    "tracker's active run. Predictions do not become clicks until you accept them."),
-    ("neighbours", "Fill from neighbouring clicks",
-    "Predict landmarks in the selected frames by linear "
-    "interpolation between two clicks in the same view. Predictions do not become clicks until "
-    "you accept them."),
+_NOT_YET = "Predictions do not become clicks until you accept them."
+_SOURCES: tuple[tuple[Source, str, str, str, str, str], ...] = (
+    ("following", "annotate-follow", "Follow image patch", "Follow the image patch around each "
+     "click through the selected frames. The points found are predictions until you accept them.",
+     "followed points", "following the image patch found"),
+    ("fit", "annotate-fill-fit", "Fill from the fit", "Predict landmarks in the selected frames "
+     f"from the body fitted to the clicks. {_NOT_YET}",
+     "points from the fit", "was filled from the fit"),
+    ("run", "annotate-fill-run", "Fill from the active run", "Predict landmarks in the selected "
+     f"frames from the tracker's active run. {_NOT_YET}",
+     "points from the active run", "was filled from the tracker's active run"),
+    ("neighbours", "annotate-fill-neighbours", "Fill from neighbouring clicks", "Predict landmarks "
+     "in the selected frames by linear interpolation between two clicks in the same view. "
+     f"{_NOT_YET}", "points from neighbouring clicks", "was filled from neighbouring clicks"),
 )  # fmt: skip
-
-_ACCEPT: tuple[tuple[Source, str, str, str], ...] = (
-    ("following", "annotate-accept", "Accept followed points", "following the image patch found"),
-    ("fit", "annotate-accept-fit", "Accept points from the fit", "was filled from the fit"),
-    ("run", "annotate-accept-run", "Accept points from the active run",
-     "was filled from the tracker's active run"),
-    ("neighbours", "annotate-accept-neighbours", "Accept points from neighbouring clicks",
-     "was filled from neighbouring clicks"),
-)  # fmt: skip
+"""Source, command that predicts, its text and tip; what is accepted, and what that is."""
 
 
 def prediction_commands(work: PredictionWork, menu: str) -> list[Command]:
@@ -243,24 +170,19 @@ def prediction_commands(work: PredictionWork, menu: str) -> list[Command]:
 
     fill = [
         Command(
-            f"annotate-fill-{source}", menu, text, tip, partial(work.fill, source),
-            icon="prediction", why_not=partial(work.why_not, source), says=partial(named, text),
+            name, menu, text, tip, partial(work.fill, source), icon="prediction",
+            why_not=partial(work.why_not, source), says=partial(named, text),
         )
-        for source, text, tip in _FILL
+        for source, name, text, tip, _what, _found in _SOURCES
     ]  # fmt: skip
     accept = [
         Command(
-            name, menu, text, f"Turn what {what} in the selection into clicks, as one edit. "
+            "annotate-accept" + ("" if source == "following" else f"-{source}"), menu,
+            f"Accept {what}", f"Turn what {found} in the selection into clicks, as one edit. "
             "Existing clicks do not change.", partial(work.accept, source), icon="accept",
-            why_not=partial(work.why_no_accept, source), says=partial(named, text),
+            why_not=partial(work.why_no_accept, source), says=partial(named, f"Accept {what}"),
             section=source == "following",
         )
-        for source, name, text, what in _ACCEPT
+        for source, _name, _text, _tip, what, found in _SOURCES
     ]  # fmt: skip
-    follow = Command(
-        "annotate-follow", menu, "Follow image patch", "Follow the image patch around each click "
-        "through the selected frames. The points found are predictions until you accept them.",
-        work.follow,
-        icon="prediction", why_not=partial(work.why_not, "following"),
-    )  # fmt: skip
-    return [follow, *fill, *accept]
+    return [*fill, *accept]

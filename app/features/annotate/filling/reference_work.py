@@ -2,92 +2,39 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import QObject, Signal, Slot
 
-from stereotrack_core.annotation.click import ClickKey
-from stereotrack_core.annotation.doubts import doubtful_camera, own_mistakes
 from stereotrack_core.annotation.fit.results import TrajectoryFit
 from stereotrack_core.annotation.fit.settings import FitSettings
-from stereotrack_core.annotation.reference import Reference, fit_of_reference, merged_reference
-from stereotrack_core.arrays import FloatArray
+from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.reference_quality import reference_quality
-from stereotrack_core.project.clicks import (
-    AcceptPredictions,
-    DeleteClicks,
-    MarkClicks,
-    MoveClicks,
-    PlaceClicks,
-    SwapLandmarks,
+from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.project.fitting import (
+    FitJob,
+    ShownReference,
+    fit_project,
+    frames_around,
+    keep_fitted,
+    read_reference,
+    residuals_of,
 )
-from stereotrack_core.project.entries import Choose
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.schema import REFERENCE
-from stereotrack_core.project.setups import load_reference, save_reference
 from stereotrack_core.recording.description import Recording
 
 from ....services.tasks.helper_process import HelperProcess
 from ....services.tasks.task import Task, TaskList
-from ....session.camera_doubts import view_names
-from ....session.truth import arms_good_to
-from .fitting import (
-    FITTED,
-    FitOrder,
-    FittedRecording,
-    around,
-    fit_process,
-    fit_recording,
-    fit_words,
-    residuals_of,
-)
 
 _MANY_FRAMES = 50
-_CLICK_EDITS = frozenset(
-    edit.kind
-    for edit in (
-        PlaceClicks,
-        MoveClicks,
-        DeleteClicks,
-        MarkClicks,
-        SwapLandmarks,
-        AcceptPredictions,
-    )
-)
-_LOOKED_BACK = 500
-
-
-@dataclass(frozen=True, eq=False)
-class ShownReference:
-    """The project's reference, and what follows from it.
-
-    Attributes
-    ----------
-    name : str
-    reference : Reference
-    fit : TrajectoryFit or None
-        None where it was not fitted to the project's landmarks.
-    residuals : (frames, 6) float64 or None
-        Of each limb's clicks in pixels, over the frames of the recording.
-    words : str
-        How good it is.
-    mistakes : tuple of ClickKey
-        Clicks that look like gross mistakes.
-    edits_since : int
-        Edits of clicks that it does not know.
-    """
-
-    name: str
-    reference: Reference
-    fit: TrajectoryFit | None
-    residuals: FloatArray | None
-    words: str
-    mistakes: tuple[ClickKey, ...] = ()
-    edits_since: int = 0
+_LOOK_SECONDS = 0.15
+_TAKING_IN_SECONDS = 1.5
 
 
 class ReferenceWork(QObject):
@@ -97,6 +44,8 @@ class ReferenceWork(QObject):
     ----------
     settings : FitSettings
         Of the next fit.
+    now : ShownReference or None
+        The reference that is shown.
 
     Signals
     -------
@@ -120,9 +69,7 @@ class ReferenceWork(QObject):
         self._frames = 0
         self._fitting: Task | None = None
         self._reading: Task | None = None
-        self._wanted: range | None = None
-        self._now: ShownReference | None = None
-        self._clicks_since = 0
+        self.now: ShownReference | None = None
         self.settings = FitSettings()
         self._process: HelperProcess | None = None
 
@@ -130,20 +77,6 @@ class ReferenceWork(QObject):
     def fitting(self) -> bool:
         """Whether a fit is under way."""
         return self._fitting is not None
-
-    @property
-    def now(self) -> ShownReference | None:
-        """The reference that is shown."""
-        return self._now
-
-    def words(self) -> str:
-        """How good the reference is, and how many edits of clicks it does not know yet."""
-        if self._now is None:
-            return "No trajectory has been fitted to the clicks yet. Choose Fit whole recording."
-        if not self._clicks_since:
-            return self._now.words
-        edits = f"{self._clicks_since} edit{'' if self._clicks_since == 1 else 's'} of clicks"
-        return f"{self._now.words} Does not include the last {edits}; fit again."
 
     def set_project(
         self, project: Project | None, recording: Recording | None, frames: int
@@ -172,20 +105,29 @@ class ReferenceWork(QObject):
 
     def fit(self, frames: range | None = None) -> None:
         """Fit the whole recording, or only these frames with what they hang on."""
-        if self.why_not() or self._project is None or self._recording is None:
+        project, recording, settings = self._project, self._recording, self.settings
+        if self.why_not() or project is None or recording is None:
             return
-        self._wanted = frames
         every = range(self._frames)
         if frames is not None:
-            clicked = tuple(int(k) for k in self._project.clicks.frames())
-            every = around(frames, clicked, self._frames - 1)
-        order = FitOrder(self._project, self._recording, every, self.settings)
+            clicked = tuple(int(k) for k in project.clicks.frames())
+            every = frames_around(frames, clicked, self._frames - 1)
         process = self._process = self._process or fit_process()
 
-        def work(own: Task) -> FittedRecording:
-            return fit_recording(order, process, own.report, own.token.cancelled)
+        def work(task: Task) -> Reference:
+            def do(fit: Callable[..., TrajectoryFit]) -> TrajectoryFit:
+                return _fit_elsewhere(fit, every, process, task)
 
-        task = self._fitting = self._tasks.begin("fitting the body to the clicks", work, self._keep)
+            return fit_project(project, recording, every, settings, do)
+
+        def keep(reference: Reference) -> None:
+            if project is self._project:
+                try:
+                    keep_fitted(project, reference, frames)
+                except InputError as error:
+                    self.failed.emit(error)
+
+        task = self._fitting = self._tasks.begin("fitting the body to the clicks", work, keep)
         task.stopped.connect(self._end_process)
         task.ended.connect(self._on_ended)
         self.busy_changed.emit()
@@ -207,19 +149,17 @@ class ReferenceWork(QObject):
         if changed.tables & {"reference", "choice", "landmark_set"}:
             self._show_stored()
         elif "click" in changed.tables:
-            self._clicks_since += 1
             self._measure_again(sorted(changed.frames()))
 
     def _measure_again(self, frames: list[int]) -> None:
         """Tell how far the clicks of some frames lie from the fit now."""
-        project, recording, now = self._project, self._recording, self._now
+        project, recording, now = self._project, self._recording, self.now
         if project is None or recording is None or now is None or now.fit is None:
             return
         known = [frame for frame in frames if frame < self._frames]
         if known and len(known) <= _MANY_FRAMES:
-            order = FitOrder(project, recording, range(self._frames))
             clicks = tuple(click for frame in known for click in project.clicks.at(frame))
-            rows = residuals_of(now.fit, clicks, order)
+            rows = residuals_of(now.fit, clicks, recording.cameras, project.landmark_set())
             values = np.full((len(known), len(LIMBS)), np.nan)
             _, own, theirs = np.intersect1d(known, now.fit.frame, return_indices=True)
             values[own] = rows[theirs]
@@ -229,27 +169,6 @@ class ReferenceWork(QObject):
     def _on_ended(self) -> None:
         self._fitting = None
         self.busy_changed.emit()
-
-    @Slot(object)
-    def _keep(self, found: FittedRecording) -> None:
-        """Save a fit, and let the project use it."""
-        project = self._project
-        if project is None or found.order.project is not project:
-            return
-        reference = found.reference
-        try:
-            if self._wanted is not None:
-                old = load_reference(project.references, FITTED) if self._has_fitted() else None
-                reference = merged_reference(old, reference, self._wanted)
-            edit = save_reference(FITTED, reference, replacing=True)
-            project.apply(edit)
-            if project.chosen(project.references) != FITTED:
-                project.apply(Choose(REFERENCE.name, FITTED))
-        except InputError as error:
-            self.failed.emit(error)
-
-    def _has_fitted(self) -> bool:
-        return self._project is not None and FITTED in self._project.references.names()
 
     def _show_stored(self) -> None:
         """Read the reference that the project uses; beside the window's thread."""
@@ -273,40 +192,66 @@ class ReferenceWork(QObject):
             self._take(found)
 
     def _take(self, found: ShownReference | None) -> None:
-        self._now = found
-        self._clicks_since = found.edits_since if found is not None else 0
+        self.now = found
         self.shown.emit(found)
 
 
-def read_reference(
-    project: Project, recording: Recording, name: str, frames: int
-) -> ShownReference:
-    """The reference of that name, with what follows from it and the present clicks."""
-    reference = load_reference(project.references, name)
-    clicks = project.clicks.all()
-    fit = fit_of_reference(reference, project.landmark_set(), clicks, recording.cameras)
-    if fit is None:
-        good = arms_good_to(reference_quality(reference, reference.frame))
-        says = f"arm uncertainty {good:.1f}°" if good == good else "uncertainty unknown"
-        words = f"“{name}”: {len(reference.frame)} frames, {says}."
-        return ShownReference(name, reference, None, None, words)
-    residuals = np.full((frames, len(LIMBS)), np.nan)
-    inside = fit.frame < frames
-    order = FitOrder(project, recording, range(frames))
-    residuals[fit.frame[inside]] = residuals_of(fit, clicks, order)[inside]
-    doubtful = doubtful_camera(clicks, recording.cameras, project.landmark_set())
-    mistakes = own_mistakes(fit.flagged(), doubtful, clicks, recording.cameras)
-    words = f"“{name}”: {fit_words(fit, len(mistakes), doubtful, view_names(recording))}"
-    since = _edits_since(project, name)
-    return ShownReference(name, reference, fit, residuals, words, mistakes, since)
+def fit_process() -> HelperProcess:
+    """A process that fits; it starts with the first fit and has to be closed."""
+    return HelperProcess(f"{FitJob.__module__}:worker")
 
 
-def _edits_since(project: Project, name: str) -> int:
-    """Edits of clicks since a reference was saved; only the last edits are looked at."""
-    saved = f"save reference {name}"
-    count = 0
-    for entry in project.history.entries(_LOOKED_BACK):
-        if entry.words == saved and entry.state == "done":
-            return count
-        count += entry.state == "done" and entry.kind in _CLICK_EDITS
-    return count
+def how_far(done: int, of: int, seconds: float) -> tuple[float, str]:
+    """How far a fit is: the share, 0 where nobody knows it, and words.
+
+    Parameters
+    ----------
+    done, of : int
+        Frames that are taken in, and all.
+    seconds : float
+        Since a frame was taken in last: no more of them means that these are being fitted.
+    """
+    if done == 0:
+        return 0.0, "preparing"
+    if done < of and seconds < _TAKING_IN_SECONDS:
+        return 0.9 * done / of, f"frame {done} of {of} added"
+    return 0.0, f"forward and backward pass over the frames, {seconds:.0f} s"
+
+
+def _fit_elsewhere(
+    fit: Callable[..., TrajectoryFit], frames: range, process: HelperProcess, task: Task
+) -> TrajectoryFit:
+    """Let another process fit, tell how far it is, and end it when that is wanted.
+
+    Fitting computes for minutes, and the window has to be painted.
+    """
+    over = threading.Event()
+
+    def watch(job: FitJob) -> None:
+        before, since = 0, time.monotonic()
+        while not over.wait(_LOOK_SECONDS):
+            if task.token.cancelled():
+                process.close()
+                return
+            done, now = job.frames_done(), time.monotonic()
+            if done != before:
+                before, since = done, now
+            task.report(*how_far(done, len(frames), now - since))
+
+    with tempfile.TemporaryDirectory() as folder:
+        job = FitJob(fit, frames, Path(folder) / "progress")
+        watching = threading.Thread(target=watch, args=(job,), name="watch fit", daemon=True)
+        watching.start()
+        try:
+            found: TrajectoryFit = process(job)
+        except EOFError as error:
+            if task.token.cancelled():
+                raise Cancelled from error
+            raise InputError(
+                "the fit process ended unexpectedly",
+                remedy="If memory is short, close other programs. Then run the fit again.",
+            ) from error
+        finally:
+            over.set()
+            watching.join()
+    return found

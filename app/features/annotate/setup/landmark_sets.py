@@ -15,6 +15,7 @@ from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import BodyModel, body_model
 from stereotrack_core.body.pose import PartFrames, hanging_pose
 from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.project.entries import Choose
@@ -22,7 +23,6 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import LANDMARK_SET
 from stereotrack_core.project.setups import load_landmark_set, save_landmark_set
 
-from ....session.counting import counted
 from ....widgets.forms.body_sketch import Sketch
 
 _SPREAD_ARMS = 0.6

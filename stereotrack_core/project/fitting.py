@@ -1,0 +1,256 @@
+"""The body fitted to a project's clicks: as a reference of the project, and what is said of it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from stereotrack_core.annotation.click import Click, ClickKey
+from stereotrack_core.annotation.click_points import click_pixels, click_residuals, limb_residuals
+from stereotrack_core.annotation.doubts import (
+    doubtful_camera,
+    own_mistakes,
+    what_disagrees,
+    what_to_do,
+)
+from stereotrack_core.annotation.fit.fit import fit_reference
+from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, TrajectoryFit
+from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.annotation.landmark_set import LandmarkSet
+from stereotrack_core.annotation.limb_axes import SCORED
+from stereotrack_core.annotation.reference import (
+    Reference,
+    fit_of_reference,
+    merged_reference,
+    origin_of,
+    reference_of_fit,
+    without_gaps,
+)
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.body.proportions import proportions_of
+from stereotrack_core.counting import counted
+from stereotrack_core.evaluation.reference_quality import arms_good_to, reference_quality
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.camera_agreement import Disagreement
+from stereotrack_core.project.entries import Choose
+from stereotrack_core.project.project import Project
+from stereotrack_core.project.schema import REFERENCE
+from stereotrack_core.project.selection import gaps_of, landmark_gaps_of
+from stereotrack_core.project.setups import load_reference, save_reference
+from stereotrack_core.recording.description import Recording
+
+FITTED = "fitted to clicks"
+"""Name of the reference that the window makes."""
+
+
+@dataclass(frozen=True, eq=False)
+class FitJob:
+    """A fit that another process can do.
+
+    Attributes
+    ----------
+    fit : callable
+        :func:`fit_reference` with all that it needs but ``on_frame``.
+    frames : range
+    progress : Path
+        File that the number of frames that are taken in is written to.
+    """
+
+    fit: Callable[..., TrajectoryFit]
+    frames: range
+    progress: Path
+
+    def do(self) -> TrajectoryFit:
+        """Fit; InputError where images cannot be read."""
+
+        def note(frame: int) -> None:
+            with suppress(OSError):  # a fit goes on, though nobody sees how far it is
+                self.progress.write_text(str(frame - self.frames.start + 1), encoding="ascii")
+
+        return self.fit(on_frame=note)
+
+    def frames_done(self) -> int:
+        """How many frames are taken in."""
+        try:
+            return int(self.progress.read_text(encoding="ascii") or 0)
+        except (OSError, ValueError):
+            return 0  # nothing is written yet, or is being written just now
+
+
+def worker() -> Callable[[FitJob], TrajectoryFit]:
+    """What a process that fits answers with."""
+    return FitJob.do
+
+
+def fit_project(
+    project: Project,
+    recording: Recording,
+    frames: range,
+    settings: FitSettings,
+    do: Callable[[Callable[..., TrajectoryFit]], TrajectoryFit],
+) -> Reference:
+    """Fit the body to all clicks of some frames, by the project's landmarks, subject and gaps.
+
+    Parameters
+    ----------
+    do : callable
+        Calls :func:`fit_reference`, given with all that it needs but ``on_frame``, in another
+        process perhaps.
+
+    Raises
+    ------
+    InputError
+        Where there is no click to fit to.
+    Cancelled
+        When stopped.
+    """
+    begun, landmarks = time.monotonic(), project.landmark_set()
+    clicks = project.clicks.between(frames.start, frames.stop)
+    sigma, subject = project.click_sigmas(), project.subject() or recording.subject
+    fit = do(
+        partial(
+            fit_reference,
+            recording,
+            clicks,
+            frames=frames,
+            settings=settings,
+            landmarks=landmarks,
+            proportions=proportions_of(subject),
+            sigma=sigma,
+            source=project.path.name,
+            gaps=gaps_of(project),
+        )
+    )
+    clicked = {(click.frame, click.landmark) for click in clicks if click.position is not None}
+    meta = {
+        **origin_of(recording, len(clicks), sigma, settings),
+        "subject": "" if subject is None else subject.name,
+        "seconds": time.monotonic() - begun,
+    }
+    return reference_of_fit(without_gaps(fit, landmark_gaps_of(project), clicked), meta)
+
+
+def keep_fitted(project: Project, reference: Reference, frames: range | None) -> None:
+    """Save a fit, in some frames or altogether, and let the project use it."""
+    if frames is not None:
+        known = FITTED in project.references.names()
+        old = load_reference(project.references, FITTED) if known else None
+        reference = merged_reference(old, reference, frames)
+    project.apply(save_reference(FITTED, reference, replacing=True))
+    if project.chosen(project.references) != FITTED:
+        project.apply(Choose(REFERENCE.name, FITTED))
+
+
+def frames_around(frames: range, clicked: tuple[int, ...], last: int) -> range:
+    """Frames with what they hang on: from the clicked frame before to the one after.
+
+    Parameters
+    ----------
+    frames : range
+    clicked : tuple of int
+        Frames with clicks.
+    last : int
+        The recording's last frame.
+    """
+    before = [frame for frame in clicked if frame < frames.start]
+    after = [frame for frame in clicked if frame >= frames.stop]
+    return range(
+        max(before, default=frames.start), min(min(after, default=frames.stop - 1), last) + 1
+    )
+
+
+def residuals_of(
+    fit: TrajectoryFit,
+    clicks: tuple[Click, ...],
+    cameras: Mapping[str, Camera],
+    landmarks: LandmarkSet,
+) -> FloatArray:
+    """Residuals (F, 6) of each limb's clicks in pixels, over the frames of the fit."""
+    pixels = click_pixels(clicks, cameras, fit.names)
+    away = click_residuals(pixels, fit.frame, fit.landmarks)
+    residuals = np.full((len(fit.frame), len(LIMBS)), np.nan)
+    _, own, theirs = np.intersect1d(fit.frame, pixels.frame, return_indices=True)
+    residuals[own] = limb_residuals(away, landmarks)[theirs]
+    return residuals
+
+
+@dataclass(frozen=True, eq=False)
+class ShownReference:
+    """The project's reference, and what follows from it.
+
+    Attributes
+    ----------
+    name : str
+    reference : Reference
+    fit : TrajectoryFit or None
+        None where it was not fitted to the project's landmarks.
+    residuals : (frames, 6) float64 or None
+        Of each limb's clicks in pixels, over the frames of the recording.
+    words : str
+        How good it is.
+    mistakes : tuple of ClickKey
+        Clicks that look like gross mistakes.
+    """
+
+    name: str
+    reference: Reference
+    fit: TrajectoryFit | None
+    residuals: FloatArray | None
+    words: str
+    mistakes: tuple[ClickKey, ...] = ()
+
+
+def read_reference(
+    project: Project, recording: Recording, name: str, frames: int
+) -> ShownReference:
+    """The reference of that name, with what follows from it and the present clicks."""
+    reference, landmarks = load_reference(project.references, name), project.landmark_set()
+    clicks, cameras = project.clicks.all(), recording.cameras
+    fit = fit_of_reference(reference, landmarks, clicks, cameras)
+    if fit is None:
+        good = arms_good_to(reference_quality(reference, reference.frame))
+        says = f"arm uncertainty {good:.1f}°" if good == good else "uncertainty unknown"
+        words = f"“{name}”: {len(reference.frame)} frames, {says}."
+        return ShownReference(name, reference, None, None, words)
+    residuals = np.full((frames, len(LIMBS)), np.nan)
+    inside = fit.frame < frames
+    residuals[fit.frame[inside]] = residuals_of(fit, clicks, cameras, landmarks)[inside]
+    doubtful = doubtful_camera(clicks, cameras, landmarks)
+    mistakes = own_mistakes(fit.flagged(), doubtful, clicks, cameras)
+    words = f"“{name}”: {_words(fit, len(mistakes), doubtful, recording.camera_names())}"
+    return ShownReference(name, reference, fit, residuals, words, mistakes)
+
+
+def _words(
+    fit: TrajectoryFit, mistakes: int, doubtful: Disagreement | None, names: Mapping[str, str]
+) -> str:
+    """How good a fit is: ``30 frames: 6 clicked …; limb uncertainty 2.3° overall …``."""
+    kinds = {kind: int((fit.kind == kind).sum()) for kind in (CLICKED, INTERPOLATED, GAP)}
+    known = fit.kind != GAP
+    parts = [
+        f"{counted(len(fit.frame), 'frame')}: {kinds[CLICKED]} clicked,"
+        f" {kinds[INTERPOLATED]} interpolated, {kinds[GAP]} in gaps"
+    ]
+    if known.any():
+        rms = np.sqrt(np.nanmean(np.square(fit.limb_sigma_deg[known]), axis=0))
+        scored = {limb: float(rms[LIMBS.index(limb)]) for limb in SCORED}
+        worst = max(scored, key=lambda limb: scored[limb])
+        together = float(np.sqrt(np.mean(np.square(list(scored.values())))))
+        parts.append(
+            f"limb uncertainty {together:.1f}° overall, {scored[worst]:.1f}° for the "
+            f"{worst.replace('_', ' ')}"
+        )
+    if doubtful is not None:
+        parts.append(what_disagrees(doubtful, names))
+    if mistakes:
+        verb = "looks like an outlier" if mistakes == 1 else "look like outliers"
+        parts.append(f"{counted(mistakes, 'click')} {verb}")
+    words = "; ".join(parts) + "."
+    return words if doubtful is None else f"{words} {what_to_do(doubtful)}"

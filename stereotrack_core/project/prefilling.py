@@ -1,0 +1,243 @@
+"""Predictions for what nobody has clicked: made for a selection, kept, accepted by an edit.
+
+This is no edit of clicks before they are accepted, so there is nothing to undo.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from stereotrack_core.annotation.click import Click, Prediction
+from stereotrack_core.annotation.fit.results import TrajectoryFit
+from stereotrack_core.annotation.follow import FollowedClick, follow_patch, pictures_of
+from stereotrack_core.annotation.prefill import (
+    FIT,
+    FOLLOWING,
+    NEIGHBOURS,
+    from_fit,
+    from_following,
+    from_neighbours,
+    from_run,
+    source_of_run,
+)
+from stereotrack_core.counting import counted
+from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.project.clicks import AcceptPredictions
+from stereotrack_core.project.project import Project
+from stereotrack_core.project.selection import Selection, gaps_of, landmark_gaps_of
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.tracking.frame import Run
+
+OnProgress = Callable[[float, str], None]
+
+_AT_ONCE = 100
+"""Frames between two looks at whether it shall stop."""
+
+_LONGEST = 30
+"""Frames between two clicks over which the straight line is worth while."""
+
+_FARTHEST = 60
+"""Frames outside the selection within which a click is followed into it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Filling:
+    """Where predictions come from.
+
+    Attributes
+    ----------
+    source : str
+        The word under which they are kept.
+    words : str
+        What a person calls it: ``the fit``.
+    make : callable
+        Gives those of some frames; others that it gives are left out.
+    """
+
+    source: str
+    words: str
+    make: Callable[[range], Iterable[Prediction]]
+
+
+def fit_filling(fit: TrajectoryFit, cameras: Mapping[str, Camera]) -> Filling:
+    """From the body fitted to the clicks of the recording."""
+    return Filling(FIT, "the fit", partial(from_fit, fit, cameras))
+
+
+def run_filling(run: Run, name: str, cameras: Mapping[str, Camera], project: Project) -> Filling:
+    """From a tracker's run, of which the frames that are not tracked are left out."""
+    make = partial(from_run, run, name, cameras, project.landmark_set())
+    return Filling(source_of_run(name), f"run “{name}”", make)
+
+
+def neighbour_filling(project: Project) -> Filling:
+    """Straight between a click and the next one of the same landmark in the same image."""
+    gaps, sigma = gaps_of(project), project.click_sigmas()
+
+    def make(frames: range) -> Iterable[Prediction]:
+        first = max(frames.start - _LONGEST - 1, 0)
+        clicks = project.clicks.between(first, frames.stop + _LONGEST + 1)
+        return from_neighbours(clicks, gaps=gaps, longest=_LONGEST, sigma=sigma)
+
+    return Filling(NEIGHBOURS, "neighbouring clicks", make)
+
+
+def fill_in(
+    project: Project,
+    filling: Filling,
+    selection: Selection,
+    on_progress: OnProgress,
+    cancelled: Callable[[], bool],
+) -> str:
+    """Keep predictions for what is selected and nobody has clicked; gaps are left empty.
+
+    Returns
+    -------
+    str
+        What was done, in words.
+
+    Raises
+    ------
+    InputError
+        Where the project cannot be written to.
+    Cancelled
+        When stopped; nothing is kept then.
+    """
+    frames = selection.frames
+    found: list[Prediction] = []
+    barred = {frame for gap in gaps_of(project) for frame in gap}
+    of_landmarks = landmark_gaps_of(project)
+    for first in range(frames.start, frames.stop, _AT_ONCE):
+        if cancelled():
+            raise Cancelled
+        on_progress((first - frames.start) / len(frames), f"frame {first}")
+        part = range(first, min(first + _AT_ONCE, frames.stop))
+        found += [
+            one
+            for one in filling.make(part)
+            if one.frame in part
+            and one.frame not in barred
+            and one.frame not in of_landmarks.get(one.landmark, ())
+        ]
+    kept = keep_predictions(project, filling.source, found, selection)
+    if not kept:
+        return f"Nothing to fill from {filling.words} in {selection.words()}."
+    return f"{counted(kept, 'point')} filled from {filling.words}."
+
+
+def keep_predictions(
+    project: Project, source: str, found: Iterable[Prediction], selection: Selection
+) -> int:
+    """Let these be the predictions of a source in a selection; how many were kept.
+
+    What the source says of other landmarks stays.
+    """
+    frames, kept = selection.frames, project.predictions.of_source(source)
+    here = [one for one in found if one.frame in frames and selection.has(one.landmark)]
+    others = [one for one in kept if one.frame in frames and not selection.has(one.landmark)]
+    return project.predictions.replace(source, [*here, *others], frames=frames) - len(others)
+
+
+def accept_predictions(project: Project, source: str, selection: Selection) -> AcceptPredictions:
+    """The edit that makes clicks of what a source has found in the selection.
+
+    Raises
+    ------
+    InputError
+        Where there is nothing to take.
+    """
+    edit = project.predictions.acceptance(source, selection.frames, selection.landmarks)
+    if edit is None:
+        called = {
+            FOLLOWING: "followed points",
+            FIT: "points from the fit",
+            NEIGHBOURS: "points from neighbouring clicks",
+        }.get(source, "points from the run")
+        raise InputError(
+            f"there are no {called} in {selection.words()}",
+            remedy="Predict points for this selection first, then accept them.",
+        )
+    return edit
+
+
+@dataclass(frozen=True)
+class _Way:
+    """A click and the frames that it is followed over, the first of which is its own."""
+
+    click: Click
+    frames: range
+
+
+def follow_selection(
+    project: Project,
+    recording: Recording,
+    selection: Selection,
+    on_progress: OnProgress,
+    cancelled: Callable[[], bool],
+) -> str:
+    """Follow clicks into the selection and keep what is found as predictions, not as clicks.
+
+    Returns
+    -------
+    str
+        What was done, in words.
+
+    Raises
+    ------
+    InputError
+        Where there is no click to begin with, or the project cannot be written to.
+    Cancelled
+        When stopped; nothing is kept then.
+    """
+    ways = [(view, tuple(_ways(project, view.image.camera, selection))) for view in recording.views]
+    count = sum(len(some) for _, some in ways)
+    if not count:
+        raise InputError(
+            f"there is no click near {selection.words()} to follow",
+            remedy="Click landmarks in the first frames of the selection first.",
+        )
+    found: list[FollowedClick] = []
+    for view, some in ways:
+        if not some:
+            continue
+        with FrameReader(recording, views=[view.name], colour=False) as reader:
+            for way in some:
+                if cancelled():
+                    raise Cancelled
+                words = f"{way.click.landmark.replace('_', ' ')} in {way.click.camera}"
+                on_progress(len(found) / count, words)
+                pictures = pictures_of(reader, way.click.camera, way.frames)
+                start = np.array(way.click.position)
+                followed = follow_patch(pictures, start, cancelled=cancelled)
+                frame = np.array(way.frames[: len(followed.pixels)])
+                found.append(FollowedClick(way.click, frame, followed))
+    predictions = from_following(found, sigma=project.click_sigmas())
+    kept = keep_predictions(project, FOLLOWING, predictions, selection)
+    return f"{counted(kept, 'point')} found by following {counted(count, 'click')}."
+
+
+def _ways(project: Project, camera: str, selection: Selection) -> Iterator[_Way]:
+    """Forward and backward from every click in or near the selection, as far as the next one."""
+    frames = selection.frames
+    near = project.clicks.between(max(frames.start - _FARTHEST, 0), frames.stop + _FARTHEST)
+    rows: dict[str, list[Click]] = defaultdict(list)
+    for click in near:
+        if click.camera == camera and click.position is not None and selection.has(click.landmark):
+            rows[click.landmark].append(click)
+    for row in rows.values():
+        numbers = [click.frame for click in row]
+        following = [*numbers[1:], frames.stop]
+        before = [frames.start - 1, *numbers[:-1]]
+        for click, after, last in zip(row, following, before, strict=True):
+            end, back = min(after, frames.stop), max(last, frames.start - 1)
+            if end > max(click.frame + 1, frames.start):
+                yield _Way(click, range(click.frame, end))
+            if back < min(click.frame - 1, frames.stop - 1):
+                yield _Way(click, range(click.frame, back, -1))

@@ -1,0 +1,117 @@
+"""Edits of all that is selected: frames, and landmarks where some are chosen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stereotrack_core.counting import frames_in_words
+from stereotrack_core.errors import InputError
+from stereotrack_core.project.clicks import DeleteClicks
+from stereotrack_core.project.edit import Edit
+from stereotrack_core.project.marks import GAP, REVIEW, FrameFlag, SetFlags, SetKeyframes
+from stereotrack_core.project.project import Project
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What commands work on.
+
+    Attributes
+    ----------
+    frames : range
+        Not empty, without steps.
+    landmarks : tuple of str
+        Empty: all of them.
+    """
+
+    frames: range
+    landmarks: tuple[str, ...] = ()
+
+    def words(self) -> str:
+        """``frames 120 – 180, left elbow``."""
+        words = frames_in_words(self.frames)
+        if len(self.landmarks) > 2:
+            return f"{words}, {len(self.landmarks)} landmarks"
+        names = " and ".join(name.replace("_", " ") for name in self.landmarks)
+        return f"{words}, {names}" if names else words
+
+    def has(self, landmark: str) -> bool:
+        """Whether a landmark is selected."""
+        return not self.landmarks or landmark in self.landmarks
+
+
+def clear_clicks(project: Project, selection: Selection) -> Edit:
+    """Delete all selected clicks; InputError where there are none."""
+    clicks = project.clicks.between(selection.frames.start, selection.frames.stop)
+    keys = tuple(click.key for click in clicks if selection.has(click.landmark))
+    if not keys:
+        raise _nothing(f"there are no clicks in {selection.words()}")
+    return DeleteClicks(keys)
+
+
+def set_flags(_project: Project, selection: Selection, kind: str = REVIEW) -> Edit:
+    """Flag the selection: to be looked at again, or as a gap over which nothing is interpolated."""
+    names = selection.landmarks or ("",)
+    return SetFlags(tuple(FrameFlag(k, name, kind) for k in selection.frames for name in names))
+
+
+def clear_flags(project: Project, selection: Selection, kind: str = "") -> Edit:
+    """Clear the selection's flags of a kind, or without one all but gaps.
+
+    Raises
+    ------
+    InputError
+        Where nothing selected is flagged by itself.
+    """
+    found = tuple(
+        flag
+        for flag in project.marks.flags()
+        if flag.frame in selection.frames
+        and (flag.kind == kind if kind else flag.kind != GAP)
+        and selection.has(flag.landmark)
+    )
+    if not found:
+        what = "marked as a gap" if kind == GAP else "flagged"
+        raise _nothing(f"nothing is {what} in {selection.words()}")
+    return SetFlags(found, off=True)
+
+
+def set_keyframes(project: Project, selection: Selection, state: str) -> Edit:
+    """Let the selected keyframes be ``done``, ``wanted`` (not done), or ``none``: no longer any.
+
+    A single frame becomes a keyframe where it is done or not done.
+
+    Raises
+    ------
+    InputError
+        Where no keyframe is selected.
+    """
+    frames = tuple(k.frame for k in project.marks.keyframes() if k.frame in selection.frames)
+    if state != "none" and len(selection.frames) == 1:
+        frames = (selection.frames.start,)
+    if not frames:
+        raise _nothing(f"there are no keyframes in {frames_in_words(selection.frames)}")
+    return SetKeyframes(frames, state)
+
+
+def gaps_of(project: Project) -> tuple[range, ...]:
+    """Stretches of frames that are wholly marked as gaps, ascending."""
+    frames = sorted({f.frame for f in project.marks.flags() if f.kind == GAP and not f.landmark})
+    gaps: list[range] = []
+    for frame in frames:
+        if gaps and gaps[-1].stop == frame:
+            gaps[-1] = range(gaps[-1].start, frame + 1)
+        else:
+            gaps.append(range(frame, frame + 1))
+    return tuple(gaps)
+
+
+def landmark_gaps_of(project: Project) -> dict[str, frozenset[int]]:
+    """Frames in which a single landmark is marked as a gap, by landmark."""
+    gaps = [flag for flag in project.marks.flags() if flag.kind == GAP and flag.landmark]
+    names = {flag.landmark for flag in gaps}
+    return {name: frozenset(f.frame for f in gaps if f.landmark == name) for name in names}
+
+
+def _nothing(what: str) -> InputError:
+    return InputError(what, remedy="Select other frames in the timeline.")
