@@ -15,6 +15,7 @@ from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.triangulation import nearest_to_rays
 from stereotrack_core.recording.description import Subject
@@ -184,6 +185,20 @@ def measured_lengths(clicks: ClickPixels) -> dict[str, MeasuredLength]:
     samples = {name: np.linalg.norm(vector(place), axis=-1) for name, vector in _VECTORS.items()}
     known = {name: values[np.isfinite(values)] for name, values in samples.items()}
     return {name: _measured(values) for name, values in known.items() if len(values) >= FEWEST}
+
+
+def lengths_of_clicks(
+    clicks: Iterable[Click], cameras: Mapping[str, Camera], names: Sequence[str], where: str
+) -> dict[str, MeasuredLength]:
+    """The :func:`measured_lengths` of clicks; InputError where none can be told."""
+    lengths = measured_lengths(click_pixels(clicks, cameras, names))
+    if not lengths:
+        raise InputError(
+            "too few clicks to measure a length",
+            where=where,
+            remedy="Click both ends of a limb in at least two views of three frames.",
+        )
+    return lengths
 
 
 def _measured(samples: FloatArray) -> MeasuredLength:

@@ -173,7 +173,7 @@ def _gap(text: str, count: int) -> range:
 
 
 def _proportions(subject: str | None, recording: Recording, clicks: Sequence[Click]) -> Proportions:
-    from stereotrack_core.annotation.click_points import click_pixels, measured_lengths, subject_of
+    from stereotrack_core.annotation.click_points import lengths_of_clicks, subject_of
     from stereotrack_core.body.proportions import proportions_of
     from stereotrack_core.recording.description import read_subject
     from stereotrack_core.recording.landmarks import LANDMARKS
@@ -182,13 +182,7 @@ def _proportions(subject: str | None, recording: Recording, clicks: Sequence[Cli
         return proportions_of(recording.subject)
     if subject != _MEASURED:
         return proportions_of(read_subject(Path(subject)))
-    lengths = measured_lengths(click_pixels(clicks, recording.cameras, LANDMARKS))
-    if not lengths:
-        raise InputError(
-            "too few clicked frames to measure the person",
-            where="--subject",
-            remedy="Click at least three frames in two views, or give a subject.toml.",
-        )
+    lengths = lengths_of_clicks(clicks, recording.cameras, LANDMARKS, "--subject")
     return proportions_of(subject_of(recording.name, lengths))
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -62,9 +61,10 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Read, compare and take in."""
+    from stereotrack_core.interop.label_names import stated_names
     from stereotrack_core.interop.labels import is_trajectory
 
-    names = _names(args.names)
+    names = stated_names(args.names, "--name")
     if not args.file.is_file():
         raise InputError("there is no such file", where=str(args.file), remedy="Check the path.")
     trajectory = is_trajectory(args.file)
@@ -157,20 +157,6 @@ def _refuse_options(args: Namespace, why: str) -> None:
     for option, given in (("--camera", args.camera), ("--name", args.names)):
         if given:
             raise InputError(why, where=option, remedy="Omit this option.")
-
-
-def _names(stated: Sequence[str]) -> dict[str, str]:
-    names = {}
-    for text in stated:
-        theirs, sign, ours = text.partition("=")
-        if not sign or not theirs.strip() or not ours.strip():
-            raise InputError(
-                f"{text!r} cannot be read",
-                where="--name",
-                remedy="Write THEIRS=OURS, for example left_wrist=left_hand.",
-            )
-        names[theirs.strip()] = ours.strip()
-    return names
 
 
 def _say_problems(labels: Labels, *, skip: bool) -> None:

@@ -137,6 +137,27 @@ def pictures_of(
     return [(recording.cameras[key[0]], key[1], own) for key, own in sorted(pictures.items())]
 
 
+def stated_names(pairs: Iterable[str], where: str = "") -> dict[str, str]:
+    """Names as a person types them, ``THEIRS=OURS``; empty parts are passed over.
+
+    Raises
+    ------
+    InputError
+        Where a part is no pair of names.
+    """
+    names = {}
+    for text in filter(None, map(str.strip, pairs)):
+        theirs, sign, ours = (part.strip() for part in text.partition("="))
+        if not (sign and theirs and ours):
+            raise InputError(
+                f"{text!r} cannot be read",
+                where=where,
+                remedy="Write THEIRS=OURS, for example left_wrist=left_hand.",
+            )
+        names[theirs] = ours
+    return names
+
+
 def map_names(
     theirs: Iterable[str],
     ours: Sequence[str],

@@ -27,15 +27,12 @@ from ...services.failures import message_of
 from .exchange.agreement import AgreementReport, agreement_report
 from .exchange.agreement_dialog import AgreementDialog
 from .exchange.export_dialog import ExportDialog
-from .exchange.import_dialog import ImportDialog
-from .exchange.importing import LabelFile, labels_of
+from .exchange.import_dialog import ImportDialog, LabelFile
 from .exchange.take_in_dialog import TakeInDialog
 from .exchange.taking_in import TakeIn
 from .panels import AnnotationPanels
 from .setup.landmark_set_dialog import LandmarkSetDialog
-from .setup.landmark_sets import LandmarkSets
 from .setup.subject_dialog import SubjectDialog
-from .setup.subjects import Subjects
 
 _PROJECTS = "Projects (*.stereotrack)"
 _REFERENCE_FILES = ("As in a recording (*.csv)", "With its uncertainty (*.npz)")
@@ -89,7 +86,7 @@ class AnnotationDialogs(QObject):
             )
             return
         frames = self._panels.frame_count or None
-        self._take_in(project, lambda: labels_of(file, project, recording, frames), file.path.name)
+        self._take_in(project, lambda: file.clicks(project, recording, frames), file.path.name)
 
     @Slot(object)
     def _on_reference_read(self, found: tuple[Project, str, Reference]) -> None:
@@ -279,14 +276,14 @@ class AnnotationDialogs(QObject):
         """Enter or measure the subject's lengths."""
         project, recording = self._panels.project, self._panels.recording
         if project is not None and recording is not None:
-            subjects = Subjects(project, recording.cameras, recording.subject)
-            self._show(SubjectDialog(subjects, self._panels.tasks, self._panels.window))
+            cameras, subject, panels = recording.cameras, recording.subject, self._panels
+            self._show(SubjectDialog(project, cameras, subject, panels.tasks, panels.window))
 
     def show_landmarks(self) -> None:
         """Edit which landmarks are clicked."""
         project = self._panels.project
         if project is not None:
-            self._show(LandmarkSetDialog(LandmarkSets(project), self._panels.window))
+            self._show(LandmarkSetDialog(project, self._panels.window))
 
     def close_all(self) -> None:
         """Close what belongs to a project that is being closed."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...context import Context
-from ...services.actions import Command
+from ...services.actions import Menu
 from .controller import ReportController
 
 
@@ -12,23 +12,17 @@ def register(context: Context) -> ReportController:
     reports = ReportController(context)
 
     def why_not() -> str:
-        return context.session.no_run() or (
-            "A report is already being written." if reports.working else ""
-        )
+        busy = "A report is already being written." if reports.working else ""
+        return context.session.no_run() or busy
 
-    context.actions.add(
-        [
-            Command(
-                "report",
-                "&File",
-                "Report …",
-                "Write a report on the active run as a web page or PDF: errors, curves, failures "
-                "with images, calibration, parameters, and how to reproduce it.",
-                reports.ask_where,
-                "Ctrl+Shift+R",
-                "export",
-                why_not,
-            )
-        ]
+    report = Menu("&File", why_not).command(
+        "report",
+        "Report …",
+        "Write a report on the active run as a web page or PDF: errors, curves, failures with "
+        "images, calibration, parameters, and how to reproduce it.",
+        reports.ask_where,
+        "Ctrl+Shift+R",
+        "export",
     )
+    context.actions.add([report])
     return reports

@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Signal
 
 from app.features.annotate import dialogs
 from app.features.annotate.dialogs import AnnotationDialogs
-from app.features.annotate.exchange.importing import LabelFile
+from app.features.annotate.exchange.import_dialog import LabelFile
 from app.services.tasks.task import TaskList
 from stereotrack_core.recording.landmarks import LandmarkTrajectory, write_landmarks
 

@@ -8,7 +8,7 @@ from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QApplication, QColorDialog, QComboBox, QLineEdit
 
 from app.features.annotate.setup.landmark_set_dialog import LandmarkSetDialog
-from app.features.annotate.setup.landmark_sets import LandmarkSets, sketch_of
+from app.features.annotate.setup.landmark_sets import sketch_of
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.project.clicks import PlaceClicks
 
@@ -17,7 +17,7 @@ LEFT = Qt.MouseButton.LeftButton
 
 @pytest.fixture
 def dialog(project, shown):
-    return shown(LandmarkSetDialog(LandmarkSets(project)), 1080, 520)
+    return shown(LandmarkSetDialog(project), 1080, 520)
 
 
 def edit_cell(qtbot, dialog, row, column, text):
@@ -43,7 +43,7 @@ def edit_cell(qtbot, dialog, row, column, text):
 def test_it_begins_with_the_nine(dialog):
     assert dialog.draft.checked() == NINE
     assert dialog.table.model().rowCount() == 9
-    assert dialog.use_button.isEnabled()
+    assert dialog.accept_button.isEnabled()
 
 
 def test_a_landmark_is_added_named_and_used(qtbot, project, dialog):
@@ -53,7 +53,7 @@ def test_a_landmark_is_added_named_and_used(qtbot, project, dialog):
     dialog.name.selectAll()
     qtbot.keyClicks(dialog.name, "with sternum")
     assert "The keys 1 to 9 choose the first nine of 10" in dialog.words.text()
-    qtbot.mouseClick(dialog.use_button, LEFT)
+    qtbot.mouseClick(dialog.accept_button, LEFT)
     found = project.landmark_set()
     assert found.name == "with sternum"
     assert found.names == (*NINE.names, "sternum")
@@ -65,7 +65,7 @@ def test_a_landmark_is_added_named_and_used(qtbot, project, dialog):
 def test_a_slip_is_named_and_cannot_be_used(qtbot, dialog):
     edit_cell(qtbot, dialog, 2, 1, "red")
     assert "left_elbow: 'red' is not a colour. Write it as #rrggbb." in dialog.words.text()
-    assert not dialog.use_button.isEnabled()
+    assert not dialog.accept_button.isEnabled()
     header = dialog.table.model().headerData(2, Qt.Orientation.Vertical)
     assert header == "3 !"
     edit_cell(qtbot, dialog, 2, 1, "#ff0000")
@@ -114,7 +114,7 @@ def test_landmarks_are_moved_and_removed(qtbot, dialog):
 
 def test_clicks_of_landmarks_that_are_left_out_are_told(qtbot, project, make, shown):
     project.apply(PlaceClicks(make.clicks_at([1, 2])))
-    dialog = shown(LandmarkSetDialog(LandmarkSets(project)), 1080, 520)
+    dialog = shown(LandmarkSetDialog(project), 1080, 520)
     dialog.table.selectRow(6)
     qtbot.mouseClick(dialog.remove_button, LEFT)
     assert dialog.warning.text().startswith(

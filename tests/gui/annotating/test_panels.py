@@ -12,8 +12,7 @@ from app.features.annotate.actions import add_commands
 from app.features.annotate.dialogs import AnnotationDialogs
 from app.features.annotate.exchange.agreement_dialog import AgreementDialog
 from app.features.annotate.exchange.export_dialog import ExportDialog
-from app.features.annotate.exchange.import_dialog import ImportDialog
-from app.features.annotate.exchange.importing import LabelFile
+from app.features.annotate.exchange.import_dialog import ImportDialog, LabelFile
 from app.features.annotate.exchange.take_in_dialog import TakeInDialog
 from app.features.annotate.filling.predicting import PredictionWork
 from app.features.annotate.panels import AnnotationPanels
@@ -268,13 +267,13 @@ def test_clicks_are_imported_after_a_look(qtbot, project, stage, make, tmp_path)
     stage.trigger("import")
     asking = stage.findChild(ImportDialog)
     qtbot.keyClicks(asking.path, str(path))
-    qtbot.mouseClick(asking.compare_button, LEFT)
+    qtbot.mouseClick(asking.accept_button, LEFT)
     qtbot.waitUntil(lambda: stage.findChild(TakeInDialog) is not None, timeout=20_000)
     dialog = stage.findChild(TakeInDialog)
     assert dialog.summary.text() == "clicks.csv: 36 new, 0 equal, 36 differ (36 moved)."
     assert "unknown landmark 'elbow'" in dialog.problems.toPlainText()
     assert project.clicks.count() == 216
-    qtbot.mouseClick(dialog.take_button, LEFT)
+    qtbot.mouseClick(dialog.accept_button, LEFT)
     settled(qtbot, stage)
     assert project.clicks.count() == 252
     assert stage.heard[-1] == "merge 36 clicks from clicks.csv"
@@ -291,14 +290,14 @@ def test_labels_of_another_tool_are_imported(qtbot, project, stage, tmp_path):
     asking.path.setText(str(path))
     asking.camera.setCurrentText("N")
     qtbot.keyClicks(asking.names, "wrist")
-    qtbot.mouseClick(asking.compare_button, LEFT)
-    assert "'wrist' cannot be read" in asking.failure.text()
+    qtbot.mouseClick(asking.accept_button, LEFT)
+    assert "'wrist' cannot be read" in asking.words.text()
     asking.names.clear()
-    qtbot.mouseClick(asking.compare_button, LEFT)
+    qtbot.mouseClick(asking.accept_button, LEFT)
     qtbot.waitUntil(lambda: stage.findChild(TakeInDialog) is not None, timeout=20_000)
     dialog = stage.findChild(TakeInDialog)
     assert "all labels of 'wrist'" in dialog.problems.toPlainText()
-    qtbot.mouseClick(dialog.take_button, LEFT)
+    qtbot.mouseClick(dialog.accept_button, LEFT)
     settled(qtbot, stage)
     assert project.clicks.get(ClickKey(5, "N", "head")).position == (10.5, 20.5)
 
@@ -331,7 +330,7 @@ def test_another_project_is_compared_and_merged(qtbot, project, stage, make, tmp
     qtbot.waitUntil(lambda: stage.findChild(TakeInDialog) is not None, timeout=20_000)
     merging = stage.findChild(TakeInDialog)
     qtbot.mouseClick(merging.decide_buttons["mean"], LEFT)
-    qtbot.mouseClick(merging.take_button, LEFT)
+    qtbot.mouseClick(merging.accept_button, LEFT)
     settled(qtbot, stage)
     mine, other_x = make.clicks_at(range(0, FRAMES, 10), sigma=1.0)[0], theirs[0].position[0]
     middle = (mine.position[0] + other_x) / 2
@@ -356,7 +355,7 @@ def test_the_selection_is_exported(qtbot, project, stage, tmp_path):
     dialog.path.setText(str(tmp_path / "out"))
     qtbot.keyClick(dialog.path, Qt.Key.Key_Tab)
     assert dialog.preview.text() == "72 clicks in 2 frames will be written."
-    qtbot.mouseClick(dialog.write_button, LEFT)
+    qtbot.mouseClick(dialog.accept_button, LEFT)
     settled(qtbot, stage)
     found = read_clicks(tmp_path / "out.csv", stage.panels.recording).checked()
     assert {click.frame for click in found} == {10, 20}
@@ -369,7 +368,7 @@ def test_the_selection_is_exported(qtbot, project, stage, tmp_path):
     assert "Of the 72 clicks in the existing file, 72 stay the same and 0 change; 144 are new" in (
         again.preview.text()
     )
-    assert not again.warning.isVisible()
+    assert not again.words.isVisible()
 
 
 def test_a_large_edit_does_not_hold_the_window(qtbot, project, stage):

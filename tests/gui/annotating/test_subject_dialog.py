@@ -8,9 +8,11 @@ import pytest
 from PySide6.QtCore import Qt
 
 from app.features.annotate.setup.subject_dialog import SubjectDialog
-from app.features.annotate.setup.subjects import Subjects
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.project.clicks import PlaceClicks
+from stereotrack_core.project.entries import Choose
+from stereotrack_core.project.schema import SUBJECT
+from stereotrack_core.project.setups import save_subject
 from stereotrack_core.recording.description import Subject
 
 LEFT = Qt.MouseButton.LeftButton
@@ -19,7 +21,7 @@ RECORDED = Subject("P2", upper_arm_length=0.30)
 
 @pytest.fixture
 def dialog(project, make, shown, tasks):
-    return shown(SubjectDialog(Subjects(project, make.CAMERAS, RECORDED), tasks), 760, 440)
+    return shown(SubjectDialog(project, make.CAMERAS, RECORDED, tasks), 760, 440)
 
 
 def type_into(qtbot, box, text):
@@ -38,7 +40,7 @@ def test_it_begins_with_the_recordings_subject(dialog):
 def test_lengths_are_typed_kept_and_used(qtbot, project, dialog):
     type_into(qtbot, dialog.name, "Anna")
     type_into(qtbot, dialog.lengths["torso_length"], "512")
-    qtbot.mouseClick(dialog.use_button, LEFT)
+    qtbot.mouseClick(dialog.accept_button, LEFT)
     assert not dialog.isVisible()
     subject = project.subject()
     assert subject.name == "Anna"
@@ -59,9 +61,9 @@ def test_a_length_that_nobody_has_is_doubted(qtbot, dialog):
 
 
 def test_changed_lengths_need_a_name(qtbot, project, make, shown, tasks):
-    dialog = shown(SubjectDialog(Subjects(project, make.CAMERAS, None), tasks), 760, 440)
+    dialog = shown(SubjectDialog(project, make.CAMERAS, None, tasks), 760, 440)
     type_into(qtbot, dialog.lengths["torso_length"], "500")
-    assert not dialog.use_button.isEnabled()
+    assert not dialog.accept_button.isEnabled()
     assert "Name the subject" in dialog.words.text()
 
 
@@ -73,7 +75,7 @@ def test_they_are_measured_from_clicks(qtbot, project, make, dialog):
     qtbot.mouseClick(dialog.take_button, LEFT)
     assert dialog.lengths["upper_arm_length"].value() == pytest.approx(330, abs=4)
     assert dialog.lengths["torso_length"].value() == pytest.approx(550, abs=4)
-    qtbot.mouseClick(dialog.use_button, LEFT)
+    qtbot.mouseClick(dialog.accept_button, LEFT)
     assert project.subjects.get("P2").facts["origin"] == "measured from clicks"
 
 
@@ -95,17 +97,17 @@ def test_files_are_exchanged(project, make, dialog, tmp_path):
 
 
 def test_subjects_are_reused_and_deleted(qtbot, project, make, shown, tasks):
-    subjects = Subjects(project, make.CAMERAS, RECORDED)
-    subjects.save_and_use(Subject("Anna", torso_length=0.5))
-    subjects.save_and_use(Subject("Bert", torso_length=0.6))
-    dialog = shown(SubjectDialog(subjects, tasks), 760, 440)
+    for subject in (Subject("Anna", torso_length=0.5), Subject("Bert", torso_length=0.6)):
+        project.apply(save_subject(subject))
+    project.apply(Choose(SUBJECT.name, "Bert"))
+    dialog = shown(SubjectDialog(project, make.CAMERAS, RECORDED, tasks), 760, 440)
     assert dialog.chosen() == "Bert"
     dialog.list.setFocus()
     qtbot.keyClick(dialog.list, Qt.Key.Key_Up)
     assert dialog.lengths["torso_length"].value() == 500
-    qtbot.mouseClick(dialog.use_button, LEFT)
+    qtbot.mouseClick(dialog.accept_button, LEFT)
     assert project.subject().name == "Anna"
-    again = shown(SubjectDialog(subjects, tasks), 760, 440)
+    again = shown(SubjectDialog(project, make.CAMERAS, RECORDED, tasks), 760, 440)
     qtbot.mouseClick(again.delete_button, LEFT)
     assert project.subjects.names() == ("Bert",)
     assert project.subject() is None

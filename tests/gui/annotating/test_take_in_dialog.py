@@ -40,7 +40,7 @@ def theirs(project, make):
 
 def take(qtbot, dialog):
     """Click on Take in, and wait until that is done or was refused."""
-    qtbot.mouseClick(dialog.take_button, LEFT)
+    qtbot.mouseClick(dialog.accept_button, LEFT)
     qtbot.waitUntil(lambda: not dialog._tasks.tasks, timeout=10_000)
 
 
@@ -77,7 +77,7 @@ def test_it_counts_before_anything_is_written(project, dialog):
 def test_mine_stays_where_nothing_is_decided(qtbot, project, dialog):
     before = {c.key: c for c in project.clicks.all()}
     with qtbot.waitSignal(dialog.taken_in) as caught:
-        qtbot.mouseClick(dialog.take_button, LEFT)
+        qtbot.mouseClick(dialog.accept_button, LEFT)
     assert caught.args == ["merge 36 clicks from clicks of B"]
     after = {c.key: c for c in project.clicks.all()}
     assert {key: after[key] for key in before} == before
@@ -123,7 +123,7 @@ def test_a_project_that_changed_meanwhile_is_compared_again(qtbot, project, dial
     project.apply(place(make.clicks_at([9], sigma=5.0)[0]))
     take(qtbot, dialog)
     assert dialog.isVisible()
-    assert "has changed in the meantime" in dialog.failure.text()
+    assert "has changed in the meantime" in dialog.words.text()
     assert len(dialog.shown.conflicts) == 4
     assert dialog.shown.decision(row_of(dialog, "N")) == "theirs"
     take(qtbot, dialog)
@@ -142,6 +142,5 @@ def test_what_cannot_be_read_is_listed(project, shown, make, tasks):
 def test_nothing_to_do_cannot_be_done(project, shown, tasks):
     one = TakeIn(incoming([], [], "c.csv"))
     dialog = shown(TakeInDialog(project, lambda: one, one, tasks), 700, 500)
-    assert not dialog.take_button.isEnabled()
-    with pytest.raises(InputError, match="nothing to merge"):
-        one.edit()
+    assert not dialog.accept_button.isEnabled()
+    assert dialog.outcome.text() == "Nothing will be written."

@@ -6,7 +6,7 @@ from functools import partial
 
 from stereotrack_core.annotation.click import UNCERTAIN, Visibility
 
-from ....services.actions import Command
+from ....services.actions import Command, Menu
 from .choosing import ADVANCES
 from .controller import ClickController
 
@@ -29,14 +29,13 @@ def commands(annotate: ClickController) -> list[Command]:
     ]
 
 
-def no_click(annotate: ClickController) -> str:
+def _no_click(annotate: ClickController) -> str:
     """There is no click that keys could act on."""
-    reason = annotate.why_no_annotating()
-    if reason:
-        return reason
     chosen = annotate.annotating.choice.landmark.replace("_", " ")
     there = annotate.annotating.at_hand() is not None
-    return "" if there else f"The {chosen} has no click in this view. Click it first."
+    return annotate.why_no_annotating() or (
+        "" if there else f"The {chosen} has no click in this view. Click it first."
+    )
 
 
 def _choosing(annotate: ClickController) -> list[Command]:
@@ -59,66 +58,51 @@ def _choosing(annotate: ClickController) -> list[Command]:
     def is_chosen(place: int) -> bool:
         return place < len(names()) and names()[place] == annotating.choice.landmark
 
+    command = Menu(f"{_MENU}/Landmark", annotate.why_no_annotating).command
     by_key = [
-        Command(
-            f"landmark_{place + 1}", f"{_MENU}/Landmark", f"Landmark {place + 1}",
-            f"Select landmark {place + 1} for the next click.", partial(choose, place),
-            str(place + 1), why_not=partial(why_not, place), checked=partial(is_chosen, place),
+        command(
+            f"landmark_{place + 1}", f"Landmark {place + 1}", f"Select landmark {place + 1} for "
+            "the next click.", partial(choose, place), str(place + 1),
+            why_not=partial(why_not, place), checked=partial(is_chosen, place),
             says=partial(says, place),
         )
         for place in range(_KEYS)
     ]  # fmt: skip
     return [
         *by_key,
-        Command(
-            "next_landmark", f"{_MENU}/Landmark", "Next landmark", "Select the next landmark.",
-            partial(annotating.choose_next, 1), "PgDown", why_not=annotate.why_no_annotating,
-            section=True,
-        ),
-        Command(
-            "previous_landmark", f"{_MENU}/Landmark", "Previous landmark",
-            "Select the previous landmark.", partial(annotating.choose_next, -1), "PgUp",
-            why_not=annotate.why_no_annotating,
-        ),
+        command("next_landmark", "Next landmark", "Select the next landmark.",
+                partial(annotating.choose_next, 1), "PgDown", section=True),
+        command("previous_landmark", "Previous landmark", "Select the previous landmark.",
+                partial(annotating.choose_next, -1), "PgUp"),
     ]  # fmt: skip
 
 
 def _placing(annotate: ClickController) -> list[Command]:
+    annotating = annotate.annotating
 
     def nothing_predicted(everywhere: bool) -> str:
         reason = annotate.why_no_annotating() or ("" if everywhere else annotate.why_no_camera())
-        if reason:
+        if reason or annotate.predictions(everywhere=everywhere):
             return reason
-        found = annotate.predictions_everywhere() if everywhere else annotate.predictions_here()
-        if found:
-            return ""
         where = "in any view" if everywhere else "in this view"
         return f"No unclicked landmark has a prediction {where}."
 
+    command = Menu(_MENU, annotate.why_no_annotating).command
     return [
-        Command(
-            "accept", _MENU, "Accept prediction", "Turn the predicted point of the selected "
-            "landmark in the view under the cursor into a click.",
-            annotate.accept_here, "A", "accept",
-            partial(nothing_predicted, False),
-        ),
-        Command(
-            "accept_everywhere", _MENU, "Accept prediction in all views",
-            "Turn the predicted points of the selected landmark into clicks in all views that "
-            "have none.",
-            annotate.accept_everywhere, "Shift+A", "accept", partial(nothing_predicted, True),
-        ),
-        Command(
-            "delete_click", _MENU, "Clear click", "Delete the last click, or the click of the "
-            "selected landmark in this view.", annotate.annotating.delete, "Del",
-            "delete", lambda: no_click(annotate), section=True,
-        ),
-        Command(
-            "delete_everywhere", _MENU, "Clear clicks in all views",
-            "Delete the clicks of the landmark in all views of this frame.",
-            annotate.annotating.delete_everywhere,
-            "Shift+Del", "delete", annotate.why_no_annotating,
-        ),
+        command("accept", "Accept prediction", "Turn the predicted point of the selected landmark "
+                "in the view under the cursor into a click.",
+                partial(annotate.accept, everywhere=False), "A", "accept",
+                why_not=partial(nothing_predicted, False)),
+        command("accept_everywhere", "Accept prediction in all views", "Turn the predicted points "
+                "of the selected landmark into clicks in all views that have none.",
+                partial(annotate.accept, everywhere=True), "Shift+A", "accept",
+                why_not=partial(nothing_predicted, True)),
+        command("delete_click", "Clear click", "Delete the last click, or the click of the "
+                "selected landmark in this view.", annotating.delete, "Del", "delete",
+                why_not=partial(_no_click, annotate), section=True),
+        command("delete_everywhere", "Clear clicks in all views", "Delete the clicks of the "
+                "landmark in all views of this frame.", annotating.delete_everywhere, "Shift+Del",
+                "delete"),
     ]  # fmt: skip
 
 
@@ -133,35 +117,26 @@ def _marking(annotate: ClickController) -> list[Command]:
         click = annotating.at_hand()
         return click is not None and click.flag == UNCERTAIN
 
-    rows = [
-        (Visibility.SEEN, "Seen", "I", "The landmark is visible.", no_click),
-        (Visibility.GUESSED, "Guessed", "B", "The landmark is occluded and its position is "
-        "estimated. Shift+click places a click this way.", no_click),
-        (Visibility.OUTSIDE, "Outside the image", "X", "The selected click, or the next one to be "
-        "placed, lies outside this image.",
-         lambda annotate: annotate.why_no_annotating() or annotate.why_no_camera()),
-    ]  # fmt: skip
-    marks = [
-        Command(
-            f"mark_{visibility.name.lower()}", f"{_MENU}/Mark as", text, tip,
-            partial(annotating.mark, visibility), keys, why_not=partial(why_not, annotate),
-            checked=partial(seen_as, visibility),
-        )
-        for visibility, text, keys, tip, why_not in rows
-    ]  # fmt: skip
+    def no_image() -> str:
+        return annotate.why_no_annotating() or annotate.why_no_camera()
+
+    command = Menu(f"{_MENU}/Mark as", partial(_no_click, annotate)).command
     return [
-        *marks,
-        Command(
-            "mark_uncertain", f"{_MENU}/Mark as", "Uncertain",
-            "You are not certain of this click. It gets less weight in fits.",
-            annotating.toggle_doubt, "U", "warning", lambda: no_click(annotate),
-            doubted, section=True,
-        ),
-        Command(
-            "mark_sigma", f"{_MENU}/Mark as", "Set click uncertainty …",
-            "Set the standard deviation of this click's position, in pixels.",
-            annotate.ask_sigma, "Shift+U", "ruler", lambda: no_click(annotate),
-        ),
+        command("mark_seen", "Seen", "The landmark is visible.",
+                partial(annotating.mark, Visibility.SEEN), "I",
+                checked=partial(seen_as, Visibility.SEEN)),
+        command("mark_guessed", "Guessed", "The landmark is occluded and its position is "
+                "estimated. Shift+click places a click this way.",
+                partial(annotating.mark, Visibility.GUESSED), "B",
+                checked=partial(seen_as, Visibility.GUESSED)),
+        command("mark_outside", "Outside the image", "The selected click, or the next one to be "
+                "placed, lies outside this image.", partial(annotating.mark, Visibility.OUTSIDE),
+                "X", why_not=no_image, checked=partial(seen_as, Visibility.OUTSIDE)),
+        command("mark_uncertain", "Uncertain", "You are not certain of this click. It gets less "
+                "weight in fits.", annotating.toggle_doubt, "U", "warning", checked=doubted,
+                section=True),
+        command("mark_sigma", "Set click uncertainty …", "Set the standard deviation of this "
+                "click's position, in pixels.", annotate.ask_sigma, "Shift+U", "ruler"),
     ]  # fmt: skip
 
 
@@ -169,54 +144,50 @@ def _nudging(annotate: ClickController) -> list[Command]:
     annotating = annotate.annotating
 
     def not_held() -> str:
-        reason = annotate.why_no_annotating()
         held = annotating.held() is not None
-        return reason or ("" if held else "No click is selected. Click on one, or press E.")
+        return annotate.why_no_annotating() or (
+            "" if held else "No click is selected. Click on one, or press E."
+        )
 
+    command = Menu(f"{_MENU}/Nudge", not_held).command
     nudges = [
-        Command(
-            f"nudge_{way}{'_' if name else ''}{name}", f"{_MENU}/Nudge", f"Move by {words} {way}",
+        command(
+            f"nudge_{way}{'_' if name else ''}{name}", f"Move by {words} {way}",
             f"Move the selected click by {words} {way}.",
             partial(annotate.nudge, x * step, y * step), f"{modifier}{way.capitalize()}",
-            why_not=not_held, section=way == "left", local=True,
+            section=way == "left", local=True,
         )
         for name, (step, words, modifier) in _STEPS.items()
         for way, (x, y) in _WAYS.items()
     ]  # fmt: skip
     return [
-        Command(
-            "pick_click", f"{_MENU}/Nudge", "Select click",
-            "Select the last click, or the one of the selected landmark, to move it with the "
-            "arrow keys.", annotate.pick_last,
-            "E", "clicks", lambda: no_click(annotate),
-        ),
-        Command(
-            "let_go", f"{_MENU}/Nudge", "Deselect click",
-            "Let the arrow keys step through frames again.",
-            annotating.let_go, "Esc", why_not=not_held, local=True,
-        ),
+        command("pick_click", "Select click", "Select the last click, or the one of the selected "
+                "landmark, to move it with the arrow keys.", annotate.pick_last, "E", "clicks",
+                why_not=partial(_no_click, annotate)),
+        command("let_go", "Deselect click", "Let the arrow keys step through frames again.",
+                annotating.let_go, "Esc", local=True),
         *nudges,
     ]  # fmt: skip
 
 
 def _switches(annotate: ClickController) -> list[Command]:
+    after = Menu(f"{_MENU}/After a click", annotate.no_recording).command
+
+    def no_depth() -> str:
+        there = annotate.depth_available()
+        none = "" if there else "No view of this recording provides depth."
+        return annotate.why_no_annotating() or none
+
     advances = [
-        Command(
-            f"advance_{name}", f"{_MENU}/After a click", text, tip,
-            partial(annotate.choose_advance, name), why_not=annotate.no_recording,
-            checked=partial(annotate.advances_to, name),
-        )
+        after(f"advance_{name}", text, tip, partial(annotate.choose_advance, name),
+              checked=partial(annotate.advances_to, name))
         for name, (text, tip) in ADVANCES.items()
     ]  # fmt: skip
     return [
         *advances,
-        Command(
-            "fit_depth", _MENU, "Fit to clicks and depth", "Fit the body to the measured points "
-            "as well as to the clicks, where the recording has depth.",
-            annotate.toggle_depth, "Shift+D", "fit",
-            lambda: annotate.why_no_annotating() or (
-                "" if annotate.depth_available() else "No view of this recording provides depth."
-            ),
-            lambda: annotate.facts.use_depth, section=True,
+        Menu(_MENU, no_depth).command(
+            "fit_depth", "Fit to clicks and depth", "Fit the body to the measured points as well "
+            "as to the clicks, where the recording has depth.", annotate.toggle_depth, "Shift+D",
+            "fit", checked=lambda: annotate.facts.use_depth, section=True,
         ),
     ]  # fmt: skip

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 
 from PySide6.QtCore import QObject, Slot
 from PySide6.QtGui import QKeySequence
@@ -200,30 +200,19 @@ class ClickController(QObject):
             "image (F2)."
         )
 
-    def predictions_here(self) -> tuple[Prediction, ...]:
-        """Prediction of the chosen landmark in the view at hand, where nobody has clicked it."""
-        return self._predictions([self.camera_at_hand()])
-
-    def predictions_everywhere(self) -> tuple[Prediction, ...]:
-        """Predictions of the chosen landmark in all views where nobody has clicked it."""
-        return self._predictions(self._cameras())
-
-    def _predictions(self, cameras: Iterable[str]) -> tuple[Prediction, ...]:
-        facts = self.facts.now()
+    def predictions(self, *, everywhere: bool) -> tuple[Prediction, ...]:
+        """Predictions of the chosen landmark where nobody has clicked it: at hand, or anywhere."""
+        facts, clicks = self.facts.now(), self.annotating.clicks()
         return tuple(
             one
-            for camera in cameras
+            for camera in (self._cameras() if everywhere else [self.camera_at_hand()])
             for one in predictions_in(facts, camera)
-            if one.landmark == facts.chosen and one.key not in self.annotating.clicks()
+            if one.landmark == facts.chosen and one.key not in clicks
         )
 
-    def accept_here(self) -> None:
-        """Accept the prediction of the chosen landmark in the view at hand."""
-        self.annotating.accept(self.predictions_here())
-
-    def accept_everywhere(self) -> None:
-        """Accept the predictions of the chosen landmark in all views."""
-        self.annotating.accept(self.predictions_everywhere())
+    def accept(self, *, everywhere: bool) -> None:
+        """Accept the prediction of the chosen landmark in the view at hand, or in all views."""
+        self.annotating.accept(self.predictions(everywhere=everywhere))
 
     def choose_advance(self, name: Advance) -> None:
         """Say what follows when a click was placed, and keep it for next time."""

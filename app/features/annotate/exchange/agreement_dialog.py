@@ -4,16 +4,10 @@ from __future__ import annotations
 
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import (
-    QDialog,
-    QDialogButtonBox,
-    QHBoxLayout,
-    QLabel,
-    QPushButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QDialog, QWidget
 
+from ....widgets.forms.form_dialog import push_button
+from ....widgets.style.building import hbox, label, vbox
 from ....widgets.tables.agreement_table import AgreementTable
 from .agreement import AgreementReport
 
@@ -38,52 +32,28 @@ class AgreementDialog(QDialog):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setWindowTitle("Annotator agreement")
-        self._words = QLabel()
-        self._words.setProperty("role", "muted")
-        self._words.setWordWrap(True)
-        self.again_button = QPushButton("&Blind repeats")
-        self.again_button.setToolTip("Compare the first and second passes of the blind repeats")
-        self.other_button = QPushButton("&Other project …")
-        self.other_button.setToolTip("Compare with another annotator's project of this recording")
-        self.again_button.clicked.connect(self.again_requested)
-        self.other_button.clicked.connect(self.other_project_requested)
-        top = QHBoxLayout()
-        top.addWidget(self._words, 1)
-        top.addWidget(self.again_button)
-        top.addWidget(self.other_button)
-        self.verdict = QLabel()
-        self.verdict.setProperty("role", "heading")
-        self.verdict.setWordWrap(True)
-        self.remedy = QLabel()
-        self.remedy.setWordWrap(True)
-        self.table = AgreementTable()
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-        self.copy_button = buttons.addButton("&Copy table", QDialogButtonBox.ButtonRole.ActionRole)
-        self.look_button = buttons.addButton(
-            "&Show differences …", QDialogButtonBox.ButtonRole.ActionRole
+        self._words, self.verdict, self.remedy = label("", "muted"), label("", "heading"), label()
+        again_button = push_button(
+            "&Blind repeats",
+            self.again_requested.emit,
+            "Compare the first and second passes of the blind repeats",
         )
-        self.copy_button.clicked.connect(self._copy)
-        self.look_button.clicked.connect(self.differences_requested)
-        buttons.rejected.connect(self.reject)
-        for button in (self.again_button, self.other_button, self.copy_button, self.look_button):
-            button.setAutoDefault(False)
-        layout = QVBoxLayout(self)
-        layout.addLayout(top)
-        layout.addWidget(self.verdict)
-        layout.addWidget(self.remedy)
-        layout.addWidget(self.table, 1)
-        layout.addWidget(buttons)
+        self.other_button = push_button(
+            "&Other project …",
+            self.other_project_requested.emit,
+            "Compare with another annotator's project of this recording",
+        )
+        self.table = AgreementTable()
+        self.copy_button = push_button("&Copy table", self._copy)
+        self.look_button = push_button("&Show differences …", self.differences_requested.emit)
+        below = hbox(self.copy_button, self.look_button, None, push_button("Close", self.reject))
+        top = hbox((self._words, 1), again_button, self.other_button)
+        parts = (top, self.verdict, self.remedy, (self.table, 1), below)
+        self.setLayout(vbox(*parts, margins=(9, 9, 9, 9)))
         self.resize(1020, 430)
 
     def show_report(self, compared: str, report: AgreementReport) -> None:
-        """Show how well two readings agree.
-
-        Parameters
-        ----------
-        compared : str
-            What is compared, in words.
-        report : AgreementReport
-        """
+        """Show how well two readings agree; `compared` says which."""
         self._words.setText(compared)
         self.verdict.setText(report.verdict)
         self.remedy.setText(report.remedy)

@@ -2,27 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from PySide6.QtCore import Signal, Slot
-from PySide6.QtWidgets import (
-    QComboBox,
-    QDialog,
-    QDialogButtonBox,
-    QFileDialog,
-    QFormLayout,
-    QHBoxLayout,
-    QLabel,
-    QLineEdit,
-    QPushButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QFileDialog, QFormLayout, QWidget
 
+from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
+from stereotrack_core.interop.label_names import stated_names
+from stereotrack_core.interop.labels import read_labels
+from stereotrack_core.project.project import Project
+from stereotrack_core.recording.description import Recording
 
-from .importing import LabelFile, names_in
+from ....widgets.forms.form_dialog import FormDialog, line_edit, push_button
+from ....widgets.style.building import choice, hbox, label
 
 _FILES = (
     "Labels and references (*.csv *.json *.npz *.trc *.c3d);;"
@@ -35,7 +30,47 @@ _WORDS = (
 )
 
 
-class ImportDialog(QDialog):
+@dataclass(frozen=True)
+class LabelFile:
+    """A file of another tool, and what it does not say itself.
+
+    Attributes
+    ----------
+    path : Path
+    camera : str or None
+        Camera or view that its labels are of; None: as the file says.
+    names : mapping
+        From their landmarks to ours, where the names do not tell.
+    """
+
+    path: Path
+    camera: str | None = None
+    names: Mapping[str, str] = field(default_factory=dict)
+
+    def clicks(
+        self, project: Project, recording: Recording, frames: int | None
+    ) -> tuple[tuple[Click, ...], tuple[InputError, ...]]:
+        """The clicks, and everything that is left out; InputError where it cannot be read."""
+        found = read_labels(
+            self.path,
+            recording,
+            landmarks=project.landmark_set().names,
+            frames=frames,
+            camera=self.camera,
+            names=self.names or None,
+        )
+        left_out = tuple(
+            InputError(
+                f"all labels of {name!r}: no landmark of this project corresponds to it",
+                where=self.path.name,
+                remedy=f"To import them, give {name}=... under the names.",
+            )
+            for name in found.left_out
+        )
+        return found.clicks, (*left_out, *found.problems)
+
+
+class ImportDialog(FormDialog):
     """A file, the camera that it is of, and what its landmarks are called here.
 
     Signals
@@ -46,51 +81,28 @@ class ImportDialog(QDialog):
     chosen = Signal(object)
 
     def __init__(self, cameras: Sequence[str], folder: str, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setWindowTitle("Import clicks")
+        super().__init__("Import clicks", "Compare …", self._on_accepted, parent)
         self._folder = folder
-        words = QLabel(_WORDS)
-        words.setWordWrap(True)
-        words.setProperty("role", "muted")
-        self.path = QLineEdit()
-        self.path.setAccessibleName("File")
+        self.path = line_edit("File")
+        self.camera = choice(
+            "Camera",
+            [("", "as stated in the file"), *((name, name) for name in cameras)],
+            "DeepLabCut and COCO files often hold a single camera.",
+        )
+        self.names = line_edit(
+            "Names",
+            placeholder="left_wrist=left_hand, nose=head",
+            tip="Landmark names in the file and their names here, where they differ",
+        )
         self.path.textChanged.connect(self._check)
-        browse = QPushButton("&Choose …")
-        browse.setAutoDefault(False)
-        browse.clicked.connect(self._ask)
-        row = QHBoxLayout()
-        row.addWidget(self.path, 1)
-        row.addWidget(browse)
-        self.camera = QComboBox()
-        self.camera.addItem("as stated in the file", None)
-        for name in cameras:
-            self.camera.addItem(name, name)
-        self.camera.setToolTip("DeepLabCut and COCO files often hold a single camera.")
-        self.names = QLineEdit()
-        self.names.setPlaceholderText("left_wrist=left_hand, nose=head")
-        self.names.setToolTip("Landmark names in the file and their names here, where they differ")
         self.names.textChanged.connect(self._check)
         form = QFormLayout()
-        form.addRow("File", row)
+        form.addRow("File", hbox((self.path, 1), push_button("&Choose …", self._ask)))
         form.addRow("Camera", self.camera)
         form.addRow("Names", self.names)
-        self.failure = QLabel()
-        self.failure.setWordWrap(True)
-        self.failure.setProperty("role", "error")
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
-        self.compare_button = buttons.addButton("Compare …", QDialogButtonBox.ButtonRole.AcceptRole)
-        buttons.accepted.connect(self._accept)
-        buttons.rejected.connect(self.reject)
-        layout = QVBoxLayout(self)
-        layout.addWidget(words)
-        layout.addLayout(form)
-        layout.addWidget(self.failure)
-        layout.addStretch(1)
-        layout.addWidget(buttons)
-        self.resize(560, 250)
+        self.lay_out(label(_WORDS, "muted"), form, None, size=(560, 250))
         self._check()
 
-    @Slot()
     def _ask(self) -> None:
         chosen, _ = QFileDialog.getOpenFileName(self, "Import clicks", self._folder, _FILES)
         if chosen:
@@ -98,21 +110,19 @@ class ImportDialog(QDialog):
 
     @Slot()
     def _check(self) -> None:
-        self.failure.hide()
-        self.compare_button.setEnabled(bool(self.path.text().strip()))
+        self.say("")
+        self.accept_button.setEnabled(bool(self.path.text().strip()))
 
-    @Slot()
-    def _accept(self) -> None:
+    def _on_accepted(self) -> None:
         path = Path(self.path.text().strip())
-        try:
-            names = names_in(self.names.text())
+
+        def take() -> None:
+            names = stated_names(self.names.text().split(","))
             if not path.is_file():
                 raise InputError(
                     "there is no such file", where=str(path), remedy="Choose another file."
                 )
-        except InputError as error:
-            self.failure.setText(str(error))
-            self.failure.show()
-            return
-        self.chosen.emit(LabelFile(path, self.camera.currentData(), names))
-        self.accept()
+            self.chosen.emit(LabelFile(path, self.camera.currentData() or None, names))
+
+        if self.attempt(take):
+            self.accept()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 from stereotrack_core.annotation.agreement import Difference, farthest_first
 from stereotrack_core.annotation.click import Click, ClickKey, Visibility
@@ -16,130 +15,75 @@ from stereotrack_core.project.merging import Decision, Incoming, has_mean
 from ....widgets.tables.decision_table import DecisionRow
 
 _SHOWN_PROBLEMS = 50
-
-
-@dataclass(frozen=True)
-class Kinds:
-    """How many clicks there are of each kind.
-
-    Attributes
-    ----------
-    new, same : int
-        The project says nothing about them; it says the same.
-    moved : int
-        Both have a place, but not the same one, or another flag or sigma.
-    seen_differently : int
-        One says that the landmark is outside the image.
-    deleted : int
-        One side has taken the click away.
-    """
-
-    new: int
-    same: int
-    moved: int
-    seen_differently: int
-    deleted: int
-
-    @property
-    def conflicts(self) -> int:
-        """Clicks that contradict each other."""
-        return self.moved + self.seen_differently + self.deleted
+_KINDS = {
+    "only first": "deleted on one side",
+    "only second": "deleted on one side",
+    "seen differently": "different visibility",
+}
 
 
 class TakeIn:
-    """What would be taken in, decided click by click; nothing is written before :meth:`edit`.
+    """What would be merged, decided click by click; nothing is written before :meth:`edit`.
 
-    Parameters
+    Attributes
     ----------
     incoming : Incoming
-    problems : iterable of InputError
+    problems : tuple of InputError
         What could not be read at all.
+    conflicts : tuple of Difference
+        What contradicts, the worst first.
+    with_new : bool
+        Whether clicks that the project says nothing about are taken.
     """
 
     def __init__(self, incoming: Incoming, problems: Iterable[InputError] = ()) -> None:
-        self.incoming = incoming
-        self.problems = tuple(problems)
-        self._rows = _in_order(incoming.conflicts)
+        self.incoming, self.problems = incoming, tuple(problems)
+        worst = farthest_first(incoming.conflicts)
+        known = {one.key for one in worst}
+        others = (one for one in incoming.conflicts if one.key not in known)
+        self.conflicts: tuple[Difference, ...] = (*worst, *others)
         self._decisions: dict[ClickKey, Decision] = {}
         self.with_new = True
 
-    @property
-    def conflicts(self) -> tuple[Difference, ...]:
-        """What contradicts, the worst first."""
-        return self._rows
-
-    def kinds(self) -> Kinds:
-        """Clicks counted."""
-        found = Counter(_kind(one) for one in self._rows)
-        return Kinds(
-            len(self.incoming.new),
-            len(self.incoming.same),
-            found["moved"],
-            found["seen"],
-            found["deleted"],
-        )
-
     def decision(self, row: int) -> Decision:
         """What becomes of a conflict; the project's click stays until something else is said."""
-        return self._decisions.get(self._rows[row].key, "mine")
+        return self._decisions.get(self.conflicts[row].key, "mine")
 
     def decide(self, rows: Iterable[int], decision: Decision) -> None:
         """Decide conflicts; where there is no mean, the decision stays as it was."""
         for row in rows:
-            conflict = self._rows[row]
+            conflict = self.conflicts[row]
             if decision != "mean" or has_mean(conflict):
                 self._decisions[conflict.key] = decision
 
     def with_decisions_of(self, other: TakeIn) -> TakeIn:
         """The comparison itself, with what was decided in another one of the same clicks."""
-        known = {one.key for one in self._rows}
+        known = {one.key for one in self.conflicts}
         self._decisions = {key: d for key, d in other._decisions.items() if key in known}
         self.with_new = other.with_new
         return self
 
-    def rows(self) -> tuple[DecisionRow, ...]:
-        """The conflicts as a table shows them."""
-        return tuple(_row(one) for one in self._rows)
-
     def edit(self) -> PlaceClicks:
-        """The one edit that does what was decided.
-
-        Raises
-        ------
-        InputError
-            Where nothing would change.
-        """
-        edit = self.incoming.edit(self._decisions, with_new=self.with_new)
-        if not edit.clicks:
-            raise InputError(
-                "nothing to merge",
-                where=self.incoming.source,
-                remedy="All clicks are already in the project, or yours were kept.",
-            )
-        return edit
-
-    def taken(self) -> int:
-        """Number of clicks that :meth:`edit` would write."""
-        return len(self.incoming.edit(self._decisions, with_new=self.with_new).clicks)
+        """The one edit that does what was decided; of no click where nothing would change."""
+        return self.incoming.edit(self._decisions, with_new=self.with_new)
 
     def summary(self) -> str:
-        """``412 new, 1208 equal, 5 differ: 3 moved, 1 seen differently, 1 deleted``."""
-        kinds = self.kinds()
-        parts = [f"{kinds.new} new", f"{kinds.same} equal"]
-        if kinds.conflicts:
+        """``412 new, 1208 equal, 4 differ (3 moved, 1 different visibility)``."""
+        parts = [f"{len(self.incoming.new)} new", f"{len(self.incoming.same)} equal"]
+        if self.conflicts:
+            found = Counter(_KINDS.get(one.kind, "moved") for one in self.conflicts)
             names = ("moved", "different visibility", "deleted on one side")
-            numbers = (kinds.moved, kinds.seen_differently, kinds.deleted)
-            said = [f"{n} {name}" for n, name in zip(numbers, names, strict=True) if n]
-            parts.append(f"{kinds.conflicts} differ ({', '.join(said)})")
+            said = ", ".join(f"{found[name]} {name}" for name in names if found[name])
+            parts.append(f"{len(self.conflicts)} differ ({said})")
         return f"{self.incoming.source}: {', '.join(parts)}."
 
     def what_happens(self) -> str:
-        """What taking in would do, in words."""
-        taken = self.taken()
-        kept = len(self._rows) - (taken - len(self.incoming.new) * self.with_new)
+        """What :meth:`edit` would do, in words; empty for nothing."""
+        taken = len(self.edit().clicks)
+        kept = len(self.conflicts) - (taken - len(self.incoming.new) * self.with_new)
         words = f"{counted(taken, 'click')} will be written"
         left = f", {counted(kept, 'conflict')} keep the project's click" if kept else ""
-        return f"{words}{left}."
+        return f"{words}{left}." if taken else ""
 
     def problem_words(self) -> tuple[str, ...]:
         """What could not be read, line by line."""
@@ -149,18 +93,9 @@ class TakeIn:
             words.append(f"and {more} more")
         return tuple(words)
 
-
-def _in_order(conflicts: Iterable[Difference]) -> tuple[Difference, ...]:
-    conflicts = tuple(conflicts)
-    worst = farthest_first(conflicts)
-    known = {one.key for one in worst}
-    return (*worst, *(one for one in conflicts if one.key not in known))
-
-
-def _kind(conflict: Difference) -> str:
-    if conflict.kind in ("only first", "only second"):
-        return "deleted"
-    return "seen" if conflict.kind == "seen differently" else "moved"
+    def rows(self) -> tuple[DecisionRow, ...]:
+        """The conflicts as a table shows them."""
+        return tuple(_row(one) for one in self.conflicts)
 
 
 def _row(conflict: Difference) -> DecisionRow:
@@ -169,15 +104,15 @@ def _row(conflict: Difference) -> DecisionRow:
         frame=frame,
         camera=camera,
         landmark=landmark.replace("_", " "),
-        mine=click_in_words(conflict.first),
-        theirs=click_in_words(conflict.second),
+        mine=_click_text(conflict.first),
+        theirs=_click_text(conflict.second),
         distance=conflict.distance,
         has_mean=has_mean(conflict),
         who=" / ".join(filter(None, (one.who for one in (conflict.first, conflict.second) if one))),
     )
 
 
-def click_in_words(click: Click | None) -> str:
+def _click_text(click: Click | None) -> str:
     """What a click says: its place, or why it has none."""
     if click is None:
         return "nothing"
@@ -185,10 +120,10 @@ def click_in_words(click: Click | None) -> str:
         return "deleted"
     if click.position is None:
         return "outside"
-    words = f"{click.position[0]:.1f}, {click.position[1]:.1f}"
     marks = [
+        f"{click.position[0]:.1f}, {click.position[1]:.1f}",
         "guessed" if click.visibility == Visibility.GUESSED else "",
         click.flag,
         "" if click.sigma is None else f"± {click.sigma:g} px",
     ]
-    return "  ".join(filter(None, (words, *marks)))
+    return "  ".join(filter(None, marks))

@@ -1,27 +1,20 @@
-"""A set of landmarks while it is edited: checked, drawn on a body, saved, exchanged as a file."""
+"""A set of landmarks while it is edited, and drawn on a body."""
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
-from stereotrack_core.annotation.landmark_set import NINE, Landmark, LandmarkSet
+from stereotrack_core.annotation.landmark_set import Landmark, LandmarkSet
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import BodyModel, body_model
 from stereotrack_core.body.pose import PartFrames, hanging_pose
 from stereotrack_core.body.proportions import AVERAGE
-from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.rotation import rotation_from_vector
-from stereotrack_core.project.entries import Choose
-from stereotrack_core.project.project import Project
-from stereotrack_core.project.schema import LANDMARK_SET
-from stereotrack_core.project.setups import load_landmark_set, save_landmark_set
 
 from ....widgets.forms.body_sketch import Sketch
 
@@ -31,13 +24,7 @@ _SPREAD_ARMS = 0.6
 
 @dataclass(frozen=True)
 class Draft:
-    """A set that may not be right yet.
-
-    Attributes
-    ----------
-    name : str
-    landmarks : tuple of Landmark
-    """
+    """A set that may not be right yet."""
 
     name: str
     landmarks: tuple[Landmark, ...]
@@ -102,66 +89,6 @@ def _paired(one: Landmark, new: Landmark, before: str) -> Landmark:
     if one.mirror in (new.name, new.mirror) or one.name == before:
         return replace(one, mirror="")
     return one
-
-
-class LandmarkSets:
-    """The sets of a project; every change is an edit."""
-
-    def __init__(self, project: Project) -> None:
-        self._project = project
-
-    @cached_property
-    def _clicked(self) -> Counter[str]:
-        """Landmarks that have clicks, and in how many frames; read once for a dialog."""
-        return Counter(one.landmark for one in self._project.clicks.seen())
-
-    @property
-    def read_only(self) -> bool:
-        """Whether nothing can be saved."""
-        return self._project.read_only
-
-    def names(self) -> tuple[str, ...]:
-        """All sets that can be used; the nine are always there."""
-        stored = self._project.landmark_sets.names()
-        return stored if NINE.name in stored else (NINE.name, *stored)
-
-    def used(self) -> LandmarkSet:
-        """The set that the project uses."""
-        return self._project.landmark_set()
-
-    def draft(self, name: str) -> Draft:
-        """A set, to be edited."""
-        landmarks = load_landmark_set(self._project.landmark_sets, name)
-        return Draft(landmarks.name, landmarks.landmarks)
-
-    def save_and_use(self, draft: Draft) -> None:
-        """Keep a set under its name, and use it from now on.
-
-        Raises
-        ------
-        InputError
-            Where it is not usable: it names the landmark and what would be right.
-        """
-        landmarks = draft.checked()
-        if not (landmarks == NINE and NINE.name not in self._project.landmark_sets.names()):
-            self._project.apply(save_landmark_set(landmarks))
-            chosen: str | None = landmarks.name
-        else:
-            chosen = None
-        if self._project.chosen(self._project.landmark_sets) != chosen:
-            self._project.apply(Choose(LANDMARK_SET.name, chosen))
-
-    def warning(self, draft: Draft) -> str:
-        """Which clicks would not be shown any more, in words; empty where all would be."""
-        names = {one.name for one in draft.landmarks}
-        lost = {name: count for name, count in self._clicked.items() if name not in names}
-        if not lost:
-            return ""
-        said = ", ".join(
-            f"{name.replace('_', ' ')} (in {counted(count, 'frame')})"
-            for name, count in sorted(lost.items())
-        )
-        return f"Clicked but not in this landmark set: {said}. These clicks are kept but not shown."
 
 
 def sketch_of(landmarks: Sequence[Landmark]) -> Sketch:

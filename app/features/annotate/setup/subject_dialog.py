@@ -2,144 +2,155 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 from PySide6.QtCore import QSignalBlocker, Qt, Slot
 from PySide6.QtWidgets import (
-    QDialog,
-    QDialogButtonBox,
     QDoubleSpinBox,
-    QFileDialog,
     QGridLayout,
-    QHBoxLayout,
     QLabel,
-    QLineEdit,
     QListWidget,
     QListWidgetItem,
-    QPushButton,
-    QVBoxLayout,
     QWidget,
 )
 
+from stereotrack_core.annotation.click_points import (
+    MeasuredLength,
+    lengths_of_clicks,
+    subject_of,
+)
+from stereotrack_core.body.proportions import AVERAGE, proportions_of
 from stereotrack_core.errors import InputError
-from stereotrack_core.recording.description import Subject, write_subject
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.project.entries import Choose, DeleteEntry
+from stereotrack_core.project.project import Project
+from stereotrack_core.project.schema import SUBJECT
+from stereotrack_core.project.setups import load_subject, save_subject
+from stereotrack_core.recording.description import LENGTHS, Subject, read_subject, write_subject
 
-from ....services.tasks.task import Task, TaskList
-from .subjects import LENGTH_WORDS, Measured, Subjects, average_of, doubts_about, read_subject_file
+from ....services.tasks.task import TaskList
+from ....widgets.forms.form_dialog import FormDialog, line_edit, push_button
+from ....widgets.style.building import hbox, label, vbox
 
 _RECORDED = "as in the recording"
 _FILES = "Subject (*.toml)"
+_LENGTHS: Mapping[str, tuple[str, str]] = {
+    "shoulder_width": ("Shoulder width", "between the joint centres of both shoulders"),
+    "hip_width": ("Hip width", "between the joint centres of both hips"),
+    "torso_length": ("Torso", "from the middle of the hips to the middle of the shoulders"),
+    "upper_arm_length": ("Upper arm", "from shoulder to elbow"),
+    "forearm_length": ("Forearm", "from elbow to wrist"),
+    "hand_length": ("Hand", "from the wrist to the tip of the middle finger"),
+    "shoulder_to_head": ("Head", "from the middle of the shoulders to the head's landmark"),
+}
+"""What each length is called, and what it lies between."""
+
+_LEAST, _MOST = 0.5, 1.8
+"""Against an average person of the same size; what lies outside is probably a slip."""
 
 
-class SubjectDialog(QDialog):
-    """The project's subjects at the left, the lengths of one of them at the right."""
+@dataclass(frozen=True, eq=False)
+class _Measured:
+    """Lengths from clicks: as a subject without a name, and as they were measured."""
 
-    def __init__(self, subjects: Subjects, tasks: TaskList, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setWindowTitle("Subjects")
-        self._subjects, self._tasks = subjects, tasks
-        self._measured: Measured | None = None
+    subject: Subject
+    lengths: Mapping[str, MeasuredLength]
+
+    def words(self, key: str) -> str:
+        """``331 ± 2 mm, 240 samples``; empty where it is not known."""
+        length = getattr(self.subject, key)
+        if length is None:
+            return ""
+        shared = key in ("forearm_length", "hand_length")
+        own = self.lengths["elbow_to_hand" if shared else key]
+        return f"{1000 * length:.0f} ± {1000 * own.sigma:.0f} mm, {own.count} samples"
+
+
+class SubjectDialog(FormDialog):
+    """The project's subjects at the left, the lengths of one of them at the right.
+
+    Parameters
+    ----------
+    project : Project
+    cameras : mapping from camera name to Camera
+    recorded : Subject or None
+        Of the recording's folder.
+    tasks : TaskList
+        Where lengths are measured.
+    """
+
+    def __init__(
+        self,
+        project: Project,
+        cameras: Mapping[str, Camera],
+        recorded: Subject | None,
+        tasks: TaskList,
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__("Subjects", "&Use", self._use, parent, close=True)
+        self._project, self._cameras, self._tasks = project, cameras, tasks
+        self._recorded = recorded or Subject()
+        self._measured: _Measured | None = None
         self.list = QListWidget()
         self.list.setAccessibleName("Subjects")
         self.list.setMaximumWidth(190)
-        self.name = QLineEdit()
-        self.name.setPlaceholderText("Name of the subject")
-        self.name.setAccessibleName("Name")
+        self.name = line_edit("Name", placeholder="Name of the subject")
         self.lengths: dict[str, QDoubleSpinBox] = {}
         self._averages: dict[str, QLabel] = {}
         self._found: dict[str, QLabel] = {}
-        self.words = QLabel()
-        self.words.setWordWrap(True)
-        self._lay_out()
+        self._lay_out_parts()
         self.list.currentRowChanged.connect(self._on_chosen)
         self.name.textChanged.connect(self._check)
-        self._fill_list(subjects.used())
+        self._fill_list()
 
-    # ---- parts
-
-    def _lay_out(self) -> None:
-        self.measure_button = self._button("&Measure from clicks", self._measure)
-        self.take_button = self._button("Use &measured lengths", self._take_measured)
+    def _lay_out_parts(self) -> None:
+        self.measure_button = push_button("&Measure from clicks", self._measure)
+        self.take_button = push_button("Use &measured lengths", self._take_measured)
         self.take_button.setEnabled(False)
-        self.load_button = self._button("&Load …", self._ask_to_load)
-        self.store_button = self._button("Save as &file …", self._ask_to_store)
-        self.delete_button = self._button("&Delete", self._delete)
-        right = QVBoxLayout()
-        named = QHBoxLayout()
-        label = QLabel("&Name")
-        label.setBuddy(self.name)
-        named.addWidget(label)
-        named.addWidget(self.name)
-        right.addLayout(named)
-        right.addLayout(self._form())
-        row = QHBoxLayout()
-        row.addWidget(self.measure_button)
-        row.addWidget(self.take_button)
-        row.addStretch(1)
-        right.addLayout(row)
-        right.addWidget(self.words)
-        right.addStretch(1)
-        left = QVBoxLayout()
-        left.addWidget(self.list, 1)
-        files = QHBoxLayout()
-        files.addWidget(self.load_button)
-        files.addWidget(self.store_button)
-        left.addLayout(files)
-        left.addWidget(self.delete_button)
-        both = QHBoxLayout()
-        both.addLayout(left)
-        both.addSpacing(12)
-        both.addLayout(right, 1)
-        self.buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-        self.use_button = self.buttons.addButton("&Use", QDialogButtonBox.ButtonRole.AcceptRole)
-        self.buttons.accepted.connect(self._use)
-        self.buttons.rejected.connect(self.reject)
-        layout = QVBoxLayout(self)
-        layout.addLayout(both, 1)
-        layout.addWidget(self.buttons)
-        self.resize(760, 440)
-
-    def _button(self, text: str, do: Callable[[], None]) -> QPushButton:
-        button = QPushButton(text)
-        button.setAutoDefault(False)
-        button.clicked.connect(lambda _checked=False: do())
-        return button
+        load_button = push_button(
+            "&Load …", lambda: self.ask_to_open("Load a subject", _FILES, self.load)
+        )
+        self.store_button = push_button("Save as &file …", self._ask_to_store)
+        self.delete_button = push_button("&Delete", self._delete)
+        name = label("&Name", wraps=False)
+        name.setBuddy(self.name)
+        left = vbox((self.list, 1), hbox(load_button, self.store_button), self.delete_button)
+        measured = hbox(self.measure_button, self.take_button, None)
+        right = vbox(hbox(name, self.name), self._form(), measured, None)
+        self.lay_out((hbox(left, (right, 1), spacing=12), 1), size=(760, 440))
 
     def _form(self) -> QGridLayout:
         grid = QGridLayout()
         grid.setHorizontalSpacing(14)
         for column, heading in enumerate(("", "Length", "Average", "Measured from clicks")):
-            label = QLabel(heading)
-            label.setProperty("role", "muted")
-            grid.addWidget(label, 0, column)
-        for row, (key, (name, between)) in enumerate(LENGTH_WORDS.items(), start=1):
-            label = QLabel(name)
-            label.setToolTip(between)
-            box = QDoubleSpinBox()
-            box.setRange(0.0, 1500.0)
-            box.setDecimals(0)
-            box.setSuffix(" mm")
+            grid.addWidget(label(heading, "muted", wraps=False), 0, column)
+        for row, (key, (name, between)) in enumerate(_LENGTHS.items(), start=1):
+            box = QDoubleSpinBox(maximum=1500.0, decimals=0, suffix=" mm")
             box.setSpecialValueText("not measured")
             box.setToolTip(f"In millimetres, {between}; 0: not measured")
             box.setAccessibleName(name)
             box.setMinimumWidth(box.fontMetrics().horizontalAdvance("not measured") + 44)
             box.valueChanged.connect(self._check)
-            label.setBuddy(box)
-            average, found = QLabel(), QLabel()
-            average.setProperty("role", "muted")
-            for column, widget in enumerate((label, box, average, found)):
+            named = label(name, wraps=False)
+            named.setToolTip(between)
+            named.setBuddy(box)
+            average, found = label("", "muted", wraps=False), label(wraps=False)
+            for column, widget in enumerate((named, box, average, found)):
                 grid.addWidget(widget, row, column)
             self.lengths[key], self._averages[key], self._found[key] = box, average, found
         grid.setColumnStretch(3, 1)
         return grid
 
-    def _fill_list(self, chosen: str | None) -> None:
+    def _used(self) -> str | None:
+        return self._project.chosen(self._project.subjects)
+
+    def _fill_list(self) -> None:
+        used = self._used()
         with QSignalBlocker(self.list):
             self.list.clear()
-            used = self._subjects.used()
-            for name in (None, *self._subjects.names()):
+            for name in (None, *self._project.subjects.names()):
                 item = QListWidgetItem(_RECORDED if name is None else name)
                 item.setData(Qt.ItemDataRole.UserRole, name)
                 font = item.font()
@@ -148,7 +159,7 @@ class SubjectDialog(QDialog):
                 item.setFont(font)
                 item.setToolTip("This project uses this subject." if name == used else "")
                 self.list.addItem(item)
-                if name == chosen:
+                if name == used:
                     self.list.setCurrentItem(item)
         self._on_chosen()
 
@@ -175,61 +186,56 @@ class SubjectDialog(QDialog):
     @Slot()
     def _on_chosen(self) -> None:
         name = self.chosen()
-        if name is None:
-            self.show_subject(self._subjects.recorded or Subject())
-        else:
-            self.show_subject(self._subjects.get(name))
-        self.delete_button.setEnabled(name is not None and not self._subjects.read_only)
+        known = self._recorded if name is None else load_subject(self._project.subjects, name)
+        self.show_subject(known)
+        self.delete_button.setEnabled(name is not None and not self._project.read_only)
 
     @Slot()
     def _check(self) -> None:
         draft = self.draft()
-        average = average_of(draft)
-        for key, label in self._averages.items():
-            label.setText(f"{1000 * average[key]:.0f} mm")
-        doubts = doubts_about(draft)
-        self._say("\n".join(doubts), error=bool(doubts))
+        average = _average_of(draft)
+        for key, shown in self._averages.items():
+            shown.setText(f"{1000 * average[key]:.0f} mm")
+        doubts = _doubts_about(draft, average)
         unnamed = not draft.name and self._differs(draft)
-        if unnamed and not doubts:
-            self._say("Name the subject to keep these lengths.")
-        self.use_button.setEnabled(not self._subjects.read_only and not unnamed)
+        hint = "Name the subject to keep these lengths." if unnamed else ""
+        self.say("\n".join(doubts) or hint, error=bool(doubts))
+        self.accept_button.setEnabled(not self._project.read_only and not unnamed)
         self.store_button.setEnabled(bool(draft.name))
 
     def _differs(self, draft: Subject) -> bool:
         """Whether the form says something else than the recording does."""
-        recorded = self._subjects.recorded or Subject()
-        return self.chosen() is not None or replace(draft, name="") != replace(recorded, name="")
-
-    def _say(self, words: str, *, error: bool = False) -> None:
-        self.words.setText(words)
-        self.words.setProperty("role", "error" if error else "muted")
-        self.words.style().unpolish(self.words)
-        self.words.style().polish(self.words)
+        same = replace(draft, name="") == replace(self._recorded, name="")
+        return self.chosen() is not None or not same
 
     # ---- what is done
 
     def _measure(self) -> None:
         """Measure beside the window's thread: there may be many clicks."""
-        self.measure_button.setEnabled(False)
-        self._tasks.begin("measuring segment lengths", self._measured_or_not, self._on_measured)
+        project, cameras = self._project, self._cameras
 
-    def _measured_or_not(self, _task: Task) -> Measured | InputError:
-        try:
-            return self._subjects.measure()
-        except InputError as error:
-            return error
+        def work(_task: object) -> _Measured | InputError:
+            names = project.landmark_set().names
+            try:
+                found = lengths_of_clicks(project.clicks.all(), cameras, names, project.path.name)
+            except InputError as error:
+                return error
+            return _Measured(subject_of("", found), found)
+
+        self.measure_button.setEnabled(False)
+        self._tasks.begin("measuring segment lengths", work, self._on_measured)
 
     @Slot(object)
-    def _on_measured(self, found: Measured | InputError) -> None:
+    def _on_measured(self, found: _Measured | InputError) -> None:
         self.measure_button.setEnabled(True)
         if isinstance(found, InputError):
-            self._say(str(found), error=True)
+            self.say(str(found), error=True)
             return
         self._measured = found
-        for key, label in self._found.items():
-            label.setText(found.words(key))
+        for key, shown in self._found.items():
+            shown.setText(found.words(key))
         self.take_button.setEnabled(True)
-        self._say(
+        self.say(
             "The distance from elbow to hand is divided between forearm and hand as in an average "
             "arm."
         )
@@ -240,65 +246,77 @@ class SubjectDialog(QDialog):
             taken = {key: value for key, value in known.items() if value is not None}
             self.show_subject(replace(self.draft(), **taken))
 
+    def _choose(self, name: str | None) -> None:
+        if self._used() != name:
+            self._project.apply(Choose(SUBJECT.name, name))
+
     def _use(self) -> None:
         draft = self.draft()
-        try:
+
+        def use() -> None:
             if not draft.name or (self.chosen() is None and not self._differs(draft)):
-                self._subjects.use(None)
+                self._choose(None)
             else:
-                self._subjects.save_and_use(draft, origin=self._origin(draft))
-        except InputError as error:
-            self._say(str(error), error=True)
-            return
-        self.accept()
+                self._project.apply(save_subject(draft, origin=self._origin(draft)))
+                self._choose(draft.name)
+
+        if self.attempt(use):
+            self.accept()
 
     def _origin(self, draft: Subject) -> str:
         if self._measured is None:
             return "entered"
-        found = [getattr(self._measured.subject, key) for key in self.lengths]
-        own = [getattr(draft, key) for key in self.lengths]
-        same = all(
-            a is not None and b is not None and abs(a - b) < 0.001
-            for a, b in zip(own, found, strict=True)
-            if a is not None
-        )
+        both = [(getattr(self._measured.subject, k), getattr(draft, k)) for k in self.lengths]
+        same = all(a is None or (b is not None and abs(a - b) < 0.001) for a, b in both)
         return "measured from clicks" if same else "entered"
 
     def _delete(self) -> None:
         name = self.chosen()
-        if name is None:
-            return
-        try:
-            self._subjects.delete(name)
-        except InputError as error:
-            self._say(str(error), error=True)
-            return
-        self._fill_list(self._subjects.used())
 
-    def _ask_to_load(self) -> None:
-        chosen, _ = QFileDialog.getOpenFileName(self, "Load a subject", "", _FILES)
-        if chosen:
-            self.load(Path(chosen))
+        def delete() -> None:
+            if name is not None and self._used() == name:
+                self._choose(None)
+            self._project.apply(DeleteEntry(SUBJECT.name, str(name)))
+
+        if name is not None and self.attempt(delete):
+            self._fill_list()
 
     def load(self, path: Path) -> None:
-        """Write the subject of a file into the form."""
-        try:
-            self.show_subject(read_subject_file(path))
-        except InputError as error:
-            self._say(str(error), error=True)
+        """Write the subject of a file into the form; one without a name gets the file's."""
+
+        def load() -> None:
+            subject = read_subject(path)
+            self.show_subject(replace(subject, name=subject.name or path.stem))
+
+        self.attempt(load)
 
     def _ask_to_store(self) -> None:
         name = f"{self.draft().name or 'subject'}.toml"
-        chosen, _ = QFileDialog.getSaveFileName(self, "Save the subject", name, _FILES)
-        if chosen:
-            self.store(Path(chosen))
+        self.ask_to_save("Save the subject", name, _FILES, self.store)
 
     def store(self, path: Path) -> None:
         """Write the subject of the form to a file."""
         path = path if path.suffix else path.with_suffix(".toml")
-        try:
-            write_subject(path, self.draft())
-        except InputError as error:
-            self._say(str(error), error=True)
-            return
-        self._say(f"Saved to {path}.")
+        if self.attempt(lambda: write_subject(path, self.draft())):
+            self.say(f"Saved to {path}.")
+
+
+def _average_of(subject: Subject) -> dict[str, float]:
+    """Lengths in metres that an average person of this one's size has."""
+    whole, average = asdict(proportions_of(subject)), asdict(AVERAGE)
+    known = [key for key in LENGTHS if getattr(subject, key) is not None] or LENGTHS
+    scale = sum(whole[key] for key in known) / sum(average[key] for key in known)
+    return {key: scale * average[key] for key in LENGTHS}
+
+
+def _doubts_about(subject: Subject, average: Mapping[str, float]) -> list[str]:
+    """Lengths that nobody of this size has, in words."""
+    said = []
+    for key in LENGTHS:
+        length = getattr(subject, key)
+        if length is not None and not _LEAST < length / average[key] < _MOST:
+            said.append(
+                f"{_LENGTHS[key][0]}: {1000 * length:.0f} mm; a person of this size has about "
+                f"{1000 * average[key]:.0f} mm. Measure it again."
+            )
+    return said

@@ -1,0 +1,114 @@
+"""The frame of dialogs that fill in a form: contents, a line of words, buttons."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtWidgets import (
+    QDialog,
+    QDialogButtonBox,
+    QFileDialog,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QWidget,
+)
+
+from stereotrack_core.errors import InputError
+
+from ..style.building import Item, label, vbox
+
+
+class FormDialog(QDialog):
+    """A form that is accepted by one button.
+
+    Parameters
+    ----------
+    title : str
+    accept : str
+        Text of the button that accepts; `run` does what it says, and closes the dialog.
+    close : bool
+        Whether the other button says Close instead of Cancel.
+
+    Attributes
+    ----------
+    words : QLabel
+        Says what is wrong or what was done.
+    accept_button : QPushButton
+    """
+
+    def __init__(
+        self,
+        title: str,
+        accept: str,
+        run: Callable[[], None],
+        parent: QWidget | None = None,
+        *,
+        close: bool = False,
+    ) -> None:
+        super().__init__(parent)
+        self.setWindowTitle(title)
+        self.words = label()
+        standard, role = QDialogButtonBox.StandardButton, QDialogButtonBox.ButtonRole
+        self.buttons = QDialogButtonBox(standard.Close if close else standard.Cancel)
+        self.accept_button = self.buttons.addButton(accept, role.AcceptRole)
+        self.buttons.accepted.connect(run)
+        self.buttons.rejected.connect(self.reject)
+
+    def lay_out(self, *items: Item, size: tuple[int, int]) -> None:
+        """Stand these above the line of words and the buttons."""
+        self.setLayout(vbox(*items, self.words, self.buttons, margins=(9, 9, 9, 9)))
+        self.resize(*size)
+
+    def say(self, text: str, *, error: bool = False) -> None:
+        """Say something in the line of words; nothing hides it."""
+        say_in(self.words, text, error=error)
+
+    def attempt(self, do: Callable[[], object]) -> bool:
+        """Do something; where it cannot be done, that is said."""
+        try:
+            do()
+        except InputError as error:
+            self.say(str(error), error=True)
+            return False
+        return True
+
+    def ask_to_open(self, title: str, files: str, use: Callable[[Path], object]) -> None:
+        """Let the person choose a file to read."""
+        chosen, _ = QFileDialog.getOpenFileName(self, title, "", files)
+        if chosen:
+            use(Path(chosen))
+
+    def ask_to_save(self, title: str, name: str, files: str, use: Callable[[Path], object]) -> None:
+        """Let the person choose a file to write."""
+        chosen, _ = QFileDialog.getSaveFileName(self, title, name, files)
+        if chosen:
+            use(Path(chosen))
+
+
+def say_in(words: QLabel, text: str, *, error: bool = False) -> None:
+    """Say something in a label, as an error or muted; nothing hides it."""
+    words.setText(text)
+    words.setVisible(bool(text))
+    words.setProperty("role", "error" if error else "muted")
+    words.style().unpolish(words)
+    words.style().polish(words)
+
+
+def push_button(text: str, do: Callable[[], object], tip: str = "") -> QPushButton:
+    """A button that Enter in a field of the form does not press."""
+    button = QPushButton(text)
+    button.setToolTip(tip)
+    button.setAutoDefault(False)
+    button.clicked.connect(lambda _checked=False: do())
+    return button
+
+
+def line_edit(name: str, text: str = "", placeholder: str = "", tip: str = "") -> QLineEdit:
+    """A line to type in, with what a screen reader calls it."""
+    edit = QLineEdit(text)
+    edit.setAccessibleName(name)
+    edit.setPlaceholderText(placeholder)
+    edit.setToolTip(tip)
+    return edit
