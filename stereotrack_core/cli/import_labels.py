@@ -61,7 +61,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Read, compare and take in."""
-    from stereotrack_core.interop.label_names import stated_names
+    from stereotrack_core.interop.label_source import stated_names
     from stereotrack_core.interop.labels import is_trajectory
 
     names = stated_names(args.names, "--name")

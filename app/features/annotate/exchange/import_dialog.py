@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QFileDialog, QFormLayout, QWidget
 
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.label_names import stated_names
+from stereotrack_core.interop.label_source import stated_names
 from stereotrack_core.interop.labels import read_labels
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording
