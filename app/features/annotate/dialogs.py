@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from typing import Any, TypeAlias
 
 from PySide6.QtCore import QObject, Qt, Slot
 from PySide6.QtWidgets import QDialog, QFileDialog
@@ -22,6 +24,7 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import REFERENCE
 from stereotrack_core.project.selection import Selection
 from stereotrack_core.project.setups import save_reference
+from stereotrack_core.recording.description import Recording
 
 from ...services.failures import message_of
 from .exchange.agreement import AgreementReport, agreement_report
@@ -36,6 +39,8 @@ from .setup.subject_dialog import SubjectDialog
 
 _PROJECTS = "Projects (*.stereotrack)"
 _REFERENCE_FILES = ("As in a recording (*.csv)", "With its uncertainty (*.npz)")
+_Elsewhere: TypeAlias = tuple[tuple[Click, ...], tuple[InputError, ...]]
+"""Clicks from elsewhere, and what is wrong with them."""
 
 
 class AnnotationDialogs(QObject):
@@ -44,7 +49,7 @@ class AnnotationDialogs(QObject):
     def __init__(self, panels: AnnotationPanels) -> None:
         super().__init__(panels)
         self._panels = panels
-        panels.leaving.connect(self.close_all)
+        panels.leaving.connect(self._close_all)
         self._agreement: AgreementDialog | None = None
         self._other: Path | None = None
 
@@ -55,14 +60,40 @@ class AnnotationDialogs(QObject):
         dialog.raise_()
         dialog.activateWindow()
 
+    def _begin(
+        self,
+        title: str,
+        work: Callable[[Project, Recording], Any],
+        then: Callable[[Project, Recording, Any], None],
+    ) -> None:
+        """Work in the background; go on with the result if that project is open still."""
+        project, recording = self._panels.project, self._panels.recording
+        if project is None or recording is None:
+            return
+
+        def done(found: Any) -> None:
+            if project is self._panels.project:
+                self._attempt(lambda: then(project, recording, found))
+
+        self._panels.tasks.begin(title, lambda _task: work(project, recording), done)
+
+    def _attempt(self, do: Callable[[], object]) -> bool:
+        """Do something; where it cannot be done, say so."""
+        try:
+            do()
+        except InputError as error:
+            self._panels.message.emit(message_of(error))
+            return False
+        return True
+
     # ---- clicks in and out
 
     def ask_to_import(self) -> None:
         """Let the person choose a file of labels, or of a reference."""
         recording = self._panels.recording
         if recording is not None:
-            cameras = [view.name for view in recording.views]
-            cameras += [name for name in recording.cameras if name not in cameras]
+            views = [view.name for view in recording.views]
+            cameras = tuple(dict.fromkeys((*views, *recording.cameras)))
             dialog = ImportDialog(cameras, self._folder(), self._panels.window)
             dialog.chosen.connect(self.import_labels)
             self._show(dialog)
@@ -70,124 +101,78 @@ class AnnotationDialogs(QObject):
     @Slot(object)
     def import_labels(self, file: LabelFile) -> None:
         """Compare a file with the project, and show that before anything is written."""
-        project, recording = self._panels.project, self._panels.recording
-        if project is None or recording is None:
-            return
-        try:
-            trajectory = is_trajectory(file.path)
-        except InputError as error:
-            self._panels.message.emit(message_of(error))
-            return
-        if trajectory:
-            self._panels.tasks.begin(
-                "reading the reference",
-                lambda _task: (project, file.path.stem, reference_in(file.path)),
-                self._on_reference_read,
-            )
-            return
-        frames = self._panels.frame_count or None
-        self._take_in(project, lambda: file.clicks(project, recording, frames), file.path.name)
 
-    @Slot(object)
-    def _on_reference_read(self, found: tuple[Project, str, Reference]) -> None:
-        project, name, reference = found
-        if project is not self._panels.project:
-            return
-        try:
-            project.apply(save_reference(name, reference))
-            project.apply(Choose(REFERENCE.name, name))
-        except InputError as error:
-            self._panels.message.emit(message_of(error))
+        def keep(project: Project, _recording: Recording, reference: Reference) -> None:
+            project.apply(save_reference(file.path.stem, reference))
+            project.apply(Choose(REFERENCE.name, file.path.stem))
+
+        def begin() -> None:
+            if is_trajectory(file.path):
+                self._begin("reading the reference", lambda *_: reference_in(file.path), keep)
+                return
+            frames = self._panels.frame_count or None
+            self._take_in(
+                lambda project, recording: file.clicks(project, recording, frames), file.path.name
+            )
+
+        self._attempt(begin)
 
     def ask_to_merge(self) -> None:
         """Let the person choose another project of this recording."""
-        chosen, _ = QFileDialog.getOpenFileName(
-            self._panels.window, "Merge with another project", self._folder(), _PROJECTS
-        )
-        if chosen:
-            self.merge(Path(chosen))
+        self._ask_for_project("Merge with another project", self.merge)
 
     def merge(self, path: Path) -> None:
         """Compare another project's clicks with these, and let the person decide."""
-        project = self._panels.project
-        if project is not None:
-            self._take_in(project, lambda: _clicks_of(path, project), path.name)
+        self._take_in(lambda project, _recording: _clicks_of(path, project), path.name)
 
-    def merge_repeats(self) -> None:
+    def _merge_repeats(self) -> None:
         """Let the person decide where the second reading differs from the first one."""
-        project = self._panels.project
-        if project is None:
-            return
+        self._take_in(lambda project, _recording: (project.clicks.again(), ()), "blind repeats")
 
-        def read() -> tuple[tuple[Click, ...], tuple[InputError, ...]]:
-            return project.clicks.again(), ()
-
-        self._take_in(project, read, "blind repeats")
-
-    def _take_in(
-        self,
-        project: Project,
-        read: Callable[[], tuple[tuple[Click, ...], tuple[InputError, ...]]],
-        source: str,
-    ) -> None:
-        def work(_task: object) -> tuple[Project, Callable[[], TakeIn], TakeIn]:
-            theirs, problems = read()
+    def _take_in(self, read: Callable[[Project, Recording], _Elsewhere], source: str) -> None:
+        def work(project: Project, recording: Recording) -> tuple[Callable[[], TakeIn], TakeIn]:
+            theirs, problems = read(project, recording)
             complete = source.endswith(".stereotrack")
 
             def compare() -> TakeIn:
                 mine = project.clicks.all(with_deleted=True)
                 return TakeIn(incoming(mine, theirs, source, complete=complete), problems)
 
-            return project, compare, compare()
+            return compare, compare()
 
-        self._panels.tasks.begin(f"comparing clicks with {source}", work, self._open_take_in)
+        def show(
+            project: Project, _recording: Recording, found: tuple[Callable[[], TakeIn], TakeIn]
+        ) -> None:
+            dialog = TakeInDialog(project, *found, self._panels.tasks, self._panels.window)
+            dialog.visit_requested.connect(self._panels.click_requested)
+            dialog.taken_in.connect(self._panels.said)
+            self._show(dialog)
 
-    @Slot(object)
-    def _open_take_in(self, found: tuple[Project, Callable[[], TakeIn], TakeIn]) -> None:
-        project, compare, shown = found
-        if project is not self._panels.project:
-            return
-        dialog = TakeInDialog(project, compare, shown, self._panels.tasks, self._panels.window)
-        dialog.visit_requested.connect(self._panels.click_requested)
-        dialog.taken_in.connect(self._panels.said)
-        self._show(dialog)
+        self._begin(f"comparing clicks with {source}", work, show)
 
     def export(self, selection: Selection | None) -> None:
         """Write clicks to a file, all of them or those that are selected."""
-        project, recording = self._panels.project, self._panels.recording
-        if project is None or recording is None:
-            return
 
-        def work(_task: object) -> tuple[Project, Selection | None, tuple[Click, ...]]:
-            return project, selection, project.clicks.all()
+        def show(project: Project, recording: Recording, clicks: tuple[Click, ...]) -> None:
+            path, panels = Path(self._folder()) / "clicks.csv", self._panels
+            names = project.landmark_set().names
+            dialog = ExportDialog(
+                clicks, names, recording, selection, path, panels.tasks, panels.window
+            )
+            dialog.written.connect(panels.said)
+            self._show(dialog)
 
-        self._panels.tasks.begin("reading clicks", work, self._open_export)
-
-    @Slot(object)
-    def _open_export(self, found: tuple[Project, Selection | None, tuple[Click, ...]]) -> None:
-        project, selection, clicks = found
-        recording = self._panels.recording
-        if project is not self._panels.project or recording is None:
-            return
-        path = Path(self._folder()) / "clicks.csv"
-        names = project.landmark_set().names
-        tasks, window = self._panels.tasks, self._panels.window
-        dialog = ExportDialog(clicks, names, recording, selection, path, tasks, window)
-        dialog.written.connect(self._panels.said)
-        self._show(dialog)
+        self._begin("reading clicks", lambda project, _recording: project.clicks.all(), show)
 
     def ask_to_export_reference(self) -> None:
         """Let the person choose where the reference is written to."""
-        now = self._panels.reference.now
-        if now is None:
-            return
-        path = Path(self._folder()) / "reference.csv"
-        dialog = QFileDialog(self._panels.window, "Export the reference", str(path.parent))
-        dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
-        dialog.setNameFilters(list(_REFERENCE_FILES))
-        dialog.selectFile(path.name)
-        dialog.fileSelected.connect(lambda chosen: self.export_reference(Path(chosen)))
-        self._show(dialog)
+        if self._panels.reference.now is not None:
+            dialog = QFileDialog(self._panels.window, "Export the reference", self._folder())
+            dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
+            dialog.setNameFilters(list(_REFERENCE_FILES))
+            dialog.selectFile("reference.csv")
+            dialog.fileSelected.connect(lambda chosen: self.export_reference(Path(chosen)))
+            self._show(dialog)
 
     def export_reference(self, path: Path) -> None:
         """Write the reference that is shown; says so when it is done."""
@@ -195,14 +180,10 @@ class AnnotationDialogs(QObject):
         if now is None:
             return
         path = path if path.suffix else path.with_suffix(".csv")
-        try:
-            export_reference(path, now.reference)
-        except InputError as error:
-            self._panels.message.emit(message_of(error))
-            return
-        kept = ", with uncertainty" if path.suffix.lower() == ".npz" else ""
-        frames = counted(len(now.reference.frame), "frame")
-        self._panels.said.emit(f"{frames} of the reference saved to {path}{kept}.")
+        if self._attempt(lambda: export_reference(path, now.reference)):
+            kept = ", with uncertainty" if path.suffix.lower() == ".npz" else ""
+            frames = counted(len(now.reference.frame), "frame")
+            self._panels.said.emit(f"{frames} of the reference saved to {path}{kept}.")
 
     # ---- trust
 
@@ -210,54 +191,37 @@ class AnnotationDialogs(QObject):
         """Show how well clicks agree: first with the frames that were annotated again."""
         if self._agreement is None:
             dialog = self._agreement = AgreementDialog(self._panels.window)
-            dialog.again_requested.connect(self.compare_repeats)
+            dialog.again_requested.connect(partial(self.compare_with, None))
             dialog.other_project_requested.connect(self._ask_for_other)
             dialog.differences_requested.connect(self._look_at_differences)
             dialog.destroyed.connect(self._on_agreement_closed)
             self._show(dialog)
-        self.compare_repeats()
-
-    @Slot()
-    def compare_repeats(self) -> None:
-        """Compare first and second readings of the frames that were annotated again."""
-        self._other = None
-        self._compare(None)
+        self.compare_with(None)
 
     @Slot()
     def _ask_for_other(self) -> None:
-        chosen, _ = QFileDialog.getOpenFileName(
-            self._panels.window, "Compare with another project", self._folder(), _PROJECTS
-        )
-        if chosen:
-            self.compare_with(Path(chosen))
+        self._ask_for_project("Compare with another project", self.compare_with)
 
-    def compare_with(self, path: Path) -> None:
-        """Compare with another person's project of this recording."""
+    def compare_with(self, path: Path | None) -> None:
+        """Compare with another person's project; None: both readings of blind repeats."""
         self._other = path
-        self._compare(path)
 
-    def _compare(self, path: Path | None) -> None:
-        project, recording = self._panels.project, self._panels.recording
-        if project is None or recording is None:
-            return
-
-        def work(_task: object) -> tuple[str, AgreementReport]:
-            landmarks = project.landmark_set()
+        def work(project: Project, recording: Recording) -> tuple[str, AgreementReport]:
+            landmarks, cameras = project.landmark_set(), recording.cameras
             if path is None:
                 words = "Blind repeats: first and second passes"
                 found = project.clicks.repeat_differences()
                 sigmas = click_sigmas(found, landmarks.names, USUAL_SIGMA)
-                return words, agreement_report(found, recording.cameras, landmarks, sigmas)
+                return words, agreement_report(found, cameras, landmarks, sigmas)
             words = f"This project and {path.name}"
             found = differences(project.clicks.all(), _clicks_of(path, project)[0])
-            return words, agreement_report(found, recording.cameras, landmarks)
+            return words, agreement_report(found, cameras, landmarks)
 
-        self._panels.tasks.begin("comparing annotations", work, self._on_compared)
+        def show(_project: Project, _recording: Recording, found: tuple[Any, Any]) -> None:
+            if self._agreement is not None:
+                self._agreement.show_report(*found)
 
-    @Slot(object)
-    def _on_compared(self, found: tuple[str, AgreementReport]) -> None:
-        if self._agreement is not None:
-            self._agreement.show_report(*found)
+        self._begin("comparing annotations", work, show)
 
     @Slot()
     def _on_agreement_closed(self) -> None:
@@ -266,7 +230,7 @@ class AnnotationDialogs(QObject):
     @Slot()
     def _look_at_differences(self) -> None:
         if self._other is None:
-            self.merge_repeats()
+            self._merge_repeats()
         else:
             self.merge(self._other)
 
@@ -274,18 +238,18 @@ class AnnotationDialogs(QObject):
 
     def show_subjects(self) -> None:
         """Enter or measure the subject's lengths."""
-        project, recording = self._panels.project, self._panels.recording
-        if project is not None and recording is not None:
-            cameras, subject, panels = recording.cameras, recording.subject, self._panels
-            self._show(SubjectDialog(project, cameras, subject, panels.tasks, panels.window))
+        panels, recording = self._panels, self._panels.recording
+        if panels.project is not None and recording is not None:
+            known = (panels.project, recording.cameras, recording.subject)
+            self._show(SubjectDialog(*known, panels.tasks, panels.window))
 
     def show_landmarks(self) -> None:
         """Edit which landmarks are clicked."""
-        project = self._panels.project
-        if project is not None:
-            self._show(LandmarkSetDialog(project, self._panels.window))
+        if self._panels.project is not None:
+            self._show(LandmarkSetDialog(self._panels.project, self._panels.window))
 
-    def close_all(self) -> None:
+    @Slot()
+    def _close_all(self) -> None:
         """Close what belongs to a project that is being closed."""
         kinds = (
             *(TakeInDialog, AgreementDialog, ExportDialog, ImportDialog),
@@ -295,12 +259,19 @@ class AnnotationDialogs(QObject):
             for dialog in self._panels.window.findChildren(kind):
                 dialog.close()
 
+    def _ask_for_project(self, title: str, use: Callable[[Path], None]) -> None:
+        chosen, _ = QFileDialog.getOpenFileName(
+            self._panels.window, title, self._folder(), _PROJECTS
+        )
+        if chosen:
+            use(Path(chosen))
+
     def _folder(self) -> str:
         project = self._panels.project
         return str(project.path.parent) if project is not None else ""
 
 
-def _clicks_of(path: Path, project: Project) -> tuple[tuple[Click, ...], tuple[InputError, ...]]:
+def _clicks_of(path: Path, project: Project) -> _Elsewhere:
     """Clicks of another project, and what may be wrong with them."""
     clicks, notes = clicks_of_project(path, project)
     doubtful = [note for note in notes if note.severity == "warning"]
