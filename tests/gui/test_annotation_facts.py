@@ -8,17 +8,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.features.annotate.clicking.click_hints import HintQuestion, bone_lengths, hints_of
 from app.features.annotate.clicking.landmark_rows import (
     fit_words,
     landmark_rows,
     length_rows,
     limb_rows,
 )
-from app.features.annotate.clicking.live_fit import FitQuestion, Fitter
 from app.features.annotate.clicking.marks import FrameMarks, marks_of, predictions_in
 from app.features.annotate.clicking.swap_offers import SwapOffers
 from stereotrack_core.annotation.click import UNCERTAIN, Click, Prediction, Visibility
+from stereotrack_core.annotation.frame_clicks import (
+    FitQuestion,
+    Fitter,
+    HintQuestion,
+    bone_lengths,
+    hints_of,
+)
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.depth.parameters import DepthParameters
@@ -46,7 +51,7 @@ def true_clicks(recording, cameras=(N, S, "N_left"), landmarks=NINE.names):
 
 def question(recording, clicks, landmark="left_elbow", shown=(N, S)):
     volume = Volume.of(DepthParameters())
-    return HintQuestion(0, clicks, landmark, shown, recording.cameras, NINE, volume, AVERAGE, {})
+    return HintQuestion(0, clicks, recording.cameras, NINE, AVERAGE, {}, landmark, shown, volume)
 
 
 def test_hints_without_two_views_are_curves_alone(recording):
@@ -128,7 +133,7 @@ def test_the_fit_says_everything_the_panels_need(recording):
     far = replace(clicks[4], position=(clicks[4].position[0] + 60, clicks[4].position[1] + 40))
     clicks = (*clicks[:4], far, *clicks[5:])
     fit = Fitter()(
-        FitQuestion(0, clicks, recording.cameras, {N: "N"}, NINE, AVERAGE, 10.0, {}, None)
+        FitQuestion(0, clicks, recording.cameras, NINE, AVERAGE, {}, {N: "N"}, 10.0, None)
     )
     hints = hints_of(question(recording, clicks))
     facts = FrameMarks(0, clicks, NINE, far.landmark, hints=hints, fit=fit)

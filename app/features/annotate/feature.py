@@ -55,6 +55,6 @@ def register(context: Context) -> Annotate:
             why_not=context.session.no_recording,
         )
     )
-    context.actions.add(commands(clicking))
+    context.actions.add(commands(context.session, clicking))
     add_commands(context.actions, panels, dialogs, predicting)
     return Annotate(clicking, panels, predicting)

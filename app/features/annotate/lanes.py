@@ -45,7 +45,6 @@ class AnnotationLanes:
 
     Parameters
     ----------
-    project : Project
     frames : int
         Number of frames F of the recording.
     cameras : int
@@ -105,7 +104,6 @@ class AnnotationLanes:
 
         Parameters
         ----------
-        reference : Reference or None
         residuals : (F, 6) float64, optional
             Root mean square over the clicks of each limb, pixels, NaN where there is none.
         mistakes : iterable of ClickKey

@@ -44,8 +44,6 @@ class AnnotationPanels(QObject):
 
     Parameters
     ----------
-    timeline : TimelineView
-    tasks : TaskList
     window : QWidget
         Parent of dialogs.
 

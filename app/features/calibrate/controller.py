@@ -13,13 +13,7 @@ _FINDINGS = "Recording checks"
 
 
 class CalibrateController(QObject):
-    """Shows the cameras and what looks wrong, be it by the files or by what is clicked.
-
-    Attributes
-    ----------
-    rig : RigPanel
-    findings : FindingsPanel
-    """
+    """Shows the cameras and what looks wrong, be it by the files or by what is clicked."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context.session)

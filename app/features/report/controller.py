@@ -21,12 +21,7 @@ _FILTER = "Page for a browser (*.html);;PDF (*.pdf)"
 
 
 class ReportController(QObject):
-    """Writes reports.
-
-    Parameters
-    ----------
-    context : Context
-    """
+    """Writes reports."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context.session)

@@ -29,12 +29,7 @@ _NOBODY_KNOWN = (
 
 
 class ViewController(QObject):
-    """Brings views, scene, timeline and light panel together with the facts.
-
-    Attributes
-    ----------
-    light : DisplayPanel
-    """
+    """Brings views, scene, timeline and light panel together with the facts."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context.session)

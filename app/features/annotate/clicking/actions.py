@@ -7,7 +7,8 @@ from functools import partial
 from stereotrack_core.annotation.click import UNCERTAIN, Visibility
 
 from ....services.actions import Command, Menu
-from .choosing import ADVANCES
+from ....session.session import Session
+from .choosing import ADVANCES, Advance
 from .controller import ClickController
 
 _MENU = "&Annotate"
@@ -18,14 +19,14 @@ _STEPS = {
 _WAYS = {"left": (-1, 0), "right": (1, 0), "up": (0, -1), "down": (0, 1)}
 
 
-def commands(annotate: ClickController) -> list[Command]:
+def commands(session: Session, annotate: ClickController) -> list[Command]:
     """Commands of the menu Annotate."""
     return [
         *_choosing(annotate),
         *_placing(annotate),
         *_marking(annotate),
         *_nudging(annotate),
-        *_switches(annotate),
+        *_switches(session, annotate),
     ]
 
 
@@ -170,21 +171,24 @@ def _nudging(annotate: ClickController) -> list[Command]:
     ]  # fmt: skip
 
 
-def _switches(annotate: ClickController) -> list[Command]:
-    after = Menu(f"{_MENU}/After a click", annotate.no_recording).command
+def _switches(session: Session, annotate: ClickController) -> list[Command]:
+    after = Menu(f"{_MENU}/After a click", session.no_recording).command
+
+    def advances(name: Advance) -> bool:
+        return annotate.annotating.advance == name
 
     def no_depth() -> str:
-        there = annotate.depth_available()
+        there = session.clouds.available
         none = "" if there else "No view of this recording provides depth."
         return annotate.why_no_annotating() or none
 
-    advances = [
+    choices = [
         after(f"advance_{name}", text, tip, partial(annotate.choose_advance, name),
-              checked=partial(annotate.advances_to, name))
+              checked=partial(advances, name))
         for name, (text, tip) in ADVANCES.items()
     ]  # fmt: skip
     return [
-        *advances,
+        *choices,
         Menu(_MENU, no_depth).command(
             "fit_depth", "Fit to clicks and depth", "Fit the body to the measured points as well "
             "as to the clicks, where the recording has depth.", annotate.toggle_depth, "Shift+D",

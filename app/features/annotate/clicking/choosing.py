@@ -61,7 +61,6 @@ class Annotated:
         All landmarks, in the person's order.
     clicks : collection of ClickKey
         What a person has said of a frame; also that something is outside an image.
-    frame : int
     cameras : sequence of str
         Cameras whose images are shown.
     """

@@ -42,8 +42,6 @@ class ClickController(QObject):
         The choice and the edits.
     facts : AnnotationFacts
         What is known about the clicks of the frame.
-    landmarks : LandmarksPanel
-    body : BodyPanel
     """
 
     def __init__(self, context: Context, repeats: Callable[[], BlindRepeats | None]) -> None:
@@ -183,14 +181,6 @@ class ClickController(QObject):
             return why_not
         return "This works in the Annotate workspace. Switch to it with Alt+1."
 
-    def no_recording(self) -> str:
-        """Why nothing can be chosen for later either."""
-        return self._session.no_recording()
-
-    def depth_available(self) -> bool:
-        """Whether there are measured points to be fitted to."""
-        return self._session.clouds.available
-
     def why_no_camera(self) -> str:
         """Why keys act on no image."""
         return (
@@ -218,10 +208,6 @@ class ClickController(QObject):
         """Say what follows when a click was placed, and keep it for next time."""
         self.annotating.set_advance(name)
         self._context.settings.setValue(_ADVANCE, name)
-
-    def advances_to(self, name: Advance) -> bool:
-        """Whether this is what follows."""
-        return self.annotating.advance == name
 
     def ask_sigma(self) -> None:
         """Let the person say how sure the click at hand is."""

@@ -3,12 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
 from stereotrack_core.annotation.click import Prediction
 from stereotrack_core.annotation.epipolar import volume_in_sight
-from stereotrack_core.body.proportions import Proportions, proportions_of
+from stereotrack_core.annotation.frame_clicks import (
+    ClickHints,
+    FitQuestion,
+    Fitter,
+    HintQuestion,
+    ShownFit,
+    hints_of,
+)
+from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
@@ -16,14 +26,16 @@ from stereotrack_core.geometry.camera_agreement import Disagreement
 from stereotrack_core.project.history import Changed
 from stereotrack_core.recording.description import Recording
 
+from ....services.tasks.helper_process import HelperProcess
 from ....services.tasks.newest import NewestAnswer
 from ....session.clouds import CloudPresenter
 from ....session.document import DocumentPresenter
 from ....session.project import ProjectPresenter
 from .annotating import Annotating
-from .click_hints import ClickHints, HintQuestion, hints_of
-from .live_fit import FEWEST, FitProcess, FitQuestion, ShownFit
 from .marks import FrameMarks
+
+_FEWEST = 3
+"""Clicks from which on a body is shown; fewer would only show the usual pose."""
 
 _SOON_MS = 30
 _REST_MS = 60
@@ -78,7 +90,7 @@ class AnnotationFacts(QObject):
         self._hints: NewestAnswer[ClickHints] = NewestAnswer(
             self._hint_question, hints_of, "click hints"
         )
-        self._fitters = (FitProcess(), FitProcess())
+        self._fitters = (_FitProcess(), _FitProcess())
         self._fit: NewestAnswer[ShownFit] = NewestAnswer(
             self._fit_question, self._fitters[0], "live fit"
         )
@@ -94,7 +106,9 @@ class AnnotationFacts(QObject):
         # measured points take longer, so they wait until somebody looks at what was clicked
         self._pause = QTimer(self, singleShot=True, interval=_PAUSE_MS)
         self._pause.timeout.connect(self._deep.ask)
-        for source in (self._hints, self._fit, self._deep):
+        self._timers = (self._soon, self._rest, self._pause)
+        self._sources = (self._hints, self._fit, self._deep)
+        for source in self._sources:
             source.changed.connect(self.changed)
             source.failed.connect(self.failed)
         annotating.clicks_changed.connect(self.ask)
@@ -109,16 +123,14 @@ class AnnotationFacts(QObject):
     def set_active(self, active: bool) -> None:
         """Work things out from now on, or rest."""
         self._active = active
-        self._predictions = None
         self.ask()
 
     @Slot()
     def ask(self, _what: object = None) -> None:
         """Work everything out again."""
         self._predictions = None
-        self._soon.start()
-        self._rest.start()
-        self._pause.start()
+        for timer in self._timers:
+            timer.start()
 
     def hints(self) -> ClickHints | None:
         """Hints of the frame that is shown."""
@@ -152,31 +164,17 @@ class AnnotationFacts(QObject):
 
     def settled(self) -> bool:
         """Whether everything that was asked for is there."""
-        answered = self._hints.settled() and self._fit.settled() and self._deep.settled()
-        waiting = any(timer.isActive() for timer in (self._soon, self._rest, self._pause))
-        waits = waiting or self._waits_for_depth()
-        return answered and not waits
+        waiting = any(timer.isActive() for timer in self._timers) or self._waits_for_depth()
+        return not waiting and all(source.settled() for source in self._sources)
 
     def close(self) -> None:
         """End the threads."""
-        for timer in (self._soon, self._rest, self._pause):
+        for timer in self._timers:
             timer.stop()
         for fitter in self._fitters:
             fitter.close()
-        for source in (self._hints, self._fit, self._deep):
+        for source in self._sources:
             source.close()
-
-    def _proportions(self, recording: Recording) -> Proportions:
-        project = self._project.project
-        own = project.subject() if project is not None else None
-        return proportions_of(own if own is not None else recording.subject)
-
-    def _sigmas(self) -> Mapping[str, float]:
-        """How good clicks are, as far as that was measured by annotating again."""
-        if self._measured is None:
-            project = self._project.project
-            self._measured = project.click_sigmas() if project is not None else {}
-        return self._measured
 
     @Slot(object)
     def _on_changed(self, changed: Changed) -> None:
@@ -192,9 +190,8 @@ class AnnotationFacts(QObject):
     @Slot()
     def _on_recording(self) -> None:
         """Forget what is known, and whatever still comes, of frames of another recording."""
-        for source in (self._hints, self._fit, self._deep):
+        for source in self._sources:
             source.close()
-        self._predictions = None
         self.ask()
 
     def _volume(self, recording: Recording) -> Volume:
@@ -212,16 +209,26 @@ class AnnotationFacts(QObject):
         if recording is None or not self._active or not clicks:
             return None
         return HintQuestion(
-            self._document.frame,
-            clicks,
-            self._annotating.choice.landmark,
-            tuple(self._cameras()),
-            recording.cameras,
-            self._annotating.landmark_set,
-            self._volume(recording),
-            self._proportions(recording),
-            self._sigmas(),
+            **self._known(recording),
+            cameras=recording.cameras,
+            landmark=self._annotating.choice.landmark,
+            shown=tuple(self._cameras()),
+            volume=self._volume(recording),
         )
+
+    def _known(self, recording: Recording) -> dict[str, Any]:
+        """What all questions about the frame state."""
+        project, annotating = self._project.project, self._annotating
+        if self._measured is None:  # how good clicks are, by annotating again
+            self._measured = project.click_sigmas() if project is not None else {}
+        own = project.subject() if project is not None else None
+        return {
+            "frame": self._document.frame,
+            "clicks": tuple(annotating.clicks().values()),
+            "landmark_set": annotating.landmark_set,
+            "proportions": proportions_of(own if own is not None else recording.subject),
+            "sigmas": self._measured,
+        }
 
     def _best_fit(self) -> ShownFit | None:
         """The fit with measured points where it is of these very clicks, else the quick one."""
@@ -242,27 +249,26 @@ class AnnotationFacts(QObject):
         recording = self._document.recording
         if recording is None or not self._worth_fitting():
             return None
-        clicks = tuple(self._annotating.clicks().values())
-        names = {view.image.camera for view in recording.views} | {one.camera for one in clicks}
+        names = {view.image.camera for view in recording.views}
+        names |= {click.camera for click in self._annotating.clicks().values()}
         return FitQuestion(
-            self._document.frame,
-            clicks,
-            {name: camera for name, camera in recording.cameras.items() if name in names},
-            self.view_names(),
-            self._annotating.landmark_set,
-            self._proportions(recording),
-            recording.fps,
-            self._sigmas(),
-            cloud,
+            **self._known(recording),
+            cameras={name: one for name, one in recording.cameras.items() if name in names},
+            views=self.view_names(),
+            fps=recording.fps,
+            cloud=cloud,
         )
 
     def _worth_fitting(self) -> bool:
         positions = [click for click in self._annotating.clicks().values() if click.position]
-        return self._active and not self._document.playing and len(positions) >= FEWEST
+        return self._active and not self._document.playing and len(positions) >= _FEWEST
+
+    def _wants_depth(self) -> bool:
+        return self.use_depth and self._clouds.available and self._worth_fitting()
 
     def _cloud(self) -> Cloud | None:
         """The measured points, asked for where they are not there yet."""
-        if not (self.use_depth and self._clouds.available and self._worth_fitting()):
+        if not self._wants_depth():
             return None
         cloud = self._clouds.cloud(self._document.frame)
         if cloud is None:
@@ -270,10 +276,9 @@ class AnnotationFacts(QObject):
         return cloud
 
     def _waits_for_depth(self) -> bool:
-        if not (self.use_depth and self._clouds.available and self._worth_fitting()):
-            return False
         frame = self._document.frame
-        return self._clouds.cloud(frame) is None and not self._clouds.given_up(frame)
+        known = self._clouds.cloud(frame) is not None or self._clouds.given_up(frame)
+        return self._wants_depth() and not known
 
     @Slot(object)
     def _on_measured(self, _cloud: object) -> None:
@@ -287,3 +292,22 @@ class AnnotationFacts(QObject):
             found = project.predictions.at(frame) if project is not None and not blind else ()
             self._predictions = (frame, found)
         return self._predictions[1]
+
+
+class _FitProcess:
+    """Fits in another process."""
+
+    def __init__(self) -> None:
+        self._process = HelperProcess(f"{Fitter.__module__}:Fitter")
+
+    def __call__(self, question: FitQuestion) -> ShownFit:
+        """Fit the body to the clicks of one frame."""
+        cloud = question.cloud
+        if cloud is not None:  # the fit takes points alone
+            cloud = replace(cloud, depths={})
+        shown: ShownFit = self._process(replace(question, cloud=cloud))
+        return replace(shown, question=question)
+
+    def close(self) -> None:
+        """End the process."""
+        self._process.close()

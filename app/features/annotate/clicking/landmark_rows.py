@@ -10,11 +10,11 @@ import numpy as np
 from stereotrack_core.annotation.click import UNCERTAIN, USUAL_SIGMA, Click, Visibility
 from stereotrack_core.annotation.doubts import what_disagrees, what_to_do
 from stereotrack_core.annotation.fit.results import mistake_words
+from stereotrack_core.annotation.frame_clicks import ShownFit
 from stereotrack_core.body.limbs import LIMBS
 
 from ....widgets.style.limb_colours import limb_words
 from ....widgets.tables.landmark_rows import BodyRow, CellState, LandmarkRow
-from .live_fit import ShownFit
 from .marks import FrameMarks, predictions_in
 
 _KEYS = 9

@@ -12,6 +12,7 @@ from PySide6.QtGui import QPainterPath
 from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Prediction, Visibility
 from stereotrack_core.annotation.doubts import own_mistakes
 from stereotrack_core.annotation.fit.results import MISTAKEN
+from stereotrack_core.annotation.frame_clicks import ClickHints, ShownFit
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.camera_agreement import Disagreement
@@ -25,8 +26,6 @@ from ....widgets.camera.click_marks import (
     ResidualMark,
 )
 from ....widgets.camera.overlays import limb_paths, part_shapes
-from .click_hints import ClickHints
-from .live_fit import ShownFit
 
 TRIANGULATED = "other views"
 """Source of predictions from the clicks of the same frame."""
@@ -41,18 +40,12 @@ class FrameMarks:
 
     Attributes
     ----------
-    frame : int
-    clicks : tuple of Click
-    landmark_set : LandmarkSet
     chosen : str
         The landmark that keys act on.
     at_hand, held : ClickKey or None
         The click that keys act on; that arrow keys move.
     predictions : tuple of Prediction
         Kept in the project.
-    hints : ClickHints or None
-    fit : ShownFit or None
-    views : mapping from camera name to view name
     offers : mapping from camera name to str or None
         The landmark that the next click in an image that is shown places; None: it places none.
     doubtful : Disagreement or None

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+from stereotrack_core.annotation.frame_clicks import ClickHints
 from stereotrack_core.annotation.swaps import Swap
 
 from ....widgets.forms.message import Message
-from .click_hints import ClickHints
 
 
 class SwapOffers:

@@ -62,9 +62,6 @@ def agreement_report(
 
     Parameters
     ----------
-    found : iterable of Difference
-    cameras : mapping from camera name to Camera
-    landmarks : LandmarkSet
     sigmas : mapping from landmark to float, optional
         What the fit takes as the standard deviation of a click because of these readings, pixels.
     """

@@ -36,7 +36,6 @@ class LabelFile:
 
     Attributes
     ----------
-    path : Path
     camera : str or None
         Camera or view that its labels are of; None: as the file says.
     names : mapping

@@ -27,7 +27,6 @@ class TakeIn:
 
     Attributes
     ----------
-    incoming : Incoming
     problems : tuple of InputError
         What could not be read at all.
     conflicts : tuple of Difference

@@ -73,8 +73,6 @@ class SubjectDialog(FormDialog):
 
     Parameters
     ----------
-    project : Project
-    cameras : mapping from camera name to Camera
     recorded : Subject or None
         Of the recording's folder.
     tasks : TaskList

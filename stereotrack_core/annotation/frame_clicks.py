@@ -1,53 +1,86 @@
-"""What the clicks of a frame say about each other: predicted points, curves, mixed-up sides."""
+"""What the clicks of one frame say: predicted points, curves, mixed-up sides, the fitted body."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.click import Click, ClickKey, measurements
 from stereotrack_core.annotation.epipolar import epipolar_curve
+from stereotrack_core.annotation.fit.fit import ClickFit
+from stereotrack_core.annotation.fit.results import FrameFit
+from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.predict import PredictedPoint, predicted_point
 from stereotrack_core.annotation.swaps import Swap, find_swaps
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.mesh import PartMesh, body_mesh
+from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import Proportions
+from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.geometry.camera import Camera
 
+_AROUND = 16
+"""Corners around a part that is drawn."""
+
 
 @dataclass(frozen=True, eq=False)
-class HintQuestion:
-    """What hints are asked about.
+class FrameClicks:
+    """The clicks of one frame, and what is known besides.
 
     Attributes
     ----------
-    frame : int
     clicks : tuple of Click
-        Of this frame, all cameras and landmarks.
-    landmark : str
-        The one whose curves are wanted.
-    shown : tuple of str
-        Cameras whose images are shown.
-    cameras : mapping from name to Camera
-    landmark_set : LandmarkSet
-    volume : Volume
-    proportions : Proportions
+        Of all cameras and landmarks.
     sigmas : mapping from landmark to float
         How good clicks are, pixels per axis, as far as measured.
     """
 
     frame: int
     clicks: tuple[Click, ...]
-    landmark: str
-    shown: tuple[str, ...]
     cameras: Mapping[str, Camera]
     landmark_set: LandmarkSet
-    volume: Volume
     proportions: Proportions
     sigmas: Mapping[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class HintQuestion(FrameClicks):
+    """What the clicks say about each other.
+
+    Attributes
+    ----------
+    landmark : str
+        The one whose curves are wanted.
+    shown : tuple of str
+        Cameras whose images are shown.
+    volume : Volume
+        Where landmarks can be.
+    """
+
+    landmark: str
+    shown: tuple[str, ...]
+    volume: Volume
+
+
+@dataclass(frozen=True, eq=False)
+class FitQuestion(FrameClicks):
+    """The body that is fitted to the clicks.
+
+    Attributes
+    ----------
+    views : mapping from camera to str
+        How people call the cameras.
+    cloud : Cloud or None
+        Measured points, where they are there and wanted.
+    """
+
+    views: Mapping[str, str]
+    fps: float
+    cloud: Cloud | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,12 +98,8 @@ class ClickHints:
 
     Attributes
     ----------
-    question : HintQuestion
     points : mapping from landmark to PredictedPoint
         Of landmarks with clicks in two places or more.
-    curves : mapping from camera to tuple of Curve
-    swaps : tuple of Swap
-    lengths : tuple of BoneLength
     """
 
     question: HintQuestion
@@ -148,11 +177,8 @@ class BoneLength:
 
     Attributes
     ----------
-    name : str
-    clicked : float
     sigma : float
         Standard deviation of it, from the clicks.
-    subject : float
     """
 
     name: str
@@ -193,3 +219,72 @@ def _middle(
     places = np.mean([points[name].world for name in names], axis=0)
     covariance = np.sum([points[name].covariance for name in names], axis=0) / len(names) ** 2
     return places, covariance
+
+
+@dataclass(frozen=True, eq=False)
+class ShownFit:
+    """A fit and what is drawn of it.
+
+    Attributes
+    ----------
+    residuals : mapping from ClickKey to (2,) float64
+        Click minus model, raw pixels.
+    mistakes : mapping from ClickKey to float
+        Probability that the click is a gross mistake.
+    places : mapping from landmark to (3,) float64
+        Landmarks of the model, world, metres.
+    """
+
+    question: FitQuestion
+    fit: FrameFit
+    meshes: tuple[PartMesh, ...]
+    residuals: Mapping[ClickKey, FloatArray]
+    mistakes: Mapping[ClickKey, float]
+    places: Mapping[str, FloatArray]
+
+
+class Fitter:
+    """Fits; keeps what is the same from click to click. Called in one thread at a time."""
+
+    def __init__(self) -> None:
+        self._made: tuple[object, ClickFit] | None = None
+
+    def __call__(self, question: FitQuestion) -> ShownFit:
+        """Fit the body to the clicks of one frame."""
+        clicks = [one for one in question.clicks if one.camera in question.cameras]
+        taken = measurements(clicks, question.landmark_set.names, question.sigmas)
+        fit = self._fit_for(question).frame(taken, cloud=question.cloud)
+        keys = [one.key for one in taken]
+        body = body_model(question.proportions)
+        return ShownFit(
+            replace(question, cloud=None),  # the points are large, and are known where it goes
+            fit,
+            body_mesh(body, fit.pose, around=_AROUND),
+            dict(zip(keys, fit.residual_px, strict=True)),
+            dict(zip(keys, fit.mistake.tolist(), strict=True)),
+            dict(zip(question.landmark_set.names, fit.landmarks_world, strict=True)),
+        )
+
+    def _fit_for(self, question: FitQuestion) -> ClickFit:
+        depth = question.cloud is not None
+        cameras = tuple((name, _numbers(camera)) for name, camera in question.cameras.items())
+        key = (cameras, question.landmark_set, question.proportions, depth)
+        if self._made is None or self._made[0] != key:
+            settings = replace(FitSettings(), use_depth=depth)
+            made = ClickFit(
+                question.cameras,
+                question.landmark_set,
+                question.proportions,
+                settings,
+                fps=question.fps,
+                views=question.views,
+            )
+            self._made = (key, made)
+        return self._made[1]
+
+
+def _numbers(camera: Camera) -> bytes:
+    """What a camera is known by."""
+    pose = camera.camera_from_world
+    arrays = (camera.matrix, camera.distortions, pose.rotation, pose.translation)
+    return b"".join(array.tobytes() for array in arrays)
