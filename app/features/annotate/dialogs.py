@@ -15,7 +15,8 @@ from stereotrack_core.annotation.click import USUAL_SIGMA, Click
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.labels import is_trajectory
+from stereotrack_core.interop.label_source import LabelSource
+from stereotrack_core.interop.labels import is_trajectory, read_labels
 from stereotrack_core.interop.reference_npz import export_reference
 from stereotrack_core.interop.run_file import reference_in
 from stereotrack_core.project.entries import Choose
@@ -30,7 +31,7 @@ from ...services.failures import message_of
 from .exchange.agreement import AgreementReport, agreement_report
 from .exchange.agreement_dialog import AgreementDialog
 from .exchange.export_dialog import ExportDialog
-from .exchange.import_dialog import ImportDialog, LabelFile
+from .exchange.import_dialog import ImportDialog
 from .exchange.take_in_dialog import TakeInDialog
 from .exchange.taking_in import TakeIn
 from .panels import AnnotationPanels
@@ -90,30 +91,27 @@ class AnnotationDialogs(QObject):
 
     def ask_to_import(self) -> None:
         """Let the person choose a file of labels, or of a reference."""
-        recording = self._panels.recording
-        if recording is not None:
-            views = [view.name for view in recording.views]
-            cameras = tuple(dict.fromkeys((*views, *recording.cameras)))
-            dialog = ImportDialog(cameras, self._folder(), self._panels.window)
+        project, recording = self._panels.project, self._panels.recording
+        if project is not None and recording is not None:
+            names = project.landmark_set().names
+            dialog = ImportDialog(recording, names, self._folder(), self._panels.window)
             dialog.chosen.connect(self.import_labels)
             self._show(dialog)
 
     @Slot(object)
-    def import_labels(self, file: LabelFile) -> None:
+    def import_labels(self, source: LabelSource) -> None:
         """Compare a file with the project, and show that before anything is written."""
 
         def keep(project: Project, _recording: Recording, reference: Reference) -> None:
-            project.apply(save_reference(file.path.stem, reference))
-            project.apply(Choose(REFERENCE.name, file.path.stem))
+            project.apply(save_reference(source.path.stem, reference))
+            project.apply(Choose(REFERENCE.name, source.path.stem))
 
         def begin() -> None:
-            if is_trajectory(file.path):
-                self._begin("reading the reference", lambda *_: reference_in(file.path), keep)
+            if is_trajectory(source.path):
+                self._begin("reading the reference", lambda *_: reference_in(source.path), keep)
                 return
             frames = self._panels.frame_count or None
-            self._take_in(
-                lambda project, recording: file.clicks(project, recording, frames), file.path.name
-            )
+            self._take_in(lambda *_: _labels_of(source, frames), source.path.name)
 
         self._attempt(begin)
 
@@ -269,6 +267,20 @@ class AnnotationDialogs(QObject):
     def _folder(self) -> str:
         project = self._panels.project
         return str(project.path.parent) if project is not None else ""
+
+
+def _labels_of(source: LabelSource, frames: int | None) -> _Elsewhere:
+    """Clicks of a file, and everything that is left out of it."""
+    found = read_labels(source, frames)
+    left_out = tuple(
+        InputError(
+            f"all labels of {name!r}: no landmark of this project corresponds to it",
+            where=source.path.name,
+            remedy=f"To import them, give {name}=... under the names.",
+        )
+        for name in found.left_out
+    )
+    return found.clicks, (*left_out, *found.problems)
 
 
 def _clicks_of(path: Path, project: Project) -> _Elsewhere:

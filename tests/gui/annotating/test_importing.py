@@ -10,8 +10,9 @@ from PySide6.QtCore import QObject, Signal
 
 from app.features.annotate import dialogs
 from app.features.annotate.dialogs import AnnotationDialogs
-from app.features.annotate.exchange.import_dialog import LabelFile
 from app.services.tasks.task import TaskList
+from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.recording.landmarks import LandmarkTrajectory, write_landmarks
 
 PATIENCE_S = 300.0
@@ -51,7 +52,7 @@ def test_a_reference_goes_into_the_project_it_was_read_for(
     path = tmp_path / "truth.csv"
     write_landmarks(path, LandmarkTrajectory(np.arange(10), points))
     panels, applied = Panels(project, recording), []
-    AnnotationDialogs(panels).import_labels(LabelFile(path))
+    AnnotationDialogs(panels).import_labels(LabelSource(path, recording, NINE.names))
     assert begun.wait(PATIENCE_S)
     if not stays:
         panels.project = type("Other", (), {"apply": applied.append})()

@@ -12,7 +12,7 @@ from app.features.annotate.actions import add_commands
 from app.features.annotate.dialogs import AnnotationDialogs
 from app.features.annotate.exchange.agreement_dialog import AgreementDialog
 from app.features.annotate.exchange.export_dialog import ExportDialog
-from app.features.annotate.exchange.import_dialog import ImportDialog, LabelFile
+from app.features.annotate.exchange.import_dialog import ImportDialog
 from app.features.annotate.exchange.take_in_dialog import TakeInDialog
 from app.features.annotate.filling.predicting import PredictionWork
 from app.features.annotate.panels import AnnotationPanels
@@ -24,6 +24,7 @@ from app.widgets.timeline.painting import RULER_HEIGHT
 from app.widgets.timeline.timeline_view import TimelineView
 from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.labels import read_clicks, write_clicks
 from stereotrack_core.interop.reference_npz import read_reference
 from stereotrack_core.project.clicks import BlindRepeat, MoveClicks, PlaceClicks, place
@@ -305,12 +306,16 @@ def test_labels_of_another_tool_are_imported(qtbot, project, stage, tmp_path):
 def test_a_trajectory_becomes_a_reference(qtbot, project, stage, make, tmp_path):
     points = np.stack([make.places_at(k) for k in range(10)])
     write_landmarks(tmp_path / "truth.csv", LandmarkTrajectory(np.arange(10), points))
-    stage.dialogs.import_labels(LabelFile(tmp_path / "truth.csv"))
+    stage.dialogs.import_labels(
+        LabelSource(tmp_path / "truth.csv", stage.panels.recording, NINE.names)
+    )
     settled(qtbot, stage)
     qtbot.waitUntil(lambda: stage.panels.reference.now is not None, timeout=20_000)
     assert project.chosen(project.references) == "truth"
     assert "uncertainty unknown" in stage.panels.reference.now.words
-    stage.dialogs.import_labels(LabelFile(tmp_path / "truth.csv"))
+    stage.dialogs.import_labels(
+        LabelSource(tmp_path / "truth.csv", stage.panels.recording, NINE.names)
+    )
     qtbot.waitUntil(lambda: bool(stage.problems), timeout=20_000)
     assert "there is a reference 'truth' already" in stage.problems[-1].what
 

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 from pathlib import Path
 
 from PySide6.QtCore import Signal, Slot
 from PySide6.QtWidgets import QFileDialog, QFormLayout, QWidget
 
-from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.label_source import stated_names
-from stereotrack_core.interop.labels import read_labels
-from stereotrack_core.project.project import Project
+from stereotrack_core.interop.label_source import LabelSource, stated_names
 from stereotrack_core.recording.description import Recording
 
 from ....widgets.forms.form_dialog import FormDialog, line_edit, push_button
@@ -30,58 +26,26 @@ _WORDS = (
 )
 
 
-@dataclass(frozen=True)
-class LabelFile:
-    """A file of another tool, and what it does not say itself.
-
-    Attributes
-    ----------
-    camera : str or None
-        Camera or view that its labels are of; None: as the file says.
-    names : mapping
-        From their landmarks to ours, where the names do not tell.
-    """
-
-    path: Path
-    camera: str | None = None
-    names: Mapping[str, str] = field(default_factory=dict)
-
-    def clicks(
-        self, project: Project, recording: Recording, frames: int | None
-    ) -> tuple[tuple[Click, ...], tuple[InputError, ...]]:
-        """The clicks, and everything that is left out; InputError where it cannot be read."""
-        found = read_labels(
-            self.path,
-            recording,
-            landmarks=project.landmark_set().names,
-            frames=frames,
-            camera=self.camera,
-            names=self.names or None,
-        )
-        left_out = tuple(
-            InputError(
-                f"all labels of {name!r}: no landmark of this project corresponds to it",
-                where=self.path.name,
-                remedy=f"To import them, give {name}=... under the names.",
-            )
-            for name in found.left_out
-        )
-        return found.clicks, (*left_out, *found.problems)
-
-
 class ImportDialog(FormDialog):
     """A file, the camera that it is of, and what its landmarks are called here.
 
     Signals
     -------
-    chosen : LabelFile
+    chosen : LabelSource
     """
 
     chosen = Signal(object)
 
-    def __init__(self, cameras: Sequence[str], folder: str, parent: QWidget | None = None) -> None:
+    def __init__(
+        self,
+        recording: Recording,
+        landmarks: Sequence[str],
+        folder: str,
+        parent: QWidget | None = None,
+    ) -> None:
         super().__init__("Import clicks", "Compare …", self._on_accepted, parent)
-        self._folder = folder
+        self._recording, self._landmarks, self._folder = recording, landmarks, folder
+        cameras = dict.fromkeys((*(view.name for view in recording.views), *recording.cameras))
         self.path = line_edit("File")
         self.camera = choice(
             "Camera",
@@ -121,7 +85,9 @@ class ImportDialog(FormDialog):
                 raise InputError(
                     "there is no such file", where=str(path), remedy="Choose another file."
                 )
-            self.chosen.emit(LabelFile(path, self.camera.currentData() or None, names))
+            camera = self.camera.currentData() or None
+            source = LabelSource(path, self._recording, self._landmarks, camera, names or None)
+            self.chosen.emit(source)
 
         if self.attempt(take):
             self.accept()
