@@ -421,7 +421,7 @@ def test_the_reference_is_exported_with_and_without_its_uncertainty(qtbot, stage
     )
     assert stage.heard[-1].endswith("with uncertainty.")
     stage.dialogs.export_reference(tmp_path / "reference.txt")
-    assert "cannot be exported as .txt" in stage.problems[-1].what
+    assert "cannot be written as .txt" in stage.problems[-1].what
 
 
 def test_a_project_that_can_only_be_read_is_shown(qtbot, project, stage, make):
@@ -438,6 +438,6 @@ def test_a_project_that_can_only_be_read_is_shown(qtbot, project, stage, make):
         for name in ("agreement", "export", "subject", "landmarks"):
             assert stage.book.action(f"annotate-{name}").isEnabled(), name
         stage.dialogs.show_subjects()
-        assert not stage.findChild(SubjectDialog).use_button.isEnabled()
+        assert not stage.findChild(SubjectDialog).accept_button.isEnabled()
         stage.panels.set_project(None, None, 0)
     assert not stage.problems
