@@ -18,13 +18,13 @@ from stereotrack_core.window import DemoTracking
 from .features.annotate import feature as annotate
 from .features.annotate.feature import Annotate
 from .features.calibrate import feature as calibrate
-from .features.calibrate.controller import CalibrateController
+from .features.calibrate.feature import CalibrateController
 from .features.inspect import feature as inspect
 from .features.inspect.controller import InspectController
 from .features.project import feature as project
 from .features.project.files import FileController
 from .features.report import feature as report
-from .features.report.controller import ReportController
+from .features.report.feature import ReportController
 from .features.review import feature as review
 from .features.review.feature import Review
 from .features.sweep import feature as sweep

@@ -2,9 +2,65 @@
 
 from __future__ import annotations
 
+from PySide6.QtCore import QObject, Slot
+
 from ...context import Context
 from ...services.layout import Workspace
-from .controller import CalibrateController
+from ...widgets.forms.message import Message
+from ...widgets.tables.findings_panel import FindingsPanel
+from ...widgets.tables.rig_panel import RigPanel
+
+_FINDINGS = "Recording checks"
+
+
+class CalibrateController(QObject):
+    """Shows the cameras and what looks wrong, be it by the files or by what is clicked."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context.session)
+        self._context, self._session = context, context.session
+        self.rig, self.findings = RigPanel(), FindingsPanel()
+        self._dock = context.docks.add("findings", _FINDINGS, self.findings)
+        context.docks.add("rig", "Rig", self.rig)
+        self._told: Message | None = None
+        self._told_cameras: tuple[str, ...] = ()
+        session = context.session
+        session.opened.connect(self._show_recording)
+        session.closed.connect(self._show_recording)
+        session.document.findings_changed.connect(self._show_findings)
+        session.cameras.changed.connect(self._on_cameras)
+        session.cameras.failed.connect(context.notifier.error)
+
+    @Slot()
+    def _show_recording(self) -> None:
+        self.rig.show_rig(self._session.document.recording)
+        self.findings.show_findings(None)
+
+    @Slot()
+    def _show_findings(self) -> None:
+        known = self._session.document.findings
+        if known is not None:
+            known = (*known, *self._session.cameras.findings())
+        self.findings.show_findings(known)
+        serious = sum(finding.severity != "note" for finding in known or ())
+        self._dock.setWindowTitle(f"{_FINDINGS} ({serious})" if serious else _FINDINGS)
+
+    @Slot()
+    def _on_cameras(self) -> None:
+        """Say which camera contradicts the others, before its clicks are blamed."""
+        cameras, notifier = self._session.cameras, self._context.notifier
+        found, doubtful = cameras.findings(), cameras.doubtful()
+        self._show_findings()
+        self.rig.show_findings({name: one.what for one in found for name in doubtful})
+        if doubtful != self._told_cameras:  # and not again while more is clicked
+            self._told_cameras = doubtful
+            if self._told is not None:
+                notifier.take_back(self._told)
+            self._told = (
+                Message("warning", found[0].what, remedy=found[0].remedy) if found else None
+            )
+            if self._told is not None:
+                notifier.show(self._told)
 
 
 def register(context: Context) -> CalibrateController:
