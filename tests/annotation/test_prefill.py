@@ -37,7 +37,7 @@ def run_of(points):
         x=np.zeros((frames, 1)),
         P=np.zeros((frames, 1, 1)),
         state_names=("torso_x",),
-        tracked=np.isfinite(points).all(axis=(1, 2)),
+        tracked=np.isfinite(points).any(axis=(1, 2)),
         unexplained_fraction=np.zeros(frames),
         residual=np.zeros(frames),
         innovation=np.zeros(frames),

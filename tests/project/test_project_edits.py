@@ -261,7 +261,8 @@ def test_second_readings_are_kept_apart(project):
 def test_edits_of_a_second_reading_do_what_they_do_to_the_first(project):
     first = (ELBOW, OTHER)
     project.apply(PlaceClicks(first))
-    there = (replace(ELBOW, position=(12.0, 19.0)), replace(OTHER, position=None))
+    outside = replace(OTHER, position=None, visibility=Visibility.OUTSIDE)
+    there = (replace(ELBOW, position=(12.0, 19.0)), outside)
 
     def after(edit):
         project.apply(BlindRepeat(1, PlaceClicks(there)))
