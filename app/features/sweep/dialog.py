@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.durations import in_words
 from stereotrack_core.experiments.sweep.plan import SweepCount, SweepPlan, count_of
@@ -27,7 +28,6 @@ from stereotrack_core.experiments.sweep.store import SweepPlaces, stored_results
 from stereotrack_core.recording.folder import open_recordings
 
 from ...services.tasks.task import Task, TaskList
-from ...session.counting import counted
 from ...widgets.style.building import hbox, label, vbox
 from .form import SweepForm
 from .points import push_button
