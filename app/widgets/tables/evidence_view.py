@@ -8,9 +8,11 @@ from html import escape
 import numpy as np
 from PySide6.QtCore import QRect, QSize, Qt
 from PySide6.QtGui import QImage, QPainter, QPaintEvent, QPixmap
-from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QScrollArea, QSizePolicy, QWidget
 
 from stereotrack_core.arrays import ImageArray
+
+from ..style.building import label, vbox
 
 _NONE = (
     "Select a failure to see the evidence for its cause. Press Enter to go to its worst frame; "
@@ -28,20 +30,14 @@ class EvidenceView(QScrollArea):
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setMinimumHeight(80)
-        self.heading, self.label = QLabel(_NONE), QLabel()
-        for label in (self.heading, self.label):
-            label.setWordWrap(True)
-            label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.heading, self.label = label(_NONE), label()
+        for text in (self.heading, self.label):
+            text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.label.setTextFormat(Qt.TextFormat.RichText)
         self.picture = ScaledPicture()
         inside = QWidget()
-        column = QVBoxLayout(inside)
-        column.setContentsMargins(8, 6, 8, 6)
-        column.setSpacing(6)
-        column.addWidget(self.heading)
-        column.addWidget(self.picture)
-        column.addWidget(self.label)
-        column.addStretch(1)
+        parts = (self.heading, self.picture, self.label)
+        inside.setLayout(vbox(*parts, None, margins=(8, 6, 8, 6), spacing=6))
         self.setWidget(inside)
 
     def show_words(self, heading: str, evidence: Sequence[tuple[str, float, str, bool]]) -> None:

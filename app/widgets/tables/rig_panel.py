@@ -7,11 +7,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QTreeWidget, QTreeWidgetItem, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QTreeWidget, QTreeWidgetItem, QWidget
 
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording, View
 
+from ..style.building import vbox
 from ..style.theme import current_theme
 
 _COLUMNS = {
@@ -40,9 +41,7 @@ class RigPanel(QWidget):
             header = self.tree.headerItem()
             if header is not None:
                 header.setToolTip(column, tip)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(self.tree)
+        self.setLayout(vbox(self.tree))
 
     def show_findings(self, found: Mapping[str, str]) -> None:
         """Mark cameras that something is wrong with: what it is, by name."""

@@ -12,7 +12,7 @@ from PySide6.QtGui import QGuiApplication
 from app.features.annotate.clicking.blind_repeats import BlindRepeats, Repeat
 from app.features.annotate.exchange.agreement import agreement_report
 from app.features.annotate.exchange.agreement_dialog import AgreementDialog
-from app.widgets.forms.repeat_bar import RepeatBar
+from app.widgets.forms.bars import RepeatBar
 from stereotrack_core.annotation.agreement import differences
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.project.clicks import PlaceClicks, PlaceRepeats
@@ -117,7 +117,7 @@ def test_the_dialog_shows_and_copies(qtbot, annotated, make, shown):
     dialog = shown(AgreementDialog(), 940, 420)
     report = report_of(annotated, make.clicks_at(range(10), sigma=2.0, seed=9), make)
     dialog.show_report("A against B", report)
-    assert dialog.table.rowCount() == 10
+    assert dialog.table.model().rowCount() == 10
     qtbot.mouseClick(dialog.copy_button, LEFT)
     lines = QGuiApplication.clipboard().text().splitlines()
     assert len(lines) == 11

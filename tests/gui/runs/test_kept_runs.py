@@ -275,15 +275,15 @@ def test_details_say_what_two_runs_were_made_with_differently(tracking, qtbot):
     details = tracking.features.track.details
     assert (details.first.currentText(), details.second.currentText()) == ("one", "two")
     rows = {
-        details.table.item(k, 0).text(): (
-            details.table.item(k, 1).text(),
-            details.table.item(k, 2).text(),
+        details.model.cell(k, 0).text: (
+            details.model.cell(k, 1).text,
+            details.model.cell(k, 2).text,
         )
-        for k in range(details.table.rowCount())
+        for k in range(details.model.rowCount())
     }
     assert rows == {"iterations": ("3", "2"), "data_points": ("800", "400")}
     details.everything.setChecked(True)
-    assert details.table.rowCount() > 50
+    assert details.model.rowCount() > 50
     details.second.setCurrentIndex(0)
     assert details.words.text().startswith("No differences")
     details.close()

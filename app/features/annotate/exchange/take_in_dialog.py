@@ -24,6 +24,7 @@ from stereotrack_core.project.project import Project
 from ....services.tasks.task import Task, TaskList
 from ....session.counting import counted
 from ....widgets.tables.decision_table import DecisionTable
+from ....widgets.tables.table import selected_rows
 from .taking_in import TakeIn
 
 _DECISIONS: dict[Decision, tuple[str, str]] = {
@@ -152,11 +153,11 @@ class TakeInDialog(QDialog):
             f"{counted(kinds.conflicts, 'click')} of the project would change. Your clicks are "
             "kept unless you choose otherwise."
         )
-        self.table.rows_model.show(shown.rows(), shown.decision)
+        self.table.show_rows(shown.rows(), shown.decision)
         self._tell_outcome()
 
     def _tell_outcome(self) -> None:
-        self.table.rows_model.repaint_decisions()
+        self.table.show_decisions()
         taken = self._shown.taken()
         self.outcome.setText(self._shown.what_happens() if taken else "Nothing will be written.")
         self.take_button.setEnabled(taken > 0)
@@ -168,7 +169,7 @@ class TakeInDialog(QDialog):
         self._tell_outcome()
 
     def _on_decide_button(self, decision: Decision) -> None:
-        rows = self.table.selected_rows() or range(len(self._shown.conflicts))
+        rows = selected_rows(self.table) or range(len(self._shown.conflicts))
         self._on_decided(list(rows), decision)
 
     @Slot(list, str)

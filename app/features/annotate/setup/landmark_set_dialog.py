@@ -26,6 +26,7 @@ from stereotrack_core.errors import InputError
 
 from ....widgets.forms.body_sketch import BodySketch
 from ....widgets.tables.landmark_table import LandmarkTable
+from ....widgets.tables.table import selected_rows
 from .landmark_sets import Draft, LandmarkSets, sketch_of
 
 _FILES = "Set of landmarks (*.toml)"
@@ -117,7 +118,7 @@ class LandmarkSetDialog(QDialog):
         self._draft = draft
         problem = draft.problem()
         wrong = -1 if problem is None else self._row_of(problem)
-        self.table.rows_model.show(draft.landmarks, wrong)
+        self.table.rows_model.show_landmarks(draft.landmarks, wrong)
         if self.name.text() != draft.name:
             self.name.setText(draft.name)
         count = len(draft.landmarks)
@@ -139,7 +140,7 @@ class LandmarkSetDialog(QDialog):
         return names.index(twice[0]) if twice else -1
 
     def _draw(self) -> None:
-        rows = self.table.selected_rows()
+        rows = selected_rows(self.table)
         chosen = self._draft.landmarks[rows[0]].label if rows else ""
         self.sketch.show_sketch(sketch_of(self._draft.landmarks), chosen)
         self.remove_button.setEnabled(bool(rows) and not self._sets.read_only)
@@ -169,10 +170,10 @@ class LandmarkSetDialog(QDialog):
         self.show_draft(draft)
 
     def _remove(self) -> None:
-        self._change(self._draft.without(self.table.selected_rows()))
+        self._change(self._draft.without(selected_rows(self.table)))
 
     def _move(self, by: int) -> None:
-        rows = self.table.selected_rows()
+        rows = selected_rows(self.table)
         if len(rows) == 1:
             self._change(self._draft.moved(rows[0], by))
             self.table.selectRow(min(max(rows[0] + by, 0), len(self._draft.landmarks) - 1))
