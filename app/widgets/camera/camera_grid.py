@@ -125,37 +125,24 @@ class CameraTile(QFrame):
 
 
 class CameraGrid(QWidget):
-    """The views of a recording: 2x2, one large and the others small, or one alone.
-
-    Signals
-    -------
-    kinds_changed : ()
-        Another picture is wanted in some view.
-    hovered : str
-        Words about the pixel under the cursor.
-    limb_clicked : str
-        A limb was clicked in a view; empty for none.
-    active_changed : str
-        Name of the view that keys act on.
-    at_hand_changed : str
-        Name of the view that a click goes to, and keys about clicks act on.
-    arranged : ()
-        The arrangement has changed.
-    clicked : Placed, Moved or Picked
-        What a person did with clicks in a view.
-    refused : str
-        Why a click was not taken.
-    space_tapped : ()
-    """
+    """The views of a recording: 2x2, one large and the others small, or one alone."""
 
     kinds_changed = Signal()
+    """Another picture is wanted in some view."""
     hovered = Signal(str)
+    """Words about the pixel under the cursor."""
     limb_clicked = Signal(str)
+    """A limb was clicked in a view; empty for none."""
     active_changed = Signal(str)
+    """Name of the view that keys act on."""
     at_hand_changed = Signal(str)
+    """Name of the view that a click goes to, and keys about clicks act on."""
     arranged = Signal()
+    """The arrangement has changed."""
     clicked = Signal(object)
+    """What a person did with clicks in a view."""
     refused = Signal(str)
+    """Why a click was not taken."""
     space_tapped = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:

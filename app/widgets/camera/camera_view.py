@@ -38,36 +38,24 @@ _COMPUTED = (
 
 
 class CameraView(PictureView):
-    """Paints one :class:`Picture`; data are never resampled, only displayed.
-
-    Signals
-    -------
-    hovered : str
-        Words about the pixel under the cursor; empty when the cursor leaves.
-    pressed : ()
-        The view was clicked into.
-    limb_clicked : str
-        A limb's outline was clicked, or empty for a click beside the model.
-    painted : int
-        The frame that has just been painted.
-    clicked : Placed, Moved or Picked
-        What a person did with clicks; only where :meth:`set_clicking` allows for it.
-    refused : str
-        Why a click was not taken.
-    space_tapped : ()
-        The space bar was pressed, but not to move the picture.
-    pointed : ()
-        The mouse is over this view.
-    """
+    """Paints one :class:`Picture`; data are never resampled, only displayed."""
 
     hovered = Signal(str)
+    """Words about the pixel under the cursor; empty when the cursor leaves."""
     pressed = Signal()
+    """The view was clicked into."""
     limb_clicked = Signal(str)
+    """A limb's outline was clicked, or empty for a click beside the model."""
     painted = Signal(int)
+    """The frame that has just been painted."""
     clicked = Signal(object)
+    """What a person did with clicks; only where :meth:`set_clicking` allows for it."""
     refused = Signal(str)
+    """Why a click was not taken."""
     space_tapped = Signal()
+    """The space bar was pressed, but not to move the picture."""
     pointed = Signal()
+    """The mouse is over this view."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)

@@ -9,19 +9,10 @@ from PySide6.QtWidgets import QCheckBox, QFormLayout, QLabel, QPushButton, QSlid
 
 
 class DisplayPanel(QWidget):
-    """Two sliders and a way back, for all views or for the active one.
-
-    Attributes
-    ----------
-    only_this : QCheckBox
-
-    Signals
-    -------
-    changed : float, float
-        Brightness (-1 to 1) and contrast (factor).
-    """
+    """Two sliders and a way back, for all views or for the active one."""
 
     changed = Signal(float, float)
+    """Brightness (-1 to 1) and contrast (factor)."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)

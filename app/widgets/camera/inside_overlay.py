@@ -22,43 +22,26 @@ _LEAST_MOVE = 0.002
 
 @dataclass(frozen=True, eq=False)
 class Ghosts:
-    """One cone of the model in several poses.
-
-    Attributes
-    ----------
-    limb : str
-    vertices : (S, V, 3) float64, world, metres
-    """
+    """One cone of the model in several poses."""
 
     limb: str
     vertices: FloatArray
+    """(S, V, 3) float64, world, metres."""
 
 
 @dataclass(frozen=True, eq=False)
 class Marked:
-    """Lines or dots of one colour.
-
-    Attributes
-    ----------
-    colour : str
-        #rrggbb.
-    places : (K, 2, 3) or (K, 3) float64, world, metres
-        Ends of lines, or dots.
-    """
+    """Lines or dots of one colour."""
 
     colour: str
+    """#rrggbb."""
     places: FloatArray
+    """(K, 2, 3) or (K, 3) float64, world, metres. Ends of lines, or dots."""
 
 
 @dataclass(frozen=True, eq=False)
 class InsideScene:
-    """What one step draws, in the world.
-
-    Attributes
-    ----------
-    ghosts : tuple of Ghosts
-    lines, dots : tuple of Marked
-    """
+    """What one step draws, in the world."""
 
     ghosts: tuple[Ghosts, ...] = ()
     lines: tuple[Marked, ...] = ()
@@ -67,19 +50,14 @@ class InsideScene:
 
 @dataclass(frozen=True, eq=False)
 class InsideOverlay:
-    """The same in a picture's pixels.
-
-    Attributes
-    ----------
-    ghosts : tuple of (str, (K, 2) float64)
-        Limb and silhouette of each cone of each ghost.
-    lines : tuple of (str, (K, 2, 2) float64)
-    dots : tuple of (str, (K, 2) float64)
-    """
+    """The same in a picture's pixels."""
 
     ghosts: tuple[tuple[str, FloatArray], ...]
+    """Tuple of (str, (K, 2) float64). Limb and silhouette of each cone of each ghost."""
     lines: tuple[tuple[str, FloatArray], ...]
+    """Tuple of (str, (K, 2, 2) float64)."""
     dots: tuple[tuple[str, FloatArray], ...]
+    """Tuple of (str, (K, 2) float64)."""
 
 
 def inside_overlay(

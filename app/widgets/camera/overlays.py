@@ -40,76 +40,50 @@ _DARK = QColor(0, 0, 0, 170)
 
 @dataclass(frozen=True, eq=False)
 class PartShape:
-    """One cone of the model as it appears in a picture.
-
-    Attributes
-    ----------
-    limb : str
-    outline : (K, 2) float64, pixels
-        Convex silhouette.
-    axis : (2, 2) float64, pixels
-        From the base's to the end's centre.
-    wire : (E, 2, 2) float64, pixels
-        Edges of the surface that face the camera.
-    distance : float, metres
-        From the camera, to paint the far ones first.
-    """
+    """One cone of the model as it appears in a picture."""
 
     limb: str
     outline: FloatArray
+    """(K, 2) float64, pixels. Convex silhouette."""
     axis: FloatArray
+    """(2, 2) float64, pixels. From the base's to the end's centre."""
     wire: FloatArray
+    """(E, 2, 2) float64, pixels. Edges of the surface that face the camera."""
     distance: float
+    """Metres. From the camera, to paint the far ones first."""
 
 
 @dataclass(frozen=True, eq=False)
 class GhostOutline:
-    """The model of a run beside the active one, as it appears in a picture.
-
-    Attributes
-    ----------
-    style : LineStyle
-    paths : tuple of (str, QPainterPath)
-        Outline of each limb.
-    """
+    """The model of a run beside the active one, as it appears in a picture."""
 
     style: LineStyle
     paths: tuple[tuple[str, QPainterPath], ...]
+    """Outline of each limb."""
 
 
 @dataclass(frozen=True, eq=False)
 class Overlay:
-    """Everything that may be drawn over one picture.
-
-    Attributes
-    ----------
-    shapes : tuple of PartShape
-        The model, the farthest part first.
-    paths : tuple of (str, QPainterPath)
-        Outline of each limb.
-    reference : (9, 2) float64 or None, pixels
-    ghosts : tuple of GhostOutline
-        Models of further runs.
-    runs : tuple of (str, LineStyle)
-        All runs that are drawn and their line styles, the active one first.
-    points : (N, 2) float64, pixels
-    correspondences : (m, 2, 2) float64, pixels
-        From the measured point to the model's.
-    limbs : (m,) int64
-        Index into ``LIMBS`` of each correspondence.
-    inside : InsideOverlay or None
-        What a step inside the frame draws.
-    """
+    """Everything that may be drawn over one picture."""
 
     shapes: tuple[PartShape, ...] = ()
+    """The model, the farthest part first."""
     paths: tuple[tuple[str, QPainterPath], ...] = ()
+    """Outline of each limb."""
     reference: FloatArray | None = None
+    """(9, 2) float64 or None, pixels."""
     ghosts: tuple[GhostOutline, ...] = ()
+    """Models of further runs."""
     runs: tuple[tuple[str, LineStyle], ...] = ()
+    """All runs that are drawn and their line styles, the active one first."""
     points: FloatArray | None = None
+    """(N, 2) float64, pixels."""
     correspondences: FloatArray | None = None
+    """(m, 2, 2) float64, pixels. From the measured point to the model's."""
     limbs: IntArray | None = None
+    """(m,) int64. Index into ``LIMBS`` of each correspondence."""
     inside: InsideOverlay | None = None
+    """What a step inside the frame draws."""
 
     def person_box(self) -> QRectF | None:
         """Box around model, reference or points, whichever is there first; in pixels."""

@@ -31,44 +31,30 @@ _NOTHING = "Run the tracker, or open a recording with a reference, to see joint 
 
 @dataclass(frozen=True, eq=False)
 class AngleCurve:
-    """One angle, velocity or acceleration in one run or in the reference.
-
-    Attributes
-    ----------
-    name : str
-        The run, or the reference.
-    label : str
-        ``left`` or ``right``; empty for what has no side.
-    colour : str
-    style : str
-        A run's, or :data:`REFERENCE_STYLE`.
-    frame : (F,) int64
-    value, sigma : (F,) float64
-        In the plot's unit; NaN leaves a gap, or no band.
-    """
+    """One angle, velocity or acceleration in one run or in the reference."""
 
     name: str
+    """The run, or the reference."""
     label: str
+    """``left`` or ``right``; empty for what has no side."""
     colour: str
     style: str
+    """A run's, or :data:`REFERENCE_STYLE`."""
     frame: IntArray
+    """(F,) int64."""
     value: FloatArray
     sigma: FloatArray
+    """`value` and `sigma`: (F,) float64. In the plot's unit; NaN leaves a gap, or no band."""
 
 
 _MOST_LETTERS = 24
 
 
 class AnglePlot(FramePlot):
-    """Curves with bands of one standard deviation, and a playhead.
-
-    Signals
-    -------
-    chosen : ()
-        Another angle or quantity shall be shown; beside those of :class:`FramePlot`.
-    """
+    """Curves with bands of one standard deviation, and a playhead."""
 
     chosen = Signal()
+    """Another angle or quantity shall be shown; beside those of :class:`FramePlot`."""
 
     def __init__(
         self,

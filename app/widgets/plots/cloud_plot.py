@@ -30,36 +30,26 @@ _NOTHING = "Run the tracker to see what the errors depend on."
 
 @dataclass(frozen=True, eq=False)
 class PointCloud:
-    """Points of one limb in one run, and the curve through them.
-
-    Attributes
-    ----------
-    name : str
-        The run.
-    place : int
-        0 for the active run; others have other symbols and line styles.
-    limb, colour : str
-    frame : (N,) int64
-    x, y : (N,) float64
-        NaN is not drawn.
-    chosen : (N,) bool
-        Points of the selected stretch; all where nothing is selected.
-    curve_x, curve, low, high : (K,) float64
-        Running median and quartiles.
-    """
+    """Points of one limb in one run, and the curve through them."""
 
     name: str
+    """The run."""
     place: int
+    """0 for the active run; others have other symbols and line styles."""
     limb: str
     colour: str
     frame: IntArray
+    """(N,) int64."""
     x: FloatArray
     y: FloatArray
+    """`x` and `y`: (N,) float64. NaN is not drawn."""
     chosen: BoolArray
+    """(N,) bool. Points of the selected stretch; all where nothing is selected."""
     curve_x: FloatArray
     curve: FloatArray
     low: FloatArray
     high: FloatArray
+    """`curve_x`, `curve`, `low` and `high`: (K,) float64. Running median and quartiles."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,36 +66,22 @@ class Steps:
 
 @dataclass(frozen=True, eq=False)
 class CloudContent:
-    """All that is drawn at once.
-
-    Attributes
-    ----------
-    words : str
-        What is seen, in sentences.
-    counts : bool
-        Whether x is counted in whole numbers.
-    clouds : tuple of PointCloud
-    steps : tuple of Steps
-    """
+    """All that is drawn at once."""
 
     words: str
+    """What is seen, in sentences."""
     counts: bool = False
+    """Whether x is counted in whole numbers."""
     clouds: tuple[PointCloud, ...] = ()
     steps: tuple[Steps, ...] = ()
 
 
 class CloudPlot(QWidget):
-    """A plot with a choice of what it shows; a click on a point goes to its frame.
-
-    Signals
-    -------
-    frame_requested : int
-    kind_chosen : str
-        The key of what shall be shown.
-    """
+    """A plot with a choice of what it shows; a click on a point goes to its frame."""
 
     frame_requested = Signal(int)
     kind_chosen = Signal(str)
+    """The key of what shall be shown."""
 
     def __init__(self, kinds: Sequence[tuple[str, str]], parent: QWidget | None = None) -> None:
         super().__init__(parent)

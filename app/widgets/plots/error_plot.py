@@ -25,15 +25,10 @@ _HELP = (
 
 
 class ErrorPlot(FramePlot):
-    """Curves per limb with a threshold that can be dragged and a playhead.
-
-    Signals
-    -------
-    threshold_changed : float
-        The line was dragged to this value; beside those of :class:`FramePlot`.
-    """
+    """Curves per limb with a threshold that can be dragged and a playhead."""
 
     threshold_changed = Signal(float)
+    """The line was dragged to this value; beside those of :class:`FramePlot`."""
 
     def __init__(
         self,

@@ -33,15 +33,10 @@ _ARROWS = {
 
 
 class HeatMapView(QWidget):
-    """Paints one :class:`HeatMap`; columns that are narrower than a pixel are averaged.
-
-    Signals
-    -------
-    pointed : str
-        What is said about the number under the mouse or chosen by arrow keys; empty for none.
-    """
+    """Paints one :class:`HeatMap`; columns that are narrower than a pixel are averaged."""
 
     pointed = Signal(str)
+    """What is said about the number under the mouse or chosen by arrow keys; empty for none."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)

@@ -22,15 +22,10 @@ _BESIDE = 40
 
 
 class LimbLegend(QWidget):
-    """A switch for each limb; Ctrl and click leaves that limb alone, or shows all again.
-
-    Signals
-    -------
-    toggled
-        Other limbs are to be shown.
-    """
+    """A switch for each limb; Ctrl and click leaves that limb alone, or shows all again."""
 
     toggled = Signal()
+    """Other limbs are to be shown."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)

@@ -33,15 +33,10 @@ _SHADES = {True: (0.42, 0.95), False: (0.05, 0.75)}
 
 
 class SweepPlot(QWidget):
-    """Draws curves with their points and spread, or a heat map.
-
-    Signals
-    -------
-    rows_chosen : tuple of int
-        Rows of the table behind what was clicked.
-    """
+    """Draws curves with their points and spread, or a heat map."""
 
     rows_chosen = Signal(object)
+    """Rows of the table behind what was clicked."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)

@@ -36,19 +36,13 @@ class LimbMesh(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Ellipsoid:
-    """Where a limb's end is to be found, by the tracker's own covariance.
-
-    Attributes
-    ----------
-    limb : str
-    centre : (3,) float64, world, metres
-    covariance : (3, 3) float64, world, square metres
-        Drawn at two standard deviations.
-    """
+    """Where a limb's end is to be found, by the tracker's own covariance."""
 
     limb: str
     centre: FloatArray
+    """(3,) float64, world, metres."""
     covariance: FloatArray
+    """(3, 3) float64, world, square metres. Drawn at two standard deviations."""
 
 
 def _no_points() -> FloatArray:
@@ -61,63 +55,42 @@ def _no_colours() -> ImageArray:
 
 @dataclass(frozen=True, eq=False)
 class GhostBody:
-    """The model of a run that is drawn beside the active one, as lines, dots or both.
-
-    Attributes
-    ----------
-    name : str
-    style : LineStyle
-        That of its lines in the plots: ``dash`` becomes lines, ``dot`` dots.
-    meshes : tuple of LimbMesh
-    """
+    """The model of a run that is drawn beside the active one, as lines, dots or both."""
 
     name: str
     style: LineStyle
+    """That of its lines in the plots: ``dash`` becomes lines, ``dot`` dots."""
     meshes: tuple[LimbMesh, ...]
 
 
 @dataclass(frozen=True, eq=False)
 class SceneContent:
-    """Everything that the scene draws; arrays are not changed after they were handed on.
-
-    Attributes
-    ----------
-    cloud_points : (N, 3) float64, world, metres
-    cloud_colours : (N, 3) uint8
-        By view, limb or residual, as the caller chose.
-    meshes : tuple of LimbMesh
-        Parts of the body model.
-    reference : (9, 3) float64, world, metres, or None
-        Landmarks of the reference; NaN where not known.
-    cameras : tuple of Camera
-        Drawn as frusta.
-    camera_images : mapping from camera name to (H, W) or (H, W, 3) uint8
-        Grey or RGB; shown on the frusta. Wider ones than 320 pixels are made smaller.
-    highlighted : str
-        The limb that is selected; empty for none.
-    ellipsoids : tuple of Ellipsoid
-    run : str
-        Name of the run whose model it is.
-    ghosts : tuple of GhostBody
-        Models of other runs.
-    floor_z : float, metres
-        Height of the floor in the world.
-    inside : InsideScene or None
-        What a step inside the frame draws.
-    """
+    """Everything that the scene draws; arrays are not changed after they were handed on."""
 
     cloud_points: FloatArray = field(default_factory=_no_points)
+    """(N, 3) float64, world, metres."""
     cloud_colours: ImageArray = field(default_factory=_no_colours)
+    """(N, 3) uint8. By view, limb or residual, as the caller chose."""
     meshes: tuple[LimbMesh, ...] = ()
+    """Parts of the body model."""
     reference: FloatArray | None = None
+    """(9, 3) float64, world, metres, or None. Landmarks of the reference; NaN where not known."""
     cameras: tuple[Camera, ...] = ()
+    """Drawn as frusta."""
     camera_images: Mapping[str, ImageArray] = field(default_factory=dict)
+    """Mapping from camera name to (H, W) or (H, W, 3) uint8. Grey or RGB; shown on the frusta.
+    Wider ones than 320 pixels are made smaller."""
     highlighted: str = ""
+    """The limb that is selected; empty for none."""
     ellipsoids: tuple[Ellipsoid, ...] = ()
     run: str = ""
+    """Name of the run whose model it is."""
     ghosts: tuple[GhostBody, ...] = ()
+    """Models of other runs."""
     floor_z: float = 0.0
+    """Metres. Height of the floor in the world."""
     inside: InsideScene | None = None
+    """What a step inside the frame draws."""
 
     @property
     def runs(self) -> tuple[tuple[str, LineStyle], ...]:

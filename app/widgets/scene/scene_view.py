@@ -58,17 +58,12 @@ class SceneView(QWidget):
     Contents are rendered when Qt paints, so of several that come in between only the newest
     costs anything, and a hidden scene costs nothing. Where no OpenGL is to be had the widget
     says so and everything else about it keeps working.
-
-    Signals
-    -------
-    limb_clicked : str
-        The limb that was clicked.
-    orbit_changed
-        The eye was moved by mouse or key.
     """
 
     limb_clicked = Signal(str)
+    """The limb that was clicked."""
     orbit_changed = Signal()
+    """The eye was moved by mouse or key."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)

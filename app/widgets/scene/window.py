@@ -65,17 +65,17 @@ def _osmesa_is_there() -> bool:
 class SceneWindow:
     """Renders what its two layers hold into pictures.
 
+    Raises
+    ------
+    SceneUnavailable
+        If no OpenGL is to be had.
+
     Attributes
     ----------
     scene : pyvista.Renderer
         Bodies, points and floor, which hide each other.
     above : pyvista.Renderer
         What is seen through everything, such as the reference.
-
-    Raises
-    ------
-    SceneUnavailable
-        If no OpenGL is to be had.
     """
 
     def __init__(self) -> None:

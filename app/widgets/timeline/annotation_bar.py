@@ -46,17 +46,12 @@ class ProgressStrip(QWidget):
 
 
 class AnnotationBar(QWidget):
-    """One row over the timeline.
-
-    Signals
-    -------
-    filter_changed : LaneFilter
-    flagged_requested : bool
-        Go to the next flagged frame; True: the one before.
-    """
+    """One row over the timeline."""
 
     filter_changed = Signal(object)
+    """The :class:`~app.widgets.timeline.lanes.LaneFilter` that a person wants."""
     flagged_requested = Signal(bool)
+    """Go to the next flagged frame; True: the one before."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)

@@ -13,23 +13,17 @@ _FEWEST_FRAMES = 8.0
 
 @dataclass(frozen=True)
 class TimelineScale:
-    """Mapping between frames and positions; frame k covers the interval from k to k + 1.
-
-    Attributes
-    ----------
-    frame_count : int
-        Frames of the recording.
-    first, last : float
-        Borders of what is visible.
-    left, width : float, device-independent pixels
-        Where the lanes begin, and how wide they are.
-    """
+    """Mapping between frames and positions; frame k covers the interval from k to k + 1."""
 
     frame_count: int = 0
+    """Frames of the recording."""
     first: float = 0.0
     last: float = 0.0
+    """`first` and `last`: borders of what is visible."""
     left: float = 0.0
     width: float = 1.0
+    """`left` and `width`: device-independent pixels. Where the lanes begin, and how wide they
+    are."""
 
     @property
     def visible(self) -> float:

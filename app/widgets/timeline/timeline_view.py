@@ -53,30 +53,21 @@ class TimelineView(QAbstractScrollArea):
 
     The lanes are kept as a picture that depends on the lanes, the visible frames and the size;
     moving the playhead paints that picture again and reads no data.
-
-    Signals
-    -------
-    frame_requested : int
-        The person went to this frame; the caller answers with :meth:`set_frame`.
-    selection_changed : range or None
-        The person selected these frames, or none.
-    lane_clicked : str
-        The name of a lane was clicked; what the program calls the lane.
-    lanes_selected : frozenset of str
-        The person selected lanes by Ctrl and a click on their names.
-    visible_range_changed : float, float
-        The person zoomed or moved, or a page was turned; borders of the visible frames, where
-        frame k covers the stretch from k to k + 1.
-    margins_changed : float, float
-        Pixels beside the frames at the left and right: names, and a scroll bar.
     """
 
     frame_requested = Signal(int)
+    """The person went to this frame; the caller answers with :meth:`set_frame`."""
     selection_changed = Signal(object)
+    """The person selected these frames, or none."""
     lane_clicked = Signal(str)
+    """The name of a lane was clicked; what the program calls the lane."""
     lanes_selected = Signal(object)
+    """The person selected lanes by Ctrl and a click on their names."""
     visible_range_changed = Signal(float, float)
+    """The person zoomed or moved, or a page was turned; borders of the visible frames, where frame
+    k covers the stretch from k to k + 1."""
     margins_changed = Signal(float, float)
+    """Pixels beside the frames at the left and right: names, and a scroll bar."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)

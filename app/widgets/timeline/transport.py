@@ -7,12 +7,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QSpinBox, QWidget
 
 
 class Transport(QWidget):
-    """A field for the frame's number with the recording's length and the time beside it.
-
-    Signals
-    -------
-    frame_requested : int
-    """
+    """A field for the frame's number with the recording's length and the time beside it."""
 
     frame_requested = Signal(int)
 
