@@ -77,7 +77,7 @@ class CameraView(PictureView):
     @property
     def marks(self) -> ClickMarks | None:
         """Clicks and what belongs to them, if they are of the picture that is shown."""
-        marks, picture = self._marks, self._picture
+        marks, picture = self._marks, self.picture
         if marks is None or picture is None:
             return None
         return marks if (marks.frame, marks.camera) == (picture.frame, picture.camera) else None
@@ -112,7 +112,7 @@ class CameraView(PictureView):
 
     def why_no_clicks(self) -> str:
         """Why this picture takes no clicks now, as a sentence; empty where it does."""
-        if self._picture is not None and not self._picture.camera:
+        if self.picture is not None and not self.picture.camera:
             return _COMPUTED
         return self._why_no_clicks
 
@@ -133,12 +133,12 @@ class CameraView(PictureView):
             self._paint_outside(painter)
             self._paint_runs(painter)
         painter.end()
-        if self._picture is not None:
-            self.painted_frame = self._picture.frame
-            self.painted.emit(self._picture.frame)
+        if self.picture is not None:
+            self.painted_frame = self.picture.frame
+            self.painted.emit(self.picture.frame)
 
     def _paint_picture(self, painter: QPainter, transform: QTransform, scale: float) -> None:
-        if self._picture is None:
+        if self.picture is None:
             return
         painter.save()
         painter.setTransform(transform, True)
@@ -147,7 +147,7 @@ class CameraView(PictureView):
         painter.drawImage(QPointF(-0.5, -0.5), self._image)
         paint_overlay(
             painter,
-            self._picture.overlay,
+            self.picture.overlay,
             self._display.overlays,
             self._display.highlighted,
             scale,
@@ -175,8 +175,8 @@ class CameraView(PictureView):
 
     def _paint_runs(self, painter: QPainter) -> None:
         """Say which line is whose, where several runs are drawn."""
-        if self._picture is not None and self.legend:
-            paint_runs_legend(painter, self._picture.overlay.runs, QRectF(self.rect()))
+        if self.picture is not None and self.legend:
+            paint_runs_legend(painter, self.picture.overlay.runs, QRectF(self.rect()))
 
     def _paint_outside(self, painter: QPainter) -> None:
         marks = self.marks
@@ -218,7 +218,7 @@ class CameraView(PictureView):
                 self._dragged = self._by_hand = True
                 self._space = None if self._space is None else True
                 self._pan(event.position() - last)
-                if self._zoom > 1.0:
+                if self.zoom > 1.0:
                     self.setCursor(Qt.CursorShape.ClosedHandCursor)
             self._drag = (start, event.position())
         if self._hand.busy:
@@ -351,23 +351,21 @@ class CameraView(PictureView):
         self.update()
 
     def _limb_at(self, position: QPointF) -> str:
-        if self._picture is None:
+        if self.picture is None:
             return ""
         pixel = self.pixel_at(position)
-        nearest_last = [shape.limb for shape in self._picture.overlay.shapes]
+        nearest_last = [shape.limb for shape in self.picture.overlay.shapes]
         order = {limb: place for place, limb in enumerate(nearest_last)}
-        hit = [limb for limb, path in self._picture.overlay.paths if path.contains(pixel)]
+        hit = [limb for limb, path in self.picture.overlay.paths if path.contains(pixel)]
         return max(hit, key=lambda limb: order[limb], default="")
 
     def _tell_hover(self) -> None:
-        if self._cursor is None or self._picture is None or self._image.isNull():
+        if self._cursor is None or self.picture is None or self._image.isNull():
             return
         pixel = self.pixel_at(self._cursor)
         column, row = round(pixel.x()), round(pixel.y())
         if 0 <= column < self._image.width() and 0 <= row < self._image.height():
-            words = self._picture.value_at(pixel.x(), pixel.y())
-            self.hovered.emit(
-                f"{self._picture.view}  x {pixel.x():.1f}  y {pixel.y():.1f}  {words}"
-            )
+            words = self.picture.value_at(pixel.x(), pixel.y())
+            self.hovered.emit(f"{self.picture.view}  x {pixel.x():.1f}  y {pixel.y():.1f}  {words}")
         else:
             self.hovered.emit("")

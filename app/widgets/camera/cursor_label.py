@@ -27,18 +27,13 @@ class CursorLabel(QWidget):
         super().__init__(parent)
         self._ground = parent
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-        self._words = self._colour = ""
+        self._words = self.colour = ""
         self.hide()
 
     @property
     def words(self) -> str:
         """What is said; empty while nothing is."""
         return self._words if self.isVisibleTo(self._ground) else ""
-
-    @property
-    def colour(self) -> str:
-        """``#rrggbb`` of what would be placed."""
-        return self._colour
 
     def say(self, words: str, colour: str, cursor: QPointF, clear: float = 0.0) -> None:
         """Say something beside the cursor.
@@ -53,8 +48,8 @@ class CursorLabel(QWidget):
         clear : float
             Pixels around the cursor that stay free, such as the loupe's.
         """
-        if (words, colour) != (self._words, self._colour):
-            self._words, self._colour = words, colour
+        if (words, colour) != (self._words, self.colour):
+            self._words, self.colour = words, colour
             self.setAccessibleName(words)
             self.update()
         size = self._size_in(self._ground.size())
@@ -74,13 +69,13 @@ class CursorLabel(QWidget):
         painter.setBrush(_BACK)
         painter.drawRoundedRect(QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5), 4.0, 4.0)
         box = self.rect().adjusted(_PADDING, 0, -_PADDING, 0)
-        if self._colour:
+        if self.colour:
             # the dot that a click would draw
             painter.setPen(QColor(_PLAIN))
-            painter.setBrush(QColor(self._colour))
+            painter.setBrush(QColor(self.colour))
             painter.drawEllipse(QPointF(box.left() + _DOT, box.center().y() + 0.5), _DOT, _DOT)
             box.setLeft(box.left() + self._indent())
-        painter.setPen(readable(QColor(self._colour or _PLAIN)))
+        painter.setPen(readable(QColor(self.colour or _PLAIN)))
         painter.drawText(box, _flags(), self._words)
         painter.end()
 
@@ -93,11 +88,11 @@ class CursorLabel(QWidget):
         return QSize(words.width() + edge + 2, words.height() + _PADDING).boundedTo(room)
 
     def _indent(self) -> int:
-        return 2 * _DOT + 5 if self._colour else 0
+        return 2 * _DOT + 5 if self.colour else 0
 
     def _font(self) -> QFont:
         font = self.font()
-        font.setBold(bool(self._colour))
+        font.setBold(bool(self.colour))
         return font
 
 

@@ -10,10 +10,11 @@ import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QEvent, QSize, Signal
 from PySide6.QtGui import QColor, QPen
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 
+from ..style.building import choice, hbox, vbox
 from ..style.elided_label import ElidedLabel
 from ..style.limb_colours import limb_words
 from ..style.line_styles import PEN_STYLES, LineStyle
@@ -87,10 +88,7 @@ class CloudPlot(QWidget):
         super().__init__(parent)
         self._content: CloudContent | None = None
         self._items: list[tuple[str, pg.GraphicsObject]] = []
-        self.kind = QComboBox(self)
-        self.kind.setAccessibleName("Plot type")
-        for key, words in kinds:
-            self.kind.addItem(words, key)
+        self.kind = choice("Plot type", kinds)
         self.kind.currentIndexChanged.connect(lambda _: self.kind_chosen.emit(self.kind_key))
         self.legend = LimbLegend(self)
         self.legend.toggled.connect(self._show_limbs)
@@ -99,16 +97,8 @@ class CloudPlot(QWidget):
         self.plot.scene().sigMouseClicked.connect(self._on_plot_clicked)
         self.words = ElidedLabel(_NOTHING, self)
         self.words.setContentsMargins(8, 0, 8, 2)
-        head = QHBoxLayout()
-        head.setContentsMargins(4, 2, 0, 0)
-        head.addWidget(self.kind)
-        head.addWidget(self.legend, 1)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
-        layout.addLayout(head)
-        layout.addWidget(self.plot, 1)
-        layout.addWidget(self.words)
+        head = hbox(self.kind, (self.legend, 1), margins=(4, 2, 0, 0))
+        self.setLayout(vbox(head, (self.plot, 1), self.words, spacing=0))
         self._dress()
 
     def sizeHint(self) -> QSize:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QSpinBox, QWidget
+from PySide6.QtWidgets import QSpinBox, QWidget
+
+from ..style.building import hbox, label
 
 
 class Transport(QWidget):
@@ -21,13 +23,9 @@ class Transport(QWidget):
         self.number.setAlignment(Qt.AlignmentFlag.AlignRight)
         self.number.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.number.setMinimumWidth(56)
-        self._length = QLabel()
-        self._length.setProperty("role", "muted")
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(4, 0, 4, 0)
-        layout.addWidget(QLabel("Frame"))
-        layout.addWidget(self.number)
-        layout.addWidget(self._length)
+        self._length = label("", "muted", wraps=False)
+        name = label("Frame", wraps=False)
+        self.setLayout(hbox(name, self.number, self._length, margins=(4, 0, 4, 0)))
         self._fps = 1.0
         self._count = 0
         self.number.valueChanged.connect(self.frame_requested)

@@ -226,7 +226,7 @@ def test_runs_are_drawn_over_each_other_and_told_apart(tracking, qtbot):
     assert told.runs == (("c", "solid"), ("a", "dash"), ("b", "dot"))
     assert [ghost.name for ghost in told.ghosts] == ["a", "b"]
     view = tracking.context.docks.views.tiles["N"].camera
-    overlay = view._picture.overlay
+    overlay = view.picture.overlay
     assert [ghost.style for ghost in overlay.ghosts] == ["dash", "dot"]
     assert overlay.runs == told.runs
     with_others = view.grab().toImage()
@@ -235,7 +235,7 @@ def test_runs_are_drawn_over_each_other_and_told_apart(tracking, qtbot):
     assert content.runs == told.runs
     tracking.features.view.toggle_overlay("others")
     settle(tracking, qtbot)
-    assert view._picture.overlay.ghosts == ()
+    assert view.picture.overlay.ghosts == ()
     assert view.grab().toImage() != with_others
     tracking.features.view.toggle_overlay("others")
     styles = {(curve.name, curve.style) for curve in tracking.features.review.plot.plot._curves}

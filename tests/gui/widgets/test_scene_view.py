@@ -8,8 +8,8 @@ from PySide6.QtGui import QColor, QKeyEvent, QWheelEvent
 from app.widgets.scene import scene_view as scene_view_module
 from app.widgets.scene.content import LAYERS, Ellipsoid, SceneContent
 from app.widgets.scene.orbit import Orbit
+from app.widgets.scene.renderer import SceneUnavailable
 from app.widgets.scene.scene_view import SceneView
-from app.widgets.scene.window import SceneUnavailable
 from app.widgets.style.limb_colours import LIMB_COLOURS
 from app.widgets.style.theme import apply_theme
 from stereotrack_core.body.limbs import LIMBS
