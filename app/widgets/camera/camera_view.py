@@ -24,8 +24,7 @@ from ..style.theme import current_theme
 from .click_hand import ClickHand
 from .click_marks import ClickMarks, Offer
 from .click_painting import paint_marks, paint_outside
-from .cursor_label import CursorLabel
-from .loupe import loupe_size, paint_loupe
+from .cursor import CursorLabel, loupe_size, paint_loupe
 from .overlays import paint_overlay
 from .picture import Picture
 from .picture_view import PictureView

@@ -55,15 +55,6 @@ class PartShape:
 
 
 @dataclass(frozen=True, eq=False)
-class GhostOutline:
-    """The model of a run beside the active one, as it appears in a picture."""
-
-    style: LineStyle
-    paths: tuple[tuple[str, QPainterPath], ...]
-    """Outline of each limb."""
-
-
-@dataclass(frozen=True, eq=False)
 class Overlay:
     """Everything that may be drawn over one picture."""
 
@@ -73,8 +64,8 @@ class Overlay:
     """Outline of each limb."""
     reference: FloatArray | None = None
     """(9, 2) float64 or None, pixels."""
-    ghosts: tuple[GhostOutline, ...] = ()
-    """Models of further runs."""
+    ghosts: tuple[tuple[LineStyle, tuple[tuple[str, QPainterPath], ...]], ...] = ()
+    """Line style and outline of each limb of the models of further runs."""
     runs: tuple[tuple[str, LineStyle], ...] = ()
     """All runs that are drawn and their line styles, the active one first."""
     points: FloatArray | None = None
@@ -204,10 +195,10 @@ def _paint_models(
         for shape in overlay.shapes:
             _trace(painter, _segments_path(shape.wire), scale, (_colour(shape.limb), 1.0))
     if "others" in shown:
-        for ghost in overlay.ghosts:
-            for limb, path in ghost.paths:
+        for style, paths in overlay.ghosts:
+            for limb, path in paths:
                 line = (_colour(limb).lighter(130), 1.6)
-                _trace(painter, path, scale, (_DARK, 2.8), line, style=PEN_STYLES[ghost.style])
+                _trace(painter, path, scale, (_DARK, 2.8), line, style=PEN_STYLES[style])
     if "outline" in shown:
         for limb, path in overlay.paths:
             _trace(painter, path, scale, (_DARK, 3.4), (_colour(limb), 2.0))

@@ -7,12 +7,10 @@ from collections.abc import Sequence
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
-    QFrame,
     QLabel,
     QLineEdit,
     QMenu,
     QPushButton,
-    QScrollArea,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -21,7 +19,7 @@ from PySide6.QtWidgets import (
 from stereotrack_core.parameters import ParameterGroup, ParameterRow, Value
 from stereotrack_core.tracking.presets import PRESETS
 
-from ..style.building import choice, hbox, label, tool_button, vbox
+from ..style.building import choice, hbox, label, scrolled, tool_button, vbox
 from .parameter_line import ParameterLine
 
 AGAINST: dict[str, str] = {
@@ -53,10 +51,7 @@ class ParameterPanel(QWidget):
         self._groups: dict[str, QWidget] = {}
         self._nothing = label("", "muted")
         self._nothing.setAlignment(Qt.AlignmentFlag.AlignHCenter)
-        self._scroll = QScrollArea(self)
-        self._scroll.setWidgetResizable(True)
-        self._scroll.setFrameShape(QFrame.Shape.NoFrame)
-        self._scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self._scroll = scrolled(QWidget())
         head = self._make_head(presets)
         self.setLayout(vbox(head, (self._scroll, 1), margins=(6, 6, 0, 0), spacing=4))
         self.setMinimumWidth(260)

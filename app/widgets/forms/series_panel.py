@@ -9,13 +9,9 @@ from PySide6.QtGui import QDoubleValidator
 from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
-    QCompleter,
-    QFrame,
     QLabel,
     QLineEdit,
-    QProgressBar,
     QPushButton,
-    QScrollArea,
     QSlider,
     QSpinBox,
     QWidget,
@@ -25,7 +21,7 @@ from stereotrack_core.parameters import ParameterRow, Value
 from stereotrack_core.tracking.tuning.series import MOST, usual_range
 
 from ..plots.small_multiples import MeansCurve, Multiple, SmallMultiples, keeps_arrows
-from ..style.building import choice, hbox, label, vbox
+from ..style.building import choice, hbox, label, scrolled, searchable, thin_progress, vbox
 from .parameter_line import value_text
 
 _NOTHING = (
@@ -61,18 +57,11 @@ class SeriesPanel(QWidget):
         self._running = False
         self._make_chooser()
         self.words = label(_NOTHING, "muted")
-        self.progress = QProgressBar(self)
-        self.progress.setTextVisible(False)
-        self.progress.setMaximumHeight(4)
+        self.progress = thin_progress()
         self.progress.setRange(0, 100)
         self.multiples = SmallMultiples(self)
         self.multiples.chosen.connect(self.shown)
         self.multiples.taken.connect(self.taken)
-        scroll = QScrollArea(self)
-        scroll.setWidgetResizable(True)
-        scroll.setFrameShape(QFrame.Shape.NoFrame)
-        scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        scroll.setWidget(self.multiples)
         self.means = MeansCurve(self)
         self.slider = ValueSlider(Qt.Orientation.Horizontal, self)
         self.slider.setAccessibleName("Value whose model is shown")
@@ -82,7 +71,7 @@ class SeriesPanel(QWidget):
         self.take = QPushButton("Apply", self)
         self.take.setToolTip("Set the parameter to this value")
         self.take.clicked.connect(lambda: self.taken.emit(self.slider.value()))
-        self._lay_out(scroll)
+        self._lay_out()
         self.show_series((), None, 0.0, running=False)
 
     def set_rows(self, rows: Sequence[ParameterRow]) -> None:
@@ -94,10 +83,6 @@ class SeriesPanel(QWidget):
             self.parameter.clear()
             for row in rows:
                 self.parameter.addItem(row.name.replace("_", " "), row.name)
-        completer = QCompleter(self.parameter.model(), self)
-        completer.setFilterMode(Qt.MatchFlag.MatchContains)
-        completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
-        self.parameter.setCompleter(completer)
         self._on_parameter()
 
     @property
@@ -169,9 +154,7 @@ class SeriesPanel(QWidget):
         self.words.style().polish(self.words)
 
     def _make_chooser(self) -> None:
-        self.parameter = choice("Parameter to vary")
-        self.parameter.setEditable(True)
-        self.parameter.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
+        self.parameter = searchable(choice("Parameter to vary"))
         self.parameter.setSizeAdjustPolicy(
             QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
         )
@@ -193,13 +176,21 @@ class SeriesPanel(QWidget):
         self.begin = QPushButton(self)
         self.begin.clicked.connect(self._on_begin)
 
-    def _lay_out(self, scroll: QScrollArea) -> None:
+    def _lay_out(self) -> None:
         self._to = QLabel("to", self)
         chosen = hbox((self.parameter, 1), self.begin)
         values = (self.low, self._to, self.high, self.unit)
         many = hbox(*values, None, self.by_factors, self.count)
         last = hbox((self.slider, 1), self.take)
-        parts = (chosen, many, self.progress, self.words, (scroll, 1), self.means, last)
+        parts = (
+            chosen,
+            many,
+            self.progress,
+            self.words,
+            (scrolled(self.multiples), 1),
+            self.means,
+            last,
+        )
         self.setLayout(vbox(*parts, margins=(6, 6, 6, 4), spacing=4))
 
     def _on_parameter(self) -> None:

@@ -6,17 +6,13 @@ from collections.abc import Callable, Sequence
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
-    QComboBox,
-    QCompleter,
-    QFrame,
     QGridLayout,
     QHBoxLayout,
     QLineEdit,
-    QScrollArea,
     QWidget,
 )
 
-from ..style.building import choice, hbox, label, tool_button, vbox
+from ..style.building import choice, hbox, label, scrolled, searchable, tool_button, vbox
 
 
 class SweepValues(QWidget):
@@ -53,10 +49,8 @@ class SweepValues(QWidget):
         self._nothing = label("No parameters yet. Choose one below and add it.", "muted")
         holder = QWidget()
         holder.setLayout(vbox(self._nothing, self._inside, None))
-        scroll = QScrollArea()
-        scroll.setWidgetResizable(True)
-        scroll.setFrameShape(QFrame.Shape.NoFrame)
-        scroll.setWidget(holder)
+        scroll = scrolled(holder)
+        scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAsNeeded)
         scroll.setMinimumHeight(120)
         self.setLayout(vbox((scroll, 1), self._adder()))
 
@@ -111,11 +105,8 @@ class SweepValues(QWidget):
         self._fields[name], self._lines[name] = field, widgets
 
     def _adder(self) -> QHBoxLayout:
-        self.chooser = choice(
-            "Parameter to vary", ((name, name.replace("_", " ")) for name in self._about)
-        )
-        self.chooser.setEditable(True)
-        self.chooser.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
+        names = ((name, name.replace("_", " ")) for name in self._about)
+        self.chooser = searchable(choice("Parameter to vary", names))
         for place, words in enumerate(self._about.values()):
             self.chooser.setItemData(place, words, Qt.ItemDataRole.ToolTipRole)
         self.chooser.setCurrentIndex(-1)
@@ -123,10 +114,6 @@ class SweepValues(QWidget):
         if line is not None:
             line.setPlaceholderText("Search parameters")
             line.returnPressed.connect(self._add_chosen)
-        completer = self.chooser.completer()
-        if completer is not None:
-            completer.setFilterMode(Qt.MatchFlag.MatchContains)
-            completer.setCompletionMode(QCompleter.CompletionMode.PopupCompletion)
         self.add_button = tool_button("Vary this parameter", "add", "Add")
         self.add_button.setAutoRaise(False)
         self.add_button.clicked.connect(self._add_chosen)

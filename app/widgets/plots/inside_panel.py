@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from PySide6.QtCore import QEvent, QSize, Qt, Signal
 from PySide6.QtGui import QAction, QColor, QResizeEvent, QWheelEvent
@@ -24,9 +25,49 @@ from ..style.elided_label import ElidedLabel
 from ..style.limb_colours import LIMB_COLOURS
 from ..style.theme import current_theme
 from ..tables.table import LEFT, RIGHT, Cell, Column, TableModel, dress_table
-from .heat_map import HeatMapView
-from .histogram_view import HistogramView
-from .inside_content import StepContent, StepName, Table
+from .heat_map import HeatMap, HeatMapView
+from .histogram_view import Histogram, HistogramView
+
+
+@dataclass(frozen=True)
+class Table:
+    """Words and numbers in rows."""
+
+    title: str
+    headings: tuple[str, ...]
+    """The first column is words, all others numbers."""
+    rows: tuple[tuple[str, ...], ...]
+    limbs: tuple[str, ...] = ()
+    """Limb of each row, whose colour stands before it; empty for none."""
+    strong: tuple[int, ...] = ()
+    """Rows that are chosen."""
+    tips: tuple[str, ...] = ()
+    """What each heading means; as many as there are headings, or none."""
+
+
+@dataclass(frozen=True, eq=False)
+class StepContent:
+    """One step in words and numbers."""
+
+    title: str
+    words: str
+    """One or two plain sentences."""
+    source: str
+    """Where the thesis has it, or what it takes the place of."""
+    maps: tuple[HeatMap, ...] = ()
+    """Ways to see the same, the first one first."""
+    histogram: Histogram | None = None
+    tables: tuple[Table, ...] = ()
+
+
+@dataclass(frozen=True)
+class StepName:
+    """A step in the list."""
+
+    title: str
+    heading: str = ""
+    """Written before the first step of an iteration or stage; empty elsewhere."""
+
 
 _STEP = Qt.ItemDataRole.UserRole
 _NOTHING = (

@@ -40,7 +40,8 @@ class SceneBar(QWidget):
             buttons.append(action_button(action))
             buttons[-1].setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
         for text, icon, actions in menus:
-            buttons.append(tool_button(text, icon))
+            buttons.append(tool_button(text, icon, text))
+            buttons[-1].setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
             menu = QMenu(buttons[-1])
             menu.addActions(list(actions))
             buttons[-1].setMenu(menu)

@@ -6,11 +6,12 @@ import numpy as np
 import pyvista as pv
 
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.mesh import PartMesh
 
 from ..camera.inside_overlay import Ghosts, InsideScene
 from ..style.limb_colours import LIMB_COLOURS
 from ..style.theme import Theme
-from .content import Ellipsoid, LimbMesh, SceneContent
+from .content import Ellipsoid, SceneContent
 from .geometry import Shape, Shapes
 
 _POINT_METRES = 0.007
@@ -167,12 +168,12 @@ def _world_from_sphere(ellipsoid: Ellipsoid) -> FloatArray | None:
     return matrix
 
 
-def limb_at(meshes: tuple[LimbMesh, ...], eye: FloatArray, direction: FloatArray) -> str:
+def limb_at(meshes: tuple[PartMesh, ...], eye: FloatArray, direction: FloatArray) -> str:
     """Name the limb whose surface a ray meets first; empty where it meets none, or a leg.
 
     Parameters
     ----------
-    meshes : tuple of LimbMesh
+    meshes : tuple of PartMesh
     eye, direction : (3,) float64, world
         The ray; its direction need not be normalised.
     """
@@ -186,5 +187,5 @@ def limb_at(meshes: tuple[LimbMesh, ...], eye: FloatArray, direction: FloatArray
     return found if found in LIMB_COLOURS else ""
 
 
-def _surface(mesh: LimbMesh) -> pv.PolyData:
+def _surface(mesh: PartMesh) -> pv.PolyData:
     return pv.PolyData.from_regular_faces(mesh.vertices, mesh.triangles)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
+from stereotrack_core.arrays import FloatArray, ImageArray
+from stereotrack_core.body.mesh import PartMesh
 from stereotrack_core.geometry.camera import Camera
 
 from ..camera.inside_overlay import InsideScene
@@ -16,22 +16,6 @@ from ..style.line_styles import LineStyle
 
 LAYERS: tuple[str, ...] = ("cloud", "model", "reference", "cameras", "ellipsoids", "floor")
 """Parts of the scene that can be switched one by one."""
-
-
-class LimbMesh(Protocol):
-    """A surface that belongs to a limb, such as a cone of the body model."""
-
-    @property
-    def limb(self) -> str:
-        """One of LIMBS, or a part without errors of its own, such as a leg."""
-
-    @property
-    def vertices(self) -> FloatArray:
-        """(V, 3) world, metres."""
-
-    @property
-    def triangles(self) -> IntArray:
-        """(T, 3) indices into `vertices`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +44,7 @@ class GhostBody:
     name: str
     style: LineStyle
     """That of its lines in the plots: ``dash`` becomes lines, ``dot`` dots."""
-    meshes: tuple[LimbMesh, ...]
+    meshes: tuple[PartMesh, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +55,7 @@ class SceneContent:
     """(N, 3) float64, world, metres."""
     cloud_colours: ImageArray = field(default_factory=_no_colours)
     """(N, 3) uint8. By view, limb or residual, as the caller chose."""
-    meshes: tuple[LimbMesh, ...] = ()
+    meshes: tuple[PartMesh, ...] = ()
     """Parts of the body model."""
     reference: FloatArray | None = None
     """(9, 3) float64, world, metres, or None. Landmarks of the reference; NaN where not known."""

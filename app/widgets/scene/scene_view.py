@@ -147,16 +147,6 @@ class SceneView(QWidget):
         self._orbit, self._standing = orbit, ""
         self._changed()
 
-    def snapshot(self) -> QImage:
-        """Render the scene at its best, in the pixels of the screen; null where it cannot be."""
-        if not self._render(fine=True) or self._image is None:
-            return QImage()
-        picture = self._image.copy()
-        painter = QPainter(picture)
-        self._paint_names(painter)
-        painter.end()
-        return picture
-
     def _standard(self, view: str) -> Orbit:
         aspect = self.width() / max(self.height(), 1)
         points = self.content.body_points()
@@ -244,14 +234,6 @@ class SceneView(QWidget):
         if event.type() in (QEvent.Type.PaletteChange, QEvent.Type.DevicePixelRatioChange):
             self._changed(content=True)
         super().changeEvent(event)
-
-    def release(self) -> None:
-        """Give the OpenGL context back; a later painting makes a new one."""
-        self._rest.stop()
-        if self._renderer is not None:
-            self._renderer.close()
-            self._renderer = None
-        self._changed(content=True)
 
     # ---- mouse and keys
 

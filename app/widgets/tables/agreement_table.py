@@ -7,6 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from PySide6.QtWidgets import QHeaderView, QTableView, QWidget
+from stereotrack_core.annotation.agreement_in_space import AgreementInSpace
+
+from stereotrack_core.annotation.agreement import Agreement
 
 from .table import LEFT, RIGHT, Cell, Column, TableModel, dress_table
 
@@ -28,24 +31,15 @@ _HEADINGS = (
 
 @dataclass(frozen=True)
 class AgreementRow:
-    """Numbers of one landmark, NaN where they are not known: in pixels but for the last four."""
+    """How far both are apart at one landmark."""
 
     name: str
     colour: str
     """``#rrggbb``; empty for all landmarks together."""
-    count: int
-    sigma: float
-    median: float
-    p95: float
-    largest: float
-    bias: tuple[float, float]
-    """To the right and down."""
-    disputed: int
-    median_mm: float
-    p95_mm: float
-    median_deg: float
-    """Of the limb that it tells."""
-    p95_deg: float
+    own: Agreement
+    """In pixels."""
+    space: AgreementInSpace | None = None
+    """In 3-D; None where it is not told."""
 
 
 class AgreementTable(QTableView):
@@ -72,11 +66,12 @@ class AgreementTable(QTableView):
 
 
 def _cells(row: AgreementRow) -> Sequence[Cell]:
-    x, y = row.bias
-    bias = "–" if math.isnan(x) else f"{x:+.1f}, {y:+.1f}"
-    pixels = (row.sigma, row.median, row.p95, row.largest)
-    space = (row.median_mm, row.p95_mm, row.median_deg, row.p95_deg)
-    texts = (str(row.count), *map(_number, pixels), bias, *map(_number, space), str(row.disputed))
+    own, space = row.own, row.space
+    bias = "–" if math.isnan(own.bias[0]) else "{:+.1f}, {:+.1f}".format(*own.bias)
+    pixels = (own.robust_sigma, own.median, own.p95, own.largest)
+    known = (space.median_mm, space.p95_mm, space.median_deg, space.p95_deg) if space else ()
+    solid = (*map(_number, known),) or ("–",) * 4
+    texts = (str(own.count), *map(_number, pixels), bias, *solid, str(own.disputed))
     bold = not row.colour
     name = Cell(row.name, swatch=row.colour, bold=bold)
     return (name, *(Cell(text, bold=bold) for text in texts))

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QAction, QKeyEvent
-from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QProgressBar, QWidget
+from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QWidget
 
-from ..style.building import action_button, empty_label, hbox, label, vbox
+from ..style.building import action_button, empty_label, hbox, label, thin_progress, vbox
 from .table import RIGHT, Cell, Column, TableModel, new_table, selected_rows
 
 _WORTH_SAYING = 0.05
@@ -62,9 +62,7 @@ class AttemptsPanel(QWidget):
         super().__init__(parent)
         self.words = label(margins=(8, 6, 8, 0))
         self.stretch_words = label("", "muted", margins=(8, 0, 8, 2))
-        self.progress = QProgressBar(self)
-        self.progress.setTextVisible(False)
-        self.progress.setMaximumHeight(4)
+        self.progress = thin_progress()
         self.model = TableModel((), _cells)
         self.table = new_table(self.model, "Trials")
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from PySide6.QtCore import QModelIndex, Qt, Signal
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView, QWidget
 
-from stereotrack_core.project.merging import Decision
+from stereotrack_core.annotation.agreement import Difference
+from stereotrack_core.annotation.click import Click, Visibility
+from stereotrack_core.project.merging import Decision, has_mean
 
 from .table import RIGHT, Cell, Column, TableModel, dress_table, selected_rows
 
@@ -26,21 +27,6 @@ _KEYS: dict[int, Decision] = {Qt.Key.Key_M: "mine", Qt.Key.Key_T: "theirs", Qt.K
 _TIP = "Click Mine, Theirs or Mean to choose; double-click to go to the frame."
 
 
-@dataclass(frozen=True)
-class DecisionRow:
-    """What the table says about one click: where it is, and what both sides say of it."""
-
-    frame: int
-    camera: str
-    landmark: str
-    mine: str
-    theirs: str
-    distance: float | None
-    """Pixels between both; None where one has no place."""
-    has_mean: bool
-    who: str
-
-
 class DecisionTable(QTableView):
     """Contradicting clicks; a click on one side takes it, keys decide the selected rows.
 
@@ -55,7 +41,7 @@ class DecisionTable(QTableView):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._decision: Callable[[int], Decision] = lambda _row: "mine"
-        self._rows: TableModel[tuple[int, DecisionRow]] = TableModel(_COLUMNS, self._cells)
+        self._rows: TableModel[tuple[int, Difference]] = TableModel(_COLUMNS, self._cells)
         self.setModel(self._rows)
         dress_table(self, "Clicks that differ")
         self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
@@ -70,7 +56,7 @@ class DecisionTable(QTableView):
         self.clicked.connect(self._on_clicked)
         self.doubleClicked.connect(lambda index: self.visit_requested.emit(index.row()))
 
-    def show_rows(self, rows: Sequence[DecisionRow], decision: Callable[[int], Decision]) -> None:
+    def show_rows(self, rows: Sequence[Difference], decision: Callable[[int], Decision]) -> None:
         """Show these rows, with the function that tells the decision of a row."""
         self._decision = decision
         self._rows.show(tuple(enumerate(rows)))
@@ -80,15 +66,18 @@ class DecisionTable(QTableView):
         if self._rows.rows:
             self._rows.tell(0, len(self._rows.rows) - 1)
 
-    def _cells(self, numbered: tuple[int, DecisionRow]) -> Sequence[Cell]:
-        place, row = numbered
+    def _cells(self, numbered: tuple[int, Difference]) -> Sequence[Cell]:
+        place, one = numbered
+        frame, camera, landmark = one.key
         decision = self._decision(place)
-        sides = {"mine": row.mine, "theirs": row.theirs, "mean": "mean" if row.has_mean else "–"}
-        distance = "–" if row.distance is None else f"{row.distance:.1f}"
+        mean = "mean" if has_mean(one) else "–"
+        sides = {"mine": _said(one.first), "theirs": _said(one.second), "mean": mean}
+        distance = "–" if one.distance is None else f"{one.distance:.1f}"
+        who = " / ".join(click.who for click in (one.first, one.second) if click and click.who)
         return (
-            *(Cell(text, _TIP) for text in (str(row.frame), row.camera, row.landmark)),
+            *(Cell(text, _TIP) for text in (str(frame), camera, landmark.replace("_", " "))),
             *(_side(side, text, side == decision) for side, text in sides.items()),
-            *(Cell(text, _TIP) for text in (distance, row.who)),
+            *(Cell(text, _TIP) for text in (distance, who)),
         )
 
     def keyPressEvent(self, event: Any) -> None:
@@ -111,3 +100,20 @@ def _side(side: str, text: str, chosen: bool) -> Cell:
     if not chosen:
         return Cell(text, _TIP, "muted", said=said)
     return Cell(text, _TIP, "text", bold=True, background="selection", said=said)
+
+
+def _said(click: Click | None) -> str:
+    """What a click says: its place, or why it has none."""
+    if click is None:
+        return "nothing"
+    if click.deleted:
+        return "deleted"
+    if click.position is None:
+        return "outside"
+    marks = (
+        f"{click.position[0]:.1f}, {click.position[1]:.1f}",
+        "guessed" if click.visibility == Visibility.GUESSED else "",
+        click.flag,
+        "" if click.sigma is None else f"± {click.sigma:g} px",
+    )
+    return "  ".join(filter(None, marks))

@@ -3,15 +3,140 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from html import escape
 
-from PySide6.QtCore import QModelIndex, QSignalBlocker, QSortFilterProxyModel, Qt, Signal, Slot
-from PySide6.QtWidgets import QComboBox, QSplitter, QTreeView, QWidget
+import numpy as np
+from PySide6.QtCore import (
+    QModelIndex,
+    QRect,
+    QSignalBlocker,
+    QSize,
+    QSortFilterProxyModel,
+    Qt,
+    Signal,
+    Slot,
+)
+from PySide6.QtGui import QImage, QPainter, QPaintEvent, QPixmap
+from PySide6.QtWidgets import (
+    QComboBox,
+    QFrame,
+    QScrollArea,
+    QSizePolicy,
+    QSplitter,
+    QTreeView,
+    QWidget,
+)
+
+from stereotrack_core.arrays import ImageArray
+from stereotrack_core.evaluation.episodes.episode import (
+    CAUSE_WORDS,
+    FOUND_WORDS,
+    Episode,
+    Verdict,
+    limbs_words,
+)
 
 from ..style.building import choice, hbox, label, vbox
 from ..style.limb_colours import LIMB_COLOURS, limb_words
-from .evidence_view import EvidenceView
 from .table import RIGHT, VALUE, Cell, Column, TableModel, dress_list
+
+_NONE = (
+    "Select a failure to see the evidence for its cause. Press Enter to go to its worst frame; "
+    "Loop failure plays it in a loop."
+)
+_BAR = 8
+
+
+class EvidenceView(QScrollArea):
+    """A heading, a picture as wide as there is room, and a line for each piece of evidence."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWidgetResizable(True)
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setMinimumHeight(80)
+        self.heading, self.label = label(_NONE), label()
+        for text in (self.heading, self.label):
+            text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.label.setTextFormat(Qt.TextFormat.RichText)
+        self.picture = ScaledPicture()
+        inside = QWidget()
+        parts = (self.heading, self.picture, self.label)
+        inside.setLayout(vbox(*parts, None, margins=(8, 6, 8, 6), spacing=6))
+        self.setWidget(inside)
+
+    def show_words(self, heading: str, verdict: Verdict | None) -> None:
+        """Show what is known of an episode and of its causes; without a verdict none is chosen."""
+        self.heading.setText(heading or _NONE)
+        lines = []
+        for one in verdict.evidence if verdict is not None else ():
+            full = round(_BAR * min(max(one.strength, 0.0), 1.0))
+            bar = "█" * full + "░" * (_BAR - full)
+            cause = escape(CAUSE_WORDS[one.cause])
+            name = f"<b>{cause}</b>" if verdict and one.cause == verdict.cause else cause
+            lines.append(
+                f"<p style='margin:0 0 2px 0'><span style='font-family:monospace'>{bar}</span> "
+                f"{name}: {escape(one.words)}</p>"
+            )
+        if verdict is not None and not lines:
+            lines.append("<p style='margin:0'>No evidence for a cause.</p>")
+        self.label.setText("".join(lines))
+
+    def show_picture(self, pixels: ImageArray | None) -> None:
+        """Show a picture (H, W, 3) BGR, or none."""
+        self.picture.show_pixels(pixels)
+
+
+class ScaledPicture(QWidget):
+    """A picture in its own proportions, as wide as the widget, never enlarged."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._picture: QPixmap | None = None
+        policy = QSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        policy.setHeightForWidth(True)
+        self.setSizePolicy(policy)
+        self.setAccessibleName("Before, worst and after")
+
+    @property
+    def shown(self) -> QSize:
+        """Size of the picture that is shown; empty without one."""
+        return self._picture.size() if self._picture is not None else QSize()
+
+    def show_pixels(self, pixels: ImageArray | None) -> None:
+        """Show a picture (H, W, 3) BGR, or none."""
+        self._picture = None
+        if pixels is not None:
+            whole = np.ascontiguousarray(pixels)
+            height, width = whole.shape[:2]
+            image = QImage(whole.data, width, height, 3 * width, QImage.Format.Format_BGR888)
+            self._picture = QPixmap.fromImage(image)
+        self.updateGeometry()
+        self.update()
+
+    def hasHeightForWidth(self) -> bool:
+        return True
+
+    def heightForWidth(self, width: int) -> int:
+        shown = self.shown
+        if shown.isEmpty():
+            return 0
+        return round(shown.height() * min(1.0, width / shown.width()))
+
+    def sizeHint(self) -> QSize:
+        return QSize(200, self.heightForWidth(max(self.width(), 1)))
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        if self._picture is None:
+            return
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+        share = min(1.0, self.width() / self._picture.width())
+        size = self._picture.size() * share
+        painter.drawPixmap(QRect(0, 0, size.width(), size.height()), self._picture)
+        painter.end()
+
 
 _COLUMNS = (
     Column("Frames"),
@@ -23,28 +148,7 @@ _COLUMNS = (
 )
 _WIDEST = ("0000–0000", "", "100 %", "", "Confidence", "Detected by")
 """What a column has room for; those without share the rest."""
-
-
-@dataclass(frozen=True)
-class EpisodeRow:
-    """What the list says about one episode."""
-
-    first: int
-    last: int
-    limb: str
-    """The worst one, whose colour stands before the row."""
-    limbs: str
-    peak: str
-    peak_value: float
-    """What the peak is sorted by."""
-    cause: str
-    confidence: float
-    found: str
-    """How, in one word."""
-    heading: str
-    """All about it in a sentence."""
-    evidence: tuple[tuple[str, float, str, bool], ...]
-    """Cause, strength from 0 to 1, words, and whether it is that of the probable cause."""
+_FOUND_SHORT = {"truth": "error", "signs": "signs"}
 
 
 class EpisodesPanel(QWidget):
@@ -68,7 +172,8 @@ class EpisodesPanel(QWidget):
             box.setMinimumContentsLength(6)
             box.currentIndexChanged.connect(self._on_filter)
         self.words = label("", "muted", margins=(8, 0, 8, 0))
-        self.model: TableModel[EpisodeRow] = TableModel(_COLUMNS, _cells)
+        self._fps = 1.0
+        self.model: TableModel[Episode] = TableModel(_COLUMNS, self._cells)
         self.sorted = QSortFilterProxyModel(self)
         self.sorted.setSourceModel(self.model)
         self.sorted.setSortRole(VALUE)
@@ -82,7 +187,7 @@ class EpisodesPanel(QWidget):
         both.setStretchFactor(1, 3)
         filters = hbox(*((box, 1) for box in self._boxes), margins=(6, 0, 6, 0), spacing=4)
         self.setLayout(vbox(filters, self.words, (both, 1), margins=(0, 4, 0, 0), spacing=4))
-        self.show_rows((), -1, "")
+        self.show_rows((), 1.0, -1, "")
 
     def _tree(self) -> QTreeView:
         tree = QTreeView()
@@ -117,12 +222,14 @@ class EpisodesPanel(QWidget):
                 for key, words in choices.items():
                     box.addItem(words, key)
 
-    def show_rows(self, rows: Sequence[EpisodeRow], chosen: int, words: str) -> None:
+    def show_rows(self, episodes: Sequence[Episode], fps: float, chosen: int, words: str) -> None:
         """Show these episodes.
 
         Parameters
         ----------
-        rows : sequence of EpisodeRow
+        episodes : sequence of Episode
+        fps : float
+            Frames per second.
         chosen : int
             The one that is chosen; -1 for none.
         words : str
@@ -130,9 +237,10 @@ class EpisodesPanel(QWidget):
         """
         self.words.setText(words)
         self.words.setVisible(bool(words))
-        if tuple(rows) != self.model.rows:
+        if (tuple(episodes), fps) != (self.model.rows, self._fps):
+            self._fps = fps
             with QSignalBlocker(self.tree.selectionModel()):
-                self.model.show(tuple(rows))
+                self.model.show(tuple(episodes))
         self.choose(chosen)
 
     def choose(self, place: int) -> None:
@@ -142,8 +250,25 @@ class EpisodesPanel(QWidget):
             self.tree.setCurrentIndex(index)
             self.tree.scrollTo(index)
         self.tree.viewport().update()
-        row = self.model.rows[place] if index.isValid() else None
-        self.evidence.show_words(row.heading if row else "", row.evidence if row else ())
+        if index.isValid():
+            episode = self.model.rows[place]
+            self.evidence.show_words(_heading(episode, self._fps), episode.verdict)
+        else:
+            self.evidence.show_words("", None)
+
+    def _cells(self, episode: Episode) -> Sequence[Cell]:
+        tip = f"{_heading(episode, self._fps)} Double-click or press Enter to go there."
+        confidence = episode.verdict.confidence
+        sure = f"{100.0 * confidence:.0f} %" if confidence > 0 else ""
+        limb = LIMB_COLOURS[episode.peak_limb]
+        return (
+            Cell(f"{episode.first}–{episode.last}", tip, value=episode.first),
+            Cell(limbs_words(episode.limbs), tip, swatch=limb),
+            Cell(episode.peak_words, tip, value=episode.peak),
+            Cell(CAUSE_WORDS[episode.verdict.cause], tip),
+            Cell(sure, tip, value=confidence),
+            Cell(_FOUND_SHORT[episode.found], tip),
+        )
 
     # ---- what a person does
 
@@ -156,14 +281,11 @@ class EpisodesPanel(QWidget):
         return self.sorted.mapToSource(index).row()
 
 
-def _cells(row: EpisodeRow) -> Sequence[Cell]:
-    tip = f"{row.heading} Double-click or press Enter to go there."
-    sure = f"{100.0 * row.confidence:.0f} %" if row.confidence > 0 else ""
+def _heading(episode: Episode, fps: float) -> str:
+    """All about an episode in a sentence."""
+    chance = "" if episode.measure == "error" else " failure probability"
     return (
-        Cell(f"{row.first}–{row.last}", tip, value=row.first),
-        Cell(row.limbs, tip, swatch=LIMB_COLOURS[row.limb]),
-        Cell(row.peak, tip, value=row.peak_value),
-        Cell(row.cause, tip),
-        Cell(sure, tip, value=row.confidence),
-        Cell(row.found, tip),
+        f"Frames {episode.first} to {episode.last} ({len(episode.frames) / fps:.1f} s), detected "
+        f"{FOUND_WORDS[episode.found]}: {limbs_words(episode.limbs)}, worst in frame "
+        f"{episode.peak_frame} with {episode.peak_words}{chance}."
     )

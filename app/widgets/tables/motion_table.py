@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QAbstractItemView, QDoubleSpinBox, QHeaderView, QWidget
+from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QWidget
 
-from ..style.building import action_button, hbox, vbox
+from ..style.building import action_button, hbox, number_box, vbox
 from ..style.elided_label import ElidedLabel
 from ..style.limb_colours import LIMB_COLOURS
 from .table import RIGHT, Cell, Column, TableModel, new_table
@@ -44,18 +44,14 @@ class MotionTable(QWidget):
         self.table.clicked.connect(
             lambda index: self.angle_chosen.emit(self.model.rows[index.row()].key)
         )
-        self.cut_off = QDoubleSpinBox(self)
-        self.cut_off.setRange(0.1, 50.0)
-        self.cut_off.setSingleStep(0.5)
-        self.cut_off.setDecimals(1)
-        self.cut_off.setValue(cut_off)
-        self.cut_off.setPrefix("low-pass ")
-        self.cut_off.setSuffix(" Hz")
-        self.cut_off.setKeyboardTracking(False)
-        self.cut_off.setAccessibleName("Low-pass cut-off frequency")
-        self.cut_off.setToolTip(
+        self.cut_off = number_box(
+            "Low-pass cut-off frequency",
+            (0.1, 50.0),
+            cut_off,
             "Cut-off frequency of the low-pass filter for velocities, accelerations and ranges; "
-            "at most 0.4 of the frame rate"
+            "at most 0.4 of the frame rate",
+            prefix="low-pass ",
+            suffix=" Hz",
         )
         self.cut_off.valueChanged.connect(lambda _: self.cut_off_changed.emit())
         self._top = hbox((self.words, 1), self.cut_off, margins=(8, 2, 4, 0))

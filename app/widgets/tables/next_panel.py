@@ -7,12 +7,12 @@ from typing import Any
 
 from PySide6.QtCore import QModelIndex, QSignalBlocker, Signal, Slot
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QCheckBox, QDoubleSpinBox, QPushButton, QTreeView, QWidget
+from PySide6.QtWidgets import QCheckBox, QPushButton, QTreeView, QWidget
 
 from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.annotation.next_clicks import StopSign, Suggestion
 
-from ..style.building import hbox, label, vbox
+from ..style.building import hbox, label, number_box, vbox
 from ..style.theme import current_theme
 from .table import RIGHT, Cell, Column, RowDelegate, TableModel, dress_list
 
@@ -94,18 +94,9 @@ class NextPanel(QWidget):
         super().__init__(parent)
         self.model = SuggestionModel()
         self.sign = label()
-        self.wanted = QDoubleSpinBox()
-        self.wanted.setRange(0.1, 45.0)
-        self.wanted.setSingleStep(0.5)
-        self.wanted.setDecimals(1)
-        self.wanted.setValue(3.0)
-        self.wanted.setPrefix("± ")
-        self.wanted.setSuffix("°")
-        self.wanted.setKeyboardTracking(False)
-        self.wanted.setAccessibleName("Target uncertainty")
-        self.wanted.setToolTip(
-            "Target uncertainty. Suggestions stop when all limbs are within this angle."
-        )
+        tip = "Target uncertainty. Suggestions stop when all limbs are within this angle."
+        limits = (0.1, 45.0)
+        self.wanted = number_box("Target uncertainty", limits, 3.0, tip, prefix="± ", suffix="°")
         self.wanted.valueChanged.connect(self.wanted_changed)
         self.limit = QCheckBox("Selected frames only")
         self.limit.setToolTip("Suggest clicks only in the frames selected in the timeline")

@@ -92,10 +92,10 @@ def test_the_report_says_words_first(annotated, make):
     assert report.verdict.startswith("Good: click uncertainty ")
     assert "(360 pairs in 10 frames)" in report.verdict
     assert [row.name for row in report.rows][:2] == ["all landmarks", "left shoulder"]
-    assert report.rows[0].count == 360
-    assert 1.7 < report.rows[0].sigma < 2.3
-    assert 3.0 < report.rows[1].median_mm < 20.0
-    assert 0.5 < report.rows[1].median_deg < 6.0
+    assert report.rows[0].own.count == 360
+    assert 1.7 < report.rows[0].own.robust_sigma < 2.3
+    assert 3.0 < report.rows[1].space.median_mm < 20.0
+    assert 0.5 < report.rows[1].space.median_deg < 6.0
 
 
 def test_a_landmark_that_is_understood_differently_is_named(annotated, make):
@@ -110,7 +110,7 @@ def test_a_landmark_that_is_understood_differently_is_named(annotated, make):
 def test_nothing_in_common_is_said(annotated, make):
     report = report_of(annotated, make.clicks_at([50]), make)
     assert report.verdict.startswith("Nothing to compare")
-    assert report.rows[0].count == 0
+    assert report.rows[0].own.count == 0
 
 
 def test_the_dialog_shows_and_copies(qtbot, annotated, make, shown):

@@ -227,7 +227,7 @@ def test_runs_are_drawn_over_each_other_and_told_apart(tracking, qtbot):
     assert [ghost.name for ghost in told.ghosts] == ["a", "b"]
     view = tracking.context.docks.views.tiles["N"].camera
     overlay = view.picture.overlay
-    assert [ghost.style for ghost in overlay.ghosts] == ["dash", "dot"]
+    assert [style for style, _ in overlay.ghosts] == ["dash", "dot"]
     assert overlay.runs == told.runs
     with_others = view.grab().toImage()
     content = tracking.context.docks.scene.content

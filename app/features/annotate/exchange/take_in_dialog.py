@@ -153,7 +153,7 @@ class TakeInDialog(QDialog):
             f"{counted(kinds.conflicts, 'click')} of the project would change. Your clicks are "
             "kept unless you choose otherwise."
         )
-        self.table.show_rows(shown.rows(), shown.decision)
+        self.table.show_rows(shown.conflicts, shown.decision)
         self._tell_outcome()
 
     def _tell_outcome(self) -> None:

@@ -7,13 +7,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from stereotrack_core.annotation.agreement import Difference, farthest_first
-from stereotrack_core.annotation.click import Click, ClickKey, Visibility
+from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.clicks import PlaceClicks
 from stereotrack_core.project.merging import Decision, Incoming, has_mean
 
 from ....session.counting import counted
-from ....widgets.tables.decision_table import DecisionRow
 
 _SHOWN_PROBLEMS = 50
 
@@ -97,10 +96,6 @@ class TakeIn:
         self.with_new = other.with_new
         return self
 
-    def rows(self) -> tuple[DecisionRow, ...]:
-        """The conflicts as a table shows them."""
-        return tuple(_row(one) for one in self._rows)
-
     def edit(self) -> PlaceClicks:
         """The one edit that does what was decided.
 
@@ -161,34 +156,3 @@ def _kind(conflict: Difference) -> str:
     if conflict.kind in ("only first", "only second"):
         return "deleted"
     return "seen" if conflict.kind == "seen differently" else "moved"
-
-
-def _row(conflict: Difference) -> DecisionRow:
-    frame, camera, landmark = conflict.key
-    return DecisionRow(
-        frame=frame,
-        camera=camera,
-        landmark=landmark.replace("_", " "),
-        mine=click_in_words(conflict.first),
-        theirs=click_in_words(conflict.second),
-        distance=conflict.distance,
-        has_mean=has_mean(conflict),
-        who=" / ".join(filter(None, (one.who for one in (conflict.first, conflict.second) if one))),
-    )
-
-
-def click_in_words(click: Click | None) -> str:
-    """What a click says: its place, or why it has none."""
-    if click is None:
-        return "nothing"
-    if click.deleted:
-        return "deleted"
-    if click.position is None:
-        return "outside"
-    words = f"{click.position[0]:.1f}, {click.position[1]:.1f}"
-    marks = [
-        "guessed" if click.visibility == Visibility.GUESSED else "",
-        click.flag,
-        "" if click.sigma is None else f"± {click.sigma:g} px",
-    ]
-    return "  ".join(filter(None, (words, *marks)))
