@@ -112,7 +112,8 @@ class NextPanel(QWidget):
         width = self.fontMetrics().horizontalAdvance
         swatches = (0, 0, 16, 0, 0)
         widths = [width(text) + 20 + s for text, s in zip(_WIDEST, swatches, strict=True)]
-        dress_list(self.tree, "Suggested clicks", [*widths, None])
+        dress_list(self.tree, "Suggested clicks", widths)
+        self.tree.header().setStretchLastSection(True)
         self.tree.clicked.connect(self._on_chosen)
         self.tree.activated.connect(self._on_chosen)
         self.tree.selectionModel().currentRowChanged.connect(self._show_reason)
