@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from PySide6.QtWidgets import QHeaderView, QTableView, QWidget
-from stereotrack_core.annotation.agreement_in_space import AgreementInSpace
 
-from stereotrack_core.annotation.agreement import Agreement
+from stereotrack_core.annotation.agreement import Agreement, AgreementInSpace
 
 from .table import LEFT, RIGHT, Cell, Column, TableModel, dress_table
 
